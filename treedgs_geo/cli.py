@@ -1,0 +1,165 @@
+"""The ``treedgs`` command: every verb of :mod:`treedgs_geo.commands`, with the options its settings declare."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import sys
+import traceback
+from dataclasses import MISSING
+from pathlib import Path
+from typing import Any
+
+from . import __version__
+from .core.command import Command, describe
+from .core.errors import Cancelled, InputError, TreeDGSError
+from .core.progress import PROTOCOL, Reporter, make_reporter
+from .core.settings import Param, build, params_of
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Entry point; returns the exit code (0 done, 2 input to mend, 3 missing component, 130 cancelled, 1 defect)."""
+    from .commands import MODULES, all_commands, get_command
+
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    if arguments[:1] == ["--job"]:
+        return _run_job(arguments)
+    if arguments[:1] == ["describe"]:
+        print(json.dumps({"protocol": PROTOCOL, "commands": [describe(c) for c in all_commands()]}, indent=1))
+        return 0
+    if not arguments or arguments[0] in ("-h", "--help"):
+        print(_overview(all_commands()))
+        return 0
+    if arguments[0] in ("-V", "--version"):
+        print(f"treedgs {__version__}")
+        return 0
+    if arguments[0] not in MODULES:
+        import difflib
+
+        near = difflib.get_close_matches(arguments[0], MODULES, n=1)
+        hint = f"did you mean {near[0]!r}?" if near else "run 'treedgs --help' for the list."
+        print(f"error: {arguments[0]!r} is not a treedgs command; {hint}", file=sys.stderr)
+        return 2
+    command = get_command(arguments[0])
+    known = vars(_parser(command).parse_args(arguments[1:]))
+    style = known.pop("log_format")
+    values = {name: value for name, value in known.items() if value is not None}
+    return run_command(command, values, make_reporter(style), show_result=style != "json")
+
+
+def run_command(command: Command, values: dict[str, Any], reporter: Reporter, show_result: bool = False) -> int:
+    """Run one verb with raw values, report its result or the one sentence that says what is wrong."""
+
+    def stop(*_: object) -> None:
+        # Once is enough: a second signal must not break the cleaning up that the first one started.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        raise Cancelled("cancelled by the user")
+
+    previous = signal.signal(signal.SIGINT, stop), signal.signal(signal.SIGTERM, stop)
+    try:
+        settings = build(command.settings, values)
+        result = command.run(settings, reporter)
+        reporter.progress(1.0)
+        reporter.result(result)
+        reporter.close()
+        if show_result:
+            for name, value in result.items():
+                if isinstance(value, (str, int, float)) and not isinstance(value, bool):
+                    print(f"{name}: {value}")
+        return 0
+    except Cancelled as problem:
+        reporter.error(f"Stopped: {problem}; what was finished is kept, run again to resume.")
+        return problem.exit_code
+    except TreeDGSError as problem:
+        reporter.error(str(problem))
+        return problem.exit_code
+    except MemoryError:
+        reporter.error("Not enough memory; choose a faster preset, fewer photos or a machine with more memory.")
+        return 4
+    except ModuleNotFoundError as problem:
+        reporter.error(f"The library {problem.name!r} is not installed; run 'make setup' or 'treedgs doctor'.")
+        return 3
+    except Exception as problem:  # noqa: BLE001 - the last line of defence must say something
+        traceback.print_exc(file=sys.stderr)
+        reporter.error(f"{type(problem).__name__}: {problem} (a defect in TreeDGS; please report it with the log).")
+        return 1
+    finally:
+        reporter.close()
+        signal.signal(signal.SIGINT, previous[0])
+        signal.signal(signal.SIGTERM, previous[1])
+
+
+def _run_job(arguments: list[str]) -> int:
+    """``--job job.json``: what the QGIS plugin calls. JSON lines on stdout, ``result.json`` beside the job."""
+    from .commands import MODULES, get_command
+    from .core.files import read_json, write_json
+
+    reporter = make_reporter("json")
+    # Native libraries print to stdout too: keep the protocol's stream to ourselves, send the rest to stderr.
+    protocol = os.fdopen(os.dup(1), "w", encoding="utf-8", buffering=1)
+    os.dup2(2, 1)
+    reporter._stream = protocol  # type: ignore[attr-defined]
+    try:
+        if len(arguments) != 2:
+            raise InputError("--job: expected exactly one job file.")
+        job_file = Path(arguments[1])
+        job = read_json(job_file)
+        if job.get("protocol") != PROTOCOL:
+            raise InputError(f"{job_file}: protocol {job.get('protocol')}, this engine speaks {PROTOCOL}; "
+                             "update the engine with treedgs:setupengine.")
+        if job.get("command") not in MODULES:
+            raise InputError(f"{job_file}: unknown command {job.get('command')!r}.")
+        command = get_command(job["command"])
+    except TreeDGSError as problem:
+        reporter.error(str(problem))
+        return problem.exit_code
+    outcome: dict[str, Any] = {}
+    wrapped = Command(**{**vars(command), "run": lambda s, r: outcome.setdefault("result", command.run(s, r))})
+    code = run_command(wrapped, job.get("parameters", {}), reporter)
+    write_json(job_file.parent / "result.json", {"exit_code": code, **outcome})
+    return code
+
+
+def _overview(commands: list[Command]) -> str:
+    lines = [f"treedgs {__version__}: tree diameters from drone photos or LiDAR clouds", "",
+             "usage: treedgs COMMAND [options]      (treedgs COMMAND --help for units, defaults and an example)", ""]
+    for group in dict.fromkeys(command.group for command in commands):
+        lines.append(f"{group}:")
+        lines += [f"  {c.name:<18} {c.summary}" for c in commands if c.group == group]
+        lines.append("")
+    lines.append("Every command takes --log-format auto|bar|plain|json|quiet.")
+    return "\n".join(lines)
+
+
+def _parser(command: Command) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog=f"treedgs {command.name}", description=f"{command.summary}\n\n{command.help}",
+        epilog=f"example:\n  {command.example}", formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False)
+    for name, spec, default in params_of(command.settings):
+        parser.add_argument(f"--{name.replace('_', '-')}", dest=name, metavar=_metavar(spec), required=default is MISSING,
+                            help=_help_line(spec, default).replace("%", "%%"),
+                            **({"nargs": "?", "const": "true"} if spec.kind == "flag" else {}))
+    parser.add_argument("--log-format", default="auto", choices=["auto", "bar", "plain", "json", "quiet"],
+                        help="progress as a bar, plain lines, JSON lines on stdout, or nothing (default: auto)")
+    return parser
+
+
+def _metavar(spec: Param) -> str:
+    if spec.kind == "choice":
+        return "|".join(spec.choices)
+    return {"file": "FILE", "folder": "DIR", "files": "FILE|DIR", "output_file": "FILE", "output_folder": "DIR",
+            "crs": "EPSG:CODE", "integer": "N", "number": "X", "flag": "true|false", "text": "TEXT"}[spec.kind]
+
+
+def _help_line(spec: Param, default: Any) -> str:
+    unit = f" [{spec.unit}]" if spec.unit else ""
+    if default is MISSING:
+        tail = " (required)"
+    elif default is None:
+        tail = " (optional)"
+    else:
+        tail = f" (default: {default})"
+    return f"{spec.help}{unit}{tail}"

@@ -1,0 +1,1 @@
+"""What every room uses: errors, settings, progress, workspaces, reference frames, safe files."""

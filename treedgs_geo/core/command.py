@@ -1,0 +1,46 @@
+"""What a verb is: one settings class and one function, shown on three faces."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import MISSING, dataclass
+from typing import Any
+
+from .progress import Reporter
+from .settings import params_of
+
+
+@dataclass(frozen=True)
+class Command:
+    """A verb of the library.
+
+    name: command-line name (``photos-to-dbh``). qgis_id: algorithm id without provider (``photostodbh``). title, group,
+    summary: shown in the toolbox and in ``--help``. help: inputs, outputs, units and limits, in full sentences.
+    run: ``(settings, reporter) -> result``; the result is JSON-serialisable. example: one command line.
+    outputs: result keys that are files or scalars, with a description each.
+    """
+
+    name: str
+    qgis_id: str
+    title: str
+    group: str
+    summary: str
+    help: str
+    settings: type
+    run: Callable[[Any, Reporter], dict[str, Any]]
+    example: str
+    outputs: dict[str, str]
+
+
+def describe(command: Command) -> dict[str, Any]:
+    """The command as JSON for the QGIS plugin and the docs."""
+    parameters = []
+    for name, spec, default in params_of(command.settings):
+        entry = {key: value for key, value in vars(spec).items() if value not in ("", (), None, False)}
+        entry.update(name=name, required=default is MISSING, default=None if default is MISSING else default)
+        parameters.append(entry)
+    return {
+        "name": command.name, "id": command.qgis_id, "title": command.title, "group": command.group,
+        "summary": command.summary, "help": command.help, "example": command.example,
+        "outputs": command.outputs, "parameters": parameters,
+    }

@@ -1,0 +1,41 @@
+"""The exception tree. Each message is one sentence: file, what was found, what was expected, what to do."""
+
+from __future__ import annotations
+
+
+class TreeDGSError(Exception):
+    """A problem the user can mend. ``exit_code`` is what the command line returns."""
+
+    exit_code = 2
+
+
+class InputError(TreeDGSError):
+    """A file, folder or value that was given cannot be used."""
+
+
+class CRSError(InputError):
+    """A coordinate reference system is missing, geographic, in the wrong unit or contradictory."""
+
+
+class GeotagError(InputError):
+    """Camera positions are missing, belong to other photos or contradict them."""
+
+
+class ReconstructionError(TreeDGSError):
+    """Structure from motion failed or disagrees with what is known about the cameras."""
+
+
+class OutputError(TreeDGSError):
+    """A result cannot be written."""
+
+
+class MissingComponentError(TreeDGSError):
+    """A library or program that this step needs is not installed."""
+
+    exit_code = 3
+
+
+class Cancelled(KeyboardInterrupt):
+    """The user asked to stop. Not an ``Exception``: no stage may swallow it."""
+
+    exit_code = 130

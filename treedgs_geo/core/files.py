@@ -1,0 +1,114 @@
+"""Files that appear whole or not at all, and checks before hours of work start."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from .errors import InputError, OutputError
+
+
+@contextmanager
+def atomic_path(target: Path) -> Iterator[Path]:
+    """Yield a temporary path beside ``target`` with the same suffix; renamed onto it only if the block succeeds.
+
+    Raises:
+        OutputError: the folder cannot be made or written.
+    """
+    target = Path(target)
+    ensure_writable(target)
+    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem[:40]}.", suffix=target.suffix)
+    os.close(handle)
+    temporary = Path(name)
+    temporary.unlink()
+    try:
+        yield temporary
+        if not temporary.exists():
+            raise OutputError(f"{target}: nothing was written; this is a defect, please report it.")
+        os.chmod(temporary, 0o666 & ~_umask())
+        os.replace(temporary, target)
+    finally:
+        for leftover in target.parent.glob(temporary.name + "*"):
+            leftover.unlink(missing_ok=True)
+
+
+@contextmanager
+def atomic_folder(target: Path) -> Iterator[Path]:
+    """Yield a temporary folder that replaces ``target`` only if the block succeeds."""
+    target = Path(target)
+    ensure_writable(target / "x")
+    temporary = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name}."))
+    try:
+        yield temporary
+        os.chmod(temporary, 0o777 & ~_umask())
+        if target.exists():
+            shutil.rmtree(target)
+        os.replace(temporary, target)
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+
+
+def ensure_writable(target: Path) -> None:
+    """Make ``target``'s folder and prove that a file can be made there.
+
+    Raises:
+        OutputError: naming the folder and what the system said.
+    """
+    target = Path(target)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=target.parent):
+            pass
+        if target.is_dir() and target.suffix:
+            raise OutputError(f"{target}: is a folder, expected a file name; choose another output.")
+    except OSError as problem:
+        raise OutputError(
+            f"{target}: the folder cannot be written ({problem.strerror or problem}); choose another output folder."
+        ) from None
+
+
+def write_json(target: Path, value: Any) -> None:
+    """Write JSON atomically."""
+    with atomic_path(target) as temporary:
+        temporary.write_text(json.dumps(value, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def read_json(source: Path) -> Any:
+    """Read JSON.
+
+    Raises:
+        InputError: missing or broken file.
+    """
+    try:
+        return json.loads(Path(source).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"{source}: not found; run the step that writes it first.") from None
+    except (OSError, ValueError) as problem:
+        raise InputError(f"{source}: is not readable JSON ({problem}); restore or delete it.") from None
+
+
+def fingerprint(paths: list[Path]) -> str:
+    """Short hash over names, sizes and content ends (first and last 64 KiB): changes when an input changes."""
+    digest = hashlib.sha256()
+    for path in sorted(Path(p) for p in paths):
+        size = path.stat().st_size
+        digest.update(f"{path.name}:{size}:".encode())
+        with open(path, "rb") as stream:
+            digest.update(stream.read(65536))
+            if size > 131072:
+                stream.seek(-65536, os.SEEK_END)
+                digest.update(stream.read())
+    return digest.hexdigest()[:16]
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

@@ -1,0 +1,164 @@
+"""How a running job talks: stages, progress with an estimate, messages, the result.
+
+Library functions take a :class:`Reporter` (default: silent). The command line picks a terminal bar, plain log lines or
+JSON lines; the QGIS plugin reads the JSON lines (``docs/engine.md``). Cancelling arrives as :class:`Cancelled`.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, TextIO
+
+#: Version of the JSON-lines protocol; the plugin refuses an engine that speaks another one.
+PROTOCOL = 1
+
+
+class Reporter:
+    """Base reporter: silent. Nested :meth:`stage` calls map a stage's 0..1 onto its share of the whole."""
+
+    def __init__(self) -> None:
+        self._low, self._high = 0.0, 1.0
+        self._fraction = 0.0
+        self._started = time.monotonic()
+
+    @contextmanager
+    def stage(self, name: str, low: float = 0.0, high: float = 1.0) -> Iterator[None]:
+        """Run a named stage that covers ``low``..``high`` of the enclosing stage's progress."""
+        outer = self._low, self._high
+        span = outer[1] - outer[0]
+        self._low, self._high = outer[0] + low * span, outer[0] + high * span
+        self._emit("stage", {"name": name})
+        self.progress(0.0)
+        began = time.monotonic()
+        try:
+            yield
+            self.progress(1.0)
+            self._emit("stage_done", {"name": name, "seconds": round(time.monotonic() - began, 2)})
+        finally:
+            self._low, self._high = outer
+
+    def progress(self, fraction: float, message: str = "") -> None:
+        """Progress 0..1 of the current stage."""
+        fraction = min(max(float(fraction), 0.0), 1.0)
+        self._fraction = self._low + fraction * (self._high - self._low)
+        spent = time.monotonic() - self._started
+        eta = spent * (1 - self._fraction) / self._fraction if self._fraction > 0.02 and spent > 2 else None
+        self._emit("progress", {"fraction": round(self._fraction, 4), "message": message, "eta_s": eta and round(eta)})
+
+    def info(self, message: str) -> None:
+        """A line a technician understands."""
+        self._emit("info", {"message": message})
+
+    def warn(self, message: str) -> None:
+        """Something recoverable that may have cost accuracy or trees."""
+        self._emit("warn", {"message": message})
+
+    def error(self, message: str) -> None:
+        """The sentence that ends the run."""
+        self._emit("error", {"message": message})
+
+    def result(self, value: dict[str, Any]) -> None:
+        """The outcome, once, last."""
+        self._emit("result", {"result": value})
+
+    def close(self) -> None:
+        """Release the terminal."""
+
+    def _emit(self, kind: str, body: dict[str, Any]) -> None:
+        pass
+
+
+class JsonReporter(Reporter):
+    """One JSON object a line on ``stream``; progress at most ten times a second."""
+
+    def __init__(self, stream: TextIO) -> None:
+        super().__init__()
+        self._stream = stream
+        self._last = 0.0
+        from .. import __version__
+
+        self._emit("hello", {"protocol": PROTOCOL, "version": __version__})
+
+    def _emit(self, kind: str, body: dict[str, Any]) -> None:
+        if kind == "progress":
+            now = time.monotonic()
+            if now - self._last < 0.1 and body["fraction"] < 1:
+                return
+            self._last = now
+        self._stream.write(json.dumps({"t": kind, **body}) + "\n")
+        self._stream.flush()
+
+
+class PlainReporter(Reporter):
+    """Log lines: stages, messages, and progress at every tenth of the whole."""
+
+    def __init__(self, stream: TextIO) -> None:
+        super().__init__()
+        self._stream = stream
+        self._tenth = 0
+
+    def _emit(self, kind: str, body: dict[str, Any]) -> None:
+        if kind == "progress":
+            tenth = int(body["fraction"] * 10)
+            if tenth <= self._tenth:
+                return
+            self._tenth = tenth
+            eta = f", about {_duration(body['eta_s'])} left" if body["eta_s"] else ""
+            line = f"  {tenth * 10} %{eta}"
+        elif kind == "stage":
+            line = f"[{body['name']}]"
+        elif kind == "stage_done":
+            line = f"  {body['name']}: {body['seconds']:.1f} s"
+        elif kind == "result":
+            return
+        else:
+            mark = {"warn": "warning: ", "error": "error: "}.get(kind, "")
+            line = f"  {mark}{body['message']}" if kind != "error" else f"{mark}{body['message']}"
+        self._stream.write(line + "\n")
+        self._stream.flush()
+
+
+class BarReporter(Reporter):
+    """A tqdm bar on a terminal; messages are printed above it."""
+
+    def __init__(self, stream: TextIO) -> None:
+        super().__init__()
+        from tqdm import tqdm
+
+        self._bar = tqdm(total=1000, file=stream, bar_format="{desc} {percentage:3.0f} %|{bar}| {elapsed} < {postfix}")
+        self._bar.set_postfix_str("?")
+
+    def _emit(self, kind: str, body: dict[str, Any]) -> None:
+        if kind == "progress":
+            self._bar.n = int(body["fraction"] * 1000)
+            self._bar.set_postfix_str(_duration(body["eta_s"]) if body["eta_s"] else "?", refresh=False)
+            self._bar.refresh()
+        elif kind == "stage":
+            self._bar.set_description_str(body["name"])
+        elif kind in ("info", "warn", "error"):
+            mark = {"warn": "warning: ", "error": "error: "}.get(kind, "")
+            self._bar.write(f"{mark}{body['message']}", file=self._bar.fp)
+
+    def close(self) -> None:
+        self._bar.close()
+
+
+def make_reporter(style: str, stream: TextIO | None = None) -> Reporter:
+    """``auto`` (bar on a terminal, else plain), ``bar``, ``plain``, ``json`` (on stdout) or ``quiet``."""
+    if style == "quiet":
+        return Reporter()
+    if style == "json":
+        return JsonReporter(stream or sys.stdout)
+    stream = stream or sys.stderr
+    if style == "bar" or style == "auto" and stream.isatty():
+        return BarReporter(stream)
+    return PlainReporter(stream)
+
+
+def _duration(seconds: float) -> str:
+    minutes, rest = divmod(int(seconds), 60)
+    return f"{minutes} min {rest:02d} s" if minutes else f"{rest} s"

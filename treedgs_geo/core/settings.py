@@ -1,0 +1,135 @@
+"""Settings declared once, used by the library, the command line and QGIS alike.
+
+A settings class is a frozen, keyword-only dataclass whose fields are made with :func:`param`. From it come the
+``argparse`` options (:mod:`treedgs_geo.cli`), the JSON description that the QGIS plugin reads
+(``treedgs describe``) and the parameter tables in ``docs/``. Standard library only: reading settings is instant.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import MISSING, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from .errors import InputError
+
+#: What a value is; decides the argparse type and the QGIS widget.
+KINDS = ("file", "folder", "files", "output_file", "output_folder", "crs", "choice", "integer", "number", "flag", "text")
+
+
+@dataclass(frozen=True)
+class Param:
+    """Everything that one parameter needs besides name and default.
+
+    kind: one of :data:`KINDS` (``files`` = a folder or a file). unit: shown in help, part of the name where one exists.
+    suffixes: expected file endings, for file dialogs. minimum/maximum: inclusive limits, checked in every face.
+    advanced: folded away in QGIS.
+    """
+
+    kind: str
+    help: str
+    unit: str = ""
+    choices: tuple[str, ...] = ()
+    minimum: float | None = None
+    maximum: float | None = None
+    suffixes: tuple[str, ...] = ()
+    advanced: bool = False
+
+
+def param(default: Any = MISSING, *, kind: str, help: str, **more: Any) -> Any:
+    """A dataclass field with a :class:`Param`. No default = required; ``None`` = optional."""
+    if kind not in KINDS:
+        raise ValueError(f"unknown parameter kind {kind!r}")
+    metadata = {"param": Param(kind=kind, help=help, **more)}
+    if default is MISSING:
+        return field(metadata=metadata)
+    return field(default=default, metadata=metadata)
+
+
+def params_of(settings_class: type) -> list[tuple[str, Param, Any]]:
+    """``(name, Param, default)`` per field; default is ``dataclasses.MISSING`` where the value is required."""
+    found = []
+    for item in dataclasses.fields(settings_class):
+        if "param" in item.metadata:
+            found.append((item.name, item.metadata["param"], item.default))
+    return found
+
+
+def parse_value(name: str, spec: Param, value: Any) -> Any:
+    """Turn text (or an already typed value) into the field's type and check its limits.
+
+    Raises:
+        InputError: naming the parameter, the value found and what was expected.
+    """
+    if value is None:
+        return None
+    option = f"--{name.replace('_', '-')}"
+    if spec.kind in ("file", "folder", "files", "output_file", "output_folder"):
+        if str(value) == "":
+            return None
+        return Path(value).expanduser()
+    if spec.kind in ("text", "crs"):
+        return str(value)
+    if spec.kind == "flag":
+        if isinstance(value, bool):
+            return value
+        if str(value).lower() in ("1", "true", "yes", "on"):
+            return True
+        if str(value).lower() in ("0", "false", "no", "off"):
+            return False
+        raise InputError(f"{option}: found {value!r}, expected true or false.")
+    if spec.kind == "choice":
+        if str(value) not in spec.choices:
+            raise InputError(f"{option}: found {value!r}, expected one of {', '.join(spec.choices)}.")
+        return str(value)
+    try:
+        if spec.kind == "integer":
+            if isinstance(value, float) and value != int(value):
+                raise ValueError
+            number: float = int(value)
+        else:
+            number = float(value)
+    except (TypeError, ValueError):
+        wanted = "a whole number" if spec.kind == "integer" else "a number"
+        raise InputError(f"{option}: found {value!r}, expected {wanted}{f' in {spec.unit}' if spec.unit else ''}.") from None
+    if not number == number or number in (float("inf"), float("-inf")):
+        raise InputError(f"{option}: found {value!r}, expected a finite number.")
+    if spec.minimum is not None and number < spec.minimum or spec.maximum is not None and number > spec.maximum:
+        low = "-inf" if spec.minimum is None else f"{spec.minimum:g}"
+        high = "inf" if spec.maximum is None else f"{spec.maximum:g}"
+        raise InputError(f"{option}: found {number:g}, expected {low} to {high}{' ' + spec.unit if spec.unit else ''}.")
+    return number
+
+
+def build(settings_class: type, values: dict[str, Any]) -> Any:
+    """Make a settings object from raw values (text or typed); unknown and missing names are refused.
+
+    Raises:
+        InputError: unknown parameter (with the nearest known one), missing required one, or a bad value.
+    """
+    import difflib
+
+    specs = {name: (spec, default) for name, spec, default in params_of(settings_class)}
+    for name in values:
+        if name not in specs:
+            near = difflib.get_close_matches(name, specs, n=1)
+            hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(specs)}."
+            raise InputError(f"Parameter {name!r} is unknown; {hint}")
+    chosen = {}
+    for name, (spec, default) in specs.items():
+        value = parse_value(name, spec, values[name]) if name in values else None
+        if value is None:
+            if default is MISSING:
+                raise InputError(f"--{name.replace('_', '-')} is required: {spec.help}")
+            value = default if name not in values or default is not None else None
+        chosen[name] = value
+    return settings_class(**chosen)
+
+
+def to_json(settings: Any) -> dict[str, Any]:
+    """Settings as plain JSON values (paths as text), for ``run.json``."""
+    return {
+        item.name: str(value) if isinstance(value := getattr(settings, item.name), Path) else value
+        for item in dataclasses.fields(settings)
+    }

@@ -1,0 +1,1 @@
+"""The Gaussian field: rasteriser, training, sampling with opacity reliability."""

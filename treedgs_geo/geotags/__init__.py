@@ -1,0 +1,1 @@
+"""Camera positions: MRK, RTKLIB .pos, EXIF/XMP -> one station per photo."""

@@ -1,0 +1,1 @@
+"""Tree layers, field plots, pairing, stand tables."""

@@ -1,0 +1,1 @@
+"""Stem points -> slices, circles, taper, DBH with an error and a reason."""

@@ -1,0 +1,68 @@
+"""The measured tree: the record every route fills and the tree layer shows (``docs/tree-layer.md``)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Literal
+
+import numpy as np
+
+from .quality import REASONS
+
+
+@dataclass
+class Tree:
+    """One stem. Project coordinates in metres; unknown is ``None``, never 0.
+
+    x, y: stem axis at breast height. z_ground: ground at the stem. dbh_*: diameter at ``bh_m`` with its standard error
+    and 90 % interval, cm. height_m: tree height. lean_deg: stem axis from the vertical. arc_deg: covered circumference
+    (points) or spread of azimuths (photos). taper_cm_m: d(diameter)/d(height). qc_reason: comma-separated keys of
+    :data:`treedgs_geo.measure.quality.REASONS`.
+    """
+
+    tree_id: int
+    x: float
+    y: float
+    z_ground: float | None = None
+    plot_id: str | None = None
+    dbh_cm: float | None = None
+    dbh_se_cm: float | None = None
+    dbh_lo_cm: float | None = None
+    dbh_hi_cm: float | None = None
+    bh_m: float = 1.37
+    height_m: float | None = None
+    ba_m2: float | None = None
+    lean_deg: float | None = None
+    arc_deg: float | None = None
+    n_pts: int | None = None
+    n_views: int | None = None
+    n_slices: int | None = None
+    opac_mean: float | None = None
+    taper_cm_m: float | None = None
+    method: str = ""
+    qc_flag: Literal["ok", "check", "reject"] = "ok"
+    qc_reason: str = ""
+    run_id: str = ""
+
+    def __post_init__(self) -> None:
+        for reason in filter(None, self.qc_reason.split(",")):
+            if reason not in REASONS:
+                raise ValueError(f"undocumented qc_reason {reason!r}")
+
+    def finish(self) -> Tree:
+        """Apply the layer's rules: a rejected tree has no DBH; basal area and the interval follow from DBH and error."""
+        if self.qc_flag == "reject" or self.dbh_cm is None or not np.isfinite(self.dbh_cm):
+            self.qc_flag = "reject"
+            self.dbh_cm = self.dbh_se_cm = self.dbh_lo_cm = self.dbh_hi_cm = self.ba_m2 = None
+            if not self.qc_reason:
+                raise ValueError(f"tree {self.tree_id} is rejected without a reason")
+        else:
+            self.ba_m2 = np.pi / 4 * (self.dbh_cm / 100) ** 2
+            if self.dbh_se_cm is not None and self.dbh_lo_cm is None:
+                self.dbh_lo_cm = max(self.dbh_cm - 1.645 * self.dbh_se_cm, 0.0)
+                self.dbh_hi_cm = self.dbh_cm + 1.645 * self.dbh_se_cm
+        return self
+
+
+#: Field names of the tree layer, in order (x and y are kept as columns too).
+TREE_FIELDS = tuple(item.name for item in fields(Tree))

@@ -1,0 +1,1 @@
+"""LAS/LAZ clouds in and out, with their CRS and extra dimensions."""

@@ -1,0 +1,1 @@
+"""Photos with positions -> georeferenced cameras, sparse points and a dense prior."""

@@ -1,0 +1,108 @@
+"""Cameras and views as every later stage sees them.
+
+Frames: world = the local frame of :class:`~treedgs_geo.core.crs.LocalFrame` (metres, z up); camera = OpenCV axes
+(x right, y down, z forward), ``x_cam = R x_world + t``. Pixels: COLMAP's convention, the centre of the first pixel is
+(0.5, 0.5); an array index is ``floor(u)``, and ``cv2.remap`` maps take ``u - 0.5``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Intrinsics, COLMAP ``OPENCV`` model. fx..cy in pixels; k1, k2, p1, p2 dimensionless."""
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    k1: float = 0.0
+    k2: float = 0.0
+    p1: float = 0.0
+    p2: float = 0.0
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """(3, 3) calibration matrix."""
+        return np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1.0]])
+
+    @property
+    def distortion(self) -> np.ndarray:
+        """(4,) k1, k2, p1, p2 as OpenCV takes them."""
+        return np.array([self.k1, self.k2, self.p1, self.p2])
+
+    def distort(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Normalised pinhole coordinates -> normalised distorted coordinates."""
+        r2 = x * x + y * y
+        radial = 1 + r2 * (self.k1 + r2 * self.k2)
+        return (x * radial + 2 * self.p1 * x * y + self.p2 * (r2 + 2 * x * x),
+                y * radial + self.p1 * (r2 + 2 * y * y) + 2 * self.p2 * x * y)
+
+    def undistort(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Pixels -> normalised pinhole coordinates, by fixed-point iteration (to 1e-12 for drone lenses)."""
+        xd, yd = (np.asarray(u, float) - self.cx) / self.fx, (np.asarray(v, float) - self.cy) / self.fy
+        x, y = xd.copy(), yd.copy()
+        for _ in range(20):
+            ex, ey = self.distort(x, y)
+            x, y = x + (xd - ex), y + (yd - ey)
+        return x, y
+
+
+@dataclass(frozen=True)
+class View:
+    """One registered photo.
+
+    name: file name. path: the original photo. rotation (3, 3), translation (3,): world -> camera. flight: 0-based index
+    of the flight (or lighting block) the photo belongs to.
+    """
+
+    name: str
+    path: Path
+    camera: Camera
+    rotation: np.ndarray
+    translation: np.ndarray
+    flight: int = 0
+
+    @property
+    def centre(self) -> np.ndarray:
+        """(3,) camera centre in the world frame."""
+        return -self.rotation.T @ self.translation
+
+    @property
+    def nadir_angle_deg(self) -> float:
+        """Angle between the optical axis and straight down, degrees."""
+        return float(np.degrees(np.arccos(np.clip(-self.rotation[2, 2], -1, 1))))
+
+    def project(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(N, 3) world points -> (N, 2) pixels with distortion, (N,) depth along the optical axis, metres.
+
+        Points at depth <= 0 get NaN pixels.
+        """
+        local = np.asarray(points, float) @ self.rotation.T + self.translation
+        depth = local[:, 2]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x, y = local[:, 0] / depth, local[:, 1] / depth
+        xd, yd = self.camera.distort(x, y)
+        pixels = np.column_stack([self.camera.fx * xd + self.camera.cx, self.camera.fy * yd + self.camera.cy])
+        pixels[depth <= 0] = np.nan
+        return pixels, depth
+
+    def contains(self, pixels: np.ndarray, margin_px: float = 0.0) -> np.ndarray:
+        """(N,) bool: pixels inside the image by at least ``margin_px``."""
+        u, v = pixels[:, 0], pixels[:, 1]
+        with np.errstate(invalid="ignore"):
+            return ((u >= margin_px) & (u <= self.camera.width - margin_px)
+                    & (v >= margin_px) & (v <= self.camera.height - margin_px))
+
+    def rays(self, pixels: np.ndarray) -> np.ndarray:
+        """(N, 2) pixels -> (N, 3) unit viewing directions in the world frame."""
+        x, y = self.camera.undistort(pixels[:, 0], pixels[:, 1])
+        directions = np.column_stack([x, y, np.ones_like(x)]) @ self.rotation
+        return directions / np.linalg.norm(directions, axis=1, keepdims=True)

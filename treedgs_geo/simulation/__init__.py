@@ -1,0 +1,1 @@
+"""Synthetic plots by ray casting: photos, PPK files, LiDAR, field table, truth."""

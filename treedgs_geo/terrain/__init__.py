@@ -1,0 +1,1 @@
+"""Ground points, terrain model (DTM), heights above ground."""
