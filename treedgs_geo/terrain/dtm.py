@@ -1,0 +1,260 @@
+"""The terrain model: ground heights on a grid, asked for in project (or local) coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pyproj
+
+from ..core.crs import check_projected
+from ..core.errors import CRSError, InputError
+from ..core.files import atomic_path
+
+if TYPE_CHECKING:
+    from affine import Affine
+
+    from ..core.crs import LocalFrame
+
+#: Values that files use for "nothing here" without saying so.
+_SILENT_NODATA = (-9999.0, -99999.0, -32768.0, 3.4028234663852886e38, -3.4028234663852886e38)
+
+
+@dataclass(frozen=True)
+class Dtm:
+    """Ground heights on a regular grid.
+
+    heights: (rows, cols) float64 metres, NaN where nothing is known. transform: affine, (col, row) of a cell *corner*
+    -> grid coordinates. crs: of the coordinates it is asked in (``None`` = local metres). support: (rows, cols) metres
+    to the nearest ground point, where known. origin: (3,) subtracted from coordinates and heights, see
+    :meth:`shifted`. grid_crs: the grid's own CRS when it differs from ``crs``.
+    """
+
+    heights: np.ndarray
+    transform: Affine
+    crs: pyproj.CRS | None = None
+    support: np.ndarray | None = None
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    grid_crs: pyproj.CRS | None = None
+
+    def height(self, x: np.ndarray, y: np.ndarray, method: str = "bilinear") -> np.ndarray:
+        """Ground height at (N,) x, y, metres; NaN outside the grid and where nothing is known.
+
+        ``nearest`` is the paper's query. ``bilinear`` leaves missing corners out when the nearest cell is known, so
+        that it is NaN exactly where ``nearest`` is.
+        """
+        col, row, shape = self._cells(x, y)
+        return _sample(self.heights, col, row, method).reshape(shape) - self.origin[2]
+
+    __call__ = height
+
+    def support_m(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Distance to the nearest ground point that the model rests on, metres; NaN where unknown."""
+        col, row, shape = self._cells(x, y)
+        if self.support is None:
+            return np.full(shape, np.nan)
+        return _sample(self.support, col, row, "nearest").reshape(shape)
+
+    def slope_deg(self, x: np.ndarray, y: np.ndarray, reach_m: float = 1.0) -> np.ndarray:
+        """Steepest slope of the ground around (N,) x, y over ``2 * reach_m``, degrees; NaN where unknown."""
+        x, y = np.asarray(x, float), np.asarray(y, float)
+        east = (self.height(x + reach_m, y) - self.height(x - reach_m, y)) / (2 * reach_m)
+        north = (self.height(x, y + reach_m) - self.height(x, y - reach_m)) / (2 * reach_m)
+        return np.degrees(np.arctan(np.hypot(east, north)))
+
+    def covers(self, xy: np.ndarray) -> np.ndarray:
+        """(N,) bool: a ground height is known at (N, 2) positions."""
+        xy = np.atleast_2d(np.asarray(xy, float))
+        return np.isfinite(self.height(xy[:, 0], xy[:, 1], "nearest"))
+
+    def shifted(self, origin: np.ndarray) -> Dtm:
+        """The same ground, asked for and answering in coordinates relative to ``origin`` (3,)."""
+        moved = np.asarray(self.origin, float) + np.asarray(origin, float)
+        return replace(self, origin=(float(moved[0]), float(moved[1]), float(moved[2])))
+
+    def local(self, frame: LocalFrame) -> Dtm:
+        """The same ground in the local coordinates of ``frame``; call it with x, y."""
+        return self.shifted(frame.origin)
+
+    @property
+    def resolution_m(self) -> float:
+        """Cell size."""
+        return float(abs(self.transform.a))
+
+    def centres(self) -> tuple[np.ndarray, np.ndarray]:
+        """(rows, cols) x and y of the cell centres, in grid coordinates."""
+        rows, cols = self.heights.shape
+        col, row = np.meshgrid(np.arange(cols) + 0.5, np.arange(rows) + 0.5)
+        t = self.transform
+        return t.a * col + t.b * row + t.c, t.d * col + t.e * row + t.f
+
+    def _cells(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[int, ...]]:
+        x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+        east, north = x.ravel() + self.origin[0], y.ravel() + self.origin[1]
+        if self.grid_crs is not None and self.crs is not None:
+            east, north = pyproj.Transformer.from_crs(self.crs, self.grid_crs, always_xy=True).transform(east, north)
+        inverse = ~self.transform
+        return (inverse.a * east + inverse.b * north + inverse.c,
+                inverse.d * east + inverse.e * north + inverse.f, x.shape)
+
+
+def _sample(grid: np.ndarray, col: np.ndarray, row: np.ndarray, method: str) -> np.ndarray:
+    if method not in ("nearest", "bilinear"):
+        raise ValueError(f"method {method!r}: expected nearest or bilinear")
+    rows, cols = grid.shape
+    with np.errstate(invalid="ignore"):
+        inside = (col >= 0) & (row >= 0) & (col <= cols) & (row <= rows)
+    found = np.full(col.shape, np.nan)
+    col, row = col[inside], row[inside]
+    j, i = np.minimum(col.astype(int), cols - 1), np.minimum(row.astype(int), rows - 1)
+    near = grid[i, j]
+    if method == "bilinear" and near.size:
+        u, v = np.clip(col - 0.5, 0, cols - 1), np.clip(row - 0.5, 0, rows - 1)
+        j0, i0 = np.minimum(u.astype(int), max(cols - 2, 0)), np.minimum(v.astype(int), max(rows - 2, 0))
+        j1, i1 = np.minimum(j0 + 1, cols - 1), np.minimum(i0 + 1, rows - 1)
+        fu, fv = u - j0, v - i0
+        weights = np.stack([(1 - fu) * (1 - fv), fu * (1 - fv), (1 - fu) * fv, fu * fv])
+        values = np.stack([grid[i0, j0], grid[i0, j1], grid[i1, j0], grid[i1, j1]])
+        known = np.isfinite(values)
+        weights = np.where(known, weights, 0.0)
+        total = weights.sum(axis=0)
+        blended = (weights * np.where(known, values, 0.0)).sum(axis=0) / np.where(total > 0, total, 1.0)
+        near = np.where(np.isfinite(near) & (total > 1e-9), blended, near)
+    found[inside] = near
+    return found
+
+
+def grid_over(xy_min: np.ndarray, xy_max: np.ndarray, resolution_m: float) -> tuple[Affine, int, int]:
+    """``(transform, rows, cols)`` of a north-up grid that holds the box, edges on multiples of the cell size.
+
+    Raises:
+        InputError: the grid would have more than 400 million cells.
+    """
+    from affine import Affine
+
+    west, south = np.floor(np.asarray(xy_min, float) / resolution_m) * resolution_m
+    cols = max(int(np.ceil((xy_max[0] - west) / resolution_m)), 1)
+    rows = max(int(np.ceil((xy_max[1] - south) / resolution_m)), 1)
+    if rows * cols > 4e8:
+        raise InputError(
+            f"--resolution-m: {resolution_m:g} m over {cols * resolution_m:.0f} x {rows * resolution_m:.0f} m makes "
+            f"{rows * cols / 1e6:.0f} million cells, expected at most 400 million; give a coarser resolution or clip.")
+    return Affine(resolution_m, 0, west, 0, -resolution_m, south + rows * resolution_m), rows, cols
+
+
+def read_dtm(path: Path, crs: pyproj.CRS | None = None) -> Dtm:
+    """Read a terrain raster to be asked in the project CRS.
+
+    crs: the project CRS; a raster in another projected CRS is asked through a coordinate transformation. A raster
+    without CRS is taken to be in ``crs``. Band 1 holds heights in metres; a second band described ``support`` is kept.
+
+    Raises:
+        InputError: not a raster, or no height in it. CRSError: geographic or not in metres.
+    """
+    import rasterio
+
+    path = Path(path)
+    if not path.exists():
+        raise InputError(f"{path}: not found; give a terrain raster (GeoTIFF) with --dtm.")
+    try:
+        with rasterio.open(path) as source:
+            band = source.read(1, masked=True)
+            transform, wkt, nodata = source.transform, source.crs and source.crs.to_wkt(), source.nodata
+            units = (source.units[0] or "").lower()
+            support = None
+            if source.count > 1 and source.descriptions[1] == "support":
+                support = source.read(2, masked=True).astype(float).filled(np.nan)
+    except rasterio.errors.RasterioError as problem:
+        raise InputError(f"{path}: is not a raster that can be read ({problem}); give a terrain GeoTIFF.") from None
+    heights = band.astype(float).filled(np.nan)
+    heights[~np.isfinite(heights) | np.isin(heights, _SILENT_NODATA) | (np.abs(heights) > 12_000)] = np.nan
+    if nodata is not None:
+        heights[heights == nodata] = np.nan
+    if not np.isfinite(heights).any():
+        raise InputError(f"{path}: holds no ground height (every cell is nodata); give a DTM with heights in metres.")
+    if units in ("ft", "foot", "feet", "us survey foot", "us-ft"):
+        raise CRSError(f"{path}: heights are in {units}, expected metres; convert the raster to metres.")
+    grid_crs = pyproj.CRS.from_wkt(wkt) if wkt else None
+    if grid_crs is not None:
+        check_projected(_horizontal(grid_crs), str(path))
+        _check_vertical(grid_crs, path)
+    differs = crs is not None and grid_crs is not None and not same_horizontal(crs, grid_crs)
+    return Dtm(heights, transform, crs or grid_crs, support, grid_crs=_horizontal(grid_crs) if differs else None)
+
+
+def write_dtm(path: Path, dtm: Dtm) -> None:
+    """Write a GeoTIFF (Float32, deflate, nodata -9999): band 1 ground height, band 2 ``support`` where known."""
+    import rasterio
+
+    bands = [dtm.heights + 0.0] + ([dtm.support] if dtm.support is not None else [])
+    own_crs = dtm.grid_crs or dtm.crs
+    profile = {
+        "driver": "GTiff", "width": dtm.heights.shape[1], "height": dtm.heights.shape[0], "count": len(bands),
+        "dtype": "float32", "nodata": -9999.0, "transform": dtm.transform, "compress": "deflate", "predictor": 3,
+        "tiled": min(dtm.heights.shape) >= 256, "BIGTIFF": "IF_SAFER",
+        "crs": own_crs.to_wkt() if own_crs is not None else None,
+    }
+    with atomic_path(Path(path)) as temporary:
+        with rasterio.open(temporary, "w", **profile) as target:
+            for index, (band, name) in enumerate(zip(bands, ("ground", "support"), strict=False), start=1):
+                target.write(np.where(np.isfinite(band), band, -9999.0).astype(np.float32), index)
+                target.set_band_description(index, name)
+
+
+def require_coverage(dtm: Dtm, xy: np.ndarray, where: str, least: float = 0.5) -> None:
+    """Refuse a DTM that does not lie under the plot.
+
+    Raises:
+        InputError: known at less than the share ``least`` of the (N, 2) positions.
+    """
+    share = float(np.mean(dtm.covers(xy))) if len(xy) else 0.0
+    if share < least:
+        (west, south), (east, north) = np.min(xy, axis=0), np.max(xy, axis=0)
+        raise InputError(
+            f"{where}: knows the ground at {100 * share:.0f} % of the plot (x {west:.0f} to {east:.0f}, y {south:.0f} to "
+            f"{north:.0f}), expected all of it; give a DTM that covers the plot and is in its CRS.")
+
+
+def require_same_heights(dtm: Dtm, xyz: np.ndarray, where: str, limit_m: float = 3.0) -> None:
+    """Refuse a DTM whose heights are not those of the cloud (ellipsoid against geoid, feet, normalised heights).
+
+    The low points of (N, 3) ``xyz`` in 1 m cells should lie on the ground.
+
+    Raises:
+        InputError: their median distance exceeds ``limit_m``.
+    """
+    cell = np.floor(xyz[:, :2] - xyz[:, :2].min(axis=0)).astype(np.int64)
+    key = cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1]
+    order = np.lexsort((xyz[:, 2], key))
+    first = order[np.r_[True, np.diff(key[order]) != 0]]
+    gap = xyz[first, 2] - dtm.height(xyz[first, 0], xyz[first, 1])
+    gap = gap[np.isfinite(gap)]
+    if not gap.size:
+        return
+    # The lower quartile: under dense canopy most cells hold no ground return, but some do.
+    median = float(np.percentile(gap, 25))
+    if abs(median) > limit_m:
+        raise InputError(
+            f"{where}: the cloud's lowest points lie {median:+.1f} m from this ground, expected within {limit_m:g} m; "
+            "bring both to one vertical datum (ellipsoid or geoid) and to metres, or leave --dtm out.")
+
+
+def same_horizontal(one: pyproj.CRS, other: pyproj.CRS) -> bool:
+    """True when two CRS agree horizontally (a vertical part and metadata do not matter)."""
+    first, second = _horizontal(one), _horizontal(other)
+    if first.equals(second, ignore_axis_order=True):
+        return True
+    codes = first.to_epsg(min_confidence=70), second.to_epsg(min_confidence=70)
+    return codes[0] is not None and codes[0] == codes[1]
+
+
+def _horizontal(crs: pyproj.CRS) -> pyproj.CRS:
+    return crs.sub_crs_list[0] if crs.is_compound else crs
+
+
+def _check_vertical(crs: pyproj.CRS, path: Path) -> None:
+    for part in crs.sub_crs_list if crs.is_compound else []:
+        if part.is_vertical and part.axis_info and part.axis_info[0].unit_name not in ("metre", "meter"):
+            raise CRSError(f"{path}: heights are in {part.axis_info[0].unit_name}, expected metres; convert the raster.")
