@@ -1,0 +1,76 @@
+"""Field plots: where to look for trees. Read from a CSV table with one row a plot."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import pyproj
+
+from .errors import CRSError, InputError
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A circular plot. x, y: centre in project coordinates, metres."""
+
+    plot_id: str
+    x: float
+    y: float
+    radius_m: float
+
+
+def read_plots(path: Path, crs: pyproj.CRS) -> list[Plot]:
+    """Read ``plot_id, radius_m`` and a centre: ``easting, northing`` (with optional ``epsg``) or ``lon, lat``.
+
+    Coordinates in another CRS are transformed to ``crs``; lon/lat are read on the project CRS's own datum.
+
+    Raises:
+        InputError: missing file, columns or numbers, doubled ids. CRSError: unknown ``epsg``.
+    """
+    path = Path(path)
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as stream:
+            rows = list(csv.DictReader(stream))
+    except (OSError, UnicodeDecodeError) as problem:
+        raise InputError(f"{path}: cannot be read as a CSV table ({problem}); give a plots table.") from None
+    if not rows:
+        raise InputError(f"{path}: holds no plot, expected one row a plot with plot_id, easting, northing, radius_m.")
+    columns = set(rows[0])
+    metric = {"easting", "northing"} <= columns
+    if "radius_m" not in columns or not (metric or {"lon", "lat"} <= columns):
+        raise InputError(f"{path}: found columns {', '.join(sorted(map(str, columns)))}; expected plot_id, radius_m and "
+                         "easting, northing (with epsg) or lon, lat.")
+    plots: list[Plot] = []
+    for number, row in enumerate(rows, start=2):
+        try:
+            first, second = ("easting", "northing") if metric else ("lon", "lat")
+            position = float(row[first]), float(row[second])
+            radius = float(row["radius_m"])
+        except (TypeError, ValueError):
+            raise InputError(f"{path}, line {number}: a coordinate or radius_m is not a number; correct the row.") from None
+        if not 0 < radius <= 1000:
+            raise InputError(f"{path}, line {number}: radius_m is {radius:g}, expected metres above 0 and up to 1000.")
+        source = _source_crs(path, number, row, crs, metric)
+        if source is not None:
+            position = pyproj.Transformer.from_crs(source, crs, always_xy=True).transform(*position)
+        name = str(row.get("plot_id") or f"plot_{number - 1}")
+        if any(plot.plot_id == name for plot in plots):
+            raise InputError(f"{path}, line {number}: plot_id {name!r} appears twice; give every plot its own id.")
+        plots.append(Plot(name, position[0], position[1], radius))
+    return plots
+
+
+def _source_crs(path: Path, number: int, row: dict, crs: pyproj.CRS, metric: bool) -> pyproj.CRS | None:
+    """The row's CRS when it differs from the project's."""
+    if not metric:
+        return crs.geodetic_crs.to_2d() if crs.geodetic_crs else None
+    code = str(row.get("epsg") or "").strip()
+    if not code:
+        return None
+    try:
+        found = pyproj.CRS.from_epsg(int(float(code)))
+    except (ValueError, pyproj.exceptions.CRSError):
+        raise CRSError(f"{path}, line {number}: epsg {code!r} is unknown; give the EPSG code of easting and northing.") from None
+    return None if found == crs else found
