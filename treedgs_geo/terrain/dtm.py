@@ -12,6 +12,8 @@ import pyproj
 from ..core.crs import check_projected
 from ..core.errors import CRSError, InputError
 from ..core.files import atomic_path
+from ..pointcloud.cloud import horizontal
+from ..pointcloud.files import same_place
 
 if TYPE_CHECKING:
     from affine import Affine
@@ -178,10 +180,10 @@ def read_dtm(path: Path, crs: pyproj.CRS | None = None) -> Dtm:
         raise CRSError(f"{path}: heights are in {units}, expected metres; convert the raster to metres.")
     grid_crs = pyproj.CRS.from_wkt(wkt) if wkt else None
     if grid_crs is not None:
-        check_projected(_horizontal(grid_crs), str(path))
+        check_projected(horizontal(grid_crs), str(path))
         _check_vertical(grid_crs, path)
-    differs = crs is not None and grid_crs is not None and not same_horizontal(crs, grid_crs)
-    return Dtm(heights, transform, crs or grid_crs, support, grid_crs=_horizontal(grid_crs) if differs else None)
+    differs = crs is not None and grid_crs is not None and not same_place(crs, grid_crs)
+    return Dtm(heights, transform, crs or grid_crs, support, grid_crs=horizontal(grid_crs) if differs else None)
 
 
 def write_dtm(path: Path, dtm: Dtm) -> None:
@@ -213,8 +215,8 @@ def require_coverage(dtm: Dtm, xy: np.ndarray, where: str, least: float = 0.5) -
     if share < least:
         (west, south), (east, north) = np.min(xy, axis=0), np.max(xy, axis=0)
         raise InputError(
-            f"{where}: knows the ground at {100 * share:.0f} % of the plot (x {west:.0f} to {east:.0f}, y {south:.0f} to "
-            f"{north:.0f}), expected all of it; give a DTM that covers the plot and is in its CRS.")
+            f"{where}: knows the ground at {100 * share:.0f} % of the plot (x {west:.0f} to {east:.0f}, y "
+            f"{south:.0f} to {north:.0f}), expected all of it; give a DTM that covers the plot and is in its CRS.")
 
 
 def require_same_heights(dtm: Dtm, xyz: np.ndarray, where: str, limit_m: float = 3.0) -> None:
@@ -241,20 +243,8 @@ def require_same_heights(dtm: Dtm, xyz: np.ndarray, where: str, limit_m: float =
             "bring both to one vertical datum (ellipsoid or geoid) and to metres, or leave --dtm out.")
 
 
-def same_horizontal(one: pyproj.CRS, other: pyproj.CRS) -> bool:
-    """True when two CRS agree horizontally (a vertical part and metadata do not matter)."""
-    first, second = _horizontal(one), _horizontal(other)
-    if first.equals(second, ignore_axis_order=True):
-        return True
-    codes = first.to_epsg(min_confidence=70), second.to_epsg(min_confidence=70)
-    return codes[0] is not None and codes[0] == codes[1]
-
-
-def _horizontal(crs: pyproj.CRS) -> pyproj.CRS:
-    return crs.sub_crs_list[0] if crs.is_compound else crs
-
-
 def _check_vertical(crs: pyproj.CRS, path: Path) -> None:
     for part in crs.sub_crs_list if crs.is_compound else []:
         if part.is_vertical and part.axis_info and part.axis_info[0].unit_name not in ("metre", "meter"):
-            raise CRSError(f"{path}: heights are in {part.axis_info[0].unit_name}, expected metres; convert the raster.")
+            raise CRSError(
+                f"{path}: heights are in {part.axis_info[0].unit_name}, expected metres; convert the raster to metres.")

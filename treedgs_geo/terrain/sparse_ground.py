@@ -1,4 +1,4 @@
-"""Ground from the sparse points of structure from motion: most of them lie on the litter, the rest are stems and crowns."""
+"""Ground from the sparse points of structure from motion: most lie on the litter, the rest on stems and crowns."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ def dtm_from_sparse(points: np.ndarray, resolution_m: float = 0.25, crs: pyproj.
     points = np.asarray(points, float).reshape(-1, 3)
     points = points[np.isfinite(points).all(axis=1)]
     if len(points) < 30:
-        raise InputError(f"Ground from photos: found {len(points)} 3-D points, expected at least 30; give a DTM with --dtm.")
+        raise InputError(
+            f"Ground from photos: found {len(points)} 3-D points, expected at least 30; give a DTM with --dtm.")
     centre = np.median(points, axis=0)
     ground = sparse_ground_points(points - centre, cell_m, tolerance_m)
     if bounds is not None:

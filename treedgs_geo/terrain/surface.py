@@ -1,4 +1,4 @@
-"""A ground surface from noisy ground points: local planes, robust, leaning low because what is not ground is above it."""
+"""A ground surface from noisy points: local planes, robust, leaning low because what is not ground is above it."""
 
 from __future__ import annotations
 

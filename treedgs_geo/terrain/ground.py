@@ -1,0 +1,154 @@
+"""Which points are ground: cloth simulation over the lowest points, then a robust surface for the whole cloud."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import numpy as np
+import pyproj
+
+from ..core.errors import InputError
+from ..core.settings import param
+from .dtm import Dtm, grid_over
+from .surface import cell_quantile, grid_ground, local_ground
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClothSimulation:
+    """Cloth simulation filter (Zhang et al. 2016), with the settings that forest clouds are usually given."""
+
+    cloth_m: float = param(0.5, kind="number", help="cell size of the cloth", unit="m", minimum=0.1, maximum=10)
+    rigidness: int = param(2, kind="integer", help="1 steep, 2 hilly, 3 flat terrain", minimum=1, maximum=3)
+    threshold_m: float = param(0.5, kind="number", help="largest distance of ground points from the cloth", unit="m",
+                               minimum=0.02, maximum=5)
+    rounds: int = param(500, kind="integer", help="most iterations of the cloth", minimum=10, maximum=5000)
+    thin_m: float = param(0.2, kind="number", help="one lowest point a cell of this size hangs the cloth", unit="m",
+                          minimum=0.02, maximum=5)
+    ground_m: float = param(0.15, kind="number", help="points this close to the final surface are ground", unit="m",
+                            minimum=0.01, maximum=1)
+
+
+def classify_ground(xyz: np.ndarray, method: ClothSimulation | None = None) -> np.ndarray:
+    """(N,) bool: the ground points of (N, 3) ``xyz``.
+
+    Raises:
+        InputError: no ground was found.
+    """
+    method = method or ClothSimulation()
+    origin = xyz.min(axis=0)
+    seeds = _recentred(xyz - origin, _cloth_ground(xyz - origin, method))
+    surface, _ = _surface_at(xyz[:, :2] - origin[:2], seeds)
+    near = np.abs(xyz[:, 2] - origin[2] - surface)
+    return near <= method.ground_m
+
+
+def dtm_from_cloud(xyz: np.ndarray, resolution_m: float = 0.25, method: ClothSimulation | None = None,
+                   crs: pyproj.CRS | None = None, reach_m: float = 10.0, ground: np.ndarray | None = None) -> Dtm:
+    """Terrain model of (N, 3) ``xyz`` over its extent; support = distance to the nearest ground point.
+
+    ground: (N,) bool of points known to be ground (a classified cloud); otherwise cloth simulation finds them.
+    Cells farther than ``reach_m`` from ground stay unknown.
+
+    Raises:
+        InputError: no ground was found.
+    """
+    origin = np.floor(xyz.min(axis=0))
+    if ground is not None and ground.sum() >= 10:
+        seeds = cell_quantile(xyz[ground] - origin, 0.25, 0.3)
+    else:
+        seeds = _recentred(xyz - origin, _cloth_ground(xyz - origin, method or ClothSimulation()))
+    bounds = xyz[:, :2].min(axis=0) - origin[:2], xyz[:, :2].max(axis=0) - origin[:2]
+    dtm = grid_ground(seeds, resolution_m, neighbours=24, bandwidth_m=0.5, reach_m=reach_m, bounds=bounds)
+    transform = dtm.transform.translation(origin[0], origin[1]) * dtm.transform
+    return Dtm(dtm.heights + origin[2], transform, crs, dtm.support)
+
+
+def flat_ground(xyz: np.ndarray, crs: pyproj.CRS | None = None) -> Dtm:
+    """A level ground at the cloud's lowest points: the last resort for a cut-out tree without its surroundings."""
+    low, high = xyz[:, :2].min(axis=0) - 1.0, xyz[:, :2].max(axis=0) + 1.0
+    transform, rows, cols = grid_over(low, high, 1.0)
+    base = float(np.partition(xyz[:, 2], min(10, len(xyz) - 1))[min(10, len(xyz) - 1)])
+    return Dtm(np.full((rows, cols), base), transform, crs)
+
+
+def height_above_ground(xyz: np.ndarray, dtm: Dtm, method: str = "bilinear") -> np.ndarray:
+    """(N,) metres above the terrain model; NaN where the ground is unknown."""
+    return xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1], method)
+
+
+def _recentred(xyz: np.ndarray, lows: np.ndarray, reach_m: float = 0.10, cell_m: float = 0.25) -> np.ndarray:
+    """Ground points free of the bias of lowest points, which lie a noise's width under the ground."""
+    surface, _ = _surface_at(xyz[:, :2], lows)
+    near = np.abs(xyz[:, 2] - surface) < reach_m
+    return cell_quantile(xyz[near], cell_m, 0.4) if near.sum() >= 10 else lows
+
+
+def _surface_at(xy: np.ndarray, seeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Ground under every point, through a fine grid (a plane per point would be N times too much work)."""
+    grid = grid_ground(seeds, 0.25, neighbours=24, bandwidth_m=0.5, bounds=(xy.min(axis=0), xy.max(axis=0)))
+    return grid.height(xy[:, 0], xy[:, 1]), grid.support_m(xy[:, 0], xy[:, 1])
+
+
+def _cloth_ground(xyz: np.ndarray, method: ClothSimulation) -> np.ndarray:
+    """(M, 3) ground points, thinned, from coordinates near zero."""
+    import CSF
+
+    lows = _without_pits(cell_quantile(xyz, method.thin_m, 0.0))
+    if len(lows) < 10:
+        raise InputError(f"Terrain: found {len(lows)} cells with points, expected at least 10; give a larger cloud "
+                         "or a DTM with --dtm.")
+    cloth = CSF.CSF()
+    cloth.params.bSloopSmooth = True
+    cloth.params.cloth_resolution = method.cloth_m
+    cloth.params.rigidness = method.rigidness
+    cloth.params.class_threshold = method.threshold_m
+    cloth.params.interations = method.rounds
+    cloth.params.time_step = 0.65
+    cloth.setPointCloud(np.ascontiguousarray(lows))
+    ground, other = CSF.VecInt(), CSF.VecInt()
+    with _quiet_stdout():
+        cloth.do_filtering(ground, other, False)
+    found = lows[np.asarray(ground, dtype=int)] if len(ground) else lows[:0]
+    if len(found) < 10:
+        raise InputError("Terrain: no ground was found in the cloud; give a DTM with --dtm.")
+    # The cloth lets low plants within its threshold pass: keep what a low, robust surface agrees with.
+    for tolerance, width in ((0.3, 1.5), (0.15, 1.0)):
+        surface, _ = local_ground(found[:, :2], found, neighbours=40, bandwidth_m=width, noise_m=0.03)
+        kept = np.abs(found[:, 2] - surface) < tolerance
+        if kept.sum() < 10:
+            break
+        found = found[kept]
+    return found
+
+
+def _without_pits(lows: np.ndarray, depth_m: float = 1.0) -> np.ndarray:
+    """Drop single points far below all their neighbours: multipath, which would pull the cloth down."""
+    from scipy.spatial import cKDTree
+
+    if len(lows) < 20:
+        return lows
+    _, near = cKDTree(lows[:, :2]).query(lows[:, :2], k=9)
+    floor = np.partition(lows[near[:, 1:], 2], 1, axis=1)[:, 1]
+    return lows[lows[:, 2] > floor - depth_m]
+
+
+@contextmanager
+def _quiet_stdout() -> Iterator[None]:
+    """The cloth library prints to the process's stdout, which belongs to the JSON protocol."""
+
+    try:
+        saved = os.dup(1)
+    except OSError:
+        yield
+        return
+    quiet = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(quiet, 1)
+        yield
+    finally:
+        os.dup2(saved, 1)
+        os.close(saved)
+        os.close(quiet)
