@@ -108,8 +108,10 @@ def _run_job(arguments: list[str]) -> int:
         job_file = Path(arguments[1])
         job = read_json(job_file)
         if job.get("protocol") != PROTOCOL:
-            raise InputError(f"{job_file}: protocol {job.get('protocol')}, this engine speaks {PROTOCOL}; "
-                             "update the engine with treedgs:setupengine.")
+            raise InputError(
+                f"{job_file}: protocol {job.get('protocol')}, this engine speaks {PROTOCOL}; "
+                "update the engine with treedgs:setupengine."
+            )
         if job.get("command") not in MODULES:
             raise InputError(f"{job_file}: unknown command {job.get('command')!r}.")
         command = get_command(job["command"])
@@ -124,8 +126,12 @@ def _run_job(arguments: list[str]) -> int:
 
 
 def _overview(commands: list[Command]) -> str:
-    lines = [f"treedgs {__version__}: tree diameters from drone photos or LiDAR clouds", "",
-             "usage: treedgs COMMAND [options]      (treedgs COMMAND --help for units, defaults and an example)", ""]
+    lines = [
+        f"treedgs {__version__}: tree diameters from drone photos or LiDAR clouds",
+        "",
+        "usage: treedgs COMMAND [options]      (treedgs COMMAND --help for units, defaults and an example)",
+        "",
+    ]
     for group in dict.fromkeys(command.group for command in commands):
         lines.append(f"{group}:")
         lines += [f"  {c.name:<18} {c.summary}" for c in commands if c.group == group]
@@ -136,22 +142,45 @@ def _overview(commands: list[Command]) -> str:
 
 def _parser(command: Command) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog=f"treedgs {command.name}", description=f"{command.summary}\n\n{command.help}",
-        epilog=f"example:\n  {command.example}", formatter_class=argparse.RawDescriptionHelpFormatter, allow_abbrev=False)
+        prog=f"treedgs {command.name}",
+        description=f"{command.summary}\n\n{command.help}",
+        epilog=f"example:\n  {command.example}",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
     for name, spec, default in params_of(command.settings):
-        parser.add_argument(f"--{name.replace('_', '-')}", dest=name, metavar=_metavar(spec), required=default is MISSING,
-                            help=_help_line(spec, default).replace("%", "%%"),
-                            **({"nargs": "?", "const": "true"} if spec.kind == "flag" else {}))
-    parser.add_argument("--log-format", default="auto", choices=["auto", "bar", "plain", "json", "quiet"],
-                        help="progress as a bar, plain lines, JSON lines on stdout, or nothing (default: auto)")
+        parser.add_argument(
+            f"--{name.replace('_', '-')}",
+            dest=name,
+            metavar=_metavar(spec),
+            required=default is MISSING,
+            help=_help_line(spec, default).replace("%", "%%"),
+            **({"nargs": "?", "const": "true"} if spec.kind == "flag" else {}),
+        )
+    parser.add_argument(
+        "--log-format",
+        default="auto",
+        choices=["auto", "bar", "plain", "json", "quiet"],
+        help="progress as a bar, plain lines, JSON lines on stdout, or nothing (default: auto)",
+    )
     return parser
 
 
 def _metavar(spec: Param) -> str:
     if spec.kind == "choice":
         return "|".join(spec.choices)
-    return {"file": "FILE", "folder": "DIR", "files": "FILE|DIR", "output_file": "FILE", "output_folder": "DIR",
-            "crs": "EPSG:CODE", "integer": "N", "number": "X", "flag": "true|false", "text": "TEXT"}[spec.kind]
+    return {
+        "file": "FILE",
+        "folder": "DIR",
+        "files": "FILE|DIR",
+        "output_file": "FILE",
+        "output_folder": "DIR",
+        "crs": "EPSG:CODE",
+        "integer": "N",
+        "number": "X",
+        "flag": "true|false",
+        "text": "TEXT",
+    }[spec.kind]
 
 
 def _help_line(spec: Param, default: Any) -> str:

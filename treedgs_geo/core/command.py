@@ -40,7 +40,13 @@ def describe(command: Command) -> dict[str, Any]:
         entry.update(name=name, required=default is MISSING, default=None if default is MISSING else default)
         parameters.append(entry)
     return {
-        "name": command.name, "id": command.qgis_id, "title": command.title, "group": command.group,
-        "summary": command.summary, "help": command.help, "example": command.example,
-        "outputs": command.outputs, "parameters": parameters,
+        "name": command.name,
+        "id": command.qgis_id,
+        "title": command.title,
+        "group": command.group,
+        "summary": command.summary,
+        "help": command.help,
+        "example": command.example,
+        "outputs": command.outputs,
+        "parameters": parameters,
     }

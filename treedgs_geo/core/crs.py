@@ -33,14 +33,18 @@ def check_projected(crs: pyproj.CRS, where: str, lon_lat: tuple[float, float] | 
     """Refuse a CRS that distances cannot be measured in."""
     if crs.is_geographic or crs.is_geocentric:
         zone = suggest_utm(*lon_lat) if lon_lat else None
-        hint = f"use the UTM zone of your plot, EPSG:{zone.to_epsg()} ({zone.name})" if zone else (
-            "use the UTM zone of your plot (for example EPSG:32615 for 93 W, north)")
+        hint = (
+            f"use the UTM zone of your plot, EPSG:{zone.to_epsg()} ({zone.name})"
+            if zone
+            else ("use the UTM zone of your plot (for example EPSG:32615 for 93 W, north)")
+        )
         raise CRSError(f"{where}: {crs.name} is geographic (degrees), expected a projected CRS in metres; {hint}.")
     units = {axis.unit_name for axis in crs.axis_info[:2]}
     if units - {"metre", "meter"}:
         raise CRSError(
             f"{where}: {crs.name} is in {', '.join(sorted(units))}, expected metres; "
-            "choose the metric version of this CRS or the UTM zone.")
+            "choose the metric version of this CRS or the UTM zone."
+        )
     return crs
 
 

@@ -40,8 +40,10 @@ def read_plots(path: Path, crs: pyproj.CRS) -> list[Plot]:
     columns = set(rows[0])
     metric = {"easting", "northing"} <= columns
     if "radius_m" not in columns or not (metric or {"lon", "lat"} <= columns):
-        raise InputError(f"{path}: found columns {', '.join(sorted(map(str, columns)))}; expected plot_id, radius_m and "
-                         "easting, northing (with epsg) or lon, lat.")
+        raise InputError(
+            f"{path}: found columns {', '.join(sorted(map(str, columns)))}; expected plot_id, radius_m and "
+            "easting, northing (with epsg) or lon, lat."
+        )
     plots: list[Plot] = []
     for number, row in enumerate(rows, start=2):
         try:
@@ -49,7 +51,9 @@ def read_plots(path: Path, crs: pyproj.CRS) -> list[Plot]:
             position = float(row[first]), float(row[second])
             radius = float(row["radius_m"])
         except (TypeError, ValueError):
-            raise InputError(f"{path}, line {number}: a coordinate or radius_m is not a number; correct the row.") from None
+            raise InputError(
+                f"{path}, line {number}: a coordinate or radius_m is not a number; correct the row."
+            ) from None
         if not 0 < radius <= 1000:
             raise InputError(f"{path}, line {number}: radius_m is {radius:g}, expected metres above 0 and up to 1000.")
         source = _source_crs(path, number, row, crs, metric)
@@ -72,5 +76,7 @@ def _source_crs(path: Path, number: int, row: dict, crs: pyproj.CRS, metric: boo
     try:
         found = pyproj.CRS.from_epsg(int(float(code)))
     except (ValueError, pyproj.exceptions.CRSError):
-        raise CRSError(f"{path}, line {number}: epsg {code!r} is unknown; give the EPSG code of easting and northing.") from None
+        raise CRSError(
+            f"{path}, line {number}: epsg {code!r} is unknown; give the EPSG code of easting and northing."
+        ) from None
     return None if found == crs else found

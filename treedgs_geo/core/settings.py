@@ -8,6 +8,7 @@ A settings class is a frozen, keyword-only dataclass whose fields are made with 
 from __future__ import annotations
 
 import dataclasses
+import os
 from dataclasses import MISSING, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,19 @@ from typing import Any
 from .errors import InputError
 
 #: What a value is; decides the argparse type and the QGIS widget.
-KINDS = ("file", "folder", "files", "output_file", "output_folder", "crs", "choice", "integer", "number", "flag", "text")
+KINDS = (
+    "file",
+    "folder",
+    "files",
+    "output_file",
+    "output_folder",
+    "crs",
+    "choice",
+    "integer",
+    "number",
+    "flag",
+    "text",
+)
 
 
 @dataclass(frozen=True)
@@ -66,9 +79,12 @@ def parse_value(name: str, spec: Param, value: Any) -> Any:
         return None
     option = f"--{name.replace('_', '-')}"
     if spec.kind in ("file", "folder", "files", "output_file", "output_folder"):
+        if not isinstance(value, (str, Path)) or "\0" in str(value):
+            raise InputError(f"{option}: found {value!r}, expected a path.")
         if str(value) == "":
             return None
-        return Path(value).expanduser()
+        # os.path.expanduser leaves an unknown ~user as it is; Path.expanduser raises.
+        return Path(os.path.expanduser(value))
     if spec.kind in ("text", "crs"):
         return str(value)
     if spec.kind == "flag":
@@ -84,15 +100,19 @@ def parse_value(name: str, spec: Param, value: Any) -> Any:
             raise InputError(f"{option}: found {value!r}, expected one of {', '.join(spec.choices)}.")
         return str(value)
     try:
+        if isinstance(value, bool):
+            raise ValueError
         if spec.kind == "integer":
             if isinstance(value, float) and value != int(value):
                 raise ValueError
             number: float = int(value)
         else:
             number = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         wanted = "a whole number" if spec.kind == "integer" else "a number"
-        raise InputError(f"{option}: found {value!r}, expected {wanted}{f' in {spec.unit}' if spec.unit else ''}.") from None
+        raise InputError(
+            f"{option}: found {value!r}, expected {wanted}{f' in {spec.unit}' if spec.unit else ''}."
+        ) from None
     if not number == number or number in (float("inf"), float("-inf")):
         raise InputError(f"{option}: found {value!r}, expected a finite number.")
     if spec.minimum is not None and number < spec.minimum or spec.maximum is not None and number > spec.maximum:

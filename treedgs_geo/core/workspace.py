@@ -87,13 +87,24 @@ def peak_memory_mb() -> int:
     """Largest resident size so far of this process and of its finished children, MB."""
     scale = 1 / 1024 if sys.platform != "darwin" else 1 / 1024**2
     return round(
-        max(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss) * scale
+        max(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
+        * scale
     )
 
 
 def _versions() -> dict[str, str]:
     found = {"python": sys.version.split()[0]}
-    for name in ("numpy", "scipy", "numba", "pycolmap", "opencv-python-headless", "open3d", "laspy", "rasterio", "geopandas"):
+    for name in (
+        "numpy",
+        "scipy",
+        "numba",
+        "pycolmap",
+        "opencv-python-headless",
+        "open3d",
+        "laspy",
+        "rasterio",
+        "geopandas",
+    ):
         try:
             found[name] = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:

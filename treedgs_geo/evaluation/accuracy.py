@@ -50,8 +50,13 @@ def pair_by_position(reference_xy: np.ndarray, measured_xy: np.ndarray, gate_m: 
     return np.column_stack([rows[good], columns[good]])
 
 
-def score(errors_cm: np.ndarray, reference_dbh_cm: np.ndarray, n_reference: int, n_false: int = 0,
-          inside: np.ndarray | None = None) -> Accuracy:
+def score(
+    errors_cm: np.ndarray,
+    reference_dbh_cm: np.ndarray,
+    n_reference: int,
+    n_false: int = 0,
+    inside: np.ndarray | None = None,
+) -> Accuracy:
     """Accuracy from the errors (K,) of the measured trees and the reference DBHs (K,) of the same trees."""
     errors = np.asarray(errors_cm, float)
     n = len(errors)
@@ -59,14 +64,22 @@ def score(errors_cm: np.ndarray, reference_dbh_cm: np.ndarray, n_reference: int,
         return Accuracy(n_reference, 0, 0.0, None, None, None, None, None, n_false, None)
     rmse = float(np.sqrt(np.mean(errors**2)))
     return Accuracy(
-        n_reference=n_reference, n_measured=n, success_rate=n / n_reference, rmse_cm=rmse,
-        rrmse_pct=100 * rmse / float(np.mean(reference_dbh_cm)), mae_cm=float(np.mean(np.abs(errors))),
-        me_cm=float(np.mean(errors)), max_abs_cm=float(np.max(np.abs(errors))), n_false=n_false,
-        coverage_90=None if inside is None else float(np.mean(inside)))
+        n_reference=n_reference,
+        n_measured=n,
+        success_rate=n / n_reference,
+        rmse_cm=rmse,
+        rrmse_pct=100 * rmse / float(np.mean(reference_dbh_cm)),
+        mae_cm=float(np.mean(np.abs(errors))),
+        me_cm=float(np.mean(errors)),
+        max_abs_cm=float(np.max(np.abs(errors))),
+        n_false=n_false,
+        coverage_90=None if inside is None else float(np.mean(inside)),
+    )
 
 
-def score_against_truth(trees: gpd.GeoDataFrame, truth_csv: Path, min_clear_views: int = 0,
-                        gate_m: float = 0.5) -> tuple[Accuracy, pd.DataFrame]:
+def score_against_truth(
+    trees: gpd.GeoDataFrame, truth_csv: Path, min_clear_views: int = 0, gate_m: float = 0.5
+) -> tuple[Accuracy, pd.DataFrame]:
     """Score a tree layer against a simulated or rendered plot's ``truth/trees.csv``.
 
     Reference: in-plot stems with at least ``min_clear_views`` unoccluded breast-height views. False: a tree with a DBH
@@ -85,26 +98,38 @@ def score_against_truth(trees: gpd.GeoDataFrame, truth_csv: Path, min_clear_view
     anywhere = np.vstack([truth[["E_bh", "N_bh"]].to_numpy(float), truth[["E_base", "N_base"]].to_numpy(float)])
     n_false = int((cdist(found_xy, anywhere).min(axis=1) > gate_m).sum()) if len(found_xy) else 0
 
-    every_pair = dict(pair_by_position(truth[["E_bh", "N_bh"]].to_numpy(float), trees[["x", "y"]].to_numpy(float), gate_m))
+    every_pair = dict(
+        pair_by_position(truth[["E_bh", "N_bh"]].to_numpy(float), trees[["x", "y"]].to_numpy(float), gate_m)
+    )
     partner = {int(i): measured.iloc[int(j)] for i, j in pairs}
-    wanted = truth[truth["in_plot"].astype(str).str.lower().eq("true") & (truth["n_unoccluded_bh_views"] >= min_clear_views)]
+    wanted = truth[
+        truth["in_plot"].astype(str).str.lower().eq("true") & (truth["n_unoccluded_bh_views"] >= min_clear_views)
+    ]
     rows = []
     for index, stem in wanted.iterrows():
         tree = partner.get(int(index))
         seen = trees.iloc[every_pair[index]] if tree is None and index in every_pair else tree
-        rows.append({
-            "tree_id": stem["tree_id"], "kind": stem.get("kind"), "clear_views": stem["n_unoccluded_bh_views"],
-            "dbh_true_cm": stem["dbh_cm"], "dbh_cm": None if tree is None else tree["dbh_cm"],
-            "dbh_se_cm": None if tree is None else tree["dbh_se_cm"],
-            "error_cm": None if tree is None else tree["dbh_cm"] - stem["dbh_cm"],
-            "inside_90": None if tree is None else bool(tree["dbh_lo_cm"] <= stem["dbh_cm"] <= tree["dbh_hi_cm"]),
-            "qc_flag": "not found" if seen is None else seen["qc_flag"],
-            "qc_reason": "" if seen is None else seen["qc_reason"],
-        })
+        rows.append(
+            {
+                "tree_id": stem["tree_id"],
+                "kind": stem.get("kind"),
+                "clear_views": stem["n_unoccluded_bh_views"],
+                "dbh_true_cm": stem["dbh_cm"],
+                "dbh_cm": None if tree is None else tree["dbh_cm"],
+                "dbh_se_cm": None if tree is None else tree["dbh_se_cm"],
+                "error_cm": None if tree is None else tree["dbh_cm"] - stem["dbh_cm"],
+                "inside_90": None if tree is None else bool(tree["dbh_lo_cm"] <= stem["dbh_cm"] <= tree["dbh_hi_cm"]),
+                "qc_flag": "not found" if seen is None else seen["qc_flag"],
+                "qc_reason": "" if seen is None else seen["qc_reason"],
+            }
+        )
     table = pd.DataFrame(rows)
     done = table[table["dbh_cm"].notna()] if len(table) else table
     accuracy = score(
         done["error_cm"].to_numpy(float) if len(done) else np.zeros(0),
-        done["dbh_true_cm"].to_numpy(float) if len(done) else np.zeros(0), len(table), n_false,
-        done["inside_90"].to_numpy(bool) if len(done) else None)
+        done["dbh_true_cm"].to_numpy(float) if len(done) else np.zeros(0),
+        len(table),
+        n_false,
+        done["inside_90"].to_numpy(bool) if len(done) else None,
+    )
     return accuracy, table

@@ -91,15 +91,18 @@ def save_style(geopackage: Path, layer: str, qml: str, geometry: str = "geom") -
             "CREATE TABLE IF NOT EXISTS layer_styles (id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, "
             "f_table_catalog TEXT(256), f_table_schema TEXT(256), f_table_name TEXT(256), f_geometry_column TEXT(256), "
             "styleName TEXT(30), styleQML TEXT, styleSLD TEXT, useAsDefault BOOLEAN, description TEXT, owner TEXT(30), "
-            "ui TEXT(30), update_time DATETIME DEFAULT (strftime('%Y-%m-%dT%H:%M:%fZ','now')))")
+            "ui TEXT(30), update_time DATETIME DEFAULT (strftime('%Y-%m-%dT%H:%M:%fZ','now')))"
+        )
         connection.execute("DELETE FROM layer_styles WHERE f_table_name = ?", (layer,))
         connection.execute(
             "INSERT INTO layer_styles (f_table_catalog, f_table_schema, f_table_name, f_geometry_column, styleName, "
             "styleQML, styleSLD, useAsDefault, description, owner) VALUES ('', '', ?, ?, ?, ?, '', 1, ?, '')",
-            (layer, geometry, layer, qml, f"TreeDGS {layer}"))
+            (layer, geometry, layer, qml, f"TreeDGS {layer}"),
+        )
         connection.execute(
             "INSERT OR IGNORE INTO gpkg_contents (table_name, data_type, identifier) "
-            "VALUES ('layer_styles', 'attributes', 'layer_styles')")
+            "VALUES ('layer_styles', 'attributes', 'layer_styles')"
+        )
     connection.close()
 
 
@@ -112,7 +115,12 @@ def _write_shapefile(path: Path, table: gpd.GeoDataFrame) -> None:
 
     ensure_writable(path)
     with tempfile.TemporaryDirectory(dir=path.parent, prefix=".shp") as folder:
-        table.to_file(Path(folder) / path.name, driver="ESRI Shapefile", engine="pyogrio", geometry_type="Point Z",
-                      encoding="UTF-8")
+        table.to_file(
+            Path(folder) / path.name,
+            driver="ESRI Shapefile",
+            engine="pyogrio",
+            geometry_type="Point Z",
+            encoding="UTF-8",
+        )
         for part in Path(folder).iterdir():
             shutil.move(str(part), path.parent / part.name)

@@ -1,0 +1,137 @@
+"""One self-contained page about a run: the map of stems, each DBH, what was modelled and what it cost."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+from typing import Any
+
+import geopandas as gpd
+import numpy as np
+import pandas as pd
+
+from ..core.files import atomic_path
+from ..core.plots import Plot
+from ..measure.quality import explain
+
+# Okabe-Ito colours: told apart by colour-blind readers and in grey print.
+_COLOURS = {"ok": "#009E73", "check": "#E69F00", "reject": "#D55E00"}
+
+
+def draw_stem_map(trees: gpd.GeoDataFrame, plots: list[Plot], title: str = "") -> bytes:
+    """PNG of the stems on the plot: discs grow with DBH, labels give DBH in cm, rejected stems are hollow."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(8, 8), dpi=110)
+    if len(trees):
+        origin = trees[["x", "y"]].mean().round(0).to_numpy()
+    else:
+        origin = np.array([plots[0].x, plots[0].y]).round(0) if plots else np.zeros(2)
+    for plot in plots:
+        axes.add_patch(
+            plt.Circle((plot.x - origin[0], plot.y - origin[1]), plot.radius_m, fill=False, ls="--", color="0.5")
+        )
+        axes.annotate(
+            plot.plot_id,
+            (plot.x - origin[0], plot.y - origin[1] + plot.radius_m),
+            color="0.4",
+            ha="center",
+            va="bottom",
+            fontsize=9,
+        )
+    for flag, colour in _COLOURS.items():
+        chosen = trees[trees["qc_flag"] == flag]
+        if not len(chosen):
+            continue
+        size = (chosen["dbh_cm"].fillna(12).astype(float) / 2.2) ** 2
+        axes.scatter(
+            chosen["x"] - origin[0],
+            chosen["y"] - origin[1],
+            s=size,
+            label=f"{flag} ({len(chosen)})",
+            zorder=3,
+            facecolors="none" if flag == "reject" else colour,
+            edgecolors=colour,
+            linewidths=1.5,
+            alpha=0.9,
+        )
+    for _, tree in trees.iterrows():
+        text = f"{tree['dbh_cm']:.1f}" if pd.notna(tree["dbh_cm"]) else "–"
+        axes.annotate(
+            text, (tree["x"] - origin[0], tree["y"] - origin[1]), xytext=(7, 5), textcoords="offset points", fontsize=8
+        )
+    axes.set_aspect("equal")
+    axes.margins(0.12)
+    axes.set_xlabel(f"Easting − {origin[0]:.0f} m")
+    axes.set_ylabel(f"Northing − {origin[1]:.0f} m")
+    axes.set_title(title or "DBH, cm")
+    axes.grid(alpha=0.25)
+    if len(trees):
+        axes.legend(loc="upper left", framealpha=0.9)
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png", bbox_inches="tight")
+    plt.close(figure)
+    return picture.getvalue()
+
+
+def write_report(
+    path: Path,
+    trees: gpd.GeoDataFrame,
+    plots: list[Plot],
+    facts: dict[str, Any],
+    warnings: list[str],
+    stages: dict[str, dict[str, Any]],
+) -> Path:
+    """Write the page. facts: label -> value rows of the run card; stages: name -> ``seconds``, ``peak_memory_mb``."""
+    measured = trees[trees["dbh_cm"].notna()]
+    rows = []
+    for _, tree in trees.sort_values("tree_id").iterrows():
+        has = pd.notna(tree["dbh_cm"])
+        cells = (
+            str(tree["tree_id"]),
+            html.escape(str(tree["plot_id"] or "")),
+            f"{tree['x']:.2f}",
+            f"{tree['y']:.2f}",
+            f"{tree['dbh_cm']:.1f}" if has else "",
+            f"± {tree['dbh_se_cm']:.1f}" if has and pd.notna(tree["dbh_se_cm"]) else "",
+            f"{tree['dbh_lo_cm']:.1f} – {tree['dbh_hi_cm']:.1f}" if has and pd.notna(tree["dbh_lo_cm"]) else "",
+            _whole(tree["n_views"]),
+            _whole(tree["n_pts"]),
+            tree["qc_flag"],
+            html.escape(explain(tree["qc_reason"] or "")),
+        )
+        rows.append(f"<tr class='{tree['qc_flag']}'>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
+    card = "".join(f"<tr><th>{html.escape(str(k))}</th><td>{html.escape(str(v))}</td></tr>" for k, v in facts.items())
+    cost = "".join(
+        f"<tr><th>{html.escape(name)}</th><td>{entry['seconds']:.1f}</td><td>{entry['peak_memory_mb']}</td></tr>"
+        for name, entry in stages.items()
+        if "seconds" in entry
+    )
+    notes = "".join(f"<li>{html.escape(text)}</li>" for text in warnings)
+    picture = base64.b64encode(draw_stem_map(trees, plots)).decode()
+    template = Template((files(__package__) / "templates" / "report.html").read_text(encoding="utf-8"))
+    page = template.substitute(
+        n_measured=len(measured),
+        n_found=len(trees),
+        n_check=int((trees["qc_flag"] == "check").sum()),
+        n_refused=len(trees) - len(measured),
+        warnings=f"<div class='warn'><b>Warnings</b><ul>{notes}</ul></div>" if notes else "",
+        picture=picture,
+        rows="".join(rows),
+        card=card,
+        cost=cost,
+    )
+    with atomic_path(path) as temporary:
+        temporary.write_text(page, encoding="utf-8")
+    return Path(path)
+
+
+def _whole(value: Any) -> str:
+    return "" if pd.isna(value) else str(int(value))
