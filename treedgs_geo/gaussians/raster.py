@@ -1,0 +1,140 @@
+"""Draw a Gaussian field into a crop, and pull gradients back to its parameters.
+
+``Rasteriser`` runs the strips of ``kernels.py`` on a thread pool of its own (the kernels release the GIL): no threading layer
+to install, the same result for any number of threads, safe to use from several Python threads at once.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import kernels
+from .field import N_PARAMETERS
+from .project import N_ROWS, CropCamera, project_backward_kernel, project_kernel
+
+#: Fainter than this a Gaussian is not drawn (one grey level of 255).
+ALPHA_MIN = 1 / 255
+_STRIP_ROWS = 32
+
+
+@dataclass(frozen=True)
+class Render:
+    """What one view shows.
+
+    colour: (H, W, 3) float32, sum of w c (no background). alpha: (H, W). depth: (H, W) expected distance from the
+    camera centre, sum w d / sum w, NaN where nothing is drawn. median_depth: (H, W) distance where the
+    transmittance passes 0.5, NaN where it does not. normals: (H, W, 3) unit, camera axes, facing the camera; NaN where nothing is
+    drawn. pairs: pixel-Gaussian pairs composited.
+    """
+
+    colour: np.ndarray
+    alpha: np.ndarray
+    depth: np.ndarray | None
+    median_depth: np.ndarray | None
+    normals: np.ndarray | None
+    pairs: int
+
+
+@dataclass(frozen=True)
+class Pass:
+    """One forward pass, kept for its backward: the sorted projection and the raw planes (see ``kernels.py``)."""
+
+    camera: CropCamera
+    projected: np.ndarray
+    index: np.ndarray
+    planes: np.ndarray
+    pairs: int
+    dilation: float
+
+
+class Rasteriser:
+    """Forward and backward compositing.
+
+    threads: strips in flight at once; 1 runs in the calling thread. dilation_px2: variance added to each ellipse, with
+    the opacity lowered so that its integral stays (Mip-Splatting's 2D filter); 0 draws the Gaussians as they are.
+    """
+
+    def __init__(self, threads: int = 1, dilation_px2: float = 0.0, alpha_min: float = ALPHA_MIN) -> None:
+        self.threads = max(int(threads), 1)
+        self.dilation = float(dilation_px2)
+        self.alpha_min = float(alpha_min)
+        self._pool = ThreadPoolExecutor(self.threads) if self.threads > 1 else None
+
+    def close(self) -> None:
+        """Stop the worker threads."""
+        if self._pool:
+            self._pool.shutdown()
+
+    def forward(self, parameters: np.ndarray, camera: CropCamera, full: bool = False) -> Pass:
+        """Project, sort front to back by distance and composite. parameters: (N, 14) float64. full: depth and normals too."""
+        projected, index = project(parameters, camera, self.dilation, self.alpha_min)
+        planes = np.zeros((kernels.N_PLANES if full else 4, camera.height, camera.width), np.float32)
+        planes[3] = 1
+        if full:
+            planes[5] = np.nan
+        kernel = kernels.forward_full if full else kernels.forward_colour
+        pairs = sum(self._strips(camera.height, lambda y0, y1: kernel(projected, len(index), y0, y1, planes)))
+        return Pass(camera, projected, index, planes, pairs, self.dilation)
+
+    def backward(self, parameters: np.ndarray, done: Pass, given: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
+        """Gradient with respect to the parameters.
+
+        given: (4, H, W) or (8, H, W) float32: dL/d of colour (3) and alpha, then of sum w d and sum w n (3) as in
+        ``done.planes``. Returns (N, 14) float64; ``out`` is accumulated into when given.
+        """
+        given = np.ascontiguousarray(given, np.float32)
+        planes, n = done.planes, len(done.index)
+        rest = np.einsum("chw,chw->hw", given[:3], planes[:3]) + given[3] * (1 - planes[3])
+        full = len(given) == 8
+        if full:
+            rest += given[4] * planes[4] + np.einsum("chw,chw->hw", given[5:], planes[6:9])
+        kernel = kernels.backward_full if full else kernels.backward_colour
+        trans = np.ones_like(rest)
+
+        def strip(y0: int, y1: int) -> np.ndarray:
+            grad = np.zeros((15, max(n, 1)), np.float32)
+            kernel(done.projected, n, y0, y1, given, rest, trans, grad)
+            return grad
+
+        grad = sum(self._strips(done.camera.height, strip))
+        if out is None:
+            out = np.zeros((len(parameters), N_PARAMETERS))
+        project_backward_kernel(parameters, done.camera.intrinsics, done.camera.rotation, done.camera.translation, done.dilation,
+                                done.index, grad, out)
+        return out
+
+    def _strips(self, height: int, work):
+        if self._pool is None:
+            return [work(0, height)]
+        edges = [(y, min(y + _STRIP_ROWS, height)) for y in range(0, height, _STRIP_ROWS)]
+        return list(self._pool.map(lambda edge: work(*edge), edges))
+
+
+def project(parameters: np.ndarray, camera: CropCamera, dilation: float = 0.0, alpha_min: float = ALPHA_MIN
+            ) -> tuple[np.ndarray, np.ndarray]:
+    """(N_ROWS, n) float32 projected Gaussians sorted front to back, and (n,) int64 their numbers."""
+    parameters = np.ascontiguousarray(parameters, float)
+    out, index = np.empty((N_ROWS, len(parameters))), np.empty(len(parameters), np.int64)
+    n = project_kernel(parameters, camera.intrinsics, np.ascontiguousarray(camera.rotation, float),
+                       np.ascontiguousarray(camera.translation, float), camera.width, camera.height, dilation, alpha_min, out, index)
+    order = np.argsort(out[6, :n], kind="stable")
+    return np.ascontiguousarray(out[:, order], np.float32), index[order]
+
+
+def render(parameters: np.ndarray, camera: CropCamera, rasteriser: Rasteriser | None = None, full: bool = True) -> Render:
+    """Draw a field (``GaussianField.packed``) as seen by ``camera``."""
+    done = (rasteriser or Rasteriser()).forward(parameters, camera, full)
+    planes = done.planes
+    colour, alpha = np.moveaxis(planes[:3], 0, -1), 1 - planes[3]
+    if not full:
+        return Render(colour, alpha, None, None, None, done.pairs)
+    drawn = alpha > 0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        depth = np.where(drawn, planes[4] / alpha, np.nan)
+        normals = np.moveaxis(planes[6:9], 0, -1)
+        normals = np.where(drawn[..., None], normals / np.linalg.norm(normals, axis=-1, keepdims=True), np.nan)
+    median = np.where(planes[3] <= 0.5, planes[5], np.nan)
+    return Render(colour, alpha, depth, median, normals, done.pairs)

@@ -1,0 +1,128 @@
+"""Slow, plain float64 twins of the kernels, straight from the definitions. Tests compare the two; nothing else uses them.
+
+Where ``project.py`` uses ray-space algebra, this module inverts 3D covariances, so that the two share no derivation.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION, quaternion_matrices
+from .kernels import ALPHA_MAX
+from .project import CropCamera
+
+
+def camera_gaussians(parameters: np.ndarray, camera: CropCamera) -> tuple[np.ndarray, np.ndarray]:
+    """(N, 3) centres and (N, 3, 3) covariances in camera axes."""
+    axes = camera.rotation @ quaternion_matrices(parameters[:, QUATERNION]) * np.exp(parameters[:, None, LOG_SCALE])
+    return parameters[:, MEAN] @ camera.rotation.T + camera.translation, axes @ axes.transpose(0, 2, 1)
+
+
+def dilated(centre: np.ndarray, covariance: np.ndarray, camera: CropCamera, dilation: float) -> np.ndarray:
+    """(3, 3) camera-axes covariance whose image is ``dilation`` px^2 wider at the same distance from the camera."""
+    x, y, z = centre
+    jac = np.array([[camera.fx / z, 0, -camera.fx * x / z**2], [0, camera.fy / z, -camera.fy * y / z**2],
+                    centre / np.linalg.norm(centre)])
+    back = np.linalg.inv(jac)
+    return covariance + back @ np.diag([dilation, dilation, 0]) @ back.T
+
+
+def render_reference(parameters: np.ndarray, camera: CropCamera, dilation: float = 0.0, alpha_min: float = 1 / 255
+                     ) -> dict[str, np.ndarray]:
+    """Composite every Gaussian over every pixel: colour, alpha, sum of w d (plane), median depth, sum of w n."""
+    parameters = np.asarray(parameters, float)
+    centre, covariance = camera_gaussians(parameters, camera)
+    h, w = camera.height, camera.width
+    px = np.stack(np.meshgrid(np.arange(w) + 0.5, np.arange(h) + 0.5), axis=-1)
+    out = {"colour": np.zeros((h, w, 3)), "trans": np.ones((h, w)), "depth_sum": np.zeros((h, w)),
+           "median": np.full((h, w), np.nan), "normal_sum": np.zeros((h, w, 3))}
+    opacity = 1 / (1 + np.exp(-parameters[:, LOGIT]))
+    for k in np.argsort(np.linalg.norm(centre, axis=1), kind="stable"):
+        x, y, z = centre[k]
+        if z <= 3 * np.sqrt(covariance[k, 2, 2]):
+            continue
+        jac = np.array([[camera.fx / z, 0, -camera.fx * x / z**2], [0, camera.fy / z, -camera.fy * y / z**2]])
+        cov2 = jac @ covariance[k] @ jac.T
+        wide = cov2 + dilation * np.eye(2)
+        o = opacity[k] * (np.sqrt(max(np.linalg.det(cov2), 0) / np.linalg.det(wide)) if dilation else 1)
+        offset = px - [camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy]
+        raw = o * np.exp(-0.5 * np.einsum("hwi,ij,hwj->hw", offset, np.linalg.inv(wide), offset))
+        alpha = np.where(raw >= alpha_min, np.minimum(raw, ALPHA_MAX), 0)
+        distance, slope, normal = distance_plane(centre[k], dilated(centre[k], covariance[k], camera, dilation), camera)
+        d = distance + offset @ slope
+        weight = alpha * out["trans"]
+        out["median"] = np.where((alpha > 0) & (out["trans"] > 0.5), d, out["median"])
+        out["colour"] += weight[..., None] * parameters[k, COLOUR]
+        out["depth_sum"] += weight * d
+        out["normal_sum"] += weight[..., None] * normal
+        out["trans"] *= 1 - alpha
+    out["alpha"] = 1 - out["trans"]
+    return out
+
+
+def ray_maximum(centre: np.ndarray, covariance: np.ndarray, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Exact distance t* at which a ray from the camera meets a Gaussian's maximum, and the Gaussian's value there.
+
+    centre (3,), covariance (3, 3): camera axes. direction: (..., 3) unit.
+    """
+    precision = np.linalg.inv(covariance)
+    along = direction @ precision @ centre
+    norm = np.einsum("...i,ij,...j->...", direction, precision, direction)
+    t = along / norm
+    offset = t[..., None] * direction - centre
+    return t, np.exp(-0.5 * np.einsum("...i,ij,...j->...", offset, precision, offset))
+
+
+def distance_plane(centre: np.ndarray, covariance: np.ndarray, camera: CropCamera) -> tuple[float, np.ndarray, np.ndarray]:
+    """Distance, its slope per pixel (2,) by differentiating t* analytically, and the unit normal -P d, camera axes."""
+    x, y, z = centre
+    ray = centre / z
+    length_ray = np.linalg.norm(ray)
+    precision = np.linalg.inv(covariance)
+    q = precision @ ray
+    # z-depth of the maximum: (d P m)/(d P d); at the centre its derivative along e is -z (e P ray)/(ray P ray).
+    slope_z = -z * q / (ray @ q)
+    slope = np.array([slope_z[0] * length_ray + z * ray[0] / length_ray, slope_z[1] * length_ray + z * ray[1] / length_ray])
+    return float(np.linalg.norm(centre)), slope / [camera.fx, camera.fy], -q / np.linalg.norm(q)
+
+
+def point_opacity_reference(parameters: np.ndarray, camera: CropCamera, points: np.ndarray, law: str = "clamp",
+                            alpha_min: float = 1 / 255) -> tuple[np.ndarray, np.ndarray]:
+    """Opacity in front of each point (M,), and the whole ray's accumulated alpha (M,), Gaussian by Gaussian.
+
+    The ray-space covariance is built explicitly and inverted, as eq:radegs_point_offset reads. law: ``clamp`` or ``vacancy``.
+    """
+    parameters = np.asarray(parameters, float)
+    centre, covariance = camera_gaussians(parameters, camera)
+    local = np.asarray(points, float) @ camera.rotation.T + camera.translation
+    uv = local[:, :2] / local[:, 2:] * [camera.fx, camera.fy] + [camera.cx, camera.cy]
+    r = np.linalg.norm(local, axis=1)
+    before, whole = np.ones(len(local)), np.ones(len(local))
+    opacity = 1 / (1 + np.exp(-parameters[:, LOGIT]))
+    for k in range(len(centre)):
+        x, y, z = centre[k]
+        if z <= 3 * np.sqrt(covariance[k, 2, 2]):
+            continue
+        length = np.linalg.norm(centre[k])
+        jac = np.array([[camera.fx / z, 0, -camera.fx * x / z**2], [0, camera.fy / z, -camera.fy * y / z**2],
+                        centre[k] / length])
+        ray_precision = np.linalg.inv(jac @ covariance[k] @ jac.T)
+        uk = np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy])
+        slope = distance_plane(centre[k], covariance[k], camera)[1]
+        d = length + (uv - uk) @ slope
+
+        def alpha_at(distance, uk=uk, length=length, k=k, ray_precision=ray_precision):
+            delta = np.column_stack([uk - uv, length - distance])
+            return opacity[k] * np.exp(-0.5 * np.einsum("mi,ij,mj->m", delta, ray_precision, delta))
+
+        full = alpha_at(d)
+        drawn = full >= alpha_min
+        whole *= np.where(drawn, 1 - np.minimum(full, ALPHA_MAX), 1)
+        if law == "clamp":
+            alpha = alpha_at(np.minimum(r, d))
+            before *= np.where(drawn & (alpha >= alpha_min), 1 - np.minimum(alpha, ALPHA_MAX), 1)
+        else:
+            peak = np.minimum(full, ALPHA_MAX)
+            value = peak * alpha_at(r) / full
+            before *= np.where(drawn, np.where(r > d, (1 - peak) / np.sqrt(1 - value), np.sqrt(1 - value)), 1)
+    return 1 - before, 1 - whole
