@@ -10,7 +10,7 @@ import sys
 import traceback
 from dataclasses import MISSING
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from . import __version__
 from .core.command import Command, describe
@@ -43,9 +43,15 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"error: {arguments[0]!r} is not a treedgs command; {hint}", file=sys.stderr)
         return 2
     command = get_command(arguments[0])
-    known = vars(_parser(command).parse_args(arguments[1:]))
+    parsed, extra = _parser(command).parse_known_args(arguments[1:])
+    known = vars(parsed)
     style = known.pop("log_format")
     values = {name: value for name, value in known.items() if value is not None}
+    # Unknown options go to the settings, which refuse them and name the nearest known one.
+    values.update({word.lstrip("-").split("=")[0].replace("-", "_"): True for word in extra if word.startswith("-")})
+    if extra and not any(word.startswith("-") for word in extra):
+        print(f"error: {extra[0]!r} is not an option; options start with --, see --help.", file=sys.stderr)
+        return 2
     return run_command(command, values, make_reporter(style), show_result=style != "json")
 
 
@@ -140,8 +146,15 @@ def _overview(commands: list[Command]) -> str:
     return "\n".join(lines)
 
 
+class _Parser(argparse.ArgumentParser):
+    """argparse that says what is wrong in one sentence."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"error: {message}; see {self.prog} --help.\n")
+
+
 def _parser(command: Command) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog=f"treedgs {command.name}",
         description=f"{command.summary}\n\n{command.help}",
         epilog=f"example:\n  {command.example}",
@@ -153,7 +166,6 @@ def _parser(command: Command) -> argparse.ArgumentParser:
             f"--{name.replace('_', '-')}",
             dest=name,
             metavar=_metavar(spec),
-            required=default is MISSING,
             help=_help_line(spec, default).replace("%", "%%"),
             **({"nargs": "?", "const": "true"} if spec.kind == "flag" else {}),
         )
