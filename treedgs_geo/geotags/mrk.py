@@ -1,0 +1,111 @@
+"""DJI (and Autel) Timestamp.MRK: one line an exposure.
+
+Fields are found by their suffix (``17,N``, ``35.93,Lat`` ...): firmwares disagree about order, decimals and columns.
+Meaning (DJI P4R white paper): offset = antenna phase centre -> camera, millimetres, N and E positive north and east,
+V positive DOWN; Lat, Lon, Ellh = the camera; standard deviations N, E, U metres; Q 0 none, 16 single, 32-49 float, 50-52 fixed.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..core.errors import GeotagError
+from .gpstime import WEEK_S, week_tow_to_gps
+
+_NUMBER = r"([-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?)"
+_TAGGED = {key: re.compile(rf"{_NUMBER}\s*,\s*{key}\b") for key in ("N", "E", "V", "Lat", "Lon", "Ellh", "Q")}
+_START = re.compile(rf"\s*(\d+)[\s,]+{_NUMBER}(?:[\s,]+\[(\d+)\])?")
+_SD = re.compile(rf"Ellh[\s,]+{_NUMBER}\s*,\s*{_NUMBER}\s*,\s*{_NUMBER}(?!\s*,\s*Q)")
+
+
+@dataclass(frozen=True)
+class Marks:
+    """Exposures of one MRK file, M of them, in file order.
+
+    index: (M,) int. gps_s: (M,) GPS seconds. offset_enu: (M, 3) metres antenna -> camera, E, N, U (U up). lon_deg,
+    lat_deg, height_m: (M,) camera. sd: (M, 3) E, N, U metres, NaN if the file has none. flag: (M,) int Q, -1 unknown.
+    """
+
+    path: Path
+    index: np.ndarray
+    gps_s: np.ndarray
+    offset_enu: np.ndarray
+    lon_deg: np.ndarray
+    lat_deg: np.ndarray
+    height_m: np.ndarray
+    sd: np.ndarray
+    flag: np.ndarray
+    notes: tuple[str, ...] = ()
+
+
+def read_mrk(path: Path) -> Marks:
+    """Read a MRK file. A last line cut short by a power-off is dropped with a note.
+
+    Raises:
+        GeotagError: no readable line, a broken line in the middle, a position or time that cannot be, doubled numbers.
+    """
+    path = Path(path)
+    try:
+        lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
+    except OSError as problem:
+        raise GeotagError(f"{path}: cannot be read ({problem.strerror}); give the drone's Timestamp.MRK.") from None
+    filled = [(number, line) for number, line in enumerate(lines, start=1) if line.strip()]
+    rows, notes = [], []
+    for place, (number, line) in enumerate(filled):
+        try:
+            rows.append(_parse_line(line))
+        except ValueError as problem:
+            if place == len(filled) - 1 and rows:
+                notes.append(f"{path.name}, line {number}: the last line is incomplete ({problem}) and was left out.")
+                continue
+            raise GeotagError(f"{path}, line {number}: {problem}; expected a DJI MRK line such as "
+                              "'1 267313.99 [2164] 17,N -10,E 193,V 35.93,Lat 139.97,Lon 84.7,Ellh ... 50,Q'; "
+                              "copy the file again.") from None
+    if not rows:
+        raise GeotagError(f"{path}: holds no exposure, expected one line a photo; copy the file again from the drone.")
+    table = np.array(rows)
+    index = table[:, 0].astype(int)
+    if len(np.unique(index)) < len(index):
+        doubled = index[np.flatnonzero(np.diff(np.sort(index)) == 0)[0]]
+        raise GeotagError(f"{path}: exposure number {doubled} appears twice; give the unedited file of one flight.")
+    week, tow = table[:, 2], table[:, 1]
+    if np.isnan(week).any():
+        raise GeotagError(f"{path}: has no [GPS week] column, so the date of its times is unknown; "
+                          "give the MRK as the drone wrote it.")
+    gps = week_tow_to_gps(week, tow)
+    if (np.diff(gps) < -WEEK_S / 2).any():
+        # The receiver wrote the old week number past midnight on Saturday.
+        gps = gps + WEEK_S * np.concatenate([[0], np.cumsum(np.diff(gps) < -WEEK_S / 2)])
+    return Marks(path, index, gps, np.column_stack([table[:, 4], table[:, 3], -table[:, 5]]) / 1000, table[:, 7],
+                 table[:, 6], table[:, 8], table[:, [10, 9, 11]], table[:, 12].astype(int), tuple(notes))
+
+
+def _parse_line(line: str) -> list[float]:
+    """idx, tow, week, N, E, V, lat, lon, h, sdN, sdE, sdU, flag; absent optional values are NaN (flag -1)."""
+    start = _START.match(line)
+    if not start:
+        raise ValueError("found no exposure number and GPS time")
+    tow = float(start[2])
+    if not 0 <= tow < WEEK_S:
+        raise ValueError(f"found GPS seconds of week {tow:g}")
+    values = {}
+    for key, pattern in _TAGGED.items():
+        match = pattern.search(line)
+        values[key] = float(match[1]) if match else float("nan")
+    for key in ("N", "E", "V", "Lat", "Lon", "Ellh"):
+        if np.isnan(values[key]):
+            raise ValueError(f"found no {key} value")
+    if abs(values["Lat"]) > 90 or abs(values["Lon"]) > 180 or abs(values["Ellh"]) > 2e4:
+        raise ValueError(f"found the impossible position {values['Lat']:g}, {values['Lon']:g}, {values['Ellh']:g}")
+    if max(abs(values[key]) for key in "NEV") > 20000:
+        raise ValueError("found an antenna offset above 20 m")
+    sd = _SD.search(line)
+    deviations = [float(part) for part in sd.groups()] if sd else [float("nan")] * 3
+    week = float(start[3]) if start[3] else float("nan")
+    flag = values["Q"] if not np.isnan(values["Q"]) else -1.0
+    return [float(start[1]), tow, week, values["N"], values["E"], values["V"], values["Lat"], values["Lon"],
+            values["Ellh"], *deviations, flag]

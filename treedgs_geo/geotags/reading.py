@@ -1,0 +1,307 @@
+"""From photos and geotag files to camera stations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path, PurePosixPath
+
+import numpy as np
+import pyproj
+
+from ..core.crs import check_projected, lonlat_to_project, suggest_utm
+from ..core.errors import CRSError, GeotagError, InputError
+from ..core.progress import Reporter
+from .gpstime import describe_utc, gps_to_utc
+from .mrk import Marks, read_mrk
+from .pairing import pair_photos
+from .photos import Photo, read_photos, shorten
+from .rtklib import Trajectory, read_pos
+from .sharpness import find_defects
+from .sources import GeotagFiles, find_geotags
+from .stations import Stations
+from .tables import NamedPositions, read_position_table
+from .trajectory import FIX_FLOOR_M, FLOAT_FLOOR_M, SINGLE_FLOOR_M, interpolate
+
+#: Standard deviation of a navigation-grade (EXIF) position, E, N, U metres.
+EXIF_SD_M = np.array([2.0, 2.0, 4.0])
+#: A flight ends where no photo is taken for this long.
+FLIGHT_GAP_S = 60.0
+#: Geotags whose median distance to the photos' own GPS is larger belong to other photos.
+MAX_MEDIAN_DISTANCE_M = 15.0
+MAX_DISTANCE_M = 40.0
+
+
+def read_stations(photos: Path, geotags: Path | None, crs: str | pyproj.CRS, *, check_photos: bool = True,
+                  camera_delay_ms: float = 0.0, reporter: Reporter | None = None) -> Stations:
+    """Camera stations of the photos in a folder.
+
+    Args:
+        photos: folder of photos (searched with its subfolders). geotags: folder or file with MRK (+ RTKLIB ``.pos``), or a table of
+            positions; None = EXIF/XMP. crs: project CRS, projected, metres; its datum is the datum of the geotags.
+        check_photos: leave out blurred and empty photos. camera_delay_ms: exposure minus mark time.
+
+    Raises:
+        InputError: no photo. CRSError: geographic or foreign CRS. GeotagError: no position, or geotags of other photos.
+    """
+    reporter = reporter or Reporter()
+    found = read_photos(Path(photos), reporter)
+    own = next(((p.lon_deg, p.lat_deg) for p in found if p.has_position), None)
+    project = _checked_crs(crs, own)
+    if check_photos:
+        found = _without_defects(found, Path(photos), reporter)
+    stations = _from_exif(found, project)
+    if geotags is None:
+        if not stations.is_placed.any():
+            raise GeotagError(f"{photos}: none of the {len(found)} photos has a GPS position in its EXIF; "
+                              "give --geotags (MRK, .pos or a CSV with name, lat, lon, h).")
+        _note_unplaced(stations, reporter)
+        return stations
+    files = find_geotags(Path(geotags), Path(photos))
+    if files.tables:
+        stations = _from_table(stations, read_position_table(files.tables[0], project))
+    else:
+        stations = _from_marks(stations, found, files, project, camera_delay_ms / 1000, reporter)
+    _check_distance(stations, found, project, Path(geotags), reporter)
+    if not stations.is_placed.any():
+        raise GeotagError(f"{geotags}: gives none of the {len(found)} photos a position; check that it belongs to this flight.")
+    _note_unplaced(stations, reporter)
+    return stations
+
+
+def _checked_crs(crs: str | pyproj.CRS, lon_lat: tuple[float, float] | None) -> pyproj.CRS:
+    try:
+        project = pyproj.CRS.from_user_input(crs)
+    except pyproj.exceptions.CRSError:
+        hint = f"EPSG:{suggest_utm(*lon_lat).to_epsg()}" if lon_lat else "EPSG:32615"
+        raise CRSError(f"--crs: {crs!r} is not a coordinate reference system; give one like {hint}.") from None
+    check_projected(project, "--crs", lon_lat)
+    area = project.area_of_use
+    if lon_lat and area and area.west < area.east and not (
+            area.west - 4 <= lon_lat[0] <= area.east + 4 and area.south - 4 <= lon_lat[1] <= area.north + 4):
+        zone = suggest_utm(*lon_lat)
+        raise CRSError(f"--crs: {project.name} is made for {area.name or 'another area'}, the photos were taken at "
+                       f"{lon_lat[1]:.3f}, {lon_lat[0]:.3f}; use for example EPSG:{zone.to_epsg()} ({zone.name}).")
+    return project
+
+
+def _without_defects(photos: list[Photo], folder: Path, reporter: Reporter) -> list[Photo]:
+    defects = find_defects([photo.path for photo in photos])
+    for reason in sorted(set(defects.values())):
+        names = [photo.name for photo in photos if defects.get(photo.path) == reason]
+        reporter.warn(f"Left out {len(names)} photos: each {reason}: {shorten(names)}.")
+    kept = [photo for photo in photos if photo.path not in defects]
+    if not kept:
+        raise InputError(f"{folder}: none of its {len(photos)} photos is usable (blurred, empty or broken); "
+                         "look at them and fly again.")
+    return kept
+
+
+def _from_exif(photos: list[Photo], crs: pyproj.CRS) -> Stations:
+    xyz = np.full((len(photos), 3), np.nan)
+    sd = np.full((len(photos), 3), np.nan)
+    quality = ["none"] * len(photos)
+    for i, photo in enumerate(photos):
+        if not (photo.has_position and np.isfinite(photo.height_m)):
+            continue
+        xyz[i] = lonlat_to_project(crs, [photo.lon_deg], [photo.lat_deg], [photo.height_m])[0]
+        quality[i], sd[i] = _grade(photo.rtk_flag, photo.sd, "exif")
+    utc = np.array([photo.utc if np.isfinite(photo.utc) else photo.local_time for photo in photos])
+    return Stations(
+        [p.name for p in photos], [p.path for p in photos], xyz, sd, quality, utc, split_flights([p.name for p in photos], utc),
+        np.array([p.yaw_deg for p in photos]), np.array([p.pitch_deg for p in photos]), np.array([p.roll_deg for p in photos]),
+        np.array([p.relative_altitude_m for p in photos]), crs)
+
+
+def _grade(flag: float, sd: np.ndarray, otherwise: str) -> tuple[str, np.ndarray]:
+    """DJI's RTK flag -> quality and believed standard deviation."""
+    known = np.where(np.isfinite(sd), sd, 0.0)
+    if 50 <= flag <= 59:
+        return "fix", np.maximum(known, FIX_FLOOR_M)
+    if 32 <= flag <= 49:
+        return "float", np.maximum(known, FLOAT_FLOOR_M)
+    if otherwise == "single":
+        return "single", np.maximum(known, SINGLE_FLOOR_M)
+    return "exif", np.maximum(known, EXIF_SD_M)
+
+
+def split_flights(names: list[str], utc: np.ndarray) -> np.ndarray:
+    """(N,) flight numbers, 0-based: a new one after a pause of more than :data:`FLIGHT_GAP_S` or in another folder."""
+    folders = [str(PurePosixPath(name).parent) for name in names]
+    order = sorted(range(len(names)), key=lambda i: (np.nan_to_num(utc[i], nan=-1.0), names[i]))
+    flight = np.zeros(len(names), int)
+    last: dict[str, tuple[float, int]] = {}
+    count = 0
+    for i in order:
+        before = last.get(folders[i])
+        if before is None or utc[i] - before[0] > FLIGHT_GAP_S:
+            flight[i], count = count, count + 1
+        else:
+            flight[i] = before[1]
+        last[folders[i]] = (utc[i], int(flight[i]))
+    return flight
+
+
+def _from_table(stations: Stations, table: NamedPositions) -> Stations:
+    rows = {name.lower(): row for row, name in enumerate(table.names)}
+    rows |= {Path(name).stem.lower(): row for name, row in list(rows.items())}
+    xyz, sd, quality = np.full_like(stations.xyz, np.nan), np.full_like(stations.sd, np.nan), ["none"] * len(stations)
+    for i, name in enumerate(stations.names):
+        row = rows.get(Path(name).name.lower(), rows.get(Path(name).stem.lower()))
+        if row is None:
+            continue
+        xyz[i], known = table.xyz[row], table.sd[row]
+        # A table without accuracies is taken for navigation-grade GPS: claiming more would be a guess.
+        sd[i] = np.maximum(known, FIX_FLOOR_M) if np.isfinite(known).all() else EXIF_SD_M
+        quality[i] = "exif" if not np.isfinite(known).all() or known.max() > 1 else "fix" if known.max() < 0.1 else "float"
+    if not np.isfinite(xyz).any():
+        raise GeotagError(f"{table.path}: names none of the {len(stations)} photos (it has {table.names[0]!r}, the folder "
+                          f"{Path(stations.names[0]).name!r}); give the table of these photos.")
+    return replace(stations, xyz=xyz, sd=sd, quality=quality)
+
+
+def _from_marks(stations: Stations, photos: list[Photo], files: GeotagFiles, crs: pyproj.CRS, delay_s: float,
+                reporter: Reporter) -> Stations:
+    marks = [read_mrk(path) for path in files.mrk] or [_marks_of_events(path, reporter) for path in files.events]
+    if not marks:
+        raise GeotagError(f"{files.pos[0]}: gives the antenna's path but no exposure times; put the drone's Timestamp.MRK beside it.")
+    for each in marks:
+        for note in each.notes:
+            reporter.warn(note)
+    tracks = [read_pos(path) for path in (files.pos or files.events)]
+    for track in tracks:
+        if track.datum:
+            reporter.info(f"{track.path.name}: {len(track.gps_s)} epochs, {np.mean(track.quality == 1):.0%} fixed, datum {track.datum}.")
+    xyz, sd, quality = np.full_like(stations.xyz, np.nan), np.full_like(stations.sd, np.nan), ["none"] * len(stations)
+    utc = stations.utc.copy()
+    for each, group in _assign_marks(marks, photos):
+        rows = pair_photos([photos[i] for i in group], each)
+        paired = np.array(group)[rows >= 0]
+        own = rows[rows >= 0]
+        if len(paired) < len(group):
+            lost = [photos[i].name for i in np.array(group)[rows < 0]]
+            reporter.warn(f"{each.path.name}: no exposure for {len(lost)} of {len(group)} photos: {shorten(lost)}.")
+        utc[paired] = gps_to_utc(each.gps_s[own])
+        if tracks:
+            solved = _antenna(each, own, tracks, crs, delay_s)
+            xyz[paired], sd[paired] = solved[0], solved[1]
+            for i, value in zip(paired, solved[2], strict=True):
+                quality[i] = value
+        else:
+            xyz[paired] = lonlat_to_project(crs, each.lon_deg[own], each.lat_deg[own], each.height_m[own])
+            for i, row in zip(paired, own, strict=True):
+                quality[i], sd[i] = _grade(each.flag[row], each.sd[row], "single")
+    if tracks and not np.isfinite(xyz).any():
+        track, each = tracks[0], marks[0]
+        first, last = gps_to_utc(track.gps_s[[0, -1]])
+        raise GeotagError(f"{track.path}: covers {describe_utc(first)} to {describe_utc(last)}, but the exposures of {each.path.name} start at "
+                          f"{describe_utc(gps_to_utc(each.gps_s[0]))}; give the solution of this flight.")
+    return replace(stations, xyz=xyz, sd=sd, quality=quality, utc=utc, flight=split_flights(stations.names, utc))
+
+
+def _marks_of_events(path: Path, reporter: Reporter) -> Marks:
+    """An ``_events.pos`` has one row an exposure: marks without a lever arm."""
+    track = read_pos(path)
+    reporter.warn(f"{path.name}: without the drone's MRK the offset from antenna to camera is unknown and taken as zero "
+                  "(0.1 to 0.3 m on DJI drones).")
+    count = len(track.gps_s)
+    return Marks(path, np.arange(1, count + 1), track.gps_s, np.zeros((count, 3)), track.lon_deg, track.lat_deg, track.height_m,
+                 track.sd, np.full(count, -1))
+
+
+def _assign_marks(marks: list[Marks], photos: list[Photo]) -> list[tuple[Marks, list[int]]]:
+    """Which photos each MRK is for: by common folder name where that decides it, else by trying which pairs best."""
+    if len(marks) == 1:
+        return [(marks[0], list(range(len(photos))))]
+    left = list(range(len(photos)))
+    assigned: list[tuple[Marks, list[int]]] = []
+    refused: list[GeotagError] = []
+    for each in marks:
+        beside = [i for i in left if photos[i].path.parent.resolve() == each.path.parent.resolve()]
+        candidates: list[Callable[[], list[int]]] = [lambda beside=beside: beside, lambda: list(left), lambda each=each: _within(each, left, photos)]
+        for candidate in candidates:
+            group = candidate()
+            if not group:
+                continue
+            try:
+                rows = pair_photos([photos[i] for i in group], each)
+            except GeotagError as problem:
+                refused.append(problem)
+                continue
+            taken = [i for i, row in zip(group, rows, strict=True) if row >= 0]
+            assigned.append((each, taken))
+            left = [i for i in left if i not in set(taken)]
+            break
+    if not assigned:
+        raise refused[0]
+    return assigned
+
+
+def _within(marks: Marks, left: list[int], photos: list[Photo]) -> list[int]:
+    """Photos whose clock falls into the MRK's span, zone aside."""
+    first, last = gps_to_utc(marks.gps_s[[0, -1]])
+    inside = []
+    for i in left:
+        time = photos[i].utc if np.isfinite(photos[i].utc) else photos[i].local_time
+        zone = 0.0 if np.isfinite(photos[i].utc) else np.round((time - (first + last) / 2) / 900) * 900
+        if first - 5 <= time - zone <= last + 5:
+            inside.append(i)
+    return inside
+
+
+def _antenna(marks: Marks, rows: np.ndarray, tracks: list[Trajectory], crs: pyproj.CRS, delay_s: float,
+             ) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Camera positions: the antenna's trajectory at the exposure plus the lever arm, once."""
+    gps = marks.gps_s[rows] + delay_s
+    solutions = [interpolate(track, lonlat_to_project(crs, track.lon_deg, track.lat_deg, track.height_m), gps,
+                             max_gap_s=np.inf if track.path.stem.lower().endswith("_events") else 1.0) for track in tracks]
+    covered = [np.isfinite(solution.xyz[:, 0]) for solution in solutions]
+    if len(tracks) > 1:
+        both = np.sum(covered, axis=0) > 1
+        if both.any():
+            double = [track.path.name for track, mask in zip(tracks, covered, strict=True) if mask.any()]
+            raise GeotagError(f"{marks.path}: its exposures are covered by {len(double)} solutions ({', '.join(double)}); "
+                              "keep only the one to use, or name it with --geotags.")
+    xyz, sd, quality = np.full((len(rows), 3), np.nan), np.full((len(rows), 3), np.nan), ["none"] * len(rows)
+    for solution, mask in zip(solutions, covered, strict=True):
+        xyz[mask], sd[mask] = solution.xyz[mask], solution.sd[mask]
+        quality = [new if use else old for new, old, use in zip(solution.quality, quality, mask, strict=True)]
+    convergence = np.radians(_convergence(crs, marks))
+    east, north, up = marks.offset_enu[rows].T
+    # The lever arm is in true east and north; the project grid is turned by the meridian convergence.
+    xyz += np.column_stack([east * np.cos(convergence) - north * np.sin(convergence),
+                            north * np.cos(convergence) + east * np.sin(convergence), up])
+    return xyz, sd, quality
+
+
+def _convergence(crs: pyproj.CRS, marks: Marks) -> float:
+    from ..core.crs import grid_convergence_deg
+
+    return grid_convergence_deg(crs, float(np.median(marks.lon_deg)), float(np.median(marks.lat_deg)))
+
+
+def _check_distance(stations: Stations, photos: list[Photo], crs: pyproj.CRS, source: Path, reporter: Reporter) -> None:
+    """Geotags far from the photos' own GPS are another flight's."""
+    own = _from_exif(photos, crs).xyz
+    distance = np.linalg.norm((stations.xyz - own)[:, :2], axis=1)
+    known = np.isfinite(distance)
+    if not known.any():
+        return
+    if np.median(distance[known]) > MAX_MEDIAN_DISTANCE_M:
+        raise GeotagError(f"{source}: its positions are {np.median(distance[known]):.0f} m (median) from the GPS positions in the photos, "
+                          f"expected a few metres; these geotags belong to other photos or another CRS.")
+    far = np.flatnonzero(known & (distance > MAX_DISTANCE_M))
+    if len(far):
+        reporter.warn(f"{len(far)} photos are more than {MAX_DISTANCE_M:.0f} m from their own GPS position and lose their geotag: "
+                      f"{shorten([stations.names[i] for i in far])}.")
+        stations.xyz[far], stations.sd[far] = np.nan, np.nan
+        for i in far:
+            stations.quality[i] = "none"
+
+
+def _note_unplaced(stations: Stations, reporter: Reporter) -> None:
+    missing = [name for name, placed in zip(stations.names, stations.is_placed, strict=True) if not placed]
+    if missing:
+        reporter.warn(f"{len(missing)} of {len(stations)} photos have no position: {shorten(missing)}.")
+    counts = ", ".join(f"{count} {quality}" for quality, count in stations.counts().items())
+    reporter.info(f"Camera stations: {len(stations)} photos in {len(set(stations.flight.tolist()))} flights ({counts}).")

@@ -1,0 +1,137 @@
+"""RTKLIB / Emlid ``.pos`` solutions: the antenna's trajectory.
+
+Supported: latitude/longitude/height in decimal degrees or degrees-minutes-seconds, and ECEF x/y/z; GPST or UTC; dates
+or GPS week + seconds; blanks, commas, semicolons or tabs between columns. Baselines (e/n/u) need the base position and are refused.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyproj
+
+from ..core.errors import GeotagError
+from .gpstime import parse_datetime_unix, utc_to_gps, week_tow_to_gps
+
+FIX, FLOAT = 1, 2
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Antenna positions, T epochs in order of time.
+
+    gps_s: (T,) GPS seconds. lon_deg, lat_deg, height_m: (T,), ellipsoidal. quality: (T,) int RTKLIB Q (1 fix, 2 float,
+    3 sbas, 4 dgps, 5 single, 6 ppp). sd: (T, 3) E, N, U metres. datum: what the header says about the reference frame.
+    """
+
+    path: Path
+    gps_s: np.ndarray
+    lon_deg: np.ndarray
+    lat_deg: np.ndarray
+    height_m: np.ndarray
+    quality: np.ndarray
+    sd: np.ndarray
+    datum: str = ""
+
+
+def read_pos(path: Path) -> Trajectory:
+    """Read a ``.pos`` file.
+
+    Raises:
+        GeotagError: no header line, an unsupported column layout (naming the header line), a broken row, times that
+            run backwards, fewer than two epochs.
+    """
+    path = Path(path)
+    try:
+        lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
+    except OSError as problem:
+        raise GeotagError(f"{path}: cannot be read ({problem.strerror}); give RTKLIB's solution file.") from None
+    header, header_number, datum = "", 0, ""
+    rows: list[list[float]] = []
+    body = [(number, line) for number, line in enumerate(lines, start=1) if line.strip()]
+    for place, (number, line) in enumerate(body):
+        if line.lstrip().startswith("%"):
+            if re.match(r"\s*%\s*(GPST|UTC|JST)\b", line):
+                header, header_number = line, number
+            found = re.search(r"height=([^,/]+)/|ref frame\s*:\s*(.+)", line)
+            datum = (found[1] or found[2]).strip() if found else datum
+            continue
+        if not header:
+            raise GeotagError(f"{path}, line {number}: numbers without a column header line ('%  GPST latitude(deg) ...'); "
+                              "write the solution again with RTKLIB's output headers on.")
+        try:
+            rows.append(_parse_row(line, header))
+        except _Unsupported as problem:
+            raise GeotagError(f"{path}, line {header_number}: columns {header.strip()!r} {problem}; write the solution as "
+                              "latitude/longitude/height in decimal degrees.") from None
+        except (ValueError, IndexError):
+            if place == len(body) - 1 and rows:
+                continue  # cut short while writing
+            raise GeotagError(f"{path}, line {number}: {line.strip()[:60]!r} does not fit the columns of line "
+                              f"{header_number}; write the solution again.") from None
+    if len(rows) < 2:
+        raise GeotagError(f"{path}: holds {len(rows)} epochs, expected the solution of a whole flight; run the PPK again.")
+    table = np.array(rows)
+    table[:, 0] += _jst_shift(header)
+    order = np.lexsort((table[:, 4], table[:, 0]))
+    table = table[order]
+    table = table[np.concatenate([[True], np.diff(table[:, 0]) > 1e-4])]  # doubled epochs: the better Q stays
+    return Trajectory(path, table[:, 0], table[:, 1], table[:, 2], table[:, 3], table[:, 4].astype(int), table[:, 5:8], datum)
+
+
+class _Unsupported(Exception):
+    pass
+
+
+def _parse_row(line: str, header: str) -> list[float]:
+    """gps_s, lon, lat, h, Q, sd E, N, U."""
+    parts = re.split(r"[\s,;]+", line.strip())
+    if "/" in parts[0] or "-" in parts[0][1:]:
+        unix = parse_datetime_unix(f"{parts[0]} {parts[1]}")
+        if not np.isfinite(unix):
+            raise ValueError
+        gps = float(unix - 315964800) if "GPST" in header else float(utc_to_gps(unix))
+    else:
+        gps = float(week_tow_to_gps(float(parts[0]), float(parts[1])))
+    rest = [float(part) for part in parts[2:]]
+    lower = header.lower()
+    if "x-ecef" in lower:
+        lon, lat, height = _FROM_ECEF.transform(*rest[:3])
+        values, sd = rest[3:], None
+        sd = [float(np.linalg.norm(values[2:5])) / np.sqrt(3)] * 3 if len(values) >= 5 else [np.nan] * 3
+    elif "baseline" in lower:
+        raise _Unsupported("are a baseline from the base station, whose position is needed")
+    elif "latitude(d'" in lower:
+        lat, lon, height = _dms(parts[2:5]), _dms(parts[5:8]), rest[6]
+        values = rest[7:]
+        sd = [values[3], values[2], values[4]] if len(values) >= 5 else [np.nan] * 3
+    elif "latitude(deg)" in lower:
+        lat, lon, height = rest[:3]
+        values = rest[3:]
+        sd = [values[3], values[2], values[4]] if len(values) >= 5 else [np.nan] * 3
+    else:
+        raise _Unsupported("are not known")
+    quality = values[0]
+    if abs(lat) > 90 or abs(lon) > 180 or abs(height) > 2e4 or quality != int(quality) or not 0 <= quality <= 9:
+        raise ValueError
+    if not np.isfinite([gps, lat, lon, height]).all():
+        raise ValueError
+    return [gps, lon, lat, height, quality, *sd]
+
+
+_FROM_ECEF = pyproj.Transformer.from_crs("EPSG:4978", "EPSG:4979", always_xy=True)
+
+
+def _dms(parts: list[str]) -> float:
+    degrees, minutes, seconds = (float(part) for part in parts)
+    if not (0 <= minutes < 60 and 0 <= seconds <= 60):
+        raise ValueError
+    return (-1 if parts[0].startswith("-") else 1) * (abs(degrees) + minutes / 60 + seconds / 3600)
+
+
+def _jst_shift(header: str) -> float:
+    """Japan standard time is UTC + 9 h."""
+    return -9 * 3600.0 if re.match(r"\s*%\s*JST\b", header) else 0.0

@@ -1,0 +1,80 @@
+"""Which geotag files there are: MRK, ``.pos`` and tables in a folder, sorted by what they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ..core.errors import GeotagError
+from .tables import is_position_table
+
+
+@dataclass
+class GeotagFiles:
+    """Files found: MRK, ``.pos`` trajectories, ``_events.pos`` (one row a photo), tables by photo name."""
+
+    mrk: list[Path] = field(default_factory=list)
+    pos: list[Path] = field(default_factory=list)
+    events: list[Path] = field(default_factory=list)
+    tables: list[Path] = field(default_factory=list)
+
+
+def find_geotags(geotags: Path, photos: Path) -> GeotagFiles:
+    """Look at a file, or into a folder (and, for MRK and ``.pos``, one level below it and beside the photos).
+
+    A single ``.pos`` brings the MRK files beside it or beside the photos with it: the exposure times are there.
+
+    Raises:
+        GeotagError: nothing usable there.
+    """
+    geotags, photos = Path(geotags), Path(photos)
+    found = GeotagFiles()
+    if geotags.is_file():
+        _sort_in(geotags, found, always=True)
+        if (found.pos or found.events) and not found.mrk:
+            for folder in dict.fromkeys((geotags.parent, photos, photos.parent)):
+                for path in _files(folder):
+                    if path.suffix.lower() == ".mrk":
+                        found.mrk.append(path)
+                if found.mrk:
+                    break
+    elif geotags.is_dir():
+        for path in _files(geotags):
+            _sort_in(path, found)
+        for below in sorted(p for p in geotags.iterdir() if p.is_dir() and not p.name.startswith(".")):
+            for path in _files(below):
+                if path.suffix.lower() in (".mrk", ".pos"):
+                    _sort_in(path, found)
+        if not found.mrk and (found.pos or found.events):
+            found.mrk = [path for path in _files(photos) if path.suffix.lower() == ".mrk"]
+    else:
+        raise GeotagError(f"{geotags}: not found; give the folder or file with the MRK, .pos or CSV geotags.")
+    if not (found.mrk or found.pos or found.events or found.tables):
+        raise GeotagError(f"{geotags}: holds no geotags, expected MRK, RTKLIB .pos, or a table with the columns name, lat, lon, h; "
+                          "leave --geotags out to use the photos' EXIF.")
+    if found.tables and (found.mrk or found.pos or found.events):
+        raise GeotagError(f"{geotags}: holds both {found.tables[0].name} and {(found.mrk + found.pos + found.events)[0].name}; "
+                          "give the one to use as --geotags.")
+    if len(found.tables) > 1:
+        raise GeotagError(f"{geotags}: holds {len(found.tables)} tables of positions ({found.tables[0].name}, "
+                          f"{found.tables[1].name}); give the one to use as --geotags.")
+    return found
+
+
+def _files(folder: Path) -> list[Path]:
+    try:
+        return sorted(p for p in Path(folder).iterdir() if p.is_file() and not p.name.startswith("."))
+    except OSError:
+        return []
+
+
+def _sort_in(path: Path, found: GeotagFiles, always: bool = False) -> None:
+    suffix = path.suffix.lower()
+    if suffix == ".mrk":
+        found.mrk.append(path)
+    elif suffix == ".pos":
+        (found.events if path.stem.lower().endswith("_events") else found.pos).append(path)
+    elif suffix in (".csv", ".txt", ".tsv") and (always or is_position_table(path)):
+        found.tables.append(path)
+    elif always:
+        raise GeotagError(f"{path}: is not a kind of geotags that is known; give MRK, RTKLIB .pos, CSV or geo.txt.")

@@ -1,0 +1,137 @@
+"""Positions by photo name: CSV tables (ours, Emlid's, Pix4D-like with a header) and ODM's ``geo.txt``."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pyproj
+
+from ..core.crs import lonlat_to_project
+from ..core.errors import CRSError, GeotagError
+
+_NAME = ("name", "photo", "filename", "file", "image", "image_name", "imagename", "label", "sourcefile", "#label")
+_LAT = ("lat", "latitude", "lat_deg", "latitude_deg", "gpslatitude")
+_LON = ("lon", "long", "longitude", "lon_deg", "longitude_deg", "gpslongitude")
+_HEIGHT = ("h", "height", "alt", "altitude", "ellh", "z", "elevation", "height_m", "ellipsoidal_height", "gpsaltitude")
+_EAST, _NORTH = ("x", "e", "east", "easting"), ("y", "n", "north", "northing")
+_SD = (("sd_e", "sde", "sde_m", "std_e", "acch", "h_acc"), ("sd_n", "sdn", "sdn_m", "std_n", "acch", "h_acc"),
+       ("sd_u", "sdu", "sdu_m", "std_u", "accv", "v_acc"))
+
+
+@dataclass(frozen=True)
+class NamedPositions:
+    """Camera positions by file name (without folders), K of them: xyz (K, 3) project metres, sd (K, 3) E, N, U metres or NaN."""
+
+    path: Path
+    names: list[str]
+    xyz: np.ndarray
+    sd: np.ndarray
+
+
+def is_position_table(path: Path) -> bool:
+    """True when the file's header has a photo name and a position, or it is ODM's ``geo.txt``."""
+    if path.name.lower() == "geo.txt":
+        return True
+    try:
+        with open(path, newline="", encoding="utf-8-sig", errors="replace") as stream:
+            columns = {cell.strip().lower() for cell in _split(stream.readline())}
+    except OSError:
+        return False
+    return bool(columns & set(_NAME)) and bool(columns & set(_LAT + _NORTH)) and bool(columns & set(_LON + _EAST))
+
+
+def read_position_table(path: Path, crs: pyproj.CRS) -> NamedPositions:
+    """Read positions by photo name into the project CRS.
+
+    Longitude and latitude are taken on the project CRS's datum, x and y columns as project coordinates (in ``geo.txt``: in the
+    CRS of its first line); heights pass through.
+
+    Raises:
+        GeotagError: missing columns, a bad number, a doubled name. CRSError: an unknown CRS line.
+    """
+    path = Path(path)
+    try:
+        lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
+    except OSError as problem:
+        raise GeotagError(f"{path}: cannot be read ({problem.strerror}); give a table of photo names and positions.") from None
+    rows = _read_geo_txt(path, lines, crs) if path.name.lower() == "geo.txt" else _read_csv(path, lines, crs)
+    names = [row[0] for row in rows]
+    doubled = {name for name in names if names.count(name) > 1} if len(set(names)) < len(names) else set()
+    if doubled:
+        raise GeotagError(f"{path}: photo {sorted(doubled)[0]!r} appears twice; keep one row a photo.")
+    if not rows:
+        raise GeotagError(f"{path}: holds no position, expected one row a photo.")
+    values = np.array([row[1] for row in rows], float)
+    return NamedPositions(path, names, values[:, :3], values[:, 3:6])
+
+
+def _split(line: str) -> list[str]:
+    for separator in (";", "\t", ","):
+        if separator in line:
+            return next(csv.reader([line.strip()], delimiter=separator))
+    return line.split()
+
+
+def _read_csv(path: Path, lines: list[str], crs: pyproj.CRS) -> list[tuple[str, list[float]]]:
+    columns = [cell.strip().lower() for cell in _split(lines[0])] if lines else []
+
+    def place(options: tuple[str, ...]) -> int:
+        return next((columns.index(option) for option in options if option in columns), -1)
+
+    name, lat, lon, height = place(_NAME), place(_LAT), place(_LON), place(_HEIGHT)
+    east, north = place(_EAST), place(_NORTH)
+    geographic = lat >= 0 and lon >= 0
+    if name < 0 or height < 0 or not (geographic or (east >= 0 and north >= 0)):
+        raise GeotagError(f"{path}: found columns {', '.join(columns)}; expected name, lat, lon, h (ellipsoidal metres) "
+                          "or name, x, y, z in the project CRS.")
+    sd_places = [place(options) for options in _SD]
+    rows = []
+    for number, line in enumerate(lines[1:], start=2):
+        if not line.strip():
+            continue
+        cells = _split(line)
+        try:
+            first, second = float(cells[lon if geographic else east]), float(cells[lat if geographic else north])
+            h = float(cells[height])
+            sd = [float(cells[i]) if i >= 0 and cells[i].strip() else float("nan") for i in sd_places]
+            if not np.isfinite([first, second, h]).all() or geographic and (abs(first) > 180 or abs(second) > 90):
+                raise ValueError
+        except (ValueError, IndexError):
+            raise GeotagError(f"{path}, line {number}: found {line.strip()[:60]!r}, expected a position in the columns of "
+                              "line 1; correct the row.") from None
+        xyz = lonlat_to_project(crs, [first], [second], [h])[0] if geographic else np.array([first, second, h])
+        rows.append((Path(cells[name].strip().replace("\\", "/")).name, [*xyz, *sd]))
+    return rows
+
+
+def _read_geo_txt(path: Path, lines: list[str], crs: pyproj.CRS) -> list[tuple[str, list[float]]]:
+    """ODM: CRS line, then ``name x y [z] [yaw pitch roll] [h_acc v_acc]``."""
+    filled = [(number, line) for number, line in enumerate(lines, start=1) if line.strip() and not line.startswith("#")]
+    if not filled:
+        return []
+    text = filled[0][1].strip()
+    if text.upper().startswith("WGS84 UTM"):
+        zone = text.split()[-1]
+        text = f"EPSG:{(32600 if zone[-1].upper() == 'N' else 32700) + int(zone[:-1])}" if zone[:-1].isdigit() else text
+    try:
+        source = pyproj.CRS.from_user_input(text)
+    except pyproj.exceptions.CRSError:
+        raise CRSError(f"{path}, line {filled[0][0]}: {text!r} is not a CRS; expected for example EPSG:4326.") from None
+    rows = []
+    for number, line in filled[1:]:
+        cells = line.split()
+        try:
+            x, y, z = (float(cell) for cell in cells[1:4])
+            sd = [float(cells[7]), float(cells[7]), float(cells[8])] if len(cells) >= 9 else [float("nan")] * 3
+        except (ValueError, IndexError):
+            raise GeotagError(f"{path}, line {number}: found {line.strip()[:60]!r}, expected name x y z; correct the row.") from None
+        if source.is_geographic:
+            xyz = lonlat_to_project(crs, [x], [y], [z])[0]
+        else:
+            east, north = pyproj.Transformer.from_crs(source, crs, always_xy=True).transform(x, y)
+            xyz = np.array([east, north, z])
+        rows.append((cells[0], [*xyz, *sd]))
+    return rows

@@ -1,0 +1,69 @@
+"""The antenna's trajectory at the exposure instants."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from .rtklib import FIX, FLOAT, Trajectory
+
+#: Least standard deviation that is believed, metres (E, N, U): a fixed epoch; anything else.
+FIX_FLOOR_M = np.array([0.01, 0.01, 0.02])
+FLOAT_FLOOR_M = np.array([0.2, 0.2, 0.3])
+SINGLE_FLOOR_M = np.array([1.5, 1.5, 3.0])
+
+
+@dataclass(frozen=True)
+class Interpolated:
+    """Antenna at N instants: xyz (N, 3) project metres (NaN = none), sd (N, 3) E, N, U metres, quality fix|float|single|none."""
+
+    xyz: np.ndarray
+    sd: np.ndarray
+    quality: list[str]
+
+
+def interpolate(trajectory: Trajectory, xyz: np.ndarray, gps_s: np.ndarray, max_gap_s: float = 1.0) -> Interpolated:
+    """Monotone cubic (PCHIP) interpolation of the trajectory.
+
+    A straight line between 5 Hz epochs errs by a centimetre when the drone brakes at 2 m/s2. The quality is the worse of the two
+    neighbouring epochs. A gap of more than ``max_gap_s`` counts as float (the path is guessed), of more than 10 s as no position.
+
+    Args:
+        trajectory: T epochs. xyz: (T, 3) the same in project coordinates. gps_s: (N,) instants, GPS seconds.
+    """
+    times = trajectory.gps_s
+    count = len(gps_s)
+    position = np.full((count, 3), np.nan)
+    sd = np.full((count, 3), np.nan)
+    quality = ["none"] * count
+    right = np.clip(np.searchsorted(times, gps_s), 1, len(times) - 1)
+    left = right - 1
+    right = np.where(times[left] == gps_s, left, right)
+    gap = times[right] - times[left]
+    inside = (gps_s >= times[0]) & (gps_s <= times[-1]) & (gap <= 10.0)
+    if not inside.any():
+        return Interpolated(position, sd, quality)
+    # Flights are interpolated apart: a curve through a battery change would overshoot on both sides.
+    segment = np.concatenate([[0], np.cumsum(np.diff(times) > 10.0)])
+    for part in np.unique(segment[left[inside]]):
+        own = np.flatnonzero(segment == part)
+        wanted = inside & (segment[left] == part)
+        if len(own) == 1:
+            position[wanted] = xyz[own[0]]
+        else:
+            position[wanted] = PchipInterpolator(times[own], xyz[own])(gps_s[wanted])
+    for i in np.flatnonzero(inside):
+        pair = [left[i], right[i]]
+        worst = int(np.max(trajectory.quality[pair])) if (trajectory.quality[pair] > 0).all() else 5
+        spread = trajectory.sd[pair]
+        own_sd = np.max(spread, axis=0) if np.isfinite(spread).all() else np.zeros(3)
+        if worst == FIX and gap[i] <= max_gap_s:
+            quality[i], floor = "fix", FIX_FLOOR_M
+        elif worst in (FIX, FLOAT, 6):
+            quality[i], floor = "float", FLOAT_FLOOR_M
+        else:
+            quality[i], floor = "single", SINGLE_FLOOR_M
+        sd[i] = np.maximum(own_sd, floor) + (0.0 if gap[i] <= max_gap_s else 0.1 * gap[i] ** 2)
+    return Interpolated(position, sd, quality)
