@@ -1,0 +1,31 @@
+# make setup | demo | test | lint | qgis | parameters | screenshot | clean
+.PHONY: setup demo test lint qgis parameters screenshot clean
+PYTHON = .venv/bin/python
+SHELL = /bin/sh
+
+setup:  ## system packages, .venv with the engine, a private QGIS profile; at once when nothing changed
+	@sh tools/setup.sh
+
+demo: setup  ## the main job on a small simulated plot, through qgis_process
+	@$(PYTHON) tools/demo.py
+
+test: setup lint  ## lint, then all tests; real QGIS is driven
+	@$(PYTHON) -m pytest -q
+
+lint: setup
+	@$(PYTHON) -m ruff check .
+	@$(PYTHON) -m mypy
+
+qgis: setup  ## QGIS with the plugin, in the private profile
+	@$(PYTHON) tools/open_qgis.py
+
+parameters: setup  ## after a verb's settings or a pinned range changed
+	@$(PYTHON) tools/write_parameters.py
+
+screenshot: setup  ## docs/images/toolbox.png, under Xvfb
+	@$(PYTHON) tools/screenshot.py
+
+clean:  ## remove caches and the demo; 'make clean all=1' also .venv and .setup
+	@rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist demo
+	@find . -name __pycache__ -type d -not -path './.venv/*' -prune -exec rm -rf {} +
+	@if [ -n "$(all)" ]; then rm -rf .venv .setup; fi

@@ -1,0 +1,12 @@
+"""``treedgs:geotag``: camera stations from PPK files or EXIF."""
+
+from __future__ import annotations
+
+from ..treedgs_qgis.algorithm import EngineAlgorithm
+
+
+class Algorithm(EngineAlgorithm):
+    """The verb ``geotag``."""
+
+    COMMAND = "geotag"
+    TAGS = ("ppk", "rtk", "mrk", "exif", "camera", "photo")

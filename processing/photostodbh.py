@@ -1,0 +1,29 @@
+"""``treedgs:photostodbh``: the whole chain, drone photos in, tree points with DBH out."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from ..treedgs_qgis.algorithm import EngineAlgorithm
+
+PHOTOS = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".dng"}
+FEWEST = 3
+
+
+class Algorithm(EngineAlgorithm):
+    """The verb ``photos-to-dbh``."""
+
+    COMMAND = "photos-to-dbh"
+    TAGS = ("drone", "uav", "photo", "photogrammetry", "gaussian", "splatting", "inventory")
+
+    def needs(self, parameters, context):
+        """Enough photos."""
+        folder = Path(os.path.expanduser(self.parameterAsString(parameters, "PHOTOS", context)))
+        found = sum(1 for entry in folder.rglob("*") if entry.suffix.lower() in PHOTOS)
+        if found < FEWEST:
+            return (
+                f"PHOTOS: {folder} holds {found} photos, expected at least {FEWEST} (better 40 or more) as "
+                f"{', '.join(sorted(PHOTOS))}."
+            )
+        return ""

@@ -1,0 +1,22 @@
+"""``treedgs:pointcloudtodbh``: a LAS/LAZ cloud in, tree points with DBH out."""
+
+from __future__ import annotations
+
+import os
+
+from ..treedgs_qgis.algorithm import EngineAlgorithm
+
+
+class Algorithm(EngineAlgorithm):
+    """The verb ``pointcloud-to-dbh``."""
+
+    COMMAND = "pointcloud-to-dbh"
+    TAGS = ("lidar", "las", "laz", "tls", "point cloud", "inventory")
+
+    def needs(self, parameters, context):
+        """A file that begins like LAS."""
+        path = os.path.expanduser(self.parameterAsString(parameters, "INPUT", context).split("|")[0])
+        with open(path, "rb") as stream:
+            if stream.read(4) != b"LASF":
+                return f"INPUT: {path} is not a LAS or LAZ file; convert the cloud to LAZ first."
+        return ""

@@ -1,0 +1,132 @@
+"""``treedgs:setupengine``: builds the engine's own Python environment; nothing goes into QGIS."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from qgis.core import (
+    QgsProcessingException,
+    QgsProcessingOutputString,
+    QgsProcessingParameterBoolean,
+    QgsProcessingParameterEnum,
+    QgsProcessingParameterFile,
+    QgsSettings,
+)
+
+from ..treedgs_qgis import compat, engine, environment
+from ..treedgs_qgis.algorithm import BaseAlgorithm
+
+HELP = """<p><b>Install the libraries that the TreeDGS algorithms need, in an environment of their own.</b></p>
+<p>Makes a Python environment in your data folder (or in TREEDGS_HOME), about 2 GB, and installs the pinned list of
+libraries with pip. QGIS and its Python are not touched. It needs Python 3.10 or newer with venv on this computer, and
+the network or a folder of wheels. What was cut short is taken up by running it again.</p>
+<p>On a machine with <code>make</code>, <code>make setup</code> does the same for the repository.</p>"""
+
+
+class Algorithm(BaseAlgorithm):
+    """Set up the engine."""
+
+    def name(self):
+        """The id."""
+        return "setupengine"
+
+    def displayName(self):  # noqa: N802
+        """The title."""
+        return self.tr("Set up the engine")
+
+    def group(self):
+        """With the check."""
+        return self.tr("Setup")
+
+    def groupId(self):  # noqa: N802
+        """With the check."""
+        return "setup"
+
+    def tags(self):
+        """Search words."""
+        return ["treedgs", "install", "environment", "dependencies", "python", "pip"]
+
+    def shortDescription(self):  # noqa: N802
+        """One line."""
+        return self.tr("Install the engine's libraries in an environment of their own.")
+
+    def shortHelpString(self):  # noqa: N802
+        """The help panel."""
+        return HELP
+
+    def initAlgorithm(self, configuration=None):  # noqa: N802
+        """Declare parameters."""
+        python = QgsProcessingParameterFile("PYTHON", self.tr("Python to build with"), compat.FILE, "", None, True)
+        python.setHelp("A Python 3.10 or newer with venv; left empty, the system's is found.")
+        wheels = QgsProcessingParameterFile(
+            "WHEELS", self.tr("Folder of wheels (no network)"), compat.FOLDER, "", None, True
+        )
+        wheels.setHelp(
+            "A folder of .whl files, made on another machine with: pip download -r requirements.txt -d FOLDER."
+        )
+        torch = QgsProcessingParameterEnum(
+            "TORCH", self.tr("PyTorch build"), ["cpu", "cuda"], False, "cpu", False, True
+        )
+        torch.setHelp("cpu: the small build, enough for everything. cuda: whatever pip chooses, several gigabytes.")
+        rebuild = QgsProcessingParameterBoolean("REBUILD", self.tr("Start from scratch"), False)
+        rebuild.setHelp("Remove the environment first, to mend a broken one.")
+        for advanced in (python, torch, rebuild):
+            advanced.setFlags(advanced.flags() | compat.FLAG_ADVANCED)
+        for made in (wheels, python, torch, rebuild):
+            self.addParameter(made)
+        self.addOutput(QgsProcessingOutputString("ENGINE", self.tr("The engine's Python")))
+
+    def problem(self, parameters, context):
+        """The named files exist."""
+        wheels = self.parameterAsString(parameters, "WHEELS", context)
+        if wheels and not Path(wheels).is_dir():
+            return f"WHEELS: {wheels} is not a folder; give the folder that holds the .whl files."
+        python = self.parameterAsString(parameters, "PYTHON", context)
+        if python and not Path(python).is_file():
+            return f"PYTHON: {python} does not exist; give a Python program or leave it empty."
+        return ""
+
+    def processAlgorithm(self, parameters, context, feedback):  # noqa: N802
+        """Build, then use it from now on."""
+        wheels = self.parameterAsString(parameters, "WHEELS", context)
+        target = engine.managed_environment()
+        steps = {"done": 0}
+
+        def run(command):
+            feedback.pushCommandInfo(" ".join(map(str, command)))
+            steps["done"] += 1
+            feedback.setProgress(min(95, 25 * steps["done"]))
+            process = engine.start([str(part) for part in command], Path.home())
+            for _, line in engine.stream(process, feedback.isCanceled):
+                feedback.pushConsoleInfo(line)
+            return process.wait()
+
+        try:
+            if self.parameterAsBoolean(parameters, "REBUILD", context):
+                environment.remove(target)
+            pinned = environment.requirements()
+            groups = [
+                [item for item in pinned if item.startswith("torch")],
+                [item for item in pinned if not item.startswith("torch")],
+            ]
+            environment.build(
+                target,
+                [group for group in groups if group],
+                environment.lock_hash(),
+                environment.find_python(self.parameterAsString(parameters, "PYTHON", context)),
+                wheels=Path(wheels) if wheels else None,
+                run=run,
+                say=feedback.pushInfo,
+                torch=self.parameterAsEnumString(parameters, "TORCH", context),
+            )
+        except (environment.SetupError, engine.EngineError, OSError) as problem:
+            if feedback.isCanceled():
+                raise QgsProcessingException("Stopped; run it again to go on where it ended.") from None
+            raise QgsProcessingException(str(problem)) from None
+        configured = str(QgsSettings().value("treedgs/python", "") or "")
+        if configured:
+            feedback.pushWarning(
+                f"The QGIS setting treedgs/python still names {configured} and comes first; clear it to use "
+                "the environment that was just built."
+            )
+        return {"ENGINE": str(engine.python_in(target))}

@@ -1,0 +1,105 @@
+"""How QGIS is started with this repository as its plugin, in a private profile: for the demo, tests and screenshots.
+
+Standard library only. ``python tools/qgis_run.py list`` passes its arguments to ``qgis_process``.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+SETUP = ROOT / ".setup"
+
+
+def qgis_process() -> str | None:
+    """The program; Debian's wrapper passes it an option it does not know, so the binary behind it comes first."""
+    return shutil.which("qgis_process.bin") or shutil.which("qgis_process")
+
+
+def qgis() -> str | None:
+    """The graphical program."""
+    return shutil.which("qgis.bin") or shutil.which("qgis")
+
+
+def environment(setup: Path = SETUP, **more: str) -> dict[str, str]:
+    """Variables for a QGIS that sees only the private profile below ``setup``.
+
+    TREEDGS_HOME is set, so that job logs and managed environments stay there too.
+    """
+    runtime = setup / "runtime"
+    runtime.mkdir(parents=True, exist_ok=True)
+    runtime.chmod(0o700)
+    dropped = ("PYTHON", "QGIS_", "VIRTUAL_ENV")
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(dropped)}
+    kept.update(
+        QGIS_CUSTOM_CONFIG_PATH=str(setup / "qgis"),
+        QGIS_PLUGINPATH=str(setup / "plugins"),
+        XDG_RUNTIME_DIR=str(runtime),
+        TREEDGS_HOME=os.environ.get("TREEDGS_HOME", str(setup / "home")),
+        PYTHONDONTWRITEBYTECODE="1",
+        PYTHONWARNINGS="ignore",
+        # The Python inside QGIS takes its libraries from beside the first python3 on the PATH: it has to be the system's.
+        PATH=os.pathsep.join(["/usr/bin", "/bin", os.environ.get("PATH", "")]),
+    )
+    if not more.get("DISPLAY"):
+        kept["QT_QPA_PLATFORM"] = "offscreen"
+    kept.update(more)
+    return kept
+
+
+def make_profile(setup: Path = SETUP) -> None:
+    """Link the repository as the plugin ``treedgs`` into a private profile and switch it on.
+
+    Raises:
+        RuntimeError: QGIS is missing or does not take the plugin.
+    """
+    program = qgis_process()
+    if program is None:
+        raise RuntimeError(
+            "qgis_process was not found; install QGIS 3.22 or newer (Debian and Ubuntu: apt install qgis)"
+        )
+    link = setup / "plugins" / "treedgs"
+    link.parent.mkdir(parents=True, exist_ok=True)
+    if not link.exists() or link.resolve() != ROOT:
+        link.unlink(missing_ok=True)
+        link.symlink_to(ROOT, target_is_directory=True)
+    done = subprocess.run(
+        [program, "plugins", "enable", "treedgs"], env=environment(setup), capture_output=True, text=True
+    )
+    listed = subprocess.run([program, "plugins"], env=environment(setup), capture_output=True, text=True)
+    if "* treedgs" not in listed.stdout:
+        raise RuntimeError(f"QGIS did not switch the plugin on: {done.stdout}{done.stderr}{listed.stdout}")
+
+
+def run_algorithm(algorithm: str, parameters: dict[str, object], setup: Path = SETUP) -> int:
+    """``qgis_process run``, its output on ours. Returns its exit code; 1 with a message when QGIS is missing."""
+    program = qgis_process()
+    if program is None:
+        print("error: qgis_process was not found; run make setup", file=sys.stderr)
+        return 1
+    values = [f"{name}={value}" for name, value in parameters.items()]
+    return subprocess.call([program, "run", algorithm, "--", *values], env=environment(setup))
+
+
+def main() -> int:
+    """``--make-profile``, or arguments for ``qgis_process``."""
+    if sys.argv[1:] == ["--make-profile"]:
+        try:
+            make_profile()
+        except RuntimeError as problem:
+            print(f"error: {problem}", file=sys.stderr)
+            return 1
+        return 0
+    program = qgis_process()
+    if program is None:
+        print("error: qgis_process was not found; run make setup", file=sys.stderr)
+        return 1
+    return subprocess.call([program, *sys.argv[1:]], env=environment())
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,61 @@
+"""Write what the QGIS plugin knows of the engine: ``treedgs_qgis/parameters.json`` and ``requirements.txt``.
+
+Run with the engine's Python by ``make parameters`` after a verb's settings or a pinned range changed; a test compares.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import re
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+PARAMETERS = ROOT / "treedgs_qgis" / "parameters.json"
+REQUIREMENTS = ROOT / "treedgs_qgis" / "requirements.txt"
+
+
+def parameters_text() -> str:
+    """The JSON text: protocol, commands as ``treedgs describe`` gives them, and the modules each one needs."""
+    from treedgs_geo.commands import MODULES, get_command
+    from treedgs_geo.commands.doctor import NEEDS
+    from treedgs_geo.core.command import describe
+    from treedgs_geo.core.progress import PROTOCOL
+
+    commands = []
+    for name, module in MODULES.items():
+        if importlib.util.find_spec(f"treedgs_geo.commands.{module}") is None:
+            print(f"warning: {name} has no module yet, left out", file=sys.stderr)
+            continue
+        commands.append({**describe(get_command(name)), "needs": list(NEEDS[name])})
+    return json.dumps({"protocol": PROTOCOL, "commands": commands}, indent=1, ensure_ascii=False, default=str) + "\n"
+
+
+def requirements_text() -> str:
+    """The pinned ranges of ``pyproject.toml``, torch included, one a line."""
+    text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    lists = re.findall(r"^(dependencies|torch) = \[(.*?)\]\s*$", text, re.S | re.M)
+    items = [item for _, body in lists for item in re.findall(r'"([^"]+)"', body)]
+    return "# Written from pyproject.toml by make parameters.\n" + "\n".join(items) + "\n"
+
+
+def main() -> int:
+    """Write both files, or with ``--check`` only say whether they are up to date."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--check", action="store_true")
+    check = parser.parse_args().check
+    stale = 0
+    for path, text in ((PARAMETERS, parameters_text()), (REQUIREMENTS, requirements_text())):
+        if path.exists() and path.read_text(encoding="utf-8") == text:
+            continue
+        stale += 1
+        print(f"{path.relative_to(ROOT)}: {'is not up to date, run make parameters' if check else 'written'}")
+        if not check:
+            path.write_text(text, encoding="utf-8")
+    return 1 if check and stale else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

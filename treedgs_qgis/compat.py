@@ -1,0 +1,34 @@
+"""Names that moved between QGIS 3.22 and 4: each is looked up once, newest place first."""
+
+from __future__ import annotations
+
+from functools import reduce
+from typing import Any
+
+import qgis.core
+
+
+def first_attr(*dotted: str) -> Any:
+    """The first of ``dotted`` (relative to ``qgis.core``) that this QGIS has.
+
+    Raises:
+        AttributeError: none exists; the message lists what was tried.
+    """
+    for name in dotted:
+        try:
+            return reduce(getattr, name.split("."), qgis.core)
+        except AttributeError:
+            continue
+    raise AttributeError(f"QGIS {qgis.core.Qgis.QGIS_VERSION} has none of {', '.join(dotted)}")
+
+
+FLAG_ADVANCED = first_attr("Qgis.ProcessingParameterFlag.Advanced", "QgsProcessingParameterDefinition.FlagAdvanced")
+FLAG_OPTIONAL = first_attr("Qgis.ProcessingParameterFlag.Optional", "QgsProcessingParameterDefinition.FlagOptional")
+FILE = first_attr("Qgis.ProcessingFileParameterBehavior.File", "QgsProcessingParameterFile.File")
+FOLDER = first_attr("Qgis.ProcessingFileParameterBehavior.Folder", "QgsProcessingParameterFile.Folder")
+INTEGER = first_attr("Qgis.ProcessingNumberParameterType.Integer", "QgsProcessingParameterNumber.Integer")
+DOUBLE = first_attr("Qgis.ProcessingNumberParameterType.Double", "QgsProcessingParameterNumber.Double")
+SOURCE_POINT = first_attr("Qgis.ProcessingSourceType.VectorPoint", "QgsProcessing.TypeVectorPoint")
+SOURCE_VECTOR = first_attr("Qgis.ProcessingSourceType.Vector", "QgsProcessing.TypeVector")
+DISTANCE_METERS = first_attr("Qgis.DistanceUnit.Meters", "QgsUnitTypes.DistanceMeters")
+LOG_CRITICAL = first_attr("Qgis.MessageLevel.Critical", "Qgis.Critical")

@@ -1,0 +1,414 @@
+"""The engine as a child process: finding its Python, a clean environment, JSON lines, cancel, and what went wrong.
+
+Standard library only, no ``qgis``: the tests and the command-line tools use it too. The protocol is in
+``docs/engine.md``; the other end is ``treedgs_geo.cli``.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import queue
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Generator, Iterable
+from contextlib import closing
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, Any
+
+#: Must equal ``treedgs_geo.core.progress.PROTOCOL``.
+PROTOCOL = 1
+#: The folder that holds the plugin and, inside it, the library.
+PLUGIN_ROOT = Path(__file__).resolve().parents[1]
+#: Seconds between asking a process group to stop and killing it.
+GRACE_S = 1.2
+#: Seconds the engine may take to end after closing its output.
+CLOSING_S = 20
+#: How many job folders (logs) are kept.
+KEPT_JOBS = 20
+
+HOW_TO_INSTALL = (
+    "run the algorithm 'Set up the engine' (treedgs:setupengine), or point the environment variable TREEDGS_PYTHON "
+    "at a Python that has the engine's libraries"
+)
+
+#: Variables of QGIS, of other Pythons and of other geospatial stacks that must not reach the engine.
+_DROPPED_PREFIXES = ("PYTHON", "QGIS_", "PROJ_", "GDAL_", "CONDA_", "DYLD_", "QT_", "OSGEO4W", "PYQGIS")
+_DROPPED = {
+    "VIRTUAL_ENV",
+    "LD_LIBRARY_PATH",
+    "LD_PRELOAD",
+    "PIP_USER",
+    "PIP_TARGET",
+    "PIP_PREFIX",
+    "GEOTIFF_CSV",
+    "O4W_QT_PREFIX",
+    "__PYVENV_LAUNCHER__",
+}
+
+_PROBE = """
+import importlib.util, json, sys
+print(json.dumps({
+    "version": list(sys.version_info[:3]),
+    "missing": [m for m in sys.argv[1:] if importlib.util.find_spec(m) is None],
+}))
+"""
+
+
+class EngineError(Exception):
+    """One sentence for the user: what happened and what to do."""
+
+
+class EngineMissing(EngineError):
+    """No usable engine environment was found."""
+
+
+class EngineCancelled(EngineError):
+    """The user stopped the job."""
+
+
+@dataclass(frozen=True)
+class Engine:
+    """A Python that can run the engine. source: where it was configured, in words."""
+
+    python: Path
+    source: str
+
+
+@dataclass
+class Outcome:
+    """How a job ended: the verb's result and how long it took."""
+
+    result: dict[str, Any] = field(default_factory=dict)
+    seconds: float = 0.0
+
+
+def data_dir() -> Path:
+    """Where managed environments and job logs live: ``TREEDGS_HOME`` or the user's data folder."""
+    if os.environ.get("TREEDGS_HOME"):
+        return Path(os.environ["TREEDGS_HOME"]).expanduser()
+    if sys.platform == "win32":
+        base = os.environ.get("LOCALAPPDATA") or str(Path.home() / "AppData" / "Local")
+    elif sys.platform == "darwin":
+        base = str(Path.home() / "Library" / "Application Support")
+    else:
+        base = os.environ.get("XDG_DATA_HOME") or str(Path.home() / ".local" / "share")
+    return Path(base) / "treedgs"
+
+
+def python_in(environment: Path) -> Path:
+    """The interpreter of a virtual environment."""
+    return environment / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
+
+
+def managed_environment() -> Path:
+    """The environment that ``setupengine`` builds; its name changes with the pinned list."""
+    from .environment import lock_hash
+
+    return data_dir() / f"engine-{lock_hash()}"
+
+
+def find_engine(setting: str = "", modules: Iterable[str] = ()) -> Engine:
+    """Resolve the engine's Python; the first one configured wins, a configured but broken one is an error.
+
+    Order: ``TREEDGS_PYTHON``, the QGIS setting ``treedgs/python`` (``setting``), the managed environment, ``.venv``
+    in the plugin folder, a ``python3`` on the PATH. modules: what the job imports; all have to be installed.
+
+    Raises:
+        EngineMissing: with what was looked at and how to mend it.
+    """
+    modules = list(modules)
+    for value, source in (
+        (os.environ.get("TREEDGS_PYTHON", ""), "TREEDGS_PYTHON"),
+        (setting, "the QGIS setting treedgs/python"),
+    ):
+        if value:
+            _check(Path(value).expanduser(), source, modules)
+            return Engine(Path(value).expanduser(), source)
+    problems = []
+    for folder, source in ((managed_environment(), "the managed environment"), (PLUGIN_ROOT / ".venv", "make setup")):
+        python = python_in(folder)
+        if python.exists():
+            try:
+                _check(python, source, modules)
+                return Engine(python, source)
+            except EngineMissing as problem:
+                problems.append(str(problem))
+    for name in ("python3", "python"):
+        found = shutil.which(name, path=child_environment().get("PATH"))
+        if found:
+            try:
+                _check(Path(found), "PATH", modules)
+                return Engine(Path(found), f"{name} on the PATH")
+            except EngineMissing:
+                continue
+    raise EngineMissing(problems[0] if problems else f"The TreeDGS engine is not installed; {HOW_TO_INSTALL}.")
+
+
+def _check(python: Path, source: str, modules: list[str]) -> None:
+    if not python.is_file() or not os.access(python, os.X_OK):
+        raise EngineMissing(
+            f"The TreeDGS engine is missing: {source} names {python}, which is not a Python program; {HOW_TO_INSTALL}."
+        )
+    try:
+        done = subprocess.run(
+            [str(python), "-I", "-c", _PROBE, *modules],
+            capture_output=True,
+            text=True,
+            timeout=60,
+            env=child_environment(),
+            cwd=tempfile.gettempdir(),
+            **_no_window(),
+        )
+        answer = json.loads(done.stdout.strip().splitlines()[-1])
+    except (OSError, subprocess.SubprocessError, ValueError, IndexError) as problem:
+        raise EngineMissing(
+            f"The TreeDGS engine does not start: {python} ({source}) gave no answer ({problem}); {HOW_TO_INSTALL}."
+        ) from None
+    if tuple(answer["version"]) < (3, 10):
+        raise EngineMissing(
+            f"The TreeDGS engine needs Python 3.10 or newer: {python} ({source}) is "
+            f"{'.'.join(map(str, answer['version']))}; {HOW_TO_INSTALL}."
+        )
+    if answer["missing"]:
+        raise EngineMissing(
+            f"The TreeDGS engine is incomplete: {python} ({source}) lacks "
+            f"{', '.join(answer['missing'])}; {HOW_TO_INSTALL}."
+        )
+
+
+def child_environment() -> dict[str, str]:
+    """The parent's environment without what belongs to QGIS or to another Python; proxies and CA settings stay."""
+    kept = {
+        name: value
+        for name, value in os.environ.items()
+        if name not in _DROPPED and not name.upper().startswith(_DROPPED_PREFIXES)
+    }
+    kept.update(
+        PYTHONNOUSERSITE="1",
+        PYTHONSAFEPATH="1",
+        PYTHONIOENCODING="utf-8",
+        PYTHONUTF8="1",
+        PYTHONUNBUFFERED="1",
+        PYTHONPATH=str(PLUGIN_ROOT),
+    )
+    if not os.access(PLUGIN_ROOT, os.W_OK):
+        kept["PYTHONDONTWRITEBYTECODE"] = "1"
+    return kept
+
+
+def new_job_dir(command: str) -> Path:
+    """A fresh folder for one job's files and log; the oldest ones are removed."""
+    for base in (data_dir() / "jobs", Path(tempfile.gettempdir()) / "treedgs-jobs"):
+        try:
+            base.mkdir(parents=True, exist_ok=True)
+            for old in sorted(base.iterdir(), key=lambda path: path.stat().st_mtime)[:-KEPT_JOBS]:
+                if time.time() - old.stat().st_mtime > 3600:
+                    shutil.rmtree(old, ignore_errors=True)
+            return Path(tempfile.mkdtemp(dir=base, prefix=time.strftime("%Y%m%d-%H%M%S-") + command + "-"))
+        except OSError:
+            continue
+    raise EngineError(
+        f"No folder for the job's files can be made in {data_dir()}; set TREEDGS_HOME to a folder that can be written."
+    )
+
+
+def run_job(
+    engine: Engine,
+    command: str,
+    parameters: dict[str, Any],
+    job_dir: Path,
+    on_message: Callable[[dict[str, Any]], None],
+    is_cancelled: Callable[[], bool],
+) -> Outcome:
+    """Run one verb in a child process until it ends.
+
+    on_message gets each protocol line as a dict (``{"t": "progress", ...}``) and everything else as
+    ``{"t": "log", "message": line}``. Cancel ends the whole process group.
+
+    Raises:
+        EngineCancelled: is_cancelled() became true.
+        EngineError: the engine's own sentence, or what a crash, a kill or a broken answer means.
+    """
+    job = job_dir / "job.json"
+    job.write_text(
+        json.dumps(
+            {"protocol": PROTOCOL, "command": command, "parameters": parameters}, ensure_ascii=False, default=str
+        ),
+        encoding="utf-8",
+    )
+    began = time.monotonic()
+    outcome, sentence = Outcome(), ""
+    tail: deque[str] = deque(maxlen=40)
+    with open(job_dir / "engine.log", "w", encoding="utf-8") as log:
+        process = start([str(engine.python), "-m", "treedgs_geo", "--job", str(job)], job_dir)
+        with closing(stream(process, is_cancelled)) as lines:
+            for from_stdout, line in lines:
+                log.write(line + "\n")
+                message = _parse(line) if from_stdout else {"t": "log", "message": line}
+                if message["t"] == "hello" and message.get("protocol") != PROTOCOL:
+                    raise EngineError(
+                        f"The engine speaks protocol {message.get('protocol')}, this plugin {PROTOCOL}; "
+                        "run 'Set up the engine' (treedgs:setupengine) to update it."
+                    )
+                if message["t"] == "error":
+                    sentence = str(message.get("message", ""))
+                elif message["t"] == "result":
+                    outcome.result = message.get("result") or {}
+                else:
+                    if message["t"] == "log":
+                        tail.append(line)
+                    on_message(message)
+        code = process.wait()
+    outcome.seconds = time.monotonic() - began
+    if is_cancelled():
+        raise EngineCancelled("Stopped; what was finished is kept, run again to resume.")
+    if code != 0:
+        raise EngineError(sentence or explain_exit(code, list(tail), job_dir / "engine.log"))
+    if sentence:
+        raise EngineError(sentence)
+    return outcome
+
+
+def _parse(line: str) -> dict[str, Any]:
+    if line.startswith("{"):
+        try:
+            message = json.loads(line)
+            if isinstance(message, dict) and isinstance(message.get("t"), str):
+                return message
+        except ValueError:
+            pass
+    return {"t": "log", "message": line}
+
+
+def start(command: list[str], cwd: Path) -> subprocess.Popen:
+    """Start a child in its own process group with the clean environment.
+
+    Raises:
+        EngineError: the program cannot be started.
+    """
+    try:
+        return subprocess.Popen(
+            command,
+            cwd=cwd,
+            env=child_environment(),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            **_own_group(),
+        )
+    except OSError as problem:
+        raise EngineError(
+            f"The engine cannot be started: {command[0]} ({problem.strerror}); {HOW_TO_INSTALL}."
+        ) from None
+
+
+def stream(process: subprocess.Popen, is_cancelled: Callable[[], bool]) -> Generator[tuple[bool, str], None, None]:
+    """Yield ``(from stdout, line)`` until the child ends; on cancel, or when closed early, its group is ended."""
+    lines: queue.Queue[tuple[bool, str] | None] = queue.Queue()
+
+    def read(pipe: IO[bytes], from_stdout: bool) -> None:
+        with pipe:
+            for raw in pipe:
+                lines.put((from_stdout, raw.decode("utf-8", "replace").rstrip("\r\n")))
+        lines.put(None)
+
+    readers = [
+        threading.Thread(target=read, args=(pipe, first), daemon=True)
+        for pipe, first in ((process.stdout, True), (process.stderr, False))
+        if pipe is not None
+    ]
+    for reader in readers:
+        reader.start()
+    still_open = len(readers)
+    try:
+        while still_open and not is_cancelled():
+            try:
+                item = lines.get(timeout=0.1)
+            except queue.Empty:
+                # A grandchild that outlives the engine may hold the pipes open: the engine's own end is what counts.
+                if process.poll() is not None:
+                    break
+                continue
+            if item is None:
+                still_open -= 1
+            else:
+                yield item
+        # The pipes close a moment before the process is gone: it must not be taken for one that hangs.
+        until = time.monotonic() + CLOSING_S
+        while process.poll() is None and not is_cancelled() and time.monotonic() < until:
+            time.sleep(0.02)
+    finally:
+        stop_group(process)
+
+
+def stop_group(process: subprocess.Popen) -> None:
+    """End the child and everything it started: ask, wait, kill. Returns within 2 s."""
+    if sys.platform == "win32":
+        if process.poll() is None:
+            subprocess.run(["taskkill", "/T", "/F", "/PID", str(process.pid)], capture_output=True, **_no_window())
+        return
+    group = process.pid
+    if process.poll() is None:
+        _signal_group(group, signal.SIGTERM)
+        try:
+            process.wait(GRACE_S)
+        except subprocess.TimeoutExpired:
+            pass
+    # Also when the engine itself has ended: its own children must not outlive it.
+    _signal_group(group, signal.SIGKILL)
+    try:
+        process.wait(1)
+    except subprocess.TimeoutExpired:
+        pass
+
+
+def _signal_group(group: int, number: int) -> None:
+    try:
+        os.killpg(group, number)
+    except (ProcessLookupError, PermissionError):
+        pass
+
+
+def explain_exit(code: int, tail: list[str], log: Path) -> str:
+    """One sentence for an exit that the engine itself could not explain."""
+    if code in (-9, 137):
+        return (
+            "The engine was killed by the system, most likely because memory ran out; close other programs, choose "
+            f"a faster preset or fewer photos, and run again to resume (log: {log})."
+        )
+    if code in (-11, -6, -7, -4, -8, 139, 134):
+        name = signal.Signals(-code if code < 0 else code - 128).name
+        return (
+            f"The engine crashed ({name}); run 'Check the engine' (treedgs:checkengine), and if that is fine "
+            f"report the log {log}."
+        )
+    if code in (-15, -2, 143, 130):
+        return f"The engine was stopped from outside; run again to resume (log: {log})."
+    windows = {
+        0xC0000005: "it touched memory it does not own",
+        0xC000001D: "the processor lacks an instruction it needs",
+        0xC0000135: "a system library is missing, install the Visual C++ redistributable from "
+        "https://aka.ms/vs/17/release/vc_redist.x64.exe",
+    }
+    if code & 0xFFFFFFFF in windows:
+        return f"The engine crashed: {windows[code & 0xFFFFFFFF]} (log: {log})."
+    last = next((line.strip() for line in reversed(tail) if line.strip()), "it said nothing")
+    return f"The engine ended with code {code}: {last} (log: {log})."
+
+
+def _own_group() -> dict[str, Any]:
+    if sys.platform == "win32":
+        return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW}
+    return {"start_new_session": True}
+
+
+def _no_window() -> dict[str, Any]:
+    return {"creationflags": subprocess.CREATE_NO_WINDOW} if sys.platform == "win32" else {}

@@ -1,0 +1,195 @@
+"""Building the engine's Python environment: used by ``make setup`` (as a script) and by ``treedgs:setupengine``.
+
+Standard library only, Python 3.9 or newer. The pinned list is ``requirements.txt`` beside this file, written from
+``pyproject.toml`` by ``make parameters``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+REQUIREMENTS = Path(__file__).with_name("requirements.txt")
+READY = "treedgs-ready.json"
+NEEDED_DISK_GB = 4
+TORCH_CPU_INDEX = "https://download.pytorch.org/whl/cpu"
+OLDEST = (3, 10)
+
+_PYTHON_CHECK = f"""
+import sys
+assert sys.version_info >= {OLDEST}
+import ensurepip, venv
+"""
+
+
+class SetupError(Exception):
+    """One sentence: what is missing and what to do."""
+
+
+Runner = Callable[[list], int]
+
+
+def requirements() -> list[str]:
+    """The pinned ranges, torch first."""
+    lines = REQUIREMENTS.read_text(encoding="utf-8").splitlines()
+    return sorted((line for line in lines if line and line[0] != "#"), key=lambda line: not line.startswith("torch"))
+
+
+def lock_hash() -> str:
+    """Names the managed environment: another list, another environment."""
+    return hashlib.sha256("\n".join(requirements()).encode()).hexdigest()[:10]
+
+
+def usable_python(python: str) -> bool:
+    """True when ``python`` is 3.10 or newer and can make virtual environments."""
+    try:
+        return (
+            subprocess.run(
+                [python, "-I", "-c", _PYTHON_CHECK], capture_output=True, timeout=60, cwd=tempfile.gettempdir()
+            ).returncode
+            == 0
+        )
+    except (OSError, subprocess.SubprocessError):
+        return False
+
+
+def find_python(wanted: str = "") -> str:
+    """A Python to build the environment with: ``wanted``, or the first usable one of the system.
+
+    Raises:
+        SetupError: there is none.
+    """
+    if wanted:
+        if not usable_python(wanted):
+            raise SetupError(
+                f"{wanted}: is not a Python 3.10 or newer with venv and ensurepip; install one or name another."
+            )
+        return wanted
+    names = ["python3.12", "python3.11", "python3.10", "python3", "/usr/bin/python3", "python3.13", "python"]
+    for name in names:
+        found = shutil.which(name)
+        if found and usable_python(found):
+            return found
+    raise SetupError(
+        "No Python 3.10 or newer with venv was found; install one (Debian and Ubuntu: apt install "
+        "python3-venv; Windows and macOS: python.org, version 3.12) and run this again."
+    )
+
+
+def is_ready(target: Path, key: str) -> bool:
+    """True when ``target`` was finished with the same key."""
+    try:
+        return json.loads((target / READY).read_text(encoding="utf-8"))["key"] == key
+    except (OSError, ValueError, KeyError):
+        return False
+
+
+def remove(target: Path) -> None:
+    """Delete an environment that was built here; anything else is left alone."""
+    if target.exists() and not (target / "pyvenv.cfg").exists():
+        raise SetupError(f"{target}: is not a Python environment, so it is not removed; move it away yourself.")
+    shutil.rmtree(target, ignore_errors=True)
+
+
+def build(
+    target: Path,
+    packages: list[list[str]],
+    key: str,
+    python: str,
+    wheels: Path | None = None,
+    run: Runner = subprocess.call,
+    say: Callable[[str], None] = print,
+    torch: str = "cpu",
+) -> None:
+    """Make (or mend) the virtual environment ``target`` and install ``packages``, one pip call per list.
+
+    A marker file is written last, so that a build that was cut short is taken up again. run: starts a command and
+    returns its exit code. wheels: install from this folder only, without network.
+
+    Raises:
+        SetupError: no disk space, or a step failed.
+    """
+    if is_ready(target, key):
+        say(f"The engine environment {target} is complete.")
+        return
+    target.parent.mkdir(parents=True, exist_ok=True)
+    free = shutil.disk_usage(target.parent).free / 1e9
+    if free < NEEDED_DISK_GB and not (target / READY).exists():
+        raise SetupError(
+            f"{target.parent}: {free:.1f} GB are free, about {NEEDED_DISK_GB} GB are needed; make room or "
+            "set TREEDGS_HOME to a larger disk."
+        )
+    inside = target / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
+    if not usable_python(str(inside)):
+        say(f"Making {target} with {python}")
+        if run([python, "-m", "venv", "--clear", str(target)]) != 0:
+            raise SetupError(
+                f"{target}: {python} could not make a virtual environment there (Debian and Ubuntu: apt "
+                "install python3-venv)."
+            )
+    (target / READY).unlink(missing_ok=True)
+    pip = [str(inside), "-m", "pip", "install", "--no-input", "--disable-pip-version-check", "--progress-bar", "off"]
+    if wheels is not None:
+        if not any(wheels.glob("*.whl")):
+            raise SetupError(f"{wheels}: holds no .whl files, expected the wheels of the engine's libraries.")
+        pip += ["--no-index", "--find-links", str(wheels)]
+    for group in packages:
+        say(f"Installing {', '.join(group)}")
+        more = []
+        if torch == "cpu" and wheels is None and group[0].startswith("torch") and _pulls_cuda(pip, group):
+            more = ["--index-url", TORCH_CPU_INDEX]
+        if run([*pip, *more, *group]) != 0:
+            raise SetupError(
+                f"pip could not install {', '.join(group)} into {target}; read the lines above: without "
+                "network give a folder of wheels, behind a proxy set HTTPS_PROXY, then run this again."
+            )
+    (target / READY).write_text(json.dumps({"key": key, "packages": packages}) + "\n", encoding="utf-8")
+
+
+def _pulls_cuda(pip: list[str], group: list[str]) -> bool:
+    """Ask pip what it would install: some torch wheels drag gigabytes of CUDA along."""
+    with tempfile.TemporaryDirectory() as folder:
+        report = Path(folder) / "report.json"
+        done = subprocess.run([*pip, "--quiet", "--dry-run", "--report", str(report), *group], capture_output=True)
+        if done.returncode != 0 or not report.exists():
+            return False
+        names = [item["metadata"]["name"].lower() for item in json.loads(report.read_text(encoding="utf-8"))["install"]]
+    return any(name.startswith(("nvidia", "triton", "cuda")) for name in names)
+
+
+def main() -> int:
+    """``environment.py --target .venv --project . --extras test``: the development environment of ``make setup``."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--target", type=Path, required=True)
+    parser.add_argument("--project", type=Path, required=True)
+    parser.add_argument("--extras", default="")
+    parser.add_argument("--key", required=True)
+    parser.add_argument("--python", default="")
+    chosen = parser.parse_args()
+    torch = [item for item in requirements() if item.startswith("torch")]
+    extras = f"[{chosen.extras}]" if chosen.extras else ""
+    editable = ["-e", f"{os.path.abspath(chosen.project)}{extras}"]
+    try:
+        build(
+            chosen.target,
+            [torch, editable] if torch else [editable],
+            chosen.key,
+            find_python(chosen.python),
+            torch=os.environ.get("TREEDGS_TORCH", "cpu"),
+        )
+    except SetupError as problem:
+        print(f"error: {problem}", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

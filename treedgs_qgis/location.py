@@ -1,0 +1,59 @@
+"""Where the inputs lie, read cheaply, so that a refused CRS comes with the UTM zone to use instead."""
+
+from __future__ import annotations
+
+import re
+import struct
+from collections.abc import Iterable
+from pathlib import Path
+
+from qgis.core import QgsExifTools
+
+_MRK = re.compile(r"(-?\d+\.\d+),Lat\s+(-?\d+\.\d+),Lon")
+_PHOTOS = {".jpg", ".jpeg", ".tif", ".tiff", ".dng"}
+
+
+def utm_suggestion(paths: Iterable[str]) -> str:
+    """``EPSG:32615 (WGS 84 / UTM zone 15N)`` from the first input that tells its position, else ''."""
+    for path in map(Path, paths):
+        position = _position(path)
+        if position:
+            lon, lat = position
+            zone = int((lon + 180) // 6) % 60 + 1
+            return f"EPSG:{(32600 if lat >= 0 else 32700) + zone} (WGS 84 / UTM zone {zone}{'N' if lat >= 0 else 'S'})"
+    return ""
+
+
+def _position(path: Path) -> tuple[float, float] | None:
+    """Longitude and latitude in degrees of a photo folder, a photo, an MRK file or a LAS file in degrees."""
+    if path.is_dir():
+        files = sorted(entry for entry in path.iterdir() if entry.is_file())
+        photos = [entry for entry in files if entry.suffix.lower() in _PHOTOS][:3]
+        marks = [entry for entry in files if entry.suffix.lower() == ".mrk"][:1]
+        for entry in photos + marks:
+            found = _position(entry)
+            if found:
+                return found
+        return None
+    suffix = path.suffix.lower()
+    if suffix in _PHOTOS:
+        point, ok = QgsExifTools.getGeoTag(str(path))
+        return (point.x(), point.y()) if ok and (point.x() or point.y()) else None
+    if suffix == ".mrk":
+        found = _MRK.search(path.read_text(encoding="utf-8", errors="replace")[:4000])
+        return (float(found.group(2)), float(found.group(1))) if found else None
+    if suffix in (".las", ".laz"):
+        return _las_degrees(path)
+    return None
+
+
+def _las_degrees(path: Path) -> tuple[float, float] | None:
+    """Middle of a LAS header's extent, when it can only be degrees."""
+    with open(path, "rb") as stream:
+        header = stream.read(227)
+    if len(header) < 227 or header[:4] != b"LASF":
+        return None
+    x_max, x_min, y_max, y_min = struct.unpack_from("<4d", header, 179)
+    if -180 <= x_min <= x_max <= 180 and -90 <= y_min <= y_max <= 90 and x_max - x_min < 1 and y_max - y_min < 1:
+        return (x_min + x_max) / 2, (y_min + y_max) / 2
+    return None

@@ -1,0 +1,216 @@
+"""From the engine's declarations (``parameters.json``) to QGIS parameters, and QGIS values back to the engine's."""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+from qgis.core import (
+    QgsProcessingOutputHtml,
+    QgsProcessingOutputNumber,
+    QgsProcessingOutputString,
+    QgsProcessingParameterBoolean,
+    QgsProcessingParameterCrs,
+    QgsProcessingParameterDefinition,
+    QgsProcessingParameterEnum,
+    QgsProcessingParameterFile,
+    QgsProcessingParameterFileDestination,
+    QgsProcessingParameterFolderDestination,
+    QgsProcessingParameterNumber,
+    QgsProcessingParameterRasterDestination,
+    QgsProcessingParameterString,
+    QgsProcessingParameterVectorDestination,
+)
+
+from . import compat
+
+DECLARATIONS = Path(__file__).with_name("parameters.json")
+DESTINATIONS = ("output_file", "output_folder")
+
+_WORDS = {
+    "dtm": "DTM",
+    "crs": "CRS",
+    "dbh": "DBH",
+    "bh": "breast height",
+    "ppk": "PPK",
+    "sfm": "SfM",
+    "id": "ID",
+    "gsd": "ground sample distance",
+    "ransac": "RANSAC",
+    "las": "LAS",
+    "laz": "LAZ",
+    "csv": "CSV",
+}
+_NUMBER = re.compile(r"^(n_.+|cores|seed|.+_(m|cm|mm|m2|m3|s|gb|mb|pct|ha|px|deg|cm_m|count)|seconds)$")
+
+
+@functools.lru_cache(maxsize=1)
+def declarations() -> dict[str, dict[str, Any]]:
+    """Verb -> its declaration."""
+    return {entry["name"]: entry for entry in json.loads(DECLARATIONS.read_text(encoding="utf-8"))["commands"]}
+
+
+def qgis_name(name: str) -> str:
+    """``workspace`` -> ``WORKSPACE``."""
+    return name.upper()
+
+
+def label(entry: dict[str, Any]) -> str:
+    """What stands beside the widget: words, with the unit in brackets."""
+    words, unit = entry["name"].split("_"), entry.get("unit", "")
+    if unit and len(words) > 1 and words[-1] == unit.replace("²", "2").replace("%", "pct"):
+        words.pop()
+    text = " ".join(_WORDS.get(word, word) for word in words)
+    text = text[0].upper() + text[1:]
+    return f"{text} [{unit}]" if unit else text
+
+
+def make_parameter(entry: dict[str, Any]) -> QgsProcessingParameterDefinition:
+    """One declared parameter as a QGIS definition."""
+    kind, name, text = entry["kind"], qgis_name(entry["name"]), label(entry)
+    default, optional = entry["default"], not entry["required"]
+    suffixes = entry.get("suffixes", [])
+    if kind in ("file", "files"):
+        made = QgsProcessingParameterFile(name, text, compat.FILE, "", default, optional, _filter(suffixes))
+    elif kind == "folder":
+        made = QgsProcessingParameterFile(name, text, compat.FOLDER, "", default, optional)
+    elif kind == "output_folder":
+        made = QgsProcessingParameterFolderDestination(name, text, None, optional, not optional)
+    elif kind == "output_file":
+        made = _destination(name, text, suffixes, optional)
+    elif kind == "crs":
+        made = QgsProcessingParameterCrs(name, text, default, optional)
+    elif kind == "choice":
+        made = QgsProcessingParameterEnum(name, text, entry["choices"], False, default, optional, True)
+    elif kind == "flag":
+        made = QgsProcessingParameterBoolean(name, text, default, optional)
+    elif kind in ("integer", "number"):
+        made = QgsProcessingParameterNumber(
+            name, text, compat.INTEGER if kind == "integer" else compat.DOUBLE, default, default is None and optional
+        )
+        # Limits are checked in algorithm.py too: QGIS would refuse without saying what was expected.
+        if entry.get("minimum") is not None:
+            made.setMinimum(entry["minimum"])
+        if entry.get("maximum") is not None:
+            made.setMaximum(entry["maximum"])
+    else:
+        made = QgsProcessingParameterString(name, text, default, False, optional)
+    made.setHelp(help_text(entry))
+    if entry.get("advanced"):
+        made.setFlags(made.flags() | compat.FLAG_ADVANCED)
+    return made
+
+
+def help_text(entry: dict[str, Any]) -> str:
+    """The parameter's help with unit and limits."""
+    parts = [entry["help"].rstrip(".")]
+    if entry.get("unit"):
+        parts.append(f"in {entry['unit']}")
+    low, high = entry.get("minimum"), entry.get("maximum")
+    if low is not None and high is not None:
+        parts.append(f"{low:g} to {high:g}")
+    elif low is not None:
+        parts.append(f"at least {low:g}")
+    elif high is not None:
+        parts.append(f"at most {high:g}")
+    return ", ".join(parts) + "."
+
+
+def make_outputs(declaration: dict[str, Any]) -> list[Any]:
+    """The verb's results that are not files the user names: numbers, texts, pages."""
+    named = {entry["name"] for entry in declaration["parameters"]}
+    outputs = []
+    for key, text in declaration["outputs"].items():
+        if key in named:
+            continue
+        if key == "report":
+            outputs.append(QgsProcessingOutputHtml(qgis_name(key), text))
+        elif _NUMBER.match(key):
+            outputs.append(QgsProcessingOutputNumber(qgis_name(key), text))
+        else:
+            outputs.append(QgsProcessingOutputString(qgis_name(key), text))
+    return outputs
+
+
+def engine_values(
+    algorithm: Any, declaration: dict[str, Any], parameters: dict[str, Any], context: Any
+) -> dict[str, Any]:
+    """What goes into ``job.json``: the engine's names, plain JSON values, absolute paths; empty ones left out."""
+    values: dict[str, Any] = {}
+    for entry in declaration["parameters"]:
+        name, kind = qgis_name(entry["name"]), entry["kind"]
+        given = parameters.get(name)
+        if kind in DESTINATIONS:
+            if given is None and not entry["required"]:
+                continue
+            if kind == "output_file" and _is_layer(entry.get("suffixes", [])):
+                value = _path(algorithm.parameterAsOutputLayer(parameters, name, context))
+            else:
+                value = _path(algorithm.parameterAsFileOutput(parameters, name, context))
+        elif given is None and entry["default"] is None:
+            continue
+        elif kind in ("file", "files", "folder"):
+            value = _path(algorithm.parameterAsString(parameters, name, context))
+        elif kind == "crs":
+            crs = algorithm.parameterAsCrs(parameters, name, context)
+            value = (crs.authid() or crs.toWkt()) if crs.isValid() else ""
+        elif kind == "choice":
+            value = algorithm.parameterAsEnumString(parameters, name, context)
+        elif kind == "flag":
+            value = algorithm.parameterAsBoolean(parameters, name, context)
+        elif kind == "integer":
+            value = algorithm.parameterAsInt(parameters, name, context)
+        elif kind == "number":
+            value = algorithm.parameterAsDouble(parameters, name, context)
+        else:
+            value = algorithm.parameterAsString(parameters, name, context)
+        if value not in ("", None):
+            values[entry["name"]] = value
+    return values
+
+
+def result_values(declaration: dict[str, Any], values: dict[str, Any], result: dict[str, Any]) -> dict[str, Any]:
+    """The engine's result under QGIS names, with the destinations that were written."""
+    found: dict[str, Any] = {}
+    for entry in declaration["parameters"]:
+        if entry["kind"] in DESTINATIONS and entry["name"] in values:
+            found[qgis_name(entry["name"])] = values[entry["name"]]
+    for key, value in result.items():
+        if key in declaration["outputs"] and qgis_name(key) not in found and value is not None:
+            plain = isinstance(value, (str, int, float, bool))
+            found[qgis_name(key)] = value if plain else json.dumps(value, ensure_ascii=False)
+    return found
+
+
+def _is_layer(suffixes: list[str]) -> bool:
+    return bool(suffixes) and suffixes[0] in (".gpkg", ".tif")
+
+
+def _destination(name: str, text: str, suffixes: list[str], optional: bool) -> QgsProcessingParameterDefinition:
+    if suffixes[:1] == [".gpkg"]:
+        return QgsProcessingParameterVectorDestination(name, text, compat.SOURCE_VECTOR, None, optional, not optional)
+    if suffixes[:1] == [".tif"]:
+        return QgsProcessingParameterRasterDestination(name, text, None, optional, not optional)
+    return QgsProcessingParameterFileDestination(name, text, _filter(suffixes), None, optional, not optional)
+
+
+def _filter(suffixes: list[str]) -> str:
+    """A file dialog's filter; an exact one first, all files second."""
+    if not suffixes:
+        return "All files (*)"
+    kinds = " ".join(f"*{suffix}" for suffix in suffixes)
+    return f"{suffixes[0].lstrip('.').upper()} files ({kinds} {kinds.upper()});;All files (*)"
+
+
+def _path(text: str) -> str:
+    """An absolute plain path; a layer address like ``/x/a.gpkg|layername=b`` loses its tail."""
+    if not text:
+        return ""
+    if text.startswith("ogr:"):
+        found = re.search(r"dbname='([^']+)'", text)
+        text = found.group(1) if found else text[4:]
+    return os.path.abspath(os.path.expanduser(text.split("|")[0]))

@@ -1,0 +1,46 @@
+"""The plugin object: registers the Processing provider, with or without a graphical QGIS."""
+
+from __future__ import annotations
+
+import sys
+import traceback
+
+from qgis.core import QgsApplication, QgsMessageLog
+
+from .compat import LOG_CRITICAL
+
+
+class TreeDGSPlugin:
+    """What QGIS loads. ``qgis_process`` calls :meth:`initProcessing` alone."""
+
+    def __init__(self, iface) -> None:
+        self.iface = iface
+        self.provider = None
+
+    def initProcessing(self) -> None:  # noqa: N802
+        """Register the provider.
+
+        QGIS 3.22 swallows tracebacks raised here ("error starting plugin"), so they are logged before going on.
+        """
+        if self.provider is not None:
+            return
+        try:
+            from .provider import TreeDGSProvider
+
+            self.provider = TreeDGSProvider()
+            QgsApplication.processingRegistry().addProvider(self.provider)
+        except Exception:
+            text = traceback.format_exc()
+            QgsMessageLog.logMessage(text, "TreeDGS", LOG_CRITICAL)
+            print(text, file=sys.stderr)
+            raise
+
+    def initGui(self) -> None:  # noqa: N802
+        """Start in the graphical QGIS."""
+        self.initProcessing()
+
+    def unload(self) -> None:
+        """Remove the provider."""
+        if self.provider is not None:
+            QgsApplication.processingRegistry().removeProvider(self.provider)
+            self.provider = None

@@ -1,0 +1,84 @@
+"""The Processing provider ``treedgs``: every algorithm, always registered, with or without an engine."""
+
+from __future__ import annotations
+
+import importlib
+
+from qgis.core import QgsProcessingProvider, QgsSettings
+from qgis.PyQt.QtGui import QIcon
+
+from . import engine
+from .algorithm import ICON
+from .parameters import declarations
+
+#: Modules of ``processing/``, in the order of the work.
+ALGORITHMS = (
+    "photostodbh",
+    "pointcloudtodbh",
+    "geotag",
+    "reconstruct",
+    "terrain",
+    "fitgaussians",
+    "samplesurface",
+    "segmentstems",
+    "measuredbh",
+    "simulateplot",
+    "checkengine",
+    "setupengine",
+)
+
+
+class TreeDGSProvider(QgsProcessingProvider):
+    """Tree diameters from drone photos or LiDAR clouds."""
+
+    def id(self) -> str:
+        """Never translated, never changed."""
+        return "treedgs"
+
+    def name(self) -> str:
+        """In the toolbox."""
+        return "TreeDGS"
+
+    def longName(self) -> str:  # noqa: N802
+        """With what it does."""
+        return "TreeDGS: tree diameters from drone photos or LiDAR"
+
+    def icon(self) -> QIcon:
+        """A stem's cross-section with its diameter."""
+        return QIcon(str(ICON))
+
+    def svgIconPath(self) -> str:  # noqa: N802
+        """The same icon as a file."""
+        return str(ICON)
+
+    def supportsNonFileBasedOutput(self) -> bool:  # noqa: N802
+        """The engine writes files."""
+        return False
+
+    def supportedOutputVectorLayerExtensions(self) -> list[str]:  # noqa: N802
+        """GeoPackage first: it keeps the style; the others are what the engine can write too."""
+        return ["gpkg", "shp", "geojson", "csv"]
+
+    def supportedOutputRasterLayerExtensions(self) -> list[str]:  # noqa: N802
+        """GeoTIFF."""
+        return ["tif"]
+
+    def defaultVectorFileExtension(self, hasGeometry: bool = True) -> str:  # noqa: N802, N803
+        """GeoPackage."""
+        return "gpkg"
+
+    def warningMessage(self) -> str:  # noqa: N802
+        """Shown above the toolbox's algorithms when the engine is missing."""
+        try:
+            engine.find_engine(str(QgsSettings().value("treedgs/python", "") or ""))
+        except engine.EngineError as problem:
+            return str(problem)
+        return ""
+
+    def loadAlgorithms(self) -> None:  # noqa: N802
+        """Make and add the algorithms; QGIS owns them."""
+        plugin = __package__.rpartition(".")[0]
+        for module in ALGORITHMS:
+            made = importlib.import_module(f"{plugin}.processing.{module}").Algorithm()
+            if getattr(made, "COMMAND", None) is None or made.COMMAND in declarations():
+                self.addAlgorithm(made)
