@@ -1,0 +1,326 @@
+"""Stems in a point cloud, without trained weights: vote for rings, fit leaning cones, keep what is bark.
+
+Steps: slab over the terrain -> candidates (:mod:`.candidates`) tile by tile -> robust cone fit from the candidate, grown
+from its layer to the whole band -> evidence checks (rows of the stem with bark, arc, empty inside, clutter outside)
+-> explained points are taken away from later candidates -> the axis is followed upwards -> every point near a stem gets
+its ``tree_id``. Parameters follow treeX for drone LiDAR (Burmeister et al.) where they have a counterpart.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..core.progress import Reporter
+from ..core.settings import param
+from ..pointcloud.cloud import PointCloud, thin
+from ..terrain.dtm import Dtm
+from .candidates import find_candidates
+from .cone import TAPER_PRIOR, Cone, fit_cone
+
+_TILE_M, _BUFFER_M = 30.0, 1.5
+_REACH_M = 0.75
+_ROW_M = 0.25
+_SECTORS = 24
+
+
+@dataclass(frozen=True, kw_only=True)
+class SegmentOptions:
+    """How stems are found. ``source`` sets the noise and density that are expected (:func:`preset`)."""
+
+    source: str = param("auto", kind="choice", help="what made the points", choices=("auto", "uls", "tls", "splat"))
+    low_m: float = param(0.5, kind="number", help="bottom of the band that is searched", unit="m", minimum=0.1, maximum=5)
+    high_m: float = param(5.0, kind="number", help="top of the band that is searched", unit="m", minimum=2, maximum=20)
+    max_dbh_cm: float = param(100.0, kind="number", help="thickest stem", unit="cm", minimum=5, maximum=300)
+    max_lean_deg: float = param(25.0, kind="number", help="most lean", unit="deg", minimum=0, maximum=45)
+    min_rows: float = param(0.4, kind="number", help="share of 25 cm rows of the band that must show bark", minimum=0.1,
+                            maximum=1, advanced=True)
+    min_arc_deg: float = param(90.0, kind="number", help="least circumference seen, all rows together", unit="deg",
+                               minimum=0, maximum=360, advanced=True)
+    grow_m: float = param(15.0, kind="number", help="height up to which stem points are followed", unit="m", minimum=2,
+                          maximum=60, advanced=True)
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """What a kind of cloud looks like: noise floor and cap on bark, thinning, points needed, filled stems or shells."""
+
+    floor_m: float
+    cap_m: float
+    thin_m: float
+    least_points: int
+    solid: bool
+    noise_m: float
+
+
+SENSORS = {
+    "tls": Sensor(0.004, 0.02, 0.015, 60, False, 0.010),
+    "uls": Sensor(0.007, 0.025, 0.0, 18, False, 0.012),
+    "splat": Sensor(0.010, 0.05, 0.015, 40, True, 0.03),
+}
+
+
+@dataclass(frozen=True)
+class Stem:
+    """A found stem. cone: local frame (see :class:`StemMap`), heights above ground. rows, arc_deg, inside, clutter:
+    the evidence. pieces: cones that follow the axis upwards, by height."""
+
+    cone: Cone
+    score: float
+    rows: float
+    arc_deg: float
+    inside: float
+    clutter: float
+    points: int
+    pieces: tuple[Cone, ...] = ()
+
+
+@dataclass(frozen=True)
+class StemMap:
+    """Stems of a cloud: ``origin`` (2,) is added to the cones' xy for project coordinates; index + 1 = tree_id."""
+
+    stems: tuple[Stem, ...]
+    origin: np.ndarray
+    sensor: str
+
+
+def segment_stems(cloud: PointCloud, dtm: Dtm, options: SegmentOptions | None = None,
+                  reporter: Reporter | None = None) -> np.ndarray:
+    """(N,) int32 ``tree_id`` of each point, 0 = no stem. See :func:`find_stems` for the stems themselves."""
+    stems = find_stems(cloud, dtm, options, reporter)
+    height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
+    return label_points(cloud.xyz, height, stems)
+
+
+def find_stems(cloud: PointCloud, dtm: Dtm, options: SegmentOptions | None = None,
+               reporter: Reporter | None = None) -> StemMap:
+    """The stems of a cloud in project coordinates over its terrain model, in a stable order (north to south)."""
+    options, reporter = options or SegmentOptions(), reporter or Reporter()
+    height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
+    with np.errstate(invalid="ignore"):
+        slab = np.flatnonzero((height > 0.2) & (height < options.grow_m))
+    origin = np.floor(cloud.xyz[:, :2].min(axis=0))
+    points = np.column_stack([cloud.xyz[slab, :2] - origin, height[slab]])
+    weights = cloud.attributes.get("opacity")
+    weights = None if weights is None else np.clip(np.asarray(weights, float)[slab], 0.02, 1.0)
+    source = options.source if options.source != "auto" else guess_sensor(cloud, points, options)
+    sensor = SENSORS[source]
+    if sensor.thin_m and len(points):
+        kept = thin(points, sensor.thin_m)
+        points, weights = points[kept], None if weights is None else weights[kept]
+    found = _search(points, weights, sensor, options, reporter) if len(points) else []
+    found.sort(key=lambda stem: (-round(stem.cone.y, 1), stem.cone.x))
+    return StemMap(tuple(found), origin, source)
+
+
+def guess_sensor(cloud: PointCloud, points: np.ndarray, options: SegmentOptions) -> str:
+    """``splat`` when points carry opacity; else by the density of the stem band: above 120 points/m2 it is terrestrial."""
+    if "opacity" in cloud.attributes:
+        return "splat"
+    band = points[(points[:, 2] > options.low_m) & (points[:, 2] < options.high_m)]
+    if len(band) < 50:
+        return "uls"
+    cells = np.unique(np.floor(band[:, :2]).astype(np.int64), axis=0)
+    return "tls" if len(band) / len(cells) > 120 else "uls"
+
+
+def label_points(xyz: np.ndarray, height: np.ndarray, stems: StemMap) -> np.ndarray:
+    """(N,) int32 tree ids: points inside a stem's bark or within its noise outside; the nearest bark wins."""
+    label = np.zeros(len(xyz), np.int32)
+    if not stems.stems:
+        return label
+    nearest = np.full(len(xyz), np.inf)
+    local = np.column_stack([xyz[:, :2] - stems.origin, height])
+    tree = cKDTree(local[:, :2])
+    sensor = SENSORS[stems.sensor]
+    for number, stem in enumerate(stems.stems, start=1):
+        pieces = (stem.cone, *stem.pieces)
+        edges = [0.15] + [0.5 * (a.h_ref + b.h_ref) for a, b in zip(pieces[:-1], pieces[1:], strict=True)]
+        edges.append(pieces[-1].h_ref + (2.2 if len(pieces) == 1 else 0.5))
+        for piece, low, high in zip(pieces, edges[:-1], edges[1:], strict=True):
+            middle = piece.centre(0.5 * (low + high))
+            reach = float(piece.radius(low)) + 0.1 + 0.5 * (high - low) * np.hypot(piece.dx, piece.dy)
+            near = np.asarray(tree.query_ball_point(middle, reach), dtype=int)
+            near = near[(local[near, 2] >= low) & (local[near, 2] < high)]
+            residual = piece.residuals(local[near])
+            mine = (residual < _tolerance(piece, sensor) + 0.01) & (np.abs(residual) < nearest[near])
+            label[near[mine]] = number
+            nearest[near[mine]] = np.abs(residual[mine])
+    return label
+
+
+def _tolerance(cone: Cone, sensor: Sensor) -> float:
+    return max(3 * cone.sigma, 0.02, 2 * sensor.floor_m)
+
+
+def _search(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, options: SegmentOptions,
+            reporter: Reporter) -> list[Stem]:
+    """Tile by tile; a stem belongs to the tile that holds its foot, so that overlaps count once."""
+    found: list[Stem] = []
+    tile = np.floor(points[:, :2] / _TILE_M).astype(int)
+    tiles = np.unique(tile, axis=0)
+    for number, corner in enumerate(tiles):
+        low, high = corner * _TILE_M - _BUFFER_M, (corner + 1) * _TILE_M + _BUFFER_M
+        inside = ((points[:, :2] >= low) & (points[:, :2] < high)).all(axis=1)
+        stems = _search_tile(points[inside], None if weights is None else weights[inside], sensor, options)
+        found += [stem for stem in stems
+                  if (np.floor(stem.cone.centre(1.3) / _TILE_M).astype(int) == corner).all()]
+        reporter.progress((number + 1) / len(tiles))
+    return _without_doubles(found)
+
+
+def _search_tile(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
+                 options: SegmentOptions) -> list[Stem]:
+    band = (points[:, 2] >= options.low_m) & (points[:, 2] < options.high_m)
+    if band.sum() < sensor.least_points:
+        return []
+    candidates = find_candidates(points[band], None if weights is None else weights[band], options.low_m,
+                                 options.high_m, sensor.solid, options.max_dbh_cm / 200)
+    tree = cKDTree(points[:, :2])
+    free = np.ones(len(points), bool)
+    found: list[Stem] = []
+    for xy, h, radius in zip(candidates.xy, candidates.height, candidates.radius, strict=True):
+        if any(np.hypot(*(stem.cone.centre(h) - xy)) < max(0.8 * stem.cone.radius(h), 0.05) for stem in found):
+            continue
+        near = np.asarray(tree.query_ball_point(xy, _REACH_M + radius), dtype=int)
+        near = near[free[near]]
+        stem = _fit_candidate(points[near], None if weights is None else weights[near], xy, h, radius, sensor, options)
+        if stem is None or any(_same(stem, other) for other in found):
+            continue
+        residual = stem.cone.residuals(points[near])
+        free[near[residual < _tolerance(stem.cone, sensor)]] = False
+        found.append(replace(stem, pieces=_follow(points, tree, weights, stem.cone, sensor, options)))
+    return found
+
+
+def _fit_candidate(near: np.ndarray, weights: np.ndarray | None, xy: np.ndarray, h: float, radius: float,
+                   sensor: Sensor, options: SegmentOptions) -> Stem | None:
+    """Grow a cone from the candidate's layer to the whole band; the best of three starting radii that is a stem."""
+    best: Stem | None = None
+    layer = np.abs(near[:, 2] - h) < 0.8
+    band = (near[:, 2] >= options.low_m - 0.1) & (near[:, 2] <= min(options.high_m, 4.25))
+    if layer.sum() < 6 or band.sum() < sensor.least_points:
+        return None
+    for factor in (1.0, 0.7, 1.4, 0.45):
+        start = Cone(float(xy[0]), float(xy[1]), 0.0, 0.0, radius * factor, TAPER_PRIOR, float(h))
+        coarse = min(0.05, 0.5 * start.r)
+        cone = fit_cone(near[layer], start, None if weights is None else weights[layer], (coarse, 0.6 * coarse),
+                        sensor.floor_m, sensor.cap_m, lean_sd=0.08)
+        if cone is None:
+            continue
+        cone = fit_cone(near[band], cone, None if weights is None else weights[band], (1.2 * coarse, 0.7 * coarse),
+                        sensor.floor_m, sensor.cap_m)
+        if cone is None or cone.lean_deg > options.max_lean_deg:
+            continue
+        if np.hypot(*(cone.centre(h) - xy)) > 0.25 + 0.5 * radius:
+            continue
+        if sensor.solid:
+            cone = _solid_radius(cone, near[band], None if weights is None else weights[band])
+        stem = judge(cone, near[band], sensor, options)
+        if stem is not None and (best is None or stem.score > best.score):
+            best = stem
+    return best
+
+
+def judge(cone: Cone, band: np.ndarray, sensor: Sensor, options: SegmentOptions) -> Stem | None:
+    """The evidence that (N, 3) ``band`` points give for a cone, or ``None`` when it is no stem."""
+    if not 0.015 < cone.radius(1.3) <= options.max_dbh_cm / 200:
+        return None
+    residual = cone.residuals(band)
+    tolerance = _tolerance(cone, sensor)
+    on = (residual < tolerance) if sensor.solid else (np.abs(residual) < tolerance)
+    inside = residual < -tolerance - 0.01
+    outside = (residual >= tolerance) & (residual < tolerance + 0.10)
+    if on.sum() < sensor.least_points:
+        return None
+    top = min(options.high_m, 4.25)
+    lowest, highest = options.low_m, top
+    row = np.floor((band[:, 2] - lowest) / _ROW_M).astype(int)
+    rows = int(np.ceil((highest - lowest) / _ROW_M))
+    row = np.clip(row, 0, rows - 1)
+    need = 2 if sensor.least_points < 30 else 4
+    filled = np.bincount(row[on], minlength=rows) >= need
+    sector = np.floor((cone.azimuths(band) + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
+    arc = 360 / _SECTORS * len(np.unique(sector[on]))
+    # Count by voxels of row and sector, so that one dense side does not outvote the rest.
+    cells = len(np.unique(row[on] * _SECTORS + sector[on]))
+    inner = 0.0 if sensor.solid else len(np.unique(row[inside] * _SECTORS + sector[inside])) / cells
+    outer = len(np.unique(row[outside] * _SECTORS + sector[outside])) / cells
+    share = float(filled.mean())
+    if share < options.min_rows or arc < options.min_arc_deg or inner > 0.35 or outer > 1.2:
+        return None
+    # Sharpness decides between fits: cells with bark within the sensor's noise against cells with points near it.
+    away = np.abs(residual)
+    sharp = away < 2 * sensor.noise_m
+    blurred = (away < 6 * sensor.noise_m) & ~sharp
+    core = len(np.unique(row[sharp] * _SECTORS + sector[sharp]))
+    fringe = len(np.unique(row[blurred] * _SECTORS + sector[blurred]))
+    score = share * (core - 0.5 * fringe - inner * cells)
+    pure = score >= max(0.35 * share * cells, 18)
+    # Rough bark or a noisy scanner: not sharp, but empty inside, clean outside and continuous.
+    clean = inner <= 0.04 and outer <= 0.2 and share >= 0.85 and arc >= 150
+    if not (pure or clean or sensor.solid) or cone.sigma > 0.35 * cone.radius(1.3):
+        return None
+    return Stem(cone, float(score), share, float(arc), float(inner), float(outer), int(on.sum()))
+
+
+def _solid_radius(cone: Cone, points: np.ndarray, weights: np.ndarray | None) -> Cone:
+    """Radius of a filled stem: the largest mass within r over r (eq:weighted_score with p = 1, centre known)."""
+    distance = cone.residuals(points) + cone.radius(points[:, 2])
+    near = distance < 0.8
+    order = np.argsort(distance[near])
+    mass = np.cumsum(np.ones(near.sum()) if weights is None else weights[near][order])
+    r = distance[near][order]
+    usable = r > 0.03
+    if not usable.any():
+        return cone
+    best = float(r[usable][np.argmax(mass[usable] / r[usable])])
+    return replace(cone, r=best - cone.taper * 0.0)
+
+
+def _same(one: Stem, other: Stem) -> bool:
+    """Two fits of one stem: their axes come closer than bark allows, at breast height or above."""
+    for h in (1.3, 3.0):
+        gap = np.hypot(*(one.cone.centre(h) - other.cone.centre(h)))
+        if gap < max(0.7 * max(one.cone.radius(h), other.cone.radius(h)), 0.05):
+            return True
+    return False
+
+
+def _without_doubles(stems: list[Stem]) -> list[Stem]:
+    kept: list[Stem] = []
+    for stem in sorted(stems, key=lambda s: -s.score):
+        if not any(_same(stem, other) for other in kept):
+            kept.append(stem)
+    return kept
+
+
+def _follow(points: np.ndarray, tree: cKDTree, weights: np.ndarray | None, cone: Cone, sensor: Sensor,
+            options: SegmentOptions) -> tuple[Cone, ...]:
+    """Cones of 1.5 m length every metre above the band, as long as there is bark where the axis leads."""
+    pieces: list[Cone] = []
+    current = cone
+    h = 4.75
+    while h < options.grow_m - 0.75:
+        middle = current.centre(h)
+        near = np.asarray(tree.query_ball_point(middle, float(current.radius(h)) + 0.15), dtype=int)
+        near = near[np.abs(points[near, 2] - h) < 0.75]
+        if len(near) < sensor.least_points // 2:
+            break
+        start = Cone(float(middle[0]), float(middle[1]), current.dx, current.dy, float(current.radius(h)),
+                     TAPER_PRIOR, h, current.sigma)
+        piece = fit_cone(points[near], start, None if weights is None else weights[near], (0.03,),
+                         sensor.floor_m, sensor.cap_m, lean_sd=0.1)
+        if piece is None or np.hypot(piece.x - middle[0], piece.y - middle[1]) > 0.10:
+            break
+        if not 0.75 < piece.r / start.r < 1.2 or piece.r < 0.015:
+            break
+        residual = np.abs(piece.residuals(points[near]))
+        if (residual < _tolerance(piece, sensor)).mean() < 0.3:
+            break
+        pieces.append(piece)
+        current = piece
+        h += 1.0
+    return tuple(pieces)
