@@ -1,5 +1,5 @@
 # make setup | demo | test | lint | qgis | parameters | screenshot | clean
-.PHONY: setup demo test lint qgis parameters screenshot clean
+.PHONY: setup demo test lint qgis parameters styles screenshot clean
 PYTHON = .venv/bin/python
 SHELL = /bin/sh
 
@@ -21,6 +21,9 @@ qgis: setup  ## QGIS with the plugin, in the private profile
 
 parameters: setup  ## after a verb's settings or a pinned range changed
 	@$(PYTHON) tools/write_parameters.py
+
+styles: setup  ## the layers' styles, with PyQGIS
+	@/usr/bin/python3 tools/write_styles.py
 
 screenshot: setup  ## docs/images/toolbox.png, under Xvfb
 	@$(PYTHON) tools/screenshot.py
