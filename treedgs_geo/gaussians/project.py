@@ -58,8 +58,10 @@ class CropCamera:
 
     def scaled(self, factor: float) -> CropCamera:
         """The same view at ``factor`` times the resolution (pixel corners, not centres, scale)."""
-        return CropCamera(max(int(round(self.width * factor)), 1), max(int(round(self.height * factor)), 1), self.fx * factor,
-                          self.fy * factor, self.cx * factor, self.cy * factor, self.rotation, self.translation)
+        width, height = max(int(round(self.width * factor)), 1), max(int(round(self.height * factor)), 1)
+        along, down = width / self.width, height / self.height
+        return CropCamera(width, height, self.fx * along, self.fy * down, self.cx * along, self.cy * down, self.rotation,
+                          self.translation)
 
     def moved(self, origin: np.ndarray) -> CropCamera:
         """The same view in a world frame whose origin is ``origin`` (3,) of the present one."""

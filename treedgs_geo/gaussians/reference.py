@@ -123,6 +123,6 @@ def point_opacity_reference(parameters: np.ndarray, camera: CropCamera, points: 
             before *= np.where(drawn & (alpha >= alpha_min), 1 - np.minimum(alpha, ALPHA_MAX), 1)
         else:
             peak = np.minimum(full, ALPHA_MAX)
-            value = peak * alpha_at(r) / full
+            value = peak * np.exp(-0.5 * ray_precision[2, 2] * (r - d) ** 2)
             before *= np.where(drawn, np.where(r > d, (1 - peak) / np.sqrt(1 - value), np.sqrt(1 - value)), 1)
     return 1 - before, 1 - whole

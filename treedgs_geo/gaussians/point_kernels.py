@@ -1,0 +1,94 @@
+"""The per-point loop of the opacity query: how much opacity lies in front of each point, Gaussian by Gaussian."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from .kernels import ALPHA_MAX, fast_exp
+
+_F = np.float32
+#: Side of the squares that Gaussians are listed by, pixels.
+TILE_PX = 8
+
+
+@numba.njit(cache=True, nogil=True)
+def list_by_tile(proj, n, tiles_x, tiles_y, start, items, fill):
+    """Tiles that each Gaussian's ellipse box touches, as compressed rows.
+
+    First call with ``fill`` False counts into ``start[1:]``; after a cumulative sum, a call with ``fill`` True writes the Gaussians to
+    ``items`` (``start`` ends one tile ahead and must be a copy).
+    """
+    for g in range(n):
+        ka, kb, kc, cut = proj[2, g], proj[3, g], proj[4, g], proj[13, g]
+        det = ka * kc - kb * kb
+        reach_u, reach_v = np.sqrt(cut * kc / det), np.sqrt(cut * ka / det)
+        x0 = max(int(np.floor((proj[0, g] - reach_u) / TILE_PX)), 0)
+        x1 = min(int(np.floor((proj[0, g] + reach_u) / TILE_PX)), tiles_x - 1)
+        y0 = max(int(np.floor((proj[1, g] - reach_v) / TILE_PX)), 0)
+        y1 = min(int(np.floor((proj[1, g] + reach_v) / TILE_PX)), tiles_y - 1)
+        for y in range(y0, y1 + 1):
+            for x in range(x0, x1 + 1):
+                tile = y * tiles_x + x
+                if fill:
+                    items[start[tile]] = g
+                    start[tile] += 1
+                else:
+                    start[tile + 1] += 1
+
+
+@numba.njit(cache=True, nogil=True, fastmath=True)
+def opacity_before(proj, start, items, point_start, points, vacancy, alpha_min, opacity, drawn):
+    """Cumulative opacity in front of each point (eq:radegs_point_offset ... eq:pointwise_opacity_integral).
+
+    proj: projected Gaussians, any order (the product is order-free). start, items: Gaussians by tile. point_start: (tiles + 1,)
+    points by tile. points: (3, M) float32 u, v, distance, sorted by tile. vacancy: the stochastic-solid law instead of the depth
+    clamp. opacity: (M,) out. drawn: (M,) out, how many Gaussians the point's ray meets. Returns the number of pairs.
+    """
+    one, zero, half, top, low = _F(1.0), _F(0.0), _F(0.5), _F(ALPHA_MAX), _F(alpha_min)
+    longest = 1
+    for tile in range(len(start) - 1):
+        longest = max(longest, start[tile + 1] - start[tile])
+    local = np.empty((10, longest), np.float32)
+    rows = np.array([0, 1, 2, 3, 4, 5, 6, 7, 8, 12])
+    pairs = 0
+    for tile in range(len(start) - 1):
+        p0, p1 = point_start[tile], point_start[tile + 1]
+        if p1 <= p0:
+            continue
+        first, n = start[tile], start[tile + 1] - start[tile]
+        for j in range(10):
+            for i in range(n):
+                local[j, i] = proj[rows[j], items[first + i]]
+        # Distances relative to a common one keep float32 exact to micrometres at any flying height.
+        base_r = points[2, p0]
+        for i in range(n):
+            local[6, i] -= base_r
+        gu, gv, ka, kb, kc = local[0], local[1], local[2], local[3], local[4]
+        go, gr, sx, sy, isr = local[5], local[6], local[7], local[8], local[9]
+        pairs += (p1 - p0) * n
+        for p in range(p0, p1):
+            u, v, r = points[0, p], points[1, p], points[2, p] - base_r
+            left = one
+            met = 0
+            for i in range(n):
+                dx, dy = u - gu[i], v - gv[i]
+                flat = half * (ka[i] * dx * dx + kc[i] * dy * dy) + kb[i] * dx * dy
+                gap = r - (gr[i] + sx[i] * dx + sy[i] * dy)
+                full = go[i] * fast_exp(-min(flat, _F(8.0)))
+                seen = (full >= low) & (flat < _F(8.0))
+                met += seen
+                fall = half * isr[i] * gap * gap
+                if vacancy:
+                    peak = min(full, top)
+                    value = peak * fast_exp(-fall) if fall < _F(8.0) else zero
+                    root = np.sqrt(one - value)
+                    factor = (one - peak) / root if gap > zero else root
+                else:
+                    bent = min(flat + (fall if gap < zero else zero), _F(8.0))
+                    alpha = min(go[i] * fast_exp(-bent), top)
+                    factor = one - alpha if alpha >= low else one
+                left *= factor if seen else one
+            opacity[p] = one - left
+            drawn[p] = met
+    return pairs

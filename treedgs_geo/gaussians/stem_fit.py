@@ -1,0 +1,238 @@
+"""Fit the Gaussians of one stem band to its crops."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from .crops import Crop, GroundPlane, gather_texture, median_texture, sample_texture
+from .field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION
+from .loss import d_ssim, l1, normal_consistency, robust_weight
+from .optimise import Adam, Controller, FixedSchedule, PlateauStop, Volume, constrain, learning_rates, relocate
+from .raster import Rasteriser
+
+
+@dataclass(frozen=True)
+class FitSettings:
+    """Numbers of one stem fit; ``train.GaussianOptions`` fills them.
+
+    gaussians: the budget. coarse_epochs run at half resolution, fine_epochs at full. views_per_step: crops averaged per Adam step.
+    """
+
+    gaussians: int
+    coarse_epochs: int
+    fine_epochs: int
+    views_per_step: int = 2
+    ssim: float = 0.2
+    normals: float = 0.0
+    opacity_cost: float = 0.02
+    robust_scale: float = 0.12
+    dilation_px2: float = 0.15
+    plateau: bool = True
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class StemFit:
+    """A fitted stem in its own frame. parameters: (N, 14). held_out_l1: mean absolute colour error of the held-out crops."""
+
+    parameters: np.ndarray
+    crops: int
+    pixels: int
+    epochs: int
+    pairs: int
+    seconds: float
+    stopped: str
+    held_out_l1: float
+
+
+def initial_parameters(crops: list[Crop], volume: Volume, count: int, dense: np.ndarray | None, rng: np.random.Generator
+                       ) -> np.ndarray:
+    """(count, 14) start: from dense points (K, 3, stem frame) where there are enough, else uniform in the volume.
+
+    Colours are medians over the crops that each centre projects into; sizes follow the spacing.
+    """
+    p = np.zeros((count, N_PARAMETERS))
+    height = volume.high_m - volume.low_m
+    radius = 0.9 * volume.radius_m * np.sqrt(rng.random(count))
+    angle = 2 * np.pi * rng.random(count)
+    p[:, MEAN] = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), volume.low_m + height * rng.random(count)])
+    size = (np.pi * volume.radius_m**2 * height / count) ** (1 / 3) * 0.4
+    if dense is not None and len(dense) >= 50:
+        from_points = min(len(dense), count // 2)
+        p[:from_points, MEAN] = dense[rng.choice(len(dense), from_points, replace=False)]
+    p[:, QUATERNION] = rng.standard_normal((count, 4))
+    p[:, QUATERNION] /= np.linalg.norm(p[:, QUATERNION], axis=1, keepdims=True)
+    p[:, LOG_SCALE] = math.log(min(max(size, volume.smallest_m), volume.largest_m))
+    p[:, LOGIT] = math.log(0.18 / 0.82)
+    samples = np.full((count, len(crops), 3), np.nan, np.float32)
+    for j, crop in enumerate(crops):
+        pixels, _ = crop.camera.project(p[:, MEAN])
+        u, v = np.nan_to_num(pixels, nan=-1).T
+        inside = (u >= 0) & (v >= 0) & (u < crop.camera.width) & (v < crop.camera.height)
+        rows, columns = v[inside].astype(int), u[inside].astype(int)
+        samples[inside, j] = np.where(crop.weight[rows, columns, None] > 0.5, crop.image[rows, columns], np.nan)
+    found = np.isfinite(samples[..., 0]).any(axis=1)
+    p[:, COLOUR] = 0.5
+    if found.any():
+        p[found, COLOUR] = np.nanmedian(samples[found], axis=1)
+    return p
+
+
+class StemModel:
+    """Parameters, background and exposure of one stem while it is being fitted."""
+
+    def __init__(self, crops: list[Crop], plane: GroundPlane, parameters: np.ndarray, settings: FitSettings) -> None:
+        self.crops, self.plane, self.parameters, self.settings = crops, plane, parameters, settings
+        self.rasteriser = Rasteriser(1, settings.dilation_px2)
+        self.pairs = 0
+        self.gain = {crop.view: np.ones(3, np.float32) for crop in crops}
+        # Shadows move between flights: each flight with enough crops has its own ground.
+        by_flight = {crop.flight: [c for c in crops if c.flight == crop.flight] for crop in crops}
+        pooled = median_texture(plane, crops)
+        self.texture = {flight: median_texture(plane, own) if len(own) >= 4 and len(own) < len(crops) else pooled.copy()
+                        for flight, own in by_flight.items()}
+        self._reset_sums()
+
+    def _reset_sums(self) -> None:
+        shape = next(iter(self.texture.values())).shape
+        self._total = {flight: np.zeros(shape, np.float32) for flight in self.texture}
+        self._mass = {flight: np.zeros(shape[:2], np.float32) for flight in self.texture}
+        self._exposure: dict[int, np.ndarray] = {}
+
+    def shown(self, crop: Crop, full: bool = False):
+        """Forward pass, ground behind it and the composite (H, W, 3) with exposure."""
+        done = self.rasteriser.forward(self.parameters, crop.camera, full)
+        self.pairs += done.pairs
+        ground = np.empty_like(crop.image)
+        sample_texture(self.texture[crop.flight], crop.texels, ground)
+        composite = (np.moveaxis(done.planes[:3], 0, -1) + done.planes[3][..., None] * ground) * self.gain[crop.view]
+        return done, ground, composite
+
+    def weights(self, crop: Crop, composite: np.ndarray, done: float) -> np.ndarray:
+        """Pixel weights: the mask times a robust factor that tightens as the fit settles."""
+        scale = self.settings.robust_scale * (3 - 2 * min(done * 2, 1))
+        return (crop.weight * robust_weight(composite - crop.image, scale)).astype(np.float32)
+
+    def view_gradient(self, crop: Crop, out: np.ndarray, done: float) -> float:
+        """Add one crop's loss gradient to ``out`` (N, 14); returns the loss."""
+        settings = self.settings
+        full = settings.normals > 0 and done > 0.5
+        passed, ground, composite = self.shown(crop, full)
+        weight = self.weights(crop, composite, done)
+        loss, g = l1(composite, crop.image, weight)
+        if settings.ssim > 0:
+            structure, g_structure = d_ssim(composite, crop.image, weight)
+            loss = (1 - settings.ssim) * loss + settings.ssim * structure
+            g = (1 - settings.ssim) * g + settings.ssim * g_structure
+        g = g * self.gain[crop.view]
+        given = np.zeros((8 if full else 4, *weight.shape), np.float32)
+        given[:3] = np.moveaxis(g, -1, 0)
+        given[3] = -np.einsum("hwc,hwc->hw", g, ground)
+        if full:
+            bent, g_bent = normal_consistency(passed.planes, crop.camera.pixel_rays(), weight)
+            given += settings.normals * g_bent
+            loss += settings.normals * bent
+        self.rasteriser.backward(self.parameters, passed, given, out)
+        self._collect(crop, passed.planes, ground, composite, weight)
+        return loss
+
+    def _collect(self, crop: Crop, planes: np.ndarray, ground: np.ndarray, composite: np.ndarray, weight: np.ndarray) -> None:
+        # Ground: weighted least squares of I / gain = C + T B over the epoch, cell by cell.
+        trans = planes[3]
+        residual = crop.image / self.gain[crop.view] - np.moveaxis(planes[:3], 0, -1) - trans[..., None] * ground
+        clear = cv2.erode(weight, np.ones((3, 3), np.uint8)) * trans
+        gather_texture(crop.texels, residual, clear, self._total[crop.flight], self._mass[crop.flight])
+        top = np.einsum("hw,hwc,hwc->c", weight, composite, crop.image)
+        self._exposure[crop.view] = np.stack([top, np.einsum("hw,hwc,hwc->c", weight, composite, composite)])
+
+    def end_epoch(self) -> None:
+        """Move the ground towards what the clear pixels saw, and the exposures towards their least-squares gains."""
+        for flight, texture in self.texture.items():
+            mass = self._mass[flight][..., None]
+            texture += 0.7 * self._total[flight] / (mass + 0.5)
+            np.clip(texture, 0, 1, out=texture)
+        gains = {}
+        for view, (top, bottom) in self._exposure.items():
+            stiff = 0.5 * bottom.mean() + 1e-6
+            gains[view] = np.clip(self.gain[view] * (top + stiff) / (bottom + stiff), 0.6, 1.6).astype(np.float32)
+        if gains:
+            # Only ratios between photos are known: keep their mean at 1, or field and gains drift apart.
+            mean = np.mean(list(gains.values()), axis=0)
+            for view, gain in gains.items():
+                self.gain[view] = (gain / mean).astype(np.float32)
+        self._reset_sums()
+
+
+def fit_stem(crops: list[Crop], plane: GroundPlane, volume: Volume, settings: FitSettings, pixel_m: float,
+             dense: np.ndarray | None = None, controller: Controller | None = None) -> StemFit:
+    """Fit one stem's Gaussians: half resolution first, then full, dead Gaussians moved every epoch.
+
+    crops: at full resolution, stem frame. pixel_m: footprint of a crop pixel at the stem. dense: (K, 3) points in the stem frame.
+    The same input and seed give the same field.
+    """
+    began = time.perf_counter()
+    rng = np.random.default_rng(settings.seed)
+    controller = controller or (PlateauStop() if settings.plateau else FixedSchedule())
+    held = crops[::max(len(crops) // 2, 6)][:2] if len(crops) >= 12 else []
+    taught = [crop for crop in crops if not any(crop is other for other in held)]
+    coarse = [halved(crop, plane) for crop in taught]
+    parameters = initial_parameters(coarse, volume, settings.gaussians, dense, rng)
+    model = StemModel(coarse, plane, parameters, settings)
+    adam = Adam.start(len(parameters), learning_rates(pixel_m))
+    epochs = settings.coarse_epochs + settings.fine_epochs
+    run = 0
+    for epoch in range(epochs):
+        if epoch == settings.coarse_epochs:
+            model.crops = taught
+        order = rng.permutation(len(model.crops))
+        for first in range(0, len(order), settings.views_per_step):
+            batch = [model.crops[i] for i in order[first:first + settings.views_per_step]]
+            done = (epoch + first / len(order)) / epochs
+            gradient = np.zeros_like(parameters)
+            for crop in batch:
+                model.view_gradient(crop, gradient, done)
+            gradient /= len(batch)
+            opacity = 1 / (1 + np.exp(-parameters[:, LOGIT]))
+            gradient[:, LOGIT] += settings.opacity_cost * opacity * (1 - opacity) / len(parameters)
+            adam.step(parameters, gradient, controller.factors(done))
+            constrain(parameters, volume)
+        model.end_epoch()
+        run = epoch + 1
+        if epoch < epochs - 2:
+            relocate(parameters, adam, volume, rng)
+        if held and controller.epoch(held_out_error(model, held)) and epoch >= settings.coarse_epochs:
+            break
+    error = held_out_error(model, held) if held else math.nan
+    keep = (1 / (1 + np.exp(-parameters[:, LOGIT])) >= 0.01) & volume.contains(parameters[:, MEAN]) \
+        & np.isfinite(parameters).all(axis=1)
+    return StemFit(parameters[keep], len(crops), sum(crop.pixels for crop in crops), run, model.pairs,
+                   time.perf_counter() - began, controller.reason, error)
+
+
+def held_out_error(model: StemModel, held: list[Crop]) -> float:
+    """Weighted mean absolute colour error of crops that the fit does not see, at their least-squares exposure."""
+    total = mass = 0.0
+    for crop in held:
+        model.gain.setdefault(crop.view, np.ones(3, np.float32))
+        if crop.flight not in model.texture:
+            continue
+        _, _, composite = model.shown(crop)
+        gain = (np.einsum("hw,hwc,hwc->c", crop.weight, composite, crop.image)
+                / np.maximum(np.einsum("hw,hwc,hwc->c", crop.weight, composite, composite), 1e-6))
+        error = np.abs(composite * gain.astype(np.float32) - crop.image).mean(axis=-1)
+        weight = crop.weight * robust_weight(composite - crop.image, model.settings.robust_scale)
+        total, mass = total + float((weight * error).sum()), mass + float(weight.sum())
+    return total / mass if mass > 0 else math.nan
+
+
+def halved(crop: Crop, plane: GroundPlane) -> Crop:
+    """The crop at half resolution."""
+    camera = crop.camera.scaled(0.5)
+    size = (camera.width, camera.height)
+    return replace(crop, camera=camera, image=cv2.resize(crop.image, size, interpolation=cv2.INTER_AREA),
+                   weight=cv2.resize(crop.weight, size, interpolation=cv2.INTER_AREA), texels=plane.texels(camera))
