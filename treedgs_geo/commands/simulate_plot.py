@@ -1,0 +1,39 @@
+"""``simulate-plot``: a synthetic plot with photos, PPK files, LiDAR, field table and truth."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..core.command import Command
+from ..core.progress import Reporter
+from ..simulation.settings import SimulateSettings
+
+
+def run(settings: SimulateSettings, reporter: Reporter) -> dict[str, Any]:
+    """Render the plot; see :func:`treedgs_geo.simulation.simulate.simulate_plot`."""
+    from ..simulation.simulate import simulate_plot
+
+    return simulate_plot(settings, reporter)
+
+
+COMMAND = Command(
+    name="simulate-plot",
+    qgis_id="simulateplot",
+    title="Simulate a plot",
+    group="Tools",
+    summary="Make a synthetic forest plot: drone photos, PPK files, LiDAR, field table and truth.",
+    help=(
+        "Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding crowns, "
+        "shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the MRK and .pos "
+        "files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates are EPSG:6344, "
+        "heights ellipsoidal metres. Use it to try the chain, to test, or to see what a flight plan would measure: lengths "
+        "in metres, DBH in centimetres. Real photos are harder: no wind, no rolling shutter, no motion blur."),
+    settings=SimulateSettings,
+    run=run,
+    example="treedgs simulate-plot --output demo_plot --preset demo --seed 7",
+    outputs={
+        "output": "the plot's folder", "name": "plot name used in the files", "n_photos": "photos rendered",
+        "n_stems": "stems inside the plot", "n_lidar_points": "points of the LiDAR cloud",
+        "median_unoccluded_views": "photos that see a stem's breast height free (median over the stems)",
+        "seconds": "seconds it took"},
+)

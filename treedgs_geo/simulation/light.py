@@ -1,0 +1,131 @@
+"""Sun and sky: where the sun stands, and how much light reaches ground, bark and every leaf."""
+
+from __future__ import annotations
+
+import datetime as dt
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter, map_coordinates
+
+from .foliage import Faces
+from .scene import StemMesh
+from .terrain import Ground
+
+#: Irradiance of the direct sun on a facing surface and of the whole sky on a level one, relative units, RGB.
+SUN_RGB = np.array([1.00, 0.94, 0.84])
+SKY_RGB = np.array([0.27, 0.31, 0.37])
+#: Angular radius of the sun disc, rad (widened by haze).
+SUN_RADIUS = 0.006
+
+
+def sun_direction(utc: dt.datetime, lon_deg: float, lat_deg: float, convergence_deg: float) -> np.ndarray:
+    """(3,) unit vector towards the sun in grid axes (x east, y north, z up).
+
+    Low-precision solar position of the Astronomical Almanac (about 0.02 degrees).
+    """
+    days = (utc - dt.datetime(2000, 1, 1, 12)).total_seconds() / 86400
+    anomaly = np.radians((357.528 + 0.9856003 * days) % 360)
+    mean_lon = (280.460 + 0.9856474 * days) % 360
+    ecliptic = np.radians(mean_lon + 1.915 * np.sin(anomaly) + 0.020 * np.sin(2 * anomaly))
+    tilt = np.radians(23.439 - 4e-7 * days)
+    ascension = np.arctan2(np.cos(tilt) * np.sin(ecliptic), np.cos(ecliptic))
+    declination = np.arcsin(np.sin(tilt) * np.sin(ecliptic))
+    sidereal = np.radians((280.46062 + 360.98564737 * days + lon_deg) % 360)
+    hour, lat = sidereal - ascension, np.radians(lat_deg)
+    up = np.sin(lat) * np.sin(declination) + np.cos(lat) * np.cos(declination) * np.cos(hour)
+    north = np.cos(lat) * np.sin(declination) - np.sin(lat) * np.cos(declination) * np.cos(hour)
+    east = -np.cos(declination) * np.sin(hour)
+    azimuth = np.arctan2(east, north) - np.radians(convergence_deg)
+    flat = np.hypot(east, north)
+    return np.array([flat * np.sin(azimuth), flat * np.cos(azimuth), up])
+
+
+@dataclass(frozen=True)
+class Light:
+    """Baked light of one flight. ground: (n, n, 3) float32 irradiance, cell centres at low + (j + 0.5) step;
+    stems: (V, 3) float32 irradiance a vertex; faces: (F, 3) float32 radiance a leaf or stick face."""
+
+    low: float
+    step: float
+    ground: np.ndarray
+    stems: np.ndarray
+    faces: np.ndarray
+
+
+class SkyField:
+    """Share of the sky that reaches a point: Beer-Lambert through the needle area above, spread over 1.5 m sideways."""
+
+    def __init__(self, faces: Faces, half_m: float, cell_m: float = 0.6) -> None:
+        centre = faces.corners.mean(axis=1)
+        area = 0.5 * np.linalg.norm(np.cross(faces.corners[:, 1] - faces.corners[:, 0],
+                                             faces.corners[:, 2] - faces.corners[:, 0]), axis=1)
+        self._low = np.array([-half_m, -half_m, float(centre[:, 2].min()) - cell_m if len(centre) else 0.0])
+        n = int(np.ceil(2 * half_m / cell_m))
+        layers = int(np.ceil(((centre[:, 2].max() if len(centre) else 1.0) - self._low[2]) / cell_m)) + 2
+        self._cell = cell_m
+        index = np.floor((centre - self._low) / cell_m).astype(int)
+        inside = ((index >= 0) & (index < [n, n, layers])).all(axis=1)
+        density = np.zeros((n, n, layers))
+        np.add.at(density, tuple(index[inside].T), area[inside] / cell_m**2)
+        density = gaussian_filter(density, (1.5 / cell_m, 1.5 / cell_m, 0.7))
+        above = np.cumsum(density[..., ::-1], axis=2)[..., ::-1]
+        self._share = 0.12 + 0.88 * np.exp(-0.5 * above)
+
+    def __call__(self, points: np.ndarray) -> np.ndarray:
+        """(N, 3) -> (N,) share 0..1, trilinear."""
+        q = ((np.asarray(points, np.float64) - self._low) / self._cell - 0.5).T
+        return map_coordinates(self._share, q, order=1, mode="nearest")
+
+
+def _lit(scene, points: np.ndarray, sun: np.ndarray, rng: np.random.Generator, samples: int) -> np.ndarray:
+    """(N,) mean over ``samples`` rays to the sun disc that pass; ``points`` already lie off the surface."""
+    import open3d as o3d
+
+    total = np.zeros(len(points))
+    side = np.cross(sun, [0, 0, 1.0])
+    side /= np.linalg.norm(side)
+    other = np.cross(sun, side)
+    for _ in range(samples):
+        radius, turn = SUN_RADIUS * np.sqrt(rng.random(len(points))), rng.uniform(0, 2 * np.pi, len(points))
+        way = sun + (radius * np.cos(turn))[:, None] * side + (radius * np.sin(turn))[:, None] * other
+        rays = np.concatenate([points, way], axis=1).astype(np.float32)
+        total += ~scene.test_occlusions(o3d.core.Tensor(rays)).numpy()
+    return total / samples
+
+
+def bake(scene, ground: Ground, mesh: StemMesh, faces: Faces, sky: SkyField, sun: np.ndarray, map_half_m: float,
+         rng: np.random.Generator, map_step_m: float = 0.035) -> Light:
+    """Trace shadows for one position of the sun. ``scene``: an ``open3d.t.geometry.RaycastingScene`` of everything."""
+    n = int(np.ceil(2 * map_half_m / map_step_m))
+    axis = -map_half_m + map_step_m * (np.arange(n) + 0.5)
+    x, y = np.meshgrid(axis, axis)
+    xy = np.column_stack([x.ravel(), y.ravel()])
+    normal = ground.normals(xy)
+    points = np.column_stack([xy, ground.height(xy)]) + 0.01 * normal
+    direct = gaussian_filter(_lit(scene, points, sun, rng, 2).reshape(n, n), 0.8)
+    facing = np.maximum(normal @ sun, 0).reshape(n, n)
+    coarse = sky(points[:, :3]).reshape(n, n)
+    floor = (direct * facing)[..., None] * SUN_RGB + coarse[..., None] * SKY_RGB
+
+    cosine = mesh.normals @ sun
+    bark = np.zeros(len(cosine))
+    towards = cosine > 0
+    # Start beyond the relief, so that plates do not shade the vertex that they are made of.
+    start = mesh.vertices + 0.02 * mesh.normals
+    bark[towards] = _lit(scene, start[towards], sun, rng, 4)
+    # A vertical wall sees half the sky, and the bright ground instead of the other half.
+    open_sky = sky(mesh.vertices)
+    around = 0.5 + 0.5 * mesh.normals[:, 2]
+    stem_light = ((bark * np.maximum(cosine, 0))[:, None] * SUN_RGB
+                  + (open_sky * around)[:, None] * SKY_RGB + (open_sky * (1 - around))[:, None] * 0.10 * SUN_RGB)
+
+    centre = faces.corners.mean(axis=1).astype(np.float64)
+    across = np.cross(faces.corners[:, 1] - faces.corners[:, 0], faces.corners[:, 2] - faces.corners[:, 0])
+    across = across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
+    tilt = np.abs(across @ sun)
+    lit = _lit(scene, centre + 0.004 * sun, sun, rng, 1)
+    # Both sides of a leaf are seen: on average half of the light that comes through leaves by the far side.
+    glow = lit * (tilt * (0.75 + 0.5 * faces.through) + 0.12)
+    leaf = faces.albedo * (glow[:, None] * SUN_RGB + (sky(centre) * 0.9)[:, None] * SKY_RGB)
+    return Light(-map_half_m, map_step_m, floor.astype(np.float32), stem_light.astype(np.float32), leaf.astype(np.float32))
