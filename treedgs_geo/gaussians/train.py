@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field, replace
 
-import cv2
 import numpy as np
 
 from ..core.crs import LocalFrame
@@ -20,6 +19,7 @@ from ..core.errors import InputError
 from ..core.progress import Reporter
 from ..core.settings import param
 from ..reconstruction.cameras import View
+from ..reconstruction.images import load_image
 from .crops import Crop, CropCamera, FoliageRule, GroundPlane, band_outline, crop_camera, cut_out, foliage_rule
 from .field import LARGEST_COORDINATE_M, MEAN, GaussianField, merge_fields
 from .optimise import Volume
@@ -79,18 +79,16 @@ class FitReport:
 
 
 def read_photo(view: View) -> np.ndarray:
-    """(H, W, 3) uint8 RGB of the view's photo, orientation flags ignored.
+    """(H, W, 3) uint8 RGB of the view's photo.
 
     Raises:
         InputError: unreadable, or another size than the camera says.
     """
-    image = cv2.imread(str(view.path), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
-    if image is None:
-        raise InputError(f"{view.path}: cannot be read as a photo; restore the file or reconstruct without it.")
+    image = load_image(view)
     if image.shape[:2] != (view.camera.height, view.camera.width):
         raise InputError(f"{view.path}: is {image.shape[1]} x {image.shape[0]} pixels, expected {view.camera.width} x "
                          f"{view.camera.height} as reconstructed; give the photos that were reconstructed.")
-    return cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
+    return image
 
 
 def choose_views(views: Sequence[View], point: np.ndarray, most: int, least_slant: float = 0.25) -> list[int]:

@@ -1,0 +1,120 @@
+"""``fit-gaussians``: the Gaussian field of the stem band."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..core import workspace as names
+from ..core.command import Command
+from ..core.errors import InputError
+from ..core.files import fingerprint
+from ..core.progress import Reporter
+from ..core.settings import param, to_json
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitGaussiansSettings:
+    """Parameters of ``fit-gaussians``."""
+
+    workspace: Path = param(kind="folder", help="Workspace with sfm/ and dtm.tif; field.ply is written there.")
+    photos: Path | None = param(None, kind="folder", help="Folder of the reconstructed photos; without it the one in run.json.")
+    seeds: Path | None = param(
+        None, kind="file", suffixes=(".gpkg", ".csv", ".shp", ".geojson"),
+        help="Stem positions, good to a few decimetres: a point layer, or a CSV with x, y in the project CRS; without it "
+        "trees.gpkg of the workspace.")
+    preset: str = param("balanced", kind="choice", choices=("fast", "balanced", "best", "paper"),
+                        help="How much is modelled; paper = the published losses.")
+    band_m: float = param(3.0, kind="number", help="Top of the modelled stem band above ground.", unit="m", minimum=1.5, maximum=20)
+    radius_m: float = param(0.5, kind="number", help="Radius of the modelled cylinder about each stem.", unit="m", minimum=0.1,
+                            maximum=5, advanced=True)
+    max_gaussians: int = param(60000, kind="integer", help="Hard limit on Gaussians in all, shared among the stems.", minimum=10,
+                               maximum=10_000_000, advanced=True)
+    threads: int = param(2, kind="integer", help="Stems fitted at once.", minimum=1, maximum=256, advanced=True)
+    seed: int = param(0, kind="integer", help="Seed of every random choice.", minimum=0, maximum=2**31 - 1, advanced=True)
+
+
+def fit_gaussians(settings: FitGaussiansSettings, reporter: Reporter) -> dict[str, Any]:
+    """Fit and write ``field.ply``; the record goes to ``run.json``."""
+    from ..gaussians.ply import frame_path, write_field
+    from ..gaussians.seeds import read_seeds
+    from ..gaussians.train import GaussianOptions, fit_with_report
+    from ..pointcloud.files import read_cloud
+    from ..reconstruction.model import load_views
+    from ..terrain.dtm import read_dtm
+
+    space = open_workspace(settings.workspace)
+    frame, views = load_views(space.path(names.SFM), photo_folder(space, settings.photos))
+    dtm_file = space.path(names.DTM)
+    if not dtm_file.exists():
+        raise InputError(f"{dtm_file}: not found; run the terrain step first (treedgs terrain) or copy a DTM there.")
+    ground = read_dtm(dtm_file, frame.crs).local(frame)
+    seeds_file = settings.seeds or space.path(names.TREES)
+    if settings.seeds is None and not seeds_file.exists():
+        raise InputError(f"{seeds_file}: not found, so no stem position is known; give --seeds or run photos-to-dbh first.")
+    seeds = read_seeds(seeds_file, frame)
+    dense_file = space.path(names.DENSE)
+    dense = None
+    if dense_file.exists():
+        dense = (frame.to_local(read_cloud(dense_file, attributes=()).xyz), None)
+    options = GaussianOptions(preset=settings.preset, band_m=settings.band_m, radius_m=settings.radius_m,
+                              max_gaussians=settings.max_gaussians, threads=settings.threads, seed=settings.seed)
+    target = space.path(names.FIELD)
+    with space.running("fit-gaussians", fingerprint([dtm_file, seeds_file]), to_json(settings)) as result:
+        field, report = fit_with_report(views, frame, ground, seeds, dense, options, reporter)
+        write_field(target, field, frame)
+        result.update(field=str(target), frame=str(frame_path(target)), gaussians=len(field), stems=len(report.stems),
+                      photos=report.photos, megapixels=report.megapixels, pairs=report.pairs, per_stem=report.stems,
+                      warnings=report.warnings)
+    reporter.info(f"{len(field)} Gaussians for {len(report.stems)} of {len(seeds)} stems, {report.megapixels} megapixels in crops")
+    return dict(result)
+
+
+def open_workspace(folder: Path):
+    """An existing workspace.
+
+    Raises:
+        InputError: the folder does not hold a reconstruction.
+    """
+    from ..core.workspace import Workspace
+
+    if not (folder / names.SFM).is_dir():
+        raise InputError(f"{folder}: has no {names.SFM}/ folder, expected a workspace with a reconstruction; run reconstruct first.")
+    return Workspace(folder)
+
+
+def photo_folder(space, given: Path | None) -> Path:
+    """The photos' folder: given, or as recorded in ``run.json``.
+
+    Raises:
+        InputError: neither is there.
+    """
+    if given is not None:
+        if not given.is_dir():
+            raise InputError(f"{given}: is not a folder; give the folder of the reconstructed photos with --photos.")
+        return given
+    candidates = [space.record.get("parameters") or {}]
+    candidates += [stage.get("settings") or {} for stage in space.record["stages"].values()]
+    for candidate in candidates:
+        if candidate.get("photos") and Path(candidate["photos"]).is_dir():
+            return Path(candidate["photos"])
+    raise InputError(f"{space.folder}: run.json does not say where the photos are (or they moved); give --photos.")
+
+
+COMMAND = Command(
+    name="fit-gaussians",
+    qgis_id="fitgaussians",
+    title="Fit Gaussians to the stem band",
+    group="Single steps",
+    summary="3D Gaussians around each stem, from the ground to a few metres, fitted to the photos.",
+    help=(
+        "Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a few decimetres. "
+        "Around each stem a cylinder of 3D Gaussians is fitted to crops of the photos (losses of the RaDe-GS paper, re-derived), with the "
+        "ground behind it as a texture. Output: field.ply, the standard 3DGS format in local metres; its origin and CRS are in "
+        "field.frame.json beside it."),
+    settings=FitGaussiansSettings,
+    run=fit_gaussians,
+    example="treedgs fit-gaussians --workspace work/plot1 --seeds stems.gpkg --preset balanced",
+    outputs={"field": "Gaussian field (3DGS PLY, local metres)", "gaussians": "number of Gaussians", "stems": "stems fitted"},
+)

@@ -1,0 +1,69 @@
+"""Where stems stand: positions read from a table or a point layer, in the project CRS."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pyproj
+
+from ..core.crs import LocalFrame
+from ..core.errors import CRSError, InputError
+
+_X, _Y = ("x", "easting", "east", "e"), ("y", "northing", "north", "n")
+
+
+def read_seeds(path: Path, frame: LocalFrame) -> np.ndarray:
+    """(K, 2) stem positions in the local frame.
+
+    path: CSV with columns x, y (or easting, northing) in the frame's CRS, or a point layer (GeoPackage, Shapefile, GeoJSON),
+    which is transformed from its own CRS.
+
+    Raises:
+        InputError: missing, unreadable, empty, without coordinates or not points. CRSError: a layer without a CRS.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise InputError(f"{path}: not found; give a CSV with x, y or a point layer of stem positions.")
+    found = _from_csv(path) if path.suffix.lower() in (".csv", ".txt") else _from_layer(path, frame.crs)
+    if len(found) == 0:
+        raise InputError(f"{path}: holds no stem position; give at least one point.")
+    if not np.isfinite(found).all():
+        raise InputError(f"{path}: holds positions that are not numbers; remove those rows.")
+    local = found - frame.origin[:2]
+    if np.abs(local).max() > 5000:
+        raise InputError(f"{path}: stem positions lie {np.abs(local).max() / 1000:.0f} km from the photos; give them in "
+                         f"{frame.crs.to_string()}.")
+    return local
+
+
+def _from_csv(path: Path) -> np.ndarray:
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as stream:
+            rows = list(csv.DictReader(stream))
+    except (OSError, UnicodeDecodeError) as problem:
+        raise InputError(f"{path}: cannot be read as a CSV table ({problem}); give columns x, y.") from None
+    names = {str(name).strip().lower(): name for name in (rows[0] if rows else {})}
+    x, y = (next((names[key] for key in wanted if key in names), None) for wanted in (_X, _Y))
+    if rows and (x is None or y is None):
+        raise InputError(f"{path}: found columns {', '.join(names)}; expected x, y or easting, northing.")
+    try:
+        return np.array([[float(row[x]), float(row[y])] for row in rows]).reshape(-1, 2)
+    except (TypeError, ValueError):
+        raise InputError(f"{path}: a coordinate is not a number; correct the table.") from None
+
+
+def _from_layer(path: Path, crs: pyproj.CRS) -> np.ndarray:
+    import geopandas
+
+    try:
+        layer = geopandas.read_file(path)
+    except Exception as problem:  # pyogrio raises its own types
+        raise InputError(f"{path}: cannot be read as a vector layer ({problem}); give a point layer or a CSV.") from None
+    if layer.crs is None:
+        raise CRSError(f"{path}: has no coordinate reference system; set one in QGIS and save the layer again.")
+    if len(layer) and not (layer.geom_type == "Point").all():
+        raise InputError(f"{path}: holds {', '.join(sorted(set(map(str, layer.geom_type))))}, expected points; give stem positions.")
+    layer = layer.to_crs(crs)
+    return np.column_stack([layer.geometry.x, layer.geometry.y])
