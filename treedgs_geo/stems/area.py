@@ -1,0 +1,102 @@
+"""Where stems are looked for: one or several circles on the ground, in the local frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..reconstruction.cameras import View
+
+
+@dataclass(frozen=True)
+class Area:
+    """Circles on the ground. centres: (K, 2) local metres; radii_m: (K,) metres."""
+
+    centres: np.ndarray
+    radii_m: np.ndarray
+
+    @classmethod
+    def circle(cls, x: float, y: float, radius_m: float) -> Area:
+        """One circle."""
+        return cls(np.array([[x, y]], float), np.array([radius_m], float))
+
+    @classmethod
+    def circles(cls, centres: np.ndarray, radii_m: np.ndarray) -> Area:
+        """Several circles: centres (K, 2), radii (K,)."""
+        return cls(np.asarray(centres, float).reshape(-1, 2), np.asarray(radii_m, float).reshape(-1))
+
+    def contains(self, xy: np.ndarray, margin_m: float = 0.0) -> np.ndarray:
+        """(N, 2) -> (N,) bool: inside any circle grown by ``margin_m``."""
+        xy = np.asarray(xy, float).reshape(-1, 2)
+        distance = np.linalg.norm(xy[:, None] - self.centres[None], axis=2)
+        return (distance <= self.radii_m[None] + margin_m).any(axis=1)
+
+    def bounds(self, margin_m: float = 0.0) -> tuple[float, float, float, float]:
+        """x_min, y_min, x_max, y_max of the circles grown by ``margin_m``."""
+        low = (self.centres - self.radii_m[:, None]).min(axis=0) - margin_m
+        high = (self.centres + self.radii_m[:, None]).max(axis=0) + margin_m
+        return float(low[0]), float(low[1]), float(high[0]), float(high[1])
+
+    def outline(self, margin_m: float = 0.0, corners: int = 24) -> np.ndarray:
+        """(K * corners, 2) points on the circles grown by ``margin_m``."""
+        angle = np.linspace(0, 2 * np.pi, corners, endpoint=False)
+        ring = np.column_stack([np.cos(angle), np.sin(angle)])
+        return (self.centres[:, None] + (self.radii_m[:, None, None] + margin_m) * ring[None]).reshape(-1, 2)
+
+
+def area_seen(views: list[View], ground_z: float, n_views: int = 6, cell_m: float = 1.0,
+              min_sin_nadir: float = 0.3) -> Area:
+    """The ground that at least ``n_views`` oblique photos see, as circles of one cell each merged into a few.
+
+    Used where the user gives no plot. Views count at a cell when the cell is inside the photo and seen at a nadir angle
+    with a sine of ``min_sin_nadir`` or more. ground_z: a typical ground height, local metres.
+
+    Returns an area without circles where no cell is seen often enough.
+    """
+    if not views:
+        return Area(np.empty((0, 2)), np.empty(0))
+    aims = []
+    for view in views:
+        down = view.rotation[2]
+        if down[2] < -0.2:
+            aims.append((view.centre + down * (ground_z - view.centre[2]) / down[2])[:2])
+    if not aims:
+        return Area(np.empty((0, 2)), np.empty(0))
+    low, high = np.min(aims, axis=0) - 40, np.max(aims, axis=0) + 40
+    x = np.arange(low[0], high[0] + cell_m, cell_m)
+    y = np.arange(low[1], high[1] + cell_m, cell_m)
+    grid = np.column_stack([a.ravel() for a in np.meshgrid(x, y)])
+    points = np.column_stack([grid, np.full(len(grid), ground_z)])
+    count = np.zeros(len(grid), int)
+    for view in views:
+        pixels, _ = view.project(points)
+        offset = points - view.centre
+        sine = np.hypot(offset[:, 0], offset[:, 1]) / np.linalg.norm(offset, axis=1)
+        count += view.contains(pixels) & (sine >= min_sin_nadir)
+    seen = (count >= n_views).reshape(len(y), len(x))
+    return _cover(seen, x, y)
+
+
+def _cover(seen: np.ndarray, x: np.ndarray, y: np.ndarray) -> Area:
+    """Greedy cover of the True cells by inscribed circles, largest first."""
+    from scipy.ndimage import distance_transform_edt
+
+    centres, radii = [], []
+    left = np.pad(seen, 1)
+    depth = distance_transform_edt(left)
+    gx, gy = np.meshgrid(np.r_[x[0], x, x[-1]], np.r_[y[0], y, y[-1]])
+    cell = float(x[1] - x[0]) if len(x) > 1 else 1.0
+    while len(centres) < 200:
+        best = np.where(left, depth, 0.0)
+        peak = int(best.argmax())
+        if best.flat[peak] < 1:
+            break
+        radius = float(best.flat[peak]) * cell
+        centre = gx.flat[peak], gy.flat[peak]
+        centres.append(centre)
+        radii.append(radius)
+        left &= np.hypot(gx - centre[0], gy - centre[1]) > radius
+        if radius < 3 * cell:
+            break
+    return Area.circles(np.array(centres).reshape(-1, 2), np.array(radii))

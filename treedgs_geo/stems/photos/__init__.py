@@ -1,0 +1,1 @@
+"""Stems found and fitted straight in the photos, without any dense cloud."""

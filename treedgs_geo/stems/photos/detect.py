@@ -1,0 +1,363 @@
+"""Stems found without any dense cloud: edge pairs of many photos accumulated on a grid, in layers of height.
+
+Each view's pair scores are turned into normal scores by their own rank (so no threshold on contrast), each into the log
+likelihood ratio of "this view sees a stem here", and these are summed over views per layer. Layers are then added along
+straight, possibly leaning, lines. How high a sum chance reaches is measured on decoys: the same views, each shifted by a
+random offset, so that nothing agrees any more.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit, prange
+from scipy.special import ndtri
+
+from .plumb import PlumbMap
+from .stack import GroundGrid
+
+_FAST = {"nogil": True, "cache": True, "fastmath": True}
+
+#: Layers of the stem, metres above ground: first, height, count; evidence blocks a layer.
+LAYER_LOW, LAYER_M, N_LAYERS, BLOCKS = 0.5, 0.5, 9, 2
+#: Log likelihood ratio of a normal score: share of views that see, their mean score, the cap on a score.
+SEEN, MEAN_Z, CAP_Z = 0.35, 2.5, 4.2
+N_BINS = 512
+T_MAX = 2.2
+SIGN_WEIGHT, SINGLE_WEIGHT = 0.8, 0.1
+
+
+@dataclass(frozen=True)
+class Seed:
+    """A possible stem: x, y at breast height; lx, ly lean (m/m); r radius; score in log likelihood units."""
+
+    x: float
+    y: float
+    lx: float
+    ly: float
+    r: float
+    score: float
+
+
+@njit(inline="always", **_FAST)
+def _ground(z, x0, y0, cell, x, y):
+    rows, columns = z.shape
+    u = min(max((x - x0) / cell, 0.0), columns - 1.001)
+    v = min(max((y - y0) / cell, 0.0), rows - 1.001)
+    i, j = int(v), int(u)
+    a, b = v - i, u - j
+    return (z[i, j] * (1 - a) + z[i + 1, j] * a) * (1 - b) + (z[i, j + 1] * (1 - a) + z[i + 1, j + 1] * a) * b
+
+
+@njit(parallel=True, **_FAST)
+def _polar_kernel(ridge, unit, azimuth0, step_a, nadir0, step_n, centre, d0, dd, n_d, heights, blocks, radii, gz, gx0,
+                  gy0, gcell, score):
+    """Pair scores on (distance, layer, radius, azimuth column), mean over the blocks of a layer."""
+    n_rows, n_cols = ridge.shape
+    n_layers = heights.size // blocks
+    n_r = radii.size
+    for k in prange(n_d):
+        d = d0 + k * dd
+        e = np.empty(n_cols, np.float32)
+        f = np.empty((3, n_cols), np.float32)
+        # Ground along this ring, every 16th column.
+        n_knots = n_cols // 16 + 2
+        ground = np.empty(n_knots)
+        for m in range(n_knots):
+            a = azimuth0 + m * 16 * step_a
+            ground[m] = _ground(gz, gx0, gy0, gcell, centre[0] + d * np.cos(a), centre[1] + d * np.sin(a))
+        for b in range(heights.size):
+            layer = b // blocks
+            for m in range(n_knots - 1):
+                nadir = np.arctan2(d, centre[2] - 0.5 * (ground[m] + ground[m + 1]) - heights[b])
+                row = int((nadir - nadir0) / step_n + 0.5)
+                for j in range(m * 16, min(m * 16 + 16, n_cols)):
+                    if row < 0 or row >= n_rows:
+                        e[j] = 0.0
+                        f[0, j] = 0.0
+                        f[1, j] = 0.0
+                        f[2, j] = 0.0
+                    else:
+                        value = ridge[row, j] * np.float32(1 / 255)
+                        e[j] = value
+                        f[0, j] = value * unit[row, j, 0] * np.float32(1 / 127)
+                        f[1, j] = value * unit[row, j, 1] * np.float32(1 / 127)
+                        f[2, j] = value * unit[row, j, 2] * np.float32(1 / 127)
+            for r in range(n_r):
+                half = int(np.arcsin(radii[r] / d) / step_a * 2 + 0.5)      # rounded to half columns
+                left = half // 2
+                right = half - left
+                out = score[k, layer, r]
+                share = np.float32(1.0 / blocks)
+                for j in range(left, n_cols - right):
+                    i2 = j + right
+                    i1 = j - left
+                    dot = f[0, i1] * f[0, i2] + f[1, i1] * f[1, i2] + f[2, i1] * f[2, i2]
+                    out[j] += share * (e[i1] * e[i2] - np.float32(SIGN_WEIGHT) * dot
+                                       + np.float32(SINGLE_WEIGHT) * (e[i1] + e[i2]))
+
+
+@njit(**_FAST)
+def _histogram(score, step, counts):
+    n_d, n_layers, n_r, n_cols = score.shape
+    for k in range(0, n_d, step):
+        for m in range(n_layers):
+            for r in range(n_r):
+                for j in range(0, n_cols, 2):
+                    t = max(score[k, m, r, j], 0.0)
+                    b = min(int(np.sqrt(t / T_MAX) * N_BINS), N_BINS - 1)
+                    counts[m, r, b] += 1
+
+
+@njit(parallel=True, **_FAST)
+def _apply_lut(score, lut, out):
+    """(D, layer, radius, column) scores -> (D, column, layer, radius) log likelihood ratios."""
+    n_d, n_layers, n_r, n_cols = score.shape
+    for k in prange(n_d):
+        for m in range(n_layers):
+            for r in range(n_r):
+                for j in range(n_cols):
+                    t = max(score[k, m, r, j], np.float32(0.0))
+                    b = min(int(np.sqrt(t / np.float32(T_MAX)) * N_BINS), N_BINS - 1)
+                    out[k, j, m, r] = lut[m, r, b]
+
+
+@njit(parallel=True, **_FAST)
+def _accumulate(llr, azimuth0, step_a, cx, cy, d0, dd, x0, y0, cell, mask, shift_x, shift_y, total):
+    n_y, n_x = mask.shape
+    n_d, n_cols, n_layers, n_r = llr.shape
+    for i in prange(n_y):
+        for j in range(n_x):
+            if not mask[i, j]:
+                continue
+            x = x0 + j * cell + shift_x - cx
+            y = y0 + i * cell + shift_y - cy
+            swing = np.arctan2(y, x) - azimuth0
+            swing -= 2 * np.pi * np.floor((swing + 0.2) / (2 * np.pi))
+            column = int(swing / step_a + 0.5)
+            k = int((np.sqrt(x * x + y * y) - d0) / dd + 0.5)
+            if column < 0 or column >= n_cols or k < 0 or k >= n_d:
+                continue
+            for m in range(n_layers):
+                for r in range(n_r):
+                    total[i, j, m, r] += llr[k, column, m, r]
+
+
+@njit(parallel=True, **_FAST)
+def _lines(total, mask, leans, lever, cell, penalty, best, which_lean, which_r):
+    """Best sum of layers along straight lines through every cell; radius may fall one step upwards."""
+    n_y, n_x, n_layers, n_r = total.shape
+    for i in prange(n_y):
+        line = np.empty(n_r, np.float32)
+        for j in range(n_x):
+            if not mask[i, j]:
+                continue
+            for k in range(leans.shape[0]):
+                line[:] = -penalty * (leans[k, 0] ** 2 + leans[k, 1] ** 2)
+                for m in range(n_layers):
+                    b = j + int(np.round(leans[k, 0] * lever[m] / cell))
+                    a = i + int(np.round(leans[k, 1] * lever[m] / cell))
+                    if a < 0 or b < 0 or a >= n_y or b >= n_x:
+                        continue
+                    values = total[a, b, m]
+                    if lever[m] > 1.0:
+                        line[0] += values[0]
+                        for r in range(1, n_r):
+                            line[r] += max(values[r], values[r - 1])
+                    else:
+                        for r in range(n_r):
+                            line[r] += values[r]
+                for r in range(n_r):
+                    if line[r] > best[i, j]:
+                        best[i, j] = line[r]
+                        which_lean[i, j] = k
+                        which_r[i, j] = r
+
+
+def rank_lut(counts: np.ndarray) -> np.ndarray:
+    """(..., N_BINS) histogram of scores -> log likelihood ratio of each bin, by the rank of its middle."""
+    cumulative = np.cumsum(counts, axis=-1)
+    total = np.maximum(cumulative[..., -1:], 1)
+    rank = (cumulative - 0.5 * counts) / total
+    z = ndtri(np.clip(rank, 1e-6, 1 - 1e-6))
+    z = np.clip(np.where(counts.sum(axis=-1, keepdims=True) > 0, z, 0.0), -4, CAP_Z)
+    return np.log(1 - SEEN + SEEN * np.exp(MEAN_Z * z - 0.5 * MEAN_Z**2)).astype(np.float32)
+
+
+def lean_grid(max_lean_deg: float, step: float = 0.04) -> np.ndarray:
+    """(K, 2) leans in m/m on a hexagonal grid, upright first."""
+    limit = np.tan(np.radians(max_lean_deg)) + 1e-9
+    n = int(limit / step) + 2
+    points = []
+    for a in range(-n, n + 1):
+        for b in range(-n, n + 1):
+            point = np.array([a + 0.5 * b, b * np.sqrt(0.75)]) * step
+            if np.hypot(*point) <= limit:
+                points.append(point)
+    points = np.array(points)
+    return points[np.argsort(np.hypot(points[:, 0], points[:, 1]), kind="stable")]
+
+
+@dataclass
+class Detector:
+    """The evidence of all views on one tile of ground.
+
+    maps: per view; None where a view does not see the tile. luts: per view (layers, radii, bins).
+    """
+
+    maps: list[PlumbMap]
+    luts: list[np.ndarray]
+    radii: np.ndarray
+    ground: GroundGrid
+    x0: float
+    y0: float
+    cell: float
+    mask: np.ndarray
+    bh_m: float
+
+    @property
+    def block_heights(self) -> np.ndarray:
+        """(layers * BLOCKS,) heights above ground."""
+        n = N_LAYERS * BLOCKS
+        return LAYER_LOW + (np.arange(n) + 0.5) * LAYER_M / BLOCKS
+
+    @property
+    def lever(self) -> np.ndarray:
+        """(layers,) layer centres above breast height."""
+        return LAYER_LOW + (np.arange(N_LAYERS) + 0.5) * LAYER_M - self.bh_m
+
+    def accumulate(self, rng: np.random.Generator, decoy: bool = True) -> tuple[np.ndarray, np.ndarray]:
+        """Sum the views' evidence: (ny, nx, layers, radii) and the same for shifted views (decoys)."""
+        shape = (*self.mask.shape, N_LAYERS, len(self.radii))
+        total, chance = np.zeros(shape, np.float32), np.zeros(shape if decoy else (1, 1, 1, 1), np.float32)
+        self.luts.clear()
+        dd = 0.18
+        g = self.ground
+        for plumb in self.maps:
+            d0 = float(plumb.distance[0])
+            n_d = int((plumb.distance[1] - d0) / dd) + 2
+            score = np.zeros((n_d, N_LAYERS, len(self.radii), plumb.ridge.shape[1]), np.float32)
+            _polar_kernel(plumb.ridge, plumb.unit, plumb.azimuth0, plumb.step_a, plumb.nadir0, plumb.step_n,
+                          plumb.centre, d0, dd, n_d, self.block_heights, BLOCKS, self.radii, g.z, g.x0, g.y0, g.cell,
+                          score)
+            counts = np.zeros((N_LAYERS, len(self.radii), N_BINS), np.int64)
+            _histogram(score, 3, counts)
+            lut = rank_lut(counts)
+            self.luts.append(lut)
+            llr = np.empty((n_d, plumb.ridge.shape[1], N_LAYERS, len(self.radii)), np.float32)
+            _apply_lut(score, lut, llr)
+            where = (plumb.azimuth0, plumb.step_a, plumb.centre[0], plumb.centre[1], d0, dd, self.x0, self.y0, self.cell,
+                     self.mask)
+            _accumulate(llr, *where, 0.0, 0.0, total)
+            if decoy:
+                angle, far = rng.uniform(0, 2 * np.pi), rng.uniform(0.7, 3.0)
+                _accumulate(llr, *where, far * np.cos(angle), far * np.sin(angle), chance)
+        return total, chance
+
+    def seeds(self, total: np.ndarray, leans: np.ndarray, apart_m: float = 0.4, penalty: float = 60.0,
+              most: int = 400) -> list[Seed]:
+        """Local maxima of the line sums, best first."""
+        from scipy.ndimage import maximum_filter
+
+        best = np.full(self.mask.shape, -np.inf, np.float32)
+        lean, radius = np.zeros(best.shape, np.int64), np.zeros(best.shape, np.int64)
+        _lines(total, self.mask, leans, self.lever, self.cell, penalty, best, lean, radius)
+        size = 2 * int(apart_m / self.cell / 2) + 1
+        peaks = np.argwhere((best >= maximum_filter(best, size)) & np.isfinite(best))
+        values = best[tuple(peaks.T)]
+        order = np.argsort(-values, kind="stable")[:most]
+        return [Seed(self.x0 + j * self.cell, self.y0 + i * self.cell, *map(float, leans[lean[i, j]]),
+                     float(self.radii[radius[i, j]]), float(best[i, j])) for i, j in peaks[order]]
+
+    def rescore(self, seeds: list[Seed], reach_m: float = 0.05) -> list[Seed]:
+        """Score seeds again on the present maps (after :func:`erase`), each at its best place within ``reach_m``."""
+        if not seeds:
+            return []
+        steps = (-reach_m, 0.0, reach_m)
+        moves = np.array([(a, b, r) for a in steps for b in steps for r in (-1, 0, 1)])
+        base = np.array([(s.x, s.y, s.lx, s.ly, s.r) for s in seeds])
+        trial = np.repeat(base[:, None], len(moves), axis=1)
+        trial[..., :2] += moves[None, :, :2]
+        index = np.abs(self.radii[None] - base[:, 4:]).argmin(axis=1)[:, None] + moves[None, :, 2].astype(int)
+        index = np.clip(index, 0, len(self.radii) - 1)
+        flat = trial.reshape(-1, 5)
+        total = np.zeros(len(flat))
+        g = self.ground
+        base_z = g.at(flat[:, 0], flat[:, 1])
+        for plumb, lut in zip(self.maps, self.luts, strict=True):
+            _score_kernel(plumb.ridge, plumb.unit, plumb.azimuth0, plumb.step_a, plumb.nadir0, plumb.step_n,
+                          plumb.centre, flat, index.ravel(), self.radii, base_z, self.block_heights, BLOCKS, self.bh_m,
+                          lut, total)
+        total = total.reshape(len(seeds), -1) - 60.0 * (base[:, 2] ** 2 + base[:, 3] ** 2)[:, None]
+        best = total.argmax(axis=1)
+        return [Seed(*map(float, trial[k, b, :4]), float(self.radii[index[k, b]]), float(total[k, b]))
+                for k, b in enumerate(best)]
+
+
+@njit(parallel=True, **_FAST)
+def _score_kernel(ridge, unit, azimuth0, step_a, nadir0, step_n, centre, trial, index, radii, base_z, heights, blocks,
+                  bh, lut, total):
+    n_rows, n_cols = ridge.shape
+    n_layers = heights.size // blocks
+    for k in prange(trial.shape[0]):
+        for m in range(n_layers):
+            t = 0.0
+            outside = False
+            for b in range(m * blocks, m * blocks + blocks):
+                q = heights[b] - bh
+                x = trial[k, 0] + trial[k, 2] * q - centre[0]
+                y = trial[k, 1] + trial[k, 3] * q - centre[1]
+                d = np.sqrt(x * x + y * y)
+                row = int((np.arctan2(d, centre[2] - base_z[k] - heights[b]) - nadir0) / step_n + 0.5)
+                swing = np.arctan2(y, x) - azimuth0
+                swing -= 2 * np.pi * np.floor((swing + 0.2) / (2 * np.pi))
+                half = np.arcsin(radii[index[k]] / d)
+                i = int((swing - half) / step_a + 0.5)
+                j = int((swing + half) / step_a + 0.5)
+                if row < 0 or row >= n_rows or i < 0 or j >= n_cols:
+                    outside = True
+                    break
+                el = ridge[row, i] / 255.0
+                er = ridge[row, j] / 255.0
+                dot = 0.0
+                for c in range(3):
+                    dot += unit[row, i, c] * unit[row, j, c] / 16129.0
+                t += (el * er * (1 - SIGN_WEIGHT * dot) + SINGLE_WEIGHT * (el + er)) / blocks
+            if outside:
+                continue
+            b = min(int(np.sqrt(max(t, 0.0) / T_MAX) * N_BINS), N_BINS - 1)
+            total[k] += lut[m, index[k], b]
+
+
+@njit(**_FAST)
+def _erase_kernel(ridge, azimuth0, step_a, nadir0, step_n, centre, axis, r0, r1, top):
+    n_rows, n_cols = ridge.shape
+    for row in range(n_rows):
+        down = np.tan(nadir0 + row * step_n)
+        # Height where this row meets the axis: two rounds are enough for leans of some degrees.
+        q = 0.0
+        d = 1.0
+        for _ in range(3):
+            bend = min(max(q, -1.5), 2.5)
+            x = axis[0] + axis[2] * q + axis[4] * bend * bend - centre[0]
+            y = axis[1] + axis[3] * q + axis[5] * bend * bend - centre[1]
+            d = np.sqrt(x * x + y * y)
+            q = centre[2] - d / down - axis[6] - axis[7]
+        if q < -axis[7] - 0.2 or q > top:
+            continue
+        swing = np.arctan2(y, x) - azimuth0
+        swing -= 2 * np.pi * np.floor((swing + 0.2) / (2 * np.pi))
+        wide = max(r0 + r1 * q, 0.4 * r0) + 0.025 + 0.012 * max(q, 0.0)
+        half = np.arcsin(min(wide / d, 0.5))
+        low = max(int((swing - half) / step_a), 0)
+        high = min(int((swing + half) / step_a) + 1, n_cols - 1)
+        for j in range(low, high + 1):
+            ridge[row, j] = 0
+
+
+def erase(maps: list[PlumbMap], axis: np.ndarray, r0: float, r1: float, top_m: float = 8.0) -> None:
+    """Explain a stem away: clear its columns in every map. axis: (8,) as :attr:`.strips.Axis.row`. In place."""
+    for plumb in maps:
+        _erase_kernel(plumb.ridge, plumb.azimuth0, plumb.step_a, plumb.nadir0, plumb.step_n, plumb.centre, axis, r0, r1,
+                      top_m)

@@ -1,0 +1,158 @@
+"""Stems from photos: find them, fit them, explain them away, look again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ...core.crs import LocalFrame
+from ...core.progress import Reporter
+from ...reconstruction.cameras import View
+from ..area import Area
+from .detect import Detector, Seed, erase, lean_grid
+from .options import PhotoStemOptions
+from .plumb import make_map
+from .stack import GroundGrid, load_stack
+from .stem_fit import Fitter, StemFit, build_null, seen_probability
+from .sun import sun_azimuths
+
+#: Widest piece of ground searched at once, metres (bounds memory).
+TILE_M = 26.0
+
+
+def stems_from_photos(views: list[View], frame: LocalFrame, ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
+                      area: Area, options: PhotoStemOptions | None = None,
+                      reporter: Reporter | None = None) -> list[StemFit]:
+    """Find and fit the stems of an area straight in the photos.
+
+    views: registered photos (oblique ones are used). frame: the local frame they and the area are in. ground: function
+    of local x, y (N,) -> local z (N,), NaN where unknown. area: circles; stems up to ``options.margin_m`` outside are
+    found too. Refused stems stay in the list with flag "reject" and reasons.
+
+    Raises:
+        InputError: no ground in the area, or a photo of another size than its camera.
+    """
+    options, reporter = options or PhotoStemOptions(), reporter or Reporter()
+    if options.threads:
+        import numba
+
+        numba.set_num_threads(min(options.threads, numba.config.NUMBA_NUM_THREADS))
+    found: list[StemFit] = []
+    tiles = split(area, options.margin_m)
+    for index, (tile, box) in enumerate(tiles):
+        with reporter.stage(f"stems in the photos ({index + 1} of {len(tiles)})", index / len(tiles),
+                            (index + 1) / len(tiles)):
+            found += _tile(views, ground, area, tile, box, options, reporter)
+    return merge(found)
+
+
+def split(area: Area, margin_m: float) -> list[tuple[Area, tuple[float, float, float, float]]]:
+    """Pieces small enough to search at once: (area of the piece, its box x0, y0, x1, y1)."""
+    pieces = []
+    for centre, radius in zip(area.centres, area.radii_m, strict=True):
+        reach = float(radius) + margin_m
+        n = max(int(np.ceil(2 * reach / TILE_M)), 1)
+        step = 2 * reach / n
+        for i in range(n):
+            for j in range(n):
+                x0, y0 = centre[0] - reach + j * step, centre[1] - reach + i * step
+                box = (x0, y0, x0 + step, y0 + step)
+                middle = np.array([x0 + step / 2, y0 + step / 2])
+                if n == 1:
+                    pieces.append((Area.circle(*centre, radius), box))
+                elif np.linalg.norm(middle - centre) < radius + step / np.sqrt(2):
+                    pieces.append((Area.circle(*middle, step / np.sqrt(2)), box))
+    return pieces
+
+
+def _tile(views: list[View], ground: Callable, area: Area, tile: Area, box: tuple, options: PhotoStemOptions,
+          reporter: Reporter) -> list[StemFit]:
+    rng = np.random.default_rng(7)
+    grid = GroundGrid.sample(ground, tile, options.margin_m + 2.0)
+    stack = load_stack(views, tile, grid, options.max_views, options.margin_m + 1.0, reporter)
+    if len(stack) < 3:
+        reporter.warn(f"Only {len(stack)} oblique photos see the plot; no stem can be measured in them.")
+        return []
+    reporter.progress(0.1)
+    detector = _detector(stack, grid, area, tile, box, options)
+    total, chance = detector.accumulate(rng)
+    reporter.progress(0.5)
+    leans = lean_grid(options.max_lean_deg)
+    seeds = detector.seeds(total, leans)
+    decoys = detector.seeds(chance, leans)
+    del total, chance
+    gate = max(8.0, decoys[0].score + 3.0 if decoys else 0.0)
+    places = _random_places(tile, rng)
+    flights = max(view.flight for view in stack.views) + 1
+    no_sun = np.full(flights, np.nan)
+    fitter = Fitter(stack, grid, options, build_null(stack, grid, places, options, no_sun), no_sun)
+    first = [fit for fit in (fitter.fit(seed) for seed in seeds[:12] if seed.score > 2 * gate) if fit]
+    sure = [(fit.axis, fit.r0, np.array([view.name in fit.view_names for view in stack.views], float))
+            for fit in first if fit.measured]
+    sun = sun_azimuths(stack, sure)
+    if np.isfinite(sun).any():
+        fitter = Fitter(stack, grid, options, build_null(stack, grid, places, options, sun), sun)
+    reporter.progress(0.6)
+    return _pursue(detector, fitter, seeds, gate, reporter)
+
+
+def _pursue(detector: Detector, fitter: Fitter, seeds: list[Seed], gate: float, reporter: Reporter) -> list[StemFit]:
+    """Fit the strongest seeds, erase what they explain, score the rest again, and so on down to the gate."""
+    fits: list[StemFit] = []
+    waiting = [seed for seed in seeds if seed.score > 0.5 * gate]
+    for level in (4 * gate, 2 * gate, 1.4 * gate, gate):
+        done = True
+        for seed in sorted(waiting, key=lambda s: -s.score):
+            if seed.score < level:
+                continue
+            if any(np.hypot(fit.axis.p[0] - seed.x, fit.axis.p[1] - seed.y) < fit.r0 + 0.08 for fit in fits if fit.measured):
+                waiting.remove(seed)
+                continue
+            done = False
+            waiting.remove(seed)
+            fit = fitter.fit(seed)
+            if fit is None:
+                continue
+            fits.append(fit)
+            if fit.measured:
+                erase(detector.maps, fit.axis.row, fit.r0, fit.r1)
+        if not done:
+            waiting = detector.rescore(waiting)
+        reporter.progress(0.6 + 0.4 * len(fits) / max(len(fits) + len(waiting), 1))
+    return fits
+
+
+def _detector(stack, grid: GroundGrid, area: Area, tile: Area, box: tuple, options: PhotoStemOptions) -> Detector:
+    outline = np.vstack([tile.outline(options.margin_m + 1.0), tile.centres])
+    z = grid.at(outline[:, 0], outline[:, 1])
+    points = np.vstack([np.column_stack([outline, z]), np.column_stack([outline, z + 5.2])])
+    maps = [make_map(stack, view, grid, points) for view in range(len(stack))]
+    # Leaning stems need the cells around the area too, to carry their upper layers.
+    edge = 0.5
+    x0, y0 = box[0] - edge, box[1] - edge
+    columns = int((box[2] - box[0] + 2 * edge) / options.cell_m) + 1
+    rows = int((box[3] - box[1] + 2 * edge) / options.cell_m) + 1
+    gx, gy = np.meshgrid(x0 + options.cell_m * np.arange(columns), y0 + options.cell_m * np.arange(rows))
+    mask = area.contains(np.column_stack([gx.ravel(), gy.ravel()]), options.margin_m + edge).reshape(gx.shape)
+    radii = np.arange(0.04, options.dbh_max_cm / 200 + 0.01, 0.025)
+    return Detector(maps, [], radii, grid, x0, y0, options.cell_m, mask, options.bh_m)
+
+
+def _random_places(tile: Area, rng: np.random.Generator, n: int = 16) -> np.ndarray:
+    k = rng.integers(len(tile.radii_m), size=n)
+    angle, far = rng.uniform(0, 2 * np.pi, n), np.sqrt(rng.uniform(size=n))
+    return tile.centres[k] + (tile.radii_m[k] * far)[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def merge(fits: list[StemFit]) -> list[StemFit]:
+    """One entry a stem: measured ones first, best first; what overlaps a better one is dropped."""
+    kept: list[StemFit] = []
+    for fit in sorted(fits, key=lambda f: (not f.measured, -f.llr)):
+        near = [np.hypot(*(fit.axis.p - k.axis.p)) < 0.7 * (fit.r0 + k.r0) + 0.05 for k in kept]
+        if not any(near):
+            kept.append(fit)
+    return kept
+
+
+__all__ = ["stems_from_photos", "StemFit", "PhotoStemOptions", "Area", "merge", "split", "seen_probability"]

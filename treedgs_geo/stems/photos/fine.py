@@ -1,0 +1,171 @@
+"""Sub-pixel refinement of one explanation: edge positions in linear light, robust joint least squares over all views.
+
+Every view, 10 cm block and side offers its sub-pixel gradient maxima near the current edge; expectation-maximisation
+weighs them (normal inliers against a uniform background); the model u = n.(dp + ds q + dc q^2) +- f (r0 + r1 q) + o_v
+is linear in its parameters, with one sideways offset o_v a view (pose error) eliminated by a Schur complement.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit, prange
+
+from .stack import PhotoStack
+from .strips import Axis, Strips, cut_strips
+
+_FAST = {"nogil": True, "cache": True, "fastmath": True}
+
+#: Inlier sd of an edge, pixels; prior of the radius' slope, m/m (mean, sd); prior sd of the curvature, 1/m.
+EDGE_SD_PX = 0.45
+TAPER_PRIOR = (-0.005, 0.0015)
+CURVATURE_SD = 0.004
+
+
+@dataclass(frozen=True)
+class FineFit:
+    """A refined stem.
+
+    axis: at breast height. r0: radius there, metres; r1: its slope, m/m. view_r: (V,) radius deviation of each view,
+    metres, NaN without both edges. view_weight: (V,) its weight. two_sided: (V,) bool, both edges seen.
+    n_edges: effective number of edges. spread: (V,) share of blocks with a supported edge pair. rms_px: edge residual.
+    fit_sd_m: formal standard error of r0.
+    """
+
+    axis: Axis
+    r0: float
+    r1: float
+    view_r: np.ndarray
+    view_weight: np.ndarray
+    two_sided: np.ndarray
+    support: np.ndarray
+    n_edges: float
+    rms_px: float
+    fit_sd_m: float
+
+
+@njit(parallel=True, **_FAST)
+def _candidates_kernel(coherence, gradient, u0, du, q, px_m, widen, radius, slope, window_px, most, place, weight):
+    """Sub-pixel maxima of the mean gradient near both expected edges: place, weight (V, B, 2, K); place NaN if none."""
+    n_views, n_blocks, n_u = coherence.shape
+    for v in prange(n_views):
+        power = np.empty(n_u, np.float32)
+        for b in range(n_blocks):
+            for i in range(n_u):
+                g = gradient[v, b, i]
+                power[i] = np.sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2])
+            for side in range(2):
+                sign = 2 * side - 1
+                expected = sign * widen[v] * (radius + slope * q[b])
+                low = max(1, int((expected - window_px * px_m[v] - u0) / du + 0.5))
+                high = min(n_u - 2, int((expected + window_px * px_m[v] - u0) / du + 0.5))
+                found = 0
+                for i in range(low, high + 1):
+                    if power[i] <= power[i - 1] or power[i] < power[i + 1] or coherence[v, b, i] < 0.03:
+                        continue
+                    curve = power[i - 1] - 2 * power[i] + power[i + 1]
+                    shift = 0.5 * (power[i - 1] - power[i + 1]) / curve if curve < -1e-12 else 0.0
+                    slot = found
+                    if found == most:           # keep the most coherent ones
+                        slot = 0
+                        for k in range(1, most):
+                            if weight[v, b, side, k] < weight[v, b, side, slot]:
+                                slot = k
+                        if coherence[v, b, i] <= weight[v, b, side, slot]:
+                            continue
+                    else:
+                        found += 1
+                    place[v, b, side, slot] = u0 + (i + shift) * du
+                    weight[v, b, side, slot] = coherence[v, b, i]
+
+
+def edge_candidates(strips: Strips, radius: float, slope: float, window_px: float,
+                    most: int = 4) -> tuple[np.ndarray, np.ndarray]:
+    """(V, B, 2, most) positions in metres from the axis (NaN = none) and their coherence."""
+    shape = (*strips.coherence.shape[:2], 2, most)
+    place, weight = np.full(shape, np.nan), np.zeros(shape)
+    _candidates_kernel(strips.coherence, strips.gradient, float(strips.u[0]), float(strips.u[1] - strips.u[0]), strips.q,
+                       strips.px_m, strips.widen, radius, slope, window_px, most, place, weight)
+    return place, weight
+
+
+def refine(stack: PhotoStack, axis: Axis, r0: float, r1: float, seen: np.ndarray, low_m: float, high_m: float,
+           offset_sd_px: float = 0.3, cuts: int = 3, inner: int = 6, sigma_px: float = 0.8,
+           windows_px: tuple[float, ...] = (4.0, 3.0, 2.2)) -> FineFit | None:
+    """Refine a stem. seen: (V,) probability that a view sees it. Returns None where too few edges are found."""
+    fit = None
+    for cut in range(cuts):
+        strips = cut_strips(stack, axis, low_m, high_m, 0.10, 0.025, r0 + 0.14, 0.005, sigma_px, linear=True)
+        window = windows_px[min(cut, len(windows_px) - 1)]
+        place, prior = edge_candidates(strips, r0, r1, window)
+        solved = _solve(strips, place, prior, r0, r1, seen, window, offset_sd_px, inner, axis)
+        if solved is None:
+            return None
+        delta, fit = solved
+        axis, r0, r1 = fit.axis, fit.r0, fit.r1
+        if r0 < 0.01 or r0 > 1.0 or not np.isfinite(delta).all():
+            return None
+    return fit
+
+
+def _solve(strips: Strips, place: np.ndarray, prior: np.ndarray, r0: float, r1: float, seen: np.ndarray, window: float,
+           offset_sd_px: float, inner: int, axis: Axis) -> tuple[np.ndarray, FineFit] | None:
+    v, b, s, _ = np.nonzero(np.isfinite(place))
+    if len(v) < 20:
+        return None
+    u = place[np.isfinite(place)]
+    p = np.clip(prior[np.isfinite(place)], 0.02, 0.95) * np.clip(seen[v], 0.02, 1.0)
+    sign = 2.0 * s - 1.0
+    q, n, px, f = strips.q[b], strips.normal[v], strips.px_m[v], strips.widen[v]
+    # Unknowns: dp, ds, dc (2 each), r0, r1.
+    design = np.column_stack([n, n * q[:, None], n * (q * q)[:, None], sign * f, sign * f * q])
+    sd = EDGE_SD_PX * px
+    lam = np.zeros(8)
+    lam[0:2], lam[2:4], lam[4:6] = 1 / 0.3**2, 1 / 0.05**2, 1 / CURVATURE_SD**2
+    lam[7] = 1 / TAPER_PRIOR[1] ** 2
+    lam_offset = 1 / (offset_sd_px * strips.px_m) ** 2
+    x = np.array([0, 0, 0, 0, 0, 0, r0, r1], float)
+    rest = np.array([0, 0, 0, 0, -axis.c[0], -axis.c[1], 0, TAPER_PRIOR[0]])
+    offset = np.zeros(len(strips.px_m))
+    group = (v * strips.coherence.shape[1] + b) * 2 + s
+    n_groups = len(strips.px_m) * strips.coherence.shape[1] * 2
+    uniform = 1.0 / (2 * window * px)
+    n_views = len(offset)
+    for step in range(inner):
+        e = u - design @ x - offset[v]
+        wide = sd * (1.6 if step == 0 else 1.0)
+        like = p * np.exp(-0.5 * (e / wide) ** 2) / (wide * 2.5066)
+        # Each block and side has at most one true edge: its candidates compete, with "none of them" beside them.
+        total = np.bincount(group, like, n_groups)
+        none = np.zeros(n_groups)
+        np.maximum.at(none, group, (1 - p) * uniform)
+        post = like / np.maximum(total + none, 1e-12)[group]
+        w = post / sd**2
+        h_vv = np.bincount(v, w, n_views) + lam_offset
+        cross = np.zeros((n_views, 8))
+        for k in range(8):
+            cross[:, k] = np.bincount(v, w * design[:, k], n_views)
+        g_v = np.bincount(v, w * u, n_views)
+        normal_matrix = (design * w[:, None]).T @ design - (cross / h_vv[:, None]).T @ cross + np.diag(lam)
+        right = design.T @ (w * u) - cross.T @ (g_v / h_vv) + lam * rest
+        try:
+            x = np.linalg.solve(normal_matrix, right)
+        except np.linalg.LinAlgError:
+            return None
+        offset = (g_v - cross @ x) / h_vv
+    e = u - design @ x - offset[v]
+    mass = np.bincount(v * 2 + s, post, 2 * n_views).reshape(-1, 2)
+    moment = np.bincount(v * 2 + s, post * e * sign, 2 * n_views).reshape(-1, 2)
+    two_sided = (mass >= 1.0).all(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        view_r = np.where(two_sided, (moment / mass).mean(axis=1) / strips.widen, np.nan)
+        weight = np.where(two_sided, 1.0 / (1.0 / mass[:, 0] + 1.0 / mass[:, 1]), 0.0)
+    best = np.zeros(n_groups)
+    np.maximum.at(best, group, post)
+    pairs = best.reshape(n_views, -1, 2).min(axis=2)
+    new_axis = Axis(axis.p + x[0:2], axis.s + x[2:4], axis.c + x[4:6], axis.ground_z, axis.bh_m)
+    rms = float(np.sqrt((post * (e / px) ** 2).sum() / max(post.sum(), 1e-9)))
+    fit = FineFit(new_axis, float(x[6]), float(x[7]), view_r, weight, two_sided, pairs.mean(axis=1), float(post.sum()),
+                  rms, float(np.sqrt(np.linalg.inv(normal_matrix)[6, 6])))
+    return x, fit

@@ -1,0 +1,164 @@
+"""Photos resampled so that every vertical line in the world is a column: azimuth about the plumb line x nadir angle.
+
+A vertical cylinder of radius r at horizontal distance D then has its edges at azimuth +- asin(r / D), whatever the
+camera's tilt. The maps hold edge coherence (see :mod:`.strips`) as thin ridges with their colour direction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit, prange
+
+from .stack import GroundGrid, PhotoStack
+from .strips import LUT_GAMMA, fetch, project
+
+_FAST = {"nogil": True, "cache": True, "fastmath": True}
+
+#: Height of the stem piece whose rows must agree, metres; knots of the resampling, columns.
+WINDOW_M = 0.28
+KNOT = 16
+
+
+@dataclass(frozen=True)
+class PlumbMap:
+    """One view's edge map.
+
+    azimuth0, step_a: azimuth of column 0 and column width, rad (counter-clockwise from east). nadir0, step_n: nadir
+    angle of row 0 and row height, rad. ridge: (rows, columns) uint8, coherence x 255. unit: (rows, columns, 3) int8,
+    unit colour gradient along the columns x 127. centre: (3,) camera. distance: (2,) horizontal range of the area.
+    """
+
+    azimuth0: float
+    step_a: float
+    nadir0: float
+    step_n: float
+    ridge: np.ndarray
+    unit: np.ndarray
+    centre: np.ndarray
+    distance: np.ndarray
+
+
+@njit(parallel=True, **_FAST)
+def _map_kernel(pixels, start, rows, columns, corner, cam, centre, azimuth0, step_a, nadir0, step_n, below, sigma, tau,
+                window_m, width, lut, ridge, unit):
+    n_rows, n_cols = ridge.shape
+    half = int(np.ceil(3 * sigma))
+    taps = np.empty(2 * half + 1, np.float32)
+    total = 0.0
+    for k in range(2 * half + 1):
+        t = (k - half) / sigma
+        taps[k] = t * np.exp(-0.5 * t * t)
+        total += taps[k] * (k - half)
+    taps /= np.float32(total)
+    wide = n_cols + 2 * half
+    slope = np.zeros((n_rows, 3, n_cols), np.float32)
+    inside = np.zeros((n_rows, n_cols), np.bool_)
+    n_knots = wide // 16 + 2
+    for i in prange(n_rows):
+        angle = nadir0 + i * step_n
+        sn, cn = np.sin(angle), np.cos(angle)
+        ku = np.empty(n_knots)
+        kv = np.empty(n_knots)
+        for k in range(n_knots):
+            a = azimuth0 + (k * 16 - half) * step_a
+            u, v, _ = project(cam, centre[0] + 50 * sn * np.cos(a), centre[1] + 50 * sn * np.sin(a), centre[2] - 50 * cn)
+            ku[k] = u - 0.5 - corner[1]
+            kv[k] = v - 0.5 - corner[0]
+        line = np.zeros((3, wide), np.float32)
+        good = np.zeros(wide, np.bool_)
+        colour = np.empty(3, np.float32)
+        for j in range(wide):
+            k = j // 16
+            t = (j - k * 16) / 16.0
+            u = ku[k] + t * (ku[k + 1] - ku[k])
+            v = kv[k] + t * (kv[k + 1] - kv[k])
+            if u < 0 or v < 0 or u > columns - 1 or v > rows - 1:
+                continue
+            good[j] = True
+            fetch(pixels, start, rows, columns, u, v, lut, colour)
+            line[0, j] = colour[0]
+            line[1, j] = colour[1]
+            line[2, j] = colour[2]
+        for j in range(n_cols):
+            if not (good[j] and good[j + 2 * half]):
+                continue
+            inside[i, j] = True
+            for ch in range(3):
+                g = np.float32(0.0)
+                for m in range(2 * half + 1):
+                    g += taps[m] * line[ch, j + m]
+                slope[i, ch, j] = g
+    for i in prange(n_rows):
+        angle = nadir0 + i * step_n
+        slant = below / np.cos(angle)
+        reach = max(int(0.5 * window_m * np.sin(angle) / (slant * step_n) + 0.5), 1)
+        low, high = max(0, i - reach), min(n_rows - 1, i + reach)
+        mean = np.zeros((3, n_cols), np.float32)
+        power = np.zeros(n_cols, np.float32)
+        for k in range(low, high + 1):
+            for ch in range(3):
+                for j in range(n_cols):
+                    g = slope[k, ch, j]
+                    mean[ch, j] += g
+                    power[j] += g * g
+        n = np.float32(high - low + 1)
+        e = np.zeros(n_cols, np.float32)
+        for j in range(n_cols):
+            if inside[low, j] and inside[high, j]:
+                m2 = (mean[0, j] ** 2 + mean[1, j] ** 2 + mean[2, j] ** 2) / (n * n)
+                e[j] = m2 / (power[j] / n + tau * tau)
+        spread = int(np.ceil(3 * width))
+        drawn = np.zeros(n_cols, np.float32)
+        for j in range(1, n_cols - 1):
+            peak = e[j]
+            if peak < 0.05 or e[j - 1] > peak or e[j + 1] >= peak:
+                continue
+            norm = np.sqrt(mean[0, j] ** 2 + mean[1, j] ** 2 + mean[2, j] ** 2) + 1e-9
+            curve = e[j - 1] - 2 * peak + e[j + 1]
+            shift = 0.5 * (e[j - 1] - e[j + 1]) / curve if curve < -1e-9 else 0.0
+            for m in range(max(0, j - spread), min(n_cols, j + spread + 1)):
+                t = (m - j - shift) / width
+                value = peak * np.exp(-0.5 * t * t)
+                if value > drawn[m]:
+                    drawn[m] = value
+                    for ch in range(3):
+                        unit[i, m, ch] = int(np.round(127 * mean[ch, j] / norm))
+        for j in range(n_cols):
+            ridge[i, j] = int(min(drawn[j], 1.0) * 255 + 0.5)
+
+
+def make_map(stack: PhotoStack, view: int, ground: GroundGrid, points: np.ndarray, ridge_m: float = 0.022,
+             sigma_px: float = 1.0, tau: float = 0.01) -> PlumbMap:
+    """Edge map of one view over the points' footprint. points: (N, 3) corners of the volume searched, local metres."""
+    centre = stack.centre[view]
+    offset = points - centre
+    flat = np.hypot(offset[:, 0], offset[:, 1])
+    nadir = np.arctan2(flat, -offset[:, 2])
+    middle = offset.mean(axis=0)
+    aim = np.arctan2(middle[1], middle[0])
+    swing = (np.arctan2(offset[:, 1], offset[:, 0]) - aim + np.pi) % (2 * np.pi) - np.pi
+    focal = stack.camera[view, 12]
+    sine = np.sin(np.median(nadir))
+    step_n = 1.0 / focal
+    step_a = 1.0 / (focal * max(sine, 0.1))
+    # What the crop shows bounds the map as well.
+    rows, columns = stack.shape[view]
+    border = np.array([(u, v) for u in np.linspace(0, columns, 5) for v in np.linspace(0, rows, 5)], float)
+    rays = stack.views[view].rays(border + stack.corner[view][::-1])
+    seen_nadir = np.arctan2(np.hypot(rays[:, 0], rays[:, 1]), -rays[:, 2])
+    seen_swing = (np.arctan2(rays[:, 1], rays[:, 0]) - aim + np.pi) % (2 * np.pi) - np.pi
+    low_n, high_n = max(nadir.min(), seen_nadir.min()), min(nadir.max(), seen_nadir.max())
+    low_a, high_a = max(swing.min(), seen_swing.min()), min(swing.max(), seen_swing.max())
+    n_rows = max(int((high_n - low_n) / step_n) + 1, 3)
+    n_cols = max(int((high_a - low_a) / step_a) + 1, 16)
+    ridge = np.zeros((n_rows, n_cols), np.uint8)
+    unit = np.zeros((n_rows, n_cols, 3), np.int8)
+    below = centre[2] - float(np.median(ground.z)) - 2.0
+    distance = float(np.median(flat))
+    _map_kernel(stack.pixels, stack.start[view], rows, columns, stack.corner[view], stack.camera[view], centre,
+                aim + low_a, step_a, low_n, step_n, below, sigma_px, tau, WINDOW_M, ridge_m / (step_a * distance),
+                LUT_GAMMA, ridge, unit)
+    return PlumbMap(float(aim + low_a), step_a, float(low_n), step_n, ridge, unit, centre,
+                    np.array([flat.min(), flat.max()]))

@@ -1,0 +1,228 @@
+"""One seed -> one fitted stem with its error, or the reason why not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .coarse import SEEN_MEAN_Z, SEEN_PRIOR, Z_CAP, Mode, Null, NullBuilder, Prior, Search, terminators
+from .detect import Seed
+from .fine import FineFit, refine
+from .options import PhotoStemOptions
+from .stack import GroundGrid, PhotoStack
+from .strips import Axis, cut_strips, draw_ridges
+
+#: The band that is searched (m above ground) and the one that is fitted.
+COARSE_BAND = 0.5, 3.3
+FINE_BAND = 0.3, 3.5
+#: A view counts as seeing the stem above this z-score.
+CLEAR_Z = 2.5
+
+
+@dataclass(frozen=True)
+class StemFit:
+    """A stem as the photos show it, local frame.
+
+    axis: stem axis, ``axis.p`` at breast height. r0, r1: radius at breast height (m) and its slope (m/m).
+    dbh_cm, se_cm: diameter and its standard error given that the right edges were found. flag: ok, check or reject;
+    reasons: keys of ``measure.quality.REASONS``. seed_score: of the detection. llr: log likelihood ratio of the fit.
+    gap: its lead over the next different explanation. n_views: photos that see it clearly. kish: effective photos.
+    arc_deg: spread of their azimuths. rms_px: edge residual. polish_cm: diameter of the coarse stage.
+    """
+
+    axis: Axis
+    r0: float
+    r1: float
+    dbh_cm: float
+    se_cm: float
+    flag: str
+    reasons: tuple[str, ...]
+    seed_score: float
+    llr: float
+    gap: float
+    n_views: int
+    kish: float
+    arc_deg: float
+    rms_px: float
+    polish_cm: float
+    view_names: tuple[str, ...] = field(repr=False, default=())
+
+    @property
+    def lean_deg(self) -> float:
+        """Angle of the axis from the vertical at breast height."""
+        return float(np.degrees(np.arctan(np.hypot(*self.axis.s))))
+
+    @property
+    def measured(self) -> bool:
+        """Has a diameter."""
+        return self.flag != "reject"
+
+
+@dataclass
+class Fitter:
+    """What all fits on one stack of photos share. sun: (flights,) azimuth, rad from east, NaN = unknown."""
+
+    stack: PhotoStack
+    ground: GroundGrid
+    options: PhotoStemOptions
+    null: Null
+    sun: np.ndarray
+
+    def strips(self, axis: Axis) -> tuple:
+        """Coarse strips along an axis with their ridges and light-shade borders."""
+        return _coarse_strips(self.stack, axis, self.options, self.sun)
+
+    def fit(self, seed: Seed) -> StemFit | None:
+        """Fit a seed. None where nothing can be fitted at all."""
+        ground_z = float(self.ground.at(np.array([seed.x]), np.array([seed.y]))[0])
+        start = Axis(np.array([seed.x, seed.y]), np.array([seed.lx, seed.ly]), np.zeros(2), ground_z, self.options.bh_m)
+        strips, ridge, unit, border = self.strips(start)
+        search = Search(strips, ridge, unit, border, self.null, Prior())
+        modes = sorted((search.polish(mode) for mode in search.modes(0.24)), key=lambda mode: -mode.score)
+        tried = []
+        for mode in distinct(modes)[:4]:
+            seen = seen_probability(search.z(mode.vector))
+            axis = Axis(start.p + mode.vector[:2], start.s + mode.vector[2:4], np.zeros(2), ground_z, self.options.bh_m)
+            fine = refine(self.stack, axis, mode.r, -0.0045, seen, *FINE_BAND, self.options.offset_sd_px)
+            if fine is None or fine.r0 < 0.015:
+                continue
+            vector = np.array([*(fine.axis.p - start.p), *(fine.axis.s - start.s), fine.r0])
+            tried.append((search.score(vector), mode, fine, vector))
+        if not tried:
+            return None
+        tried.sort(key=lambda item: -item[0])
+        best = prefer_whole(tried)
+        score, mode, fine, vector = best
+        gap = score - max([item[0] for item in tried if different(item[3], vector)], default=0.0)
+        z = search.z(vector)
+        final = refine(self.stack, fine.axis, fine.r0, fine.r1, seen_probability(z), *FINE_BAND,
+                       self.options.offset_sd_px, cuts=1, windows_px=(2.2,))
+        return self._judge(seed, mode, final or fine, score, gap, z)
+
+    def _judge(self, seed: Seed, mode: Mode, fine: FineFit, score: float, gap: float, z: np.ndarray) -> StemFit:
+        weight = fine.view_weight * seen_probability(z)
+        kish = float(weight.sum() ** 2 / max((weight**2).sum(), 1e-12))
+        clear = z > CLEAR_Z
+        se = standard_error_cm(fine, weight)
+        azimuth = np.arctan2(fine.axis.p[1] - self.stack.centre[clear, 1], fine.axis.p[0] - self.stack.centre[clear, 0])
+        dbh = 200 * fine.r0
+        flag, reasons = verdict(dbh, 200 * mode.r, fine.r1, float(np.hypot(*fine.axis.s)), score, gap, int(clear.sum()),
+                                kish, se, self.options)
+        return StemFit(axis=fine.axis, r0=fine.r0, r1=fine.r1, dbh_cm=dbh, se_cm=se, flag=flag, reasons=reasons,
+                       seed_score=seed.score, llr=score, gap=gap, n_views=int(clear.sum()), kish=kish,
+                       arc_deg=azimuth_spread(azimuth), rms_px=fine.rms_px, polish_cm=200 * mode.r,
+                       view_names=tuple(self.stack.views[v].name for v in np.flatnonzero(clear)))
+
+
+def _coarse_strips(stack: PhotoStack, axis: Axis, options: PhotoStemOptions, sun: np.ndarray) -> tuple:
+    reach = options.dbh_max_cm / 200 + 0.37
+    strips = cut_strips(stack, axis, *COARSE_BAND, 0.28, 0.04, reach, 0.01, 1.0, linear=False)
+    ridge, unit = draw_ridges(strips.coherence, strips.gradient, 1.3)
+    flights = np.array([view.flight for view in stack.views], int)
+    return strips, ridge, unit, terminators(strips.normal, sun[flights])
+
+
+def build_null(stack: PhotoStack, ground: GroundGrid, places: np.ndarray, options: PhotoStemOptions,
+               sun: np.ndarray) -> Null:
+    """Null scores at (N, 2) random places."""
+    radii = np.arange(0.03, options.dbh_max_cm / 200 + 0.005, 0.01)
+    builder = NullBuilder(len(stack), radii)
+    for place in places:
+        z = float(ground.at(place[:1], place[1:])[0])
+        axis = Axis(place, np.zeros(2), np.zeros(2), z, options.bh_m)
+        builder.add(*_coarse_strips(stack, axis, options, sun))
+    return builder.finish()
+
+
+def seen_probability(z: np.ndarray) -> np.ndarray:
+    """(V,) posterior that a view sees the stem, from its z-score."""
+    odds = SEEN_PRIOR * np.exp(SEEN_MEAN_Z * np.minimum(z, Z_CAP) - 0.5 * SEEN_MEAN_Z**2)
+    return np.where(z > -8.9, odds / (1 - SEEN_PRIOR + odds), 0.0)
+
+
+def distinct(modes: list[Mode], apart_m: float = 0.03, apart_r: float = 0.015) -> list[Mode]:
+    """Best first, without near-copies."""
+    kept: list[Mode] = []
+    for mode in modes:
+        if all(np.hypot(mode.x - k.x, mode.y - k.y) > apart_m or abs(mode.r - k.r) > apart_r for k in kept):
+            kept.append(mode)
+    return kept
+
+
+def different(a: np.ndarray, b: np.ndarray) -> bool:
+    """Two refined explanations of one place that would give different diameters; a neighbour is no rival."""
+    distance = float(np.hypot(a[0] - b[0], a[1] - b[1]))
+    if distance > max(a[4], b[4]) + 0.3 * min(a[4], b[4]):
+        return False
+    return distance > 0.03 or abs(a[4] - b[4]) > 0.0125
+
+
+def contains(a: np.ndarray, b: np.ndarray) -> bool:
+    """Disc a holds disc b (within 1 cm) and is clearly larger."""
+    return a[4] > b[4] + 0.012 and np.hypot(a[0] - b[0], a[1] - b[1]) + b[4] < a[4] + 0.01
+
+
+def prefer_whole(tried: list[tuple]) -> tuple:
+    """The best explanation, or a larger one that holds it and explains nearly as much (the shaded part of a stem is no
+    stem)."""
+    best = tried[0]
+    for item in tried[1:]:
+        if contains(item[3], best[3]) and item[0] > 0.75 * best[0]:
+            best = item
+    return best
+
+
+def standard_error_cm(fine: FineFit, weight: np.ndarray) -> float:
+    """From the scatter of the views' diameters: sqrt((4 se)^2 + 0.25^2), scaled on rendered plots."""
+    good = (weight > 0) & np.isfinite(fine.view_r)
+    if good.sum() < 2:
+        return 99.0
+    w, d = weight[good], 200 * fine.view_r[good]
+    scatter = np.sqrt((w * d**2).sum() / w.sum())
+    n = max(w.sum() ** 2 / (w**2).sum(), 1.0)
+    return float(np.hypot(4.0 * scatter / np.sqrt(n), 0.25))
+
+
+def azimuth_spread(azimuth: np.ndarray) -> float:
+    """Degrees of the circle between the views' azimuths: 360 minus the largest gap."""
+    if len(azimuth) < 2:
+        return 0.0
+    ordered = np.sort(np.degrees(azimuth) % 360)
+    gaps = np.diff(np.append(ordered, ordered[0] + 360))
+    return float(360 - gaps.max())
+
+
+def verdict(dbh_cm: float, polish_cm: float, r1: float, lean: float, score: float, gap: float, n_views: int,
+            kish: float, se_cm: float, options: PhotoStemOptions) -> tuple[str, tuple[str, ...]]:
+    """Accept, doubt or refuse."""
+    refuse, doubt = [], []
+    if dbh_cm < options.dbh_min_cm:
+        refuse.append("too_small")
+    elif dbh_cm < 10:
+        doubt.append("too_small")
+    if dbh_cm > options.dbh_max_cm:
+        refuse.append("too_large")
+    if n_views < 3 or kish < 2.5 or score < 20:
+        refuse.append("few_views")
+    elif n_views < 5 or kish < 4 or score < 35:
+        doubt.append("few_views")
+    if gap < 4:
+        refuse.append("ambiguous")
+    elif gap < 10:
+        doubt.append("ambiguous")
+    if abs(r1 + 0.0045) > 0.008:
+        refuse.append("no_taper")
+    elif abs(r1 + 0.0045) > 0.006:
+        doubt.append("no_taper")
+    if abs(dbh_cm - polish_cm) > 4:
+        refuse.append("disagree")
+    elif abs(dbh_cm - polish_cm) > 2.5:
+        doubt.append("disagree")
+    if lean > np.tan(np.radians(25)):
+        refuse.append("lean")
+    if se_cm > 0.25 * dbh_cm:
+        refuse.append("wide_error")
+    if refuse:
+        return "reject", tuple(refuse)
+    return ("check" if doubt else "ok"), tuple(doubt)
