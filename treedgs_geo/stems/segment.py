@@ -1,9 +1,9 @@
 """Stems in a point cloud, without trained weights: vote for rings, fit leaning cones, keep what is bark.
 
-Steps: slab over the terrain -> candidates (:mod:`.candidates`) tile by tile -> robust cone fit from the candidate, grown
-from its layer to the whole band -> evidence checks (rows of the stem with bark, arc, empty inside, clutter outside)
--> explained points are taken away from later candidates -> the axis is followed upwards -> every point near a stem gets
-its ``tree_id``. Parameters follow treeX for drone LiDAR (Burmeister et al.) where they have a counterpart.
+Steps: slab over the terrain -> candidates (:mod:`.candidates`) tile by tile -> robust cone fit from the candidate,
+grown from its layer to the whole band -> evidence checks (rows of the stem with bark, arc, empty inside, clutter outside)
+-> explained points are taken away from later candidates -> the axis is followed upwards -> every point near a stem
+gets its ``tree_id``. Parameters follow treeX for drone LiDAR (Burmeister et al.) where they have a counterpart.
 """
 
 from __future__ import annotations
@@ -14,33 +14,16 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..core.progress import Reporter
-from ..core.settings import param
 from ..pointcloud.cloud import PointCloud, thin
 from ..terrain.dtm import Dtm
 from .candidates import find_candidates
 from .cone import TAPER_PRIOR, Cone, fit_cone
+from .options import SegmentOptions
 
 _TILE_M, _BUFFER_M = 30.0, 1.5
 _REACH_M = 0.75
 _ROW_M = 0.25
 _SECTORS = 24
-
-
-@dataclass(frozen=True, kw_only=True)
-class SegmentOptions:
-    """How stems are found. ``source`` sets the noise and density that are expected (:func:`preset`)."""
-
-    source: str = param("auto", kind="choice", help="what made the points", choices=("auto", "uls", "tls", "splat"))
-    low_m: float = param(0.5, kind="number", help="bottom of the band that is searched", unit="m", minimum=0.1, maximum=5)
-    high_m: float = param(5.0, kind="number", help="top of the band that is searched", unit="m", minimum=2, maximum=20)
-    max_dbh_cm: float = param(100.0, kind="number", help="thickest stem", unit="cm", minimum=5, maximum=300)
-    max_lean_deg: float = param(25.0, kind="number", help="most lean", unit="deg", minimum=0, maximum=45)
-    min_rows: float = param(0.4, kind="number", help="share of 25 cm rows of the band that must show bark", minimum=0.1,
-                            maximum=1, advanced=True)
-    min_arc_deg: float = param(90.0, kind="number", help="least circumference seen, all rows together", unit="deg",
-                               minimum=0, maximum=360, advanced=True)
-    grow_m: float = param(15.0, kind="number", help="height up to which stem points are followed", unit="m", minimum=2,
-                          maximum=60, advanced=True)
 
 
 @dataclass(frozen=True)
@@ -116,7 +99,7 @@ def find_stems(cloud: PointCloud, dtm: Dtm, options: SegmentOptions | None = Non
 
 
 def guess_sensor(cloud: PointCloud, points: np.ndarray, options: SegmentOptions) -> str:
-    """``splat`` when points carry opacity; else by the density of the stem band: above 120 points/m2 it is terrestrial."""
+    """``splat`` when points carry opacity; else the density of the stem band tells: over 120 points/m2 is terrestrial."""
     if "opacity" in cloud.attributes:
         return "splat"
     band = points[(points[:, 2] > options.low_m) & (points[:, 2] < options.high_m)]
@@ -151,6 +134,12 @@ def label_points(xyz: np.ndarray, height: np.ndarray, stems: StemMap) -> np.ndar
     return label
 
 
+def search_points(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
+                  options: SegmentOptions | None = None) -> list[Stem]:
+    """The stems in a small set of (N, 3) points (x, y, height above ground), for example one tree of another segmenter."""
+    return _without_doubles(_search_tile(points, weights, sensor, options or SegmentOptions(), follow=False))
+
+
 def _tolerance(cone: Cone, sensor: Sensor) -> float:
     return max(3 * cone.sigma, 0.02, 2 * sensor.floor_m)
 
@@ -172,7 +161,7 @@ def _search(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, opti
 
 
 def _search_tile(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
-                 options: SegmentOptions) -> list[Stem]:
+                 options: SegmentOptions, follow: bool = True) -> list[Stem]:
     band = (points[:, 2] >= options.low_m) & (points[:, 2] < options.high_m)
     if band.sum() < sensor.least_points:
         return []
@@ -191,7 +180,8 @@ def _search_tile(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
             continue
         residual = stem.cone.residuals(points[near])
         free[near[residual < _tolerance(stem.cone, sensor)]] = False
-        found.append(replace(stem, pieces=_follow(points, tree, weights, stem.cone, sensor, options)))
+        pieces = _follow(points, tree, weights, stem.cone, sensor, options) if follow else ()
+        found.append(replace(stem, pieces=pieces))
     return found
 
 

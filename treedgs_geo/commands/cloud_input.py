@@ -1,0 +1,102 @@
+"""What the point-cloud verbs share: the cloud, its CRS and the ground under it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..core.errors import InputError
+from ..core.progress import Reporter
+from ..core.settings import param
+
+if TYPE_CHECKING:
+    from ..pointcloud.cloud import PointCloud
+    from ..terrain.dtm import Dtm
+
+#: A cut-out tree without ground is at most this wide; only then may its lowest points stand in for the ground.
+_SINGLE_TREE_M = 20.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class CloudSettings:
+    """Input options of the point-cloud verbs."""
+
+    input: Path = param(kind="file", help="point cloud: LAS, LAZ, COPC, or text with x y z per line",
+                        suffixes=("laz", "las", "txt", "xyz", "csv"))
+    dtm: Path | None = param(None, kind="file", help="terrain raster; without it the ground is found in the cloud",
+                             suffixes=("tif", "tiff"))
+    crs: str | None = param(None, kind="crs", help="CRS of a cloud that holds none: EPSG:CODE, or 'local' for metres "
+                            "without a place on the map")
+
+
+def load_cloud(settings: CloudSettings, reporter: Reporter, attributes: tuple[str, ...] | None = None) -> PointCloud:
+    """Read the cloud and say what it is.
+
+    Raises:
+        InputError, CRSError: see :func:`treedgs_geo.pointcloud.files.read_cloud`.
+    """
+    from ..pointcloud.files import read_cloud
+
+    with reporter.stage("read cloud", 0.0, 0.15):
+        cloud = read_cloud(settings.input, crs=settings.crs, attributes=attributes)
+    where = cloud.horizontal_crs.name if cloud.horizontal_crs is not None else "local metres, no CRS"
+    span = cloud.xyz.max(axis=0) - cloud.xyz.min(axis=0)
+    reporter.info(f"{len(cloud):,} points, {span[0]:.0f} x {span[1]:.0f} m, {where}.")
+    return cloud
+
+
+def load_ground(settings: CloudSettings, cloud: PointCloud, reporter: Reporter) -> tuple[Dtm, bool]:
+    """``(terrain model, certain)``: the user's DTM, or the ground in the cloud, or (one bare tree) its lowest points.
+
+    Raises:
+        InputError: the DTM does not cover the cloud or has other heights; no ground was found.
+    """
+    from ..pointcloud.cloud import thin
+    from ..terrain.dtm import read_dtm, require_coverage, require_same_heights
+    from ..terrain.ground import dtm_from_cloud, flat_ground
+
+    with reporter.stage("ground", 0.15, 0.3):
+        if settings.dtm is not None:
+            dtm = read_dtm(settings.dtm, cloud.horizontal_crs)
+            flat = cloud.xyz * (1.0, 1.0, 0.0)
+            require_coverage(dtm, cloud.xyz[thin(flat, 1.0), :2], str(settings.dtm))
+            require_same_heights(dtm, cloud.xyz, str(settings.dtm))
+            return dtm, True
+        try:
+            return dtm_from_cloud(cloud.xyz, crs=cloud.horizontal_crs), True
+        except InputError:
+            span = (cloud.xyz.max(axis=0) - cloud.xyz.min(axis=0))[:2].max()
+            if span > _SINGLE_TREE_M:
+                raise
+            reporter.warn("No ground was found in this small cloud: heights are counted from its lowest points, "
+                          "and every tree is marked for checking (no_ground).")
+            return flat_ground(cloud.xyz, cloud.horizontal_crs), False
+
+
+def mark_uncertain_ground(trees: list[Any]) -> None:
+    """Flag every tree whose breast height rests on a guessed ground."""
+    for tree in trees:
+        tree.qc_reason = ",".join(filter(None, [tree.qc_reason, "no_ground"]))
+        tree.qc_flag = "check" if tree.qc_flag == "ok" else tree.qc_flag
+
+
+def tree_summary(trees: list[Any], reporter: Reporter) -> dict[str, Any]:
+    """Counts for the result, and a line for the technician."""
+    from ..measure.quality import REASONS
+
+    flags = {flag: sum(tree.qc_flag == flag for tree in trees) for flag in ("ok", "check", "reject")}
+    measured = [tree for tree in trees if tree.dbh_cm is not None]
+    if not trees:
+        reporter.warn("No stem was found: the points below 5 m show no upright round stem; check the density under the "
+                      "canopy and the source setting.")
+    else:
+        reporter.info(f"{len(measured)} of {len(trees)} stems measured: {flags['ok']} ok, {flags['check']} to check, "
+                      f"{flags['reject']} refused.")
+    for reason in REASONS:
+        count = sum(reason in tree.qc_reason.split(",") for tree in trees)
+        if count:
+            reporter.info(f"  {count} x {reason}: {REASONS[reason][0]}.")
+    mean = sum(tree.dbh_cm for tree in measured) / len(measured) if measured else None
+    return {"n_trees": len(trees), "n_measured": len(measured), "n_ok": flags["ok"], "n_check": flags["check"],
+            "n_reject": flags["reject"], "mean_dbh_cm": round(mean, 2) if mean is not None else None}

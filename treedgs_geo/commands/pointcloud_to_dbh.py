@@ -1,0 +1,66 @@
+"""``pointcloud-to-dbh``: ground, stems and DBH of a LAS/LAZ cloud in one go."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..core.command import Command
+from ..core.files import ensure_writable
+from ..core.progress import Reporter
+from ..core.settings import param
+from ..measure.options import MeasureOptions
+from .cloud_input import CloudSettings, load_cloud, load_ground, mark_uncertain_ground, tree_summary
+
+
+@dataclass(frozen=True, kw_only=True)
+class PointcloudToDbhSettings(MeasureOptions, CloudSettings):
+    """Options of ``pointcloud-to-dbh``."""
+
+    output: Path = param(kind="output_file", help="tree layer", suffixes=("gpkg", "shp", "csv"))
+    stems_output: Path | None = param(None, kind="output_file", help="also write the stem points with tree_id",
+                                      suffixes=("laz", "las"))
+
+
+def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]:
+    """Read, find the ground, find stems, measure, write."""
+    from ..inventory.tree_layer import write_trees
+    from ..measure.cloud import measure_cloud, point_weights
+    from ..pointcloud.files import write_cloud
+
+    ensure_writable(settings.output)
+    kept = None if settings.stems_output else ("intensity", "opacity")
+    cloud = load_cloud(settings, reporter, kept)
+    point_weights(cloud, settings.weights)  # a missing attribute is told before the work, not after
+    dtm, certain = load_ground(settings, cloud, reporter)
+    with reporter.stage("stems", 0.3, 0.95):
+        trees, tree_id = measure_cloud(cloud, dtm, settings, reporter)
+    if not certain:
+        mark_uncertain_ground(trees)
+    if settings.stems_output is not None and (tree_id > 0).any():
+        write_cloud(settings.stems_output, cloud.with_attribute("tree_id", tree_id).select(tree_id > 0))
+    write_trees(settings.output, trees, cloud.horizontal_crs)
+    return {"output": str(settings.output), "stems_output": str(settings.stems_output) if settings.stems_output else None,
+            **tree_summary(trees, reporter)}
+
+
+COMMAND = Command(
+    name="pointcloud-to-dbh",
+    qgis_id="pointcloudtodbh",
+    title="Point cloud to DBH",
+    group="Main job",
+    summary="From a LiDAR cloud (drone or terrestrial) or surface points to tree points with DBH.",
+    help=(
+        "Finds the ground (or takes your DTM), finds the stems in the band from 0.5 to 5 m, measures each at breast height "
+        "and writes the tree layer: DBH, standard error and 90 % interval in cm, lean, height where the cloud reaches the "
+        "crowns, and for every stem that cannot be measured the reason. Needs about 100 points on the lower 3 m of a stem "
+        "(drone LiDAR above 1,000 points/m2, or a terrestrial scan). The CRS comes from the file; give --crs where it has "
+        "none ('local' for a scan without a place on the map)."),
+    settings=PointcloudToDbhSettings,
+    run=run,
+    example="treedgs pointcloud-to-dbh --input plot_uls.laz --output trees.gpkg",
+    outputs={"output": "tree layer", "stems_output": "stem points", "n_trees": "stems in the layer",
+             "n_measured": "stems with a DBH", "n_ok": "without remark", "n_check": "to check", "n_reject": "refused",
+             "mean_dbh_cm": "mean DBH, cm"},
+)

@@ -1,0 +1,86 @@
+"""``terrain``: ground points and a terrain model from a cloud."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..core.command import Command
+from ..core.files import ensure_writable
+from ..core.progress import Reporter
+from ..core.settings import param
+from ..terrain.options import ClothSimulation
+
+
+@dataclass(frozen=True, kw_only=True)
+class TerrainSettings(ClothSimulation):
+    """Options of ``terrain``."""
+
+    input: Path = param(kind="file", help="point cloud: LAS, LAZ, COPC, or text with x y z per line",
+                        suffixes=("laz", "las", "txt", "xyz", "csv"))
+    output: Path = param(kind="output_file", help="terrain raster to write", suffixes=("tif",))
+    crs: str | None = param(None, kind="crs", help="CRS of a cloud that holds none: EPSG:CODE, or 'local'")
+    resolution_m: float = param(0.25, kind="number", help="cell size", unit="m", minimum=0.05, maximum=50)
+    ground_points: Path | None = param(None, kind="output_file", help="also write the cloud with ground points as class 2 "
+                                       "and heights above ground", suffixes=("laz", "las"))
+    use_classes: bool = param(False, kind="flag", help="trust the file's class 2 instead of finding the ground")
+
+
+def run(settings: TerrainSettings, reporter: Reporter) -> dict[str, Any]:
+    """Read, classify, grid, write."""
+    import numpy as np
+
+    from ..core.errors import InputError
+    from ..pointcloud.files import read_cloud, write_cloud
+    from ..terrain.dtm import write_dtm
+    from ..terrain.ground import dtm_from_cloud, height_above_ground
+
+    ensure_writable(settings.output)
+    with reporter.stage("read cloud", 0.0, 0.3):
+        cloud = read_cloud(settings.input, crs=settings.crs)
+    known = None
+    if settings.use_classes:
+        if "classification" not in cloud.attributes or not (cloud.attributes["classification"] == 2).any():
+            raise InputError(f"{settings.input}: has no ground class (2), as --use-classes expects; leave --use-classes out.")
+        known = cloud.attributes["classification"] == 2
+    with reporter.stage("terrain", 0.3, 0.8):
+        dtm = dtm_from_cloud(cloud.xyz, settings.resolution_m, settings, cloud.horizontal_crs, ground=known)
+    height = height_above_ground(cloud.xyz, dtm)
+    ground = np.abs(height) <= settings.ground_m
+    with reporter.stage("write", 0.8, 1.0):
+        if settings.ground_points is not None:
+            classes = np.array(cloud.attributes.get("classification", np.zeros(len(cloud), np.uint8)), np.uint8)
+            classes[classes == 2] = 1
+            classes[ground] = 2
+            write_cloud(settings.ground_points, cloud.with_attribute("classification", classes).with_attribute(
+                "height_m", height.astype(np.float32)))
+        write_dtm(settings.output, dtm)
+    covered = float(np.isfinite(dtm.heights).mean())
+    support = float(np.nanpercentile(dtm.support, 95)) if dtm.support is not None else None
+    reporter.info(f"{100 * ground.mean():.0f} % of the points are ground; the model covers {100 * covered:.0f} % of the "
+                  f"extent; 95 % of it lies within {support:.1f} m of a ground point.")
+    return {"output": str(settings.output), "n_points": len(cloud), "n_ground": int(ground.sum()),
+            "covered_pct": round(100 * covered, 1), "support_p95_m": round(support, 2) if support is not None else None,
+            "ground_points": str(settings.ground_points) if settings.ground_points else None}
+
+
+COMMAND = Command(
+    name="terrain",
+    qgis_id="terrain",
+    title="Terrain model from a point cloud",
+    group="Point clouds",
+    summary="Find the ground in a point cloud and write a terrain model (DTM).",
+    help=(
+        "A cloth is draped over the lowest points (cloth simulation filter), low plants are removed by a robust surface, "
+        "and the ground is gridded by local planes. The GeoTIFF holds the ground height (band 1, metres, in the cloud's "
+        "vertical datum) and the distance to the nearest ground point (band 2): read band 2 before you trust band 1. "
+        "Cells farther than 10 m from ground are nodata."),
+    settings=TerrainSettings,
+    run=run,
+    example="treedgs terrain --input plot.laz --output dtm.tif --resolution-m 0.25",
+    outputs={"output": "terrain raster", "n_points": "points read", "n_ground": "ground points",
+             "covered_pct": "share of the extent with a ground height, %",
+             "support_p95_m": "distance to the nearest ground point that 95 % of the cells stay under, m",
+             "ground_points": "classified cloud"},
+)

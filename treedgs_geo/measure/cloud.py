@@ -1,0 +1,243 @@
+"""From a cloud with tree ids, or a bare cloud, to measured trees."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..core.errors import InputError
+from ..core.progress import Reporter
+from ..pointcloud.cloud import PointCloud, thin
+from ..stems.cone import Cone
+from ..stems.options import SegmentOptions
+from ..stems.segment import SENSORS, Sensor, StemMap, find_stems, guess_sensor, label_points
+from ..terrain.dtm import Dtm
+from .circles import SolidCircle
+from .cylinder import fit_cylinder
+from .heights import tree_heights
+from .options import MeasureOptions
+from .published import PublishedOptions, measure_published
+from .stem import StemMeasure, measure_points, rebased, refuse
+from .trees import Tree
+
+#: Exponent p of eq:weighted_score by what weighs the points (paper.tex: held-out validation).
+PAPER_POWER = {"opacity": 0.6, "intensity": 0.85}
+#: Diameter lost per metre of height, where the slices of a stem do not say (planted pine, research/forest.md 4.3).
+USUAL_TAPER_CM_M = 1.0
+
+
+def segment_options(options: MeasureOptions) -> SegmentOptions:
+    """The segmentation settings that go with measuring settings."""
+    return SegmentOptions(source=options.source, max_dbh_cm=options.max_dbh_cm, max_lean_deg=options.max_lean_deg)
+
+
+def measure_cloud(cloud: PointCloud, dtm: Dtm, options: MeasureOptions | None = None,
+                  reporter: Reporter | None = None) -> tuple[list[Tree], np.ndarray]:
+    """Find and measure every stem: ``(trees, (N,) tree_id)``. The terrain comes from
+    :func:`treedgs_geo.terrain.ground.dtm_from_cloud` or the user."""
+    options, reporter = options or MeasureOptions(), reporter or Reporter()
+    with reporter.stage("find stems", 0.0, 0.6):
+        stems = find_stems(cloud, dtm, segment_options(options), reporter)
+        height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
+        tree_id = label_points(cloud.xyz, height, stems)
+    reporter.info(f"{len(stems.stems)} stems found ({stems.sensor} settings).")
+    with reporter.stage("measure stems", 0.6, 1.0):
+        trees = measure_stems(cloud, tree_id, dtm, options, reporter, stems)
+    return trees, tree_id
+
+
+def measure_stems(cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm, options: MeasureOptions | None = None,
+                  reporter: Reporter | None = None, stems: StemMap | None = None) -> list[Tree]:
+    """Measure segmented stems.
+
+    tree_id: (N,) integers, <= 0 = no stem. stems: the map that gave the ids, if they are ours (starting values, and the
+    labels of crowded points). One bad tree never ends the run: it gets a reason. Deterministic for a seed.
+
+    Raises:
+        InputError: the attribute that ``weights`` names is missing, or no point has a tree id.
+    """
+    options, reporter = options or MeasureOptions(), reporter or Reporter()
+    tree_id = np.asarray(tree_id)
+    weights = point_weights(cloud, options.weights)
+    owned = np.flatnonzero(tree_id > 0)
+    if len(owned) == 0:
+        return []
+    order = owned[np.argsort(tree_id[owned], kind="stable")]
+    ids, starts = np.unique(tree_id[order], return_index=True)
+    groups = np.split(order, starts[1:])
+    sensor = SENSORS[_source(cloud, dtm, options, stems, owned)]
+    frames = [_TreeFrame.of(cloud, group, dtm) for group in groups]
+    trees = []
+    if options.method == "paper" and options.fit == "circle":
+        trees = _by_the_paper(cloud, ids, groups, frames, weights, options)
+    else:
+        for number, (tree, group, frame) in enumerate(zip(ids, groups, frames, strict=True)):
+            measured = _measure_one(frame, group, weights, sensor, options, stems, int(tree))
+            trees.append(_tree(int(tree), frame, measured, options))
+            reporter.progress((number + 1) / len(ids))
+    _finish(cloud, dtm, trees, frames, groups, options)
+    return trees
+
+
+def point_weights(cloud: PointCloud, kind: str) -> np.ndarray | None:
+    """(N,) reliabilities in (0, 1], or ``None`` for equal weights.
+
+    Intensity is scaled by its 2nd and 98th percentile (it has no unit, and a few glints would rule otherwise).
+
+    Raises:
+        InputError: the cloud has no such attribute.
+    """
+    if kind == "none":
+        return None
+    if kind not in cloud.attributes:
+        there = ", ".join(cloud.attributes) or "none"
+        raise InputError(f"--weights {kind}: the cloud has no attribute {kind!r} (it has: {there}); "
+                         "use --weights none.")
+    values = np.asarray(cloud.attributes[kind], float)
+    if kind == "intensity":
+        low, high = np.percentile(values, [2, 98])
+        if not high > low:
+            raise InputError("--weights intensity: all points have the same intensity; use --weights none.")
+        values = (values - low) / (high - low)
+    return np.clip(np.nan_to_num(values, nan=0.0), 0.01, 1.0)
+
+
+@dataclass(frozen=True)
+class _TreeFrame:
+    """A tree's own frame: xy from ``origin``, heights above the ground at its foot."""
+
+    origin: np.ndarray
+    ground: float
+    points: np.ndarray
+
+    @classmethod
+    def of(cls, cloud: PointCloud, group: np.ndarray, dtm: Dtm) -> _TreeFrame:
+        xyz = cloud.xyz[group]
+        low = xyz[:, 2] <= np.percentile(xyz[:, 2], 30)
+        foot = np.median(xyz[low, :2], axis=0)
+        origin = np.floor(foot)
+        ground = float(dtm.height(foot[0], foot[1]))
+        return cls(origin, ground, np.column_stack([xyz[:, :2] - origin, xyz[:, 2] - ground]))
+
+
+def _source(cloud: PointCloud, dtm: Dtm, options: MeasureOptions, stems: StemMap | None, owned: np.ndarray) -> str:
+    if stems is not None:
+        return stems.sensor
+    if options.source != "auto":
+        return options.source
+    xyz = cloud.xyz[owned]
+    height = xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1])
+    return guess_sensor(cloud, np.column_stack([xyz[:, :2], height]), segment_options(options))
+
+
+def _measure_one(frame: _TreeFrame, group: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
+                 options: MeasureOptions, stems: StemMap | None, tree: int) -> StemMeasure:
+    if not np.isfinite(frame.ground):
+        return refuse("no_ground", points=len(group))
+    points = frame.points
+    weight = None if weights is None else weights[group]
+    # Crown and ground points of other segmenters' trees do not belong to the stem's band.
+    band = (points[:, 2] > 0.1) & (points[:, 2] < 6.0)
+    points, weight = points[band], None if weight is None else weight[band]
+    if sensor.thin_m and len(points):
+        kept = thin(points, 0.7 * sensor.thin_m)
+        points, weight = points[kept], None if weight is None else weight[kept]
+    if options.fit == "cylinder":
+        return _cylinder(points, options)
+    start = None
+    if stems is not None:
+        cone = stems.stems[tree - 1].cone
+        start = rebased(cone, frame.origin - stems.origin, 0.0)
+    return measure_points(points, weight, sensor, options.bh_m, segment_options(options), start)
+
+
+def _cylinder(points: np.ndarray, options: MeasureOptions) -> StemMeasure:
+    """The cylinder baseline: as published (``method=paper``: 2 r) or brought to breast height along the usual taper."""
+    found = fit_cylinder(points, seed=options.seed)
+    if found is None:
+        return refuse("not_round" if len(points) >= 30 else "few_points", points=len(points))
+    dbh = 200 * found.r
+    if options.method == "default":
+        dbh += USUAL_TAPER_CM_M * (found.height_m - options.bh_m)
+    slope = found.axis[:2] / max(found.axis[2], 1e-6)
+    cone = Cone(float(found.centre[0]), float(found.centre[1]), float(slope[0]), float(slope[1]), found.r, 0.0,
+                float(found.centre[2]))
+    se = float(np.hypot(1.0, 0.06 * dbh))
+    flag, reasons = ("check", ("not_round",)) if found.inlier_share < 0.2 else ("ok", ())
+    return StemMeasure(cone, dbh, se, flag, reasons, 0.0, found.points, 0, None)
+
+
+def _by_the_paper(cloud: PointCloud, ids: np.ndarray, groups: list[np.ndarray], frames: list[_TreeFrame],
+                  weights: np.ndarray | None, options: MeasureOptions) -> list[Tree]:
+    # Unweighted points use the exponent of their own kind: surface samples fill the stem, LiDAR lies on it.
+    kind = options.weights if options.weights != "none" else "opacity" if "opacity" in cloud.attributes else "intensity"
+    published = PublishedOptions(circle=SolidCircle(power=PAPER_POWER[kind]))
+    stems = []
+    for group, frame in zip(groups, frames, strict=True):
+        known = np.isfinite(frame.points[:, 2])
+        weight = np.ones(len(group)) if weights is None else weights[group]
+        stems.append((frame.points[known], weight[known]))
+    results = measure_published(stems, options.bh_m, published, options.seed)
+    trees = []
+    for tree, frame, group, result in zip(ids, frames, groups, results, strict=True):
+        if not np.isfinite(frame.ground):
+            measured = refuse("no_ground", points=len(group))
+        elif len(result.slices) < published.taper.least_inliers:
+            measured = refuse("few_slices", points=len(group))
+        elif result.taper is None:
+            measured = refuse("no_taper", points=len(group))
+        else:
+            taper = result.taper
+            used = result.slices[taper.inliers]
+            middle = np.median(used[:, 1:3], axis=0)
+            cone = Cone(float(middle[0]), float(middle[1]), 0.0, 0.0, taper.at_bh_cm / 200, taper.slope_cm_m / 200,
+                        options.bh_m)
+            measured = StemMeasure(cone, taper.at_bh_cm, float(np.hypot(taper.se_cm, 1.0)), "ok", (), 0.0, len(group),
+                                   int(taper.inliers.sum()), taper.slope_cm_m)
+        trees.append(_tree(int(tree), frame, measured, options))
+    return trees
+
+
+def _tree(tree: int, frame: _TreeFrame, measured: StemMeasure, options: MeasureOptions) -> Tree:
+    if measured.cone is not None:
+        x, y = measured.cone.centre(options.bh_m) + frame.origin
+    else:
+        near = np.abs(frame.points[:, 2] - options.bh_m) < 1.0
+        chosen = frame.points[near] if near.any() else frame.points
+        x, y = np.median(chosen[:, :2], axis=0) + frame.origin
+    flag, reasons = measured.flag, list(measured.reasons)
+    dbh = measured.dbh_cm
+    if dbh is not None and not options.min_dbh_cm <= dbh <= options.max_dbh_cm:
+        flag, dbh = "reject", None
+        reasons.insert(0, "too_small" if measured.dbh_cm < options.min_dbh_cm else "too_large")
+    name = options.method if options.fit == "circle" else f"cylinder-{options.method}"
+    return Tree(
+        tree_id=tree, x=float(x), y=float(y), z_ground=frame.ground if np.isfinite(frame.ground) else None,
+        dbh_cm=dbh, dbh_se_cm=measured.se_cm if dbh is not None else None, bh_m=options.bh_m,
+        lean_deg=measured.cone.lean_deg if measured.cone is not None else None,
+        arc_deg=measured.arc_deg or None, n_pts=measured.points, n_slices=measured.slices or None,
+        taper_cm_m=measured.taper_cm_m, method=f"points-{name}-{options.weights}", qc_flag=flag,
+        qc_reason=",".join(dict.fromkeys(reasons)))
+
+
+def _finish(cloud: PointCloud, dtm: Dtm, trees: list[Tree], frames: list[_TreeFrame], groups: list[np.ndarray],
+            options: MeasureOptions) -> None:
+    """Heights, opacity and the edge of the data; then the layer's own rules."""
+    height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
+    feet = np.array([[tree.x, tree.y] for tree in trees]).reshape(-1, 2)
+    tops = tree_heights(cloud.xyz, height, feet, np.zeros_like(feet))
+    low, high = cloud.xyz[:, :2].min(axis=0), cloud.xyz[:, :2].max(axis=0)
+    # A file of stem points alone does not say where the survey ended.
+    whole = sum(len(group) for group in groups) < 0.5 * len(cloud)
+    opacity = cloud.attributes.get("opacity")
+    for tree, group, top in zip(trees, groups, tops, strict=True):
+        tree.height_m = float(top) if np.isfinite(top) else None
+        if opacity is not None:
+            tree.opac_mean = float(np.mean(opacity[group]))
+        margin = (tree.dbh_cm or 20.0) / 200 + 0.02
+        place = np.array([tree.x, tree.y])
+        if whole and ((place - margin < low) | (place + margin > high)).any():
+            tree.qc_reason = ",".join(filter(None, [tree.qc_reason, "edge"]))
+            tree.qc_flag = "check" if tree.qc_flag == "ok" else tree.qc_flag
+        tree.finish()

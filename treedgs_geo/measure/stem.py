@@ -1,0 +1,256 @@
+"""One stem from its points: the default estimator, with its error and the reasons to doubt it.
+
+A leaning, tapering cone is fitted to the bark points of a window around breast height that opens only as far as the
+points need (dense scans: +-0.5 m; drone LiDAR: the whole lower stem). Sectors that hold many points weigh less, because
+a stem is not round and what repeats there is its shape, not noise. Slices across the axis give the taper, its model and
+the spread between heights.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..stems.cone import TAPER_PRIOR, Cone, fit_cone
+from ..stems.segment import SegmentOptions, Sensor, judge, search_points
+from .circles import geometric_circle
+from .slices import across_axis, slice_heights, slice_index
+from .taper import Taper, taper_line
+
+#: Windows (below, above breast height) that are tried in turn until the bark in them is plenty.
+WINDOWS_M = ((0.35, 0.35), (0.5, 0.6), (0.7, 1.0), (0.9, 1.8), (0.95, 2.8))
+#: Bark points that are plenty for a window: sectors x rows are counted, not points.
+PLENTY_CELLS, PLENTY_POINTS = 100, 400
+#: Out-of-roundness of real stems, share of the radius (1 sd of a 60 degree sector).
+ROUNDNESS = 0.02
+#: Error that no cloud resolves: bark, ground height, breast height (cm), and the share of the diameter it grows by.
+FLOOR_CM, FLOOR_SHARE = 0.25, 0.010
+_SECTORS = 24
+
+
+@dataclass(frozen=True)
+class StemMeasure:
+    """What the points say about one stem. dbh_cm is ``None`` when refused; reasons are keys of ``quality.REASONS``."""
+
+    cone: Cone | None
+    dbh_cm: float | None
+    se_cm: float | None
+    flag: str
+    reasons: tuple[str, ...]
+    arc_deg: float = 0.0
+    points: int = 0
+    slices: int = 0
+    taper_cm_m: float | None = None
+    details: dict[str, float] = field(default_factory=dict)
+
+
+def refuse(*reasons: str, cone: Cone | None = None, points: int = 0) -> StemMeasure:
+    """A stem without a number."""
+    return StemMeasure(cone, None, None, "reject", reasons, points=points)
+
+
+def measure_points(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, bh_m: float = 1.37,
+                   options: SegmentOptions | None = None, start: Cone | None = None) -> StemMeasure:
+    """Measure one stem from its (N, 3) points: local metres, z above the ground at its foot.
+
+    weights: (N,) reliabilities or ``None``. start: a cone from segmentation; otherwise the stem is searched in the points.
+    """
+    options = options or SegmentOptions()
+    near_bh = np.abs(points[:, 2] - bh_m) < 1.0
+    if len(points) < sensor.least_points or near_bh.sum() < sensor.least_points // 3:
+        return refuse("few_points", points=len(points))
+    cone = start or _search(points, weights, sensor, options)
+    if cone is None:
+        return refuse("not_round", points=len(points))
+    fitted = _window_fit(points, weights, cone, sensor, bh_m)
+    if fitted is None:
+        return refuse("not_round", cone=cone, points=len(points))
+    cone, window, on = fitted
+    slices = _slices(points, weights, cone, sensor, bh_m)
+    taper = taper_line(slices[:, 0], slices[:, 1], slices[:, 2], bh_m, slices_per_independent=3.0) if len(slices) else None
+    return _conclude(points, cone, window, on, slices, taper, sensor, bh_m, options)
+
+
+def _search(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, options: SegmentOptions) -> Cone | None:
+    found = search_points(points, weights, sensor, options)
+    return max(found, key=lambda stem: stem.score).cone if found else None
+
+
+def _window_fit(points: np.ndarray, weights: np.ndarray | None, cone: Cone, sensor: Sensor,
+                bh_m: float) -> tuple[Cone, tuple[float, float], np.ndarray] | None:
+    """The cone in the smallest window with plenty of bark; ``(cone, window, on-bark mask over points)``."""
+    for below, above in WINDOWS_M:
+        window = bh_m - below, bh_m + above
+        inside = (points[:, 2] >= window[0]) & (points[:, 2] <= window[1])
+        if inside.sum() < 12:
+            continue
+        start = Cone(*cone.centre(bh_m).tolist(), cone.dx, cone.dy, float(cone.radius(bh_m)), cone.taper, bh_m, cone.sigma)
+        balanced = _balance(points[inside], start, sensor)
+        if weights is not None:
+            balanced = balanced * weights[inside]
+        # Short windows cannot tell lean and taper: they are held near what the long stem says.
+        length = below + above
+        fitted = fit_cone(points[inside], start, balanced, (max(0.02, 3 * sensor.floor_m),), sensor.floor_m,
+                          sensor.cap_m, lean_sd=0.05 + 0.05 * length, taper_sd=0.002 + 0.001 * length)
+        if fitted is None:
+            continue
+        tolerance = max(3 * fitted.sigma, 0.01)
+        residual = fitted.residuals(points)
+        on = inside & ((residual < tolerance) if sensor.solid else (np.abs(residual) < tolerance))
+        if _cells(points[on], fitted) >= PLENTY_CELLS and on.sum() >= PLENTY_POINTS:
+            return fitted, window, on
+        last = fitted, window, on
+    return last if "last" in locals() else None
+
+
+def _cells(points: np.ndarray, cone: Cone) -> int:
+    if len(points) == 0:
+        return 0
+    sector = np.floor((cone.azimuths(points) + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
+    row = np.floor(points[:, 2] / 0.10).astype(int)
+    return len(np.unique(row * _SECTORS + sector))
+
+
+def _balance(points: np.ndarray, cone: Cone, sensor: Sensor) -> np.ndarray:
+    """Weights that stop a dense side from pulling an out-of-round stem: 1 / (noise2 + n_sector shape2), scaled to <= 1."""
+    residual = np.abs(cone.residuals(points))
+    near = residual < max(3 * cone.sigma, 0.02)
+    sector = np.floor((cone.azimuths(points) + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
+    count = np.bincount(sector[near], minlength=_SECTORS)[sector]
+    noise, shape = max(cone.sigma, sensor.floor_m) ** 2, (ROUNDNESS * float(cone.r)) ** 2
+    return noise / (noise + count * shape)
+
+
+def _slices(points: np.ndarray, weights: np.ndarray | None, cone: Cone, sensor: Sensor, bh_m: float) -> np.ndarray:
+    """(S, 5): height, diameter cm, its standard error cm, arc deg, 1 if the centre was free."""
+    on = np.abs(cone.residuals(points)) < max(4 * cone.sigma, 0.03)
+    band = on & (points[:, 2] > 0.3) & (points[:, 2] < 4.5)
+    if band.sum() < 10:
+        return np.empty((0, 5))
+    chosen = points[band]
+    # Thick enough for about 40 points, between 0.1 m and 1 m.
+    per_metre = len(chosen) / max(float(np.ptp(chosen[:, 2])), 0.5)
+    thickness = float(np.clip(40.0 / per_metre, 0.1, 1.0))
+    centres = slice_heights(0.3 + thickness / 2, min(4.5, chosen[:, 2].max()) - thickness / 2, 0.1)
+    flat = across_axis(chosen, cone)
+    # A slice's own taper is taken out, so that thick slices are as sharp as thin ones.
+    rows = []
+    for centre, index in zip(centres, slice_index(chosen[:, 2], centres, thickness), strict=True):
+        if len(index) < 8:
+            continue
+        here = flat[index]
+        distance = np.hypot(here[:, 0], here[:, 1])
+        stretch = float(cone.radius(centre)) / np.maximum(cone.radius(chosen[index, 2]), 1e-3)
+        here = here * stretch[:, None]
+        distance = distance * stretch
+        sector = np.floor((np.arctan2(here[:, 1], here[:, 0]) + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
+        arc = 360.0 / _SECTORS * len(np.unique(sector))
+        weight = np.ones(len(index)) if weights is None else weights[band][index]
+        if arc >= 240 and len(index) >= 30:
+            count = np.bincount(sector, minlength=_SECTORS)[sector]
+            fitted = geometric_circle(here, weight / count, np.array([0.0, 0.0, float(cone.radius(centre))]),
+                                      max(cone.sigma, sensor.floor_m))
+            if fitted is not None and np.hypot(*fitted[0][:2]) < 0.05:
+                rows.append((centre, 200 * fitted[0][2], 200 * np.sqrt(fitted[1][2, 2]), arc, 1.0))
+                continue
+        if arc >= 90:
+            middle = float(np.median(distance))
+            spread = 1.4826 * float(np.median(np.abs(distance - middle)))
+            error = 1.25 * max(spread, sensor.floor_m) / np.sqrt(len(index)) * (360 / arc)
+            rows.append((centre, 200 * middle, 200 * error, arc, 0.0))
+    return np.array(rows).reshape(-1, 5)
+
+
+def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: np.ndarray, slices: np.ndarray,
+              taper: Taper | None, sensor: Sensor, bh_m: float, options: SegmentOptions) -> StemMeasure:
+    """DBH, its standard error, flag and reasons."""
+    radius = float(cone.radius(bh_m))
+    inside_window = (points[:, 2] >= window[0]) & (points[:, 2] <= window[1])
+    residual = cone.residuals(points[inside_window])
+    sector = np.floor((cone.azimuths(points[on]) + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
+    arc = 360.0 / _SECTORS * len(np.unique(sector))
+    evidence = judge(cone, points[(points[:, 2] > options.low_m) & (points[:, 2] < options.high_m)], sensor, options)
+    dbh = 200 * radius
+    covariance = cone.covariance if cone.covariance is not None else np.full((6, 6), np.nan)
+    reach = np.array([0, 0, 0, 0, 1.0, bh_m - cone.h_ref])
+    fit_se = 200 * float(np.sqrt(max(reach @ covariance @ reach, 0)))
+    lobes = _lobes(points[on], cone)
+    shape_se = 200 * radius * max(ROUNDNESS, lobes) / np.sqrt(max(arc / 60.0, 1.0))
+    height_se = 0.0
+    slope = None
+    if taper is not None:
+        slope = taper.slope_cm_m if taper.model == "linear" else None
+        height_se = taper.se_cm
+    se = float(np.sqrt(fit_se ** 2 + shape_se ** 2 + 0.25 * height_se ** 2 + FLOOR_CM ** 2 + (FLOOR_SHARE * dbh) ** 2))
+    reject, check = [], []
+    if arc < 90:
+        reject.append("short_arc")
+    elif arc < 180:
+        check.append("short_arc")
+    if not sensor.solid:
+        deep = float(np.mean(residual < -max(4 * cone.sigma, 0.03))) if len(residual) else 0.0
+        if deep > 0.25:
+            reject.append("not_round")
+        elif deep > 0.12:
+            check.append("not_round")
+    if lobes > 0.12:
+        reject.append("not_round")
+    elif lobes > 0.07:
+        check.append("not_round")
+    if cone.lean_deg > options.max_lean_deg:
+        reject.append("lean")
+    elif cone.lean_deg > 15:
+        check.append("lean")
+    if len(slices) < 5:
+        check.append("few_slices")
+    elif taper is not None and (taper.slope_cm_m > 2.0 or taper.slope_cm_m < -6.0):
+        check.append("no_taper")
+    if evidence is None and not reject:
+        check.append("few_points" if on.sum() < 2 * sensor.least_points else "not_round")
+    if dbh > options.max_dbh_cm:
+        reject.append("too_large")
+    if se > max(3.0, 0.12 * dbh):
+        check.append("wide_error")
+    flag = "reject" if reject else "check" if check else "ok"
+    reasons = tuple(dict.fromkeys([*reject, *check]))
+    return StemMeasure(cone, None if reject else dbh, None if reject else se, flag, reasons, arc, int(on.sum()),
+                       len(slices), slope, {"fit_se": fit_se, "lobes": lobes, "height_se": height_se, "shape_se": shape_se,
+                                            "taper_at_bh": taper.at_bh_cm if taper else np.nan, "low": window[0],
+                                            "high": window[1], "free": float(slices[:, 4].mean()) if len(slices) else 0})
+
+
+def _lobes(points: np.ndarray, cone: Cone) -> float:
+    """Amplitude of the 2nd to 4th harmonics of the cross-section over the radius: 0 for a circle, > 0.1 for buttresses."""
+    if len(points) < 40:
+        return 0.0
+    angle, residual = cone.azimuths(points), cone.residuals(points)
+    sector = np.floor((angle + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
+    count = np.bincount(sector, minlength=_SECTORS)
+    if (count > 0).sum() < 16:
+        return 0.0
+    mean = np.bincount(sector, residual, minlength=_SECTORS) / np.maximum(count, 1)
+    middle = (np.arange(_SECTORS) + 0.5) / _SECTORS * 2 * np.pi - np.pi
+    filled = count > 0
+    basis = np.column_stack([np.ones(filled.sum())] + [f(k * middle[filled]) for k in (1, 2, 3, 4) for f in (np.cos, np.sin)])
+    # Sector means are noisy where points are few: shrink by their noise.
+    noise = cone.sigma ** 2 / np.maximum(count[filled], 1)
+    shape = (0.03 * cone.r) ** 2
+    weight = 1 / (noise + 1e-8)
+    ridge = np.diag([0.0] + [1 / shape] * 8)
+    coefficient = np.linalg.solve((basis * weight[:, None]).T @ basis + ridge, (basis * weight[:, None]).T @ mean[filled])
+    return float(np.sqrt((coefficient[3:] ** 2).sum()) / cone.r)
+
+
+def rebased(cone: Cone, shift_xy: np.ndarray, shift_h: float) -> Cone:
+    """The cone in a frame whose origin moved by ``shift_xy`` and whose heights lost ``shift_h``."""
+    return replace(cone, x=cone.x - shift_xy[0], y=cone.y - shift_xy[1], h_ref=cone.h_ref - shift_h)
+
+
+def default_start(points: np.ndarray, bh_m: float) -> Cone:
+    """A plain start: the median of the points near breast height."""
+    near = points[np.abs(points[:, 2] - bh_m) < 0.7]
+    near = near if len(near) >= 3 else points
+    centre = np.median(near[:, :2], axis=0)
+    radius = float(np.median(np.hypot(*(near[:, :2] - centre).T)))
+    return Cone(float(centre[0]), float(centre[1]), 0.0, 0.0, max(radius, 0.02), TAPER_PRIOR, bh_m)

@@ -1,0 +1,138 @@
+"""Diameter over height: the published taper RANSAC, and a robust line with a prior (or a constant if that suffices)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class TaperRansac:
+    """Constants of eq:taper. cm and m as named."""
+
+    threshold_cm: float = 2.0
+    trials: int = 1000
+    samples: int = 3
+    least_inliers: int = 10
+    steepest_cm_m: float = 0.3
+    first_top_m: float = 1.8
+    step_m: float = 0.5
+
+
+@dataclass(frozen=True)
+class Taper:
+    """d(h) = at_bh + slope (h - bh). Diameters cm, heights m. inliers: (S,) bool over the slices given."""
+
+    at_bh_cm: float
+    slope_cm_m: float
+    se_cm: float
+    inliers: np.ndarray
+    model: str
+
+
+def taper_ransac(heights_m: np.ndarray, diameters_cm: np.ndarray, bh_m: float, options: TaperRansac | None = None,
+                 seed: int = 0) -> Taper | None:
+    """Published taper fit (eq:taper, eq:dbh_final), over height ranges that grow from the ground until inliers are stable.
+
+    A range is accepted when its inliers, as far as the next range's line goes, stay inliers. ``None``: no range has
+    enough inlier slices with a slope in [-steepest, 0).
+    """
+    options = options or TaperRansac()
+    finite = np.isfinite(diameters_cm)
+    if finite.sum() < options.least_inliers:
+        return None
+    rng = np.random.default_rng(seed)
+    previous: Taper | None = None
+    top = options.first_top_m
+    limit = heights_m[finite].max()
+    while True:
+        inside = finite & (heights_m <= top)
+        current = _ransac_line(heights_m, diameters_cm, inside, bh_m, options, rng)
+        if previous is not None and current is not None:
+            if not (previous.inliers & ~current.inliers).any():
+                return previous
+        if current is not None:
+            previous = current
+        if top >= limit:
+            return previous
+        top += options.step_m
+
+
+def _ransac_line(h: np.ndarray, d: np.ndarray, inside: np.ndarray, bh_m: float, options: TaperRansac,
+                 rng: np.random.Generator) -> Taper | None:
+    index = np.flatnonzero(inside)
+    if len(index) < options.least_inliers:
+        return None
+    x, y = h[index] - bh_m, d[index]
+    draws = np.argsort(rng.random((options.trials, len(index))), axis=1)[:, :options.samples]
+    xs, ys = x[draws], y[draws]
+    xm, ym = xs.mean(axis=1), ys.mean(axis=1)
+    below = ((xs - xm[:, None]) ** 2).sum(axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        slope = ((xs - xm[:, None]) * (ys - ym[:, None])).sum(axis=1) / below
+    base = ym - slope * xm
+    valid = np.isfinite(slope) & (slope < 0) & (slope >= -options.steepest_cm_m)
+    if not valid.any():
+        return None
+    slope, base = slope[valid], base[valid]
+    near = np.abs(y[None] - base[:, None] - slope[:, None] * x[None]) <= options.threshold_cm
+    best = int(np.argmax(near.sum(axis=1)))
+    chosen = near[best]
+    if chosen.sum() < options.least_inliers:
+        return None
+    # The usual final least squares over the inliers, kept only where it obeys the slope bound.
+    fit = np.polyfit(x[chosen], y[chosen], 1)
+    if -options.steepest_cm_m <= fit[0] < 0:
+        line = float(fit[1]), float(fit[0])
+    else:
+        line = float(base[best]), float(slope[best])
+    residual = y[chosen] - line[0] - line[1] * x[chosen]
+    spread = float(np.sqrt((residual ** 2).sum() / max(chosen.sum() - 2, 1)))
+    xbar = x[chosen].mean()
+    se = spread * np.sqrt(1 / chosen.sum() + xbar ** 2 / max(((x[chosen] - xbar) ** 2).sum(), 1e-9))
+    inliers = np.zeros(len(h), bool)
+    inliers[index[chosen]] = True
+    return Taper(line[0], line[1], float(se), inliers, "linear")
+
+
+def taper_line(heights_m: np.ndarray, diameters_cm: np.ndarray, se_cm: np.ndarray, bh_m: float,
+               prior_cm_m: float = -1.0, prior_sd_cm_m: float = 0.6, slices_per_independent: float = 1.0,
+               floor_cm: float = 0.2) -> Taper | None:
+    """Robust weighted line through slice diameters with a prior on the slope, or a constant, by a corrected AIC.
+
+    se_cm: (S,) per slice. slices_per_independent: how many overlapping slices make one independent one. The slope's
+    prior is the planted-pine profile (-1 cm/m, sd 0.6). ``None`` with fewer than three usable slices.
+    """
+    usable = np.isfinite(diameters_cm) & np.isfinite(se_cm) & (se_cm > 0)
+    if usable.sum() < 3:
+        return None
+    x, y, s = heights_m[usable] - bh_m, diameters_cm[usable], np.hypot(se_cm[usable], floor_cm)
+    best: tuple[float, Taper] | None = None
+    for model in ("constant", "linear"):
+        basis = np.column_stack([np.ones_like(x), x]) if model == "linear" else np.ones((len(x), 1))
+        prior = np.diag([0.0, prior_sd_cm_m ** -2])[:basis.shape[1], :basis.shape[1]]
+        pull = np.array([0.0, prior_cm_m * prior_sd_cm_m ** -2])[:basis.shape[1]]
+        robust = np.ones_like(x)
+        for _ in range(30):
+            weight = robust / s ** 2 / slices_per_independent
+            normal = (basis * weight[:, None]).T @ basis + prior
+            line = np.linalg.solve(normal, (basis * weight[:, None]).T @ y + pull)
+            residual = (y - basis @ line) / s
+            scale = max(1.4826 * np.median(np.abs(residual)), 1.0)
+            robust = np.clip(1 - (residual / (4.7 * scale)) ** 2, 0, None) ** 2
+        count = max(robust.sum() / slices_per_independent, 3.0)
+        chi2 = float((np.minimum(residual ** 2, (4.7 * scale) ** 2)).sum() / slices_per_independent)
+        if model == "linear":
+            chi2 += ((line[1] - prior_cm_m) / prior_sd_cm_m) ** 2
+        k = basis.shape[1]
+        criterion = chi2 + 2 * k + 2 * k * (k + 1) / max(count - k - 1, 1.0)
+        inflation = max(1.0, float((robust * residual ** 2).sum() / max(robust.sum() - k, 1.0)))
+        se = float(np.sqrt(np.linalg.inv(normal)[0, 0] * inflation))
+        inliers = np.zeros(len(heights_m), bool)
+        inliers[np.flatnonzero(usable)[robust > 0]] = True
+        taper = Taper(float(line[0]), float(line[1]) if model == "linear" else 0.0, se, inliers, model)
+        if best is None or criterion < best[0]:
+            best = criterion, taper
+    assert best is not None
+    return best[1]
