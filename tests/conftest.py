@@ -1,7 +1,37 @@
 """Shared fixtures. No path games: the library is installed in the environment (``make setup``)."""
 
+from __future__ import annotations
+
+import hashlib
+import shutil
+from pathlib import Path
+
+import pytest
 from hypothesis import HealthCheck, settings
 
 # Machines are noisy: no test may fail because it was slow.
 settings.register_profile("noisy", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("noisy")
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="session")
+def simulated_plot(pytestconfig: pytest.Config) -> Path:
+    """A small simulated plot (preset ``test``): images/, PPK files, lidar/, truth/. Read-only for the tests.
+
+    Rendered once and kept in pytest's cache until the simulator changes.
+    """
+    from treedgs_geo.simulation.settings import SimulateSettings
+    from treedgs_geo.simulation.simulate import simulate_plot
+
+    source = hashlib.sha256()
+    for part in sorted((ROOT / "treedgs_geo" / "simulation").glob("*.py")):
+        source.update(part.read_bytes())
+    cache = Path(pytestconfig.cache.mkdir("plots"))
+    folder = cache / f"test-{source.hexdigest()[:12]}"
+    if not (folder / "truth" / "trees.csv").exists():
+        shutil.rmtree(cache)
+        cache.mkdir()
+        simulate_plot(SimulateSettings(output=folder, preset="test", name="test"))
+    return folder

@@ -59,7 +59,7 @@ class PhotosToDbhSettings:
 
 def photos_to_dbh(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, Any]:
     """Run the chain; finished stages of the same inputs and settings are kept."""
-    from ..chain import run_chain
+    from ..chain.photos import run_chain
 
     return run_chain(settings, reporter)
 

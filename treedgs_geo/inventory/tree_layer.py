@@ -12,7 +12,7 @@ import pandas as pd
 import pyproj
 
 from ..core.errors import InputError, OutputError
-from ..core.files import atomic_path
+from ..core.files import atomic_path, ensure_writable
 from ..measure.trees import TREE_FIELDS, Tree
 
 LAYER = "trees"
@@ -42,8 +42,8 @@ def tree_table(trees: list[Tree], crs: pyproj.CRS) -> gpd.GeoDataFrame:
     return gpd.GeoDataFrame(table, geometry=points, crs=crs)
 
 
-def write_trees(path: Path, trees: list[Tree], crs: pyproj.CRS) -> Path:
-    """Write the tree layer atomically; the driver follows the suffix (.gpkg, .shp, .geojson, .csv).
+def check_output(path: Path) -> str:
+    """The driver for ``path``, after proving that the layer can be written there (before hours of work).
 
     Raises:
         OutputError: unknown suffix or unwritable folder.
@@ -52,6 +52,18 @@ def write_trees(path: Path, trees: list[Tree], crs: pyproj.CRS) -> Path:
     driver = _DRIVERS.get(path.suffix.lower())
     if driver is None:
         raise OutputError(f"{path}: ends in {path.suffix!r}, expected one of {', '.join(_DRIVERS)}; rename the output.")
+    ensure_writable(path)
+    return driver
+
+
+def write_trees(path: Path, trees: list[Tree], crs: pyproj.CRS) -> Path:
+    """Write the tree layer atomically; the driver follows the suffix (.gpkg, .shp, .geojson, .csv).
+
+    Raises:
+        OutputError: unknown suffix or unwritable folder.
+    """
+    path = Path(path)
+    driver = check_output(path)
     table = tree_table(trees, crs)
     if driver == "CSV":
         with atomic_path(path) as temporary:
@@ -110,8 +122,6 @@ def _write_shapefile(path: Path, table: gpd.GeoDataFrame) -> None:
     """A shapefile is several files: written together in a folder beside the target, then moved one by one."""
     import shutil
     import tempfile
-
-    from ..core.files import ensure_writable
 
     ensure_writable(path)
     with tempfile.TemporaryDirectory(dir=path.parent, prefix=".shp") as folder:

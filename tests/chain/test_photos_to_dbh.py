@@ -1,0 +1,86 @@
+"""The main job on a simulated plot: photos in, tree points out; resumed, repeated, and scored against the truth."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from treedgs_geo.cli import main
+from treedgs_geo.evaluation.accuracy import score_against_truth
+from treedgs_geo.inventory.tree_layer import read_trees
+
+
+def _arguments(plot: Path, folder: Path, **more: str) -> list[str]:
+    given = {"photos": plot / "images", "geotags": plot, "crs": "EPSG:6344", "plots": plot / "plots.csv",
+             "workspace": folder / "work", "output": folder / "trees.gpkg", **more}
+    words = ["photos-to-dbh", "--log-format", "plain"]
+    for name, value in given.items():
+        words += [f"--{name.replace('_', '-')}", str(value)]
+    return words
+
+
+@pytest.fixture(scope="module")
+def finished(simulated_plot, tmp_path_factory) -> Path:
+    """A finished run: work/ and trees.gpkg, in a folder with a space and an accent."""
+    folder = tmp_path_factory.mktemp("run") / "plot é 1"
+    assert main(_arguments(simulated_plot, folder)) == 0
+    return folder
+
+
+def test_stems_are_found_and_measured(finished, simulated_plot):
+    accuracy, table = score_against_truth(read_trees(finished / "trees.gpkg"), simulated_plot / "truth" / "trees.csv", 3)
+    print(table.to_string())
+    # The plot has a handful of stems: these bounds catch a broken chain, the benchmarks judge the accuracy.
+    assert accuracy.n_false == 0
+    assert accuracy.success_rate >= 0.5
+    assert accuracy.rmse_cm <= 2.0
+
+
+def test_the_layer_lies_where_the_plot_is(finished, simulated_plot):
+    trees = read_trees(finished / "trees.gpkg")
+    plot = pd.read_csv(simulated_plot / "plots.csv").iloc[0]
+    assert trees.crs.to_epsg() == 6344
+    assert np.hypot(trees["x"] - plot["easting"], trees["y"] - plot["northing"]).max() < plot["radius_m"] + 2
+    measured = trees[trees["dbh_cm"].notna()]
+    assert (measured["dbh_lo_cm"] < measured["dbh_cm"]).all() and (measured["dbh_hi_cm"] > measured["dbh_cm"]).all()
+    assert (trees.loc[trees["dbh_cm"].isna(), "qc_reason"] != "").all()
+
+
+def test_the_record_says_what_was_done(finished):
+    record = json.loads((finished / "work" / "run.json").read_text())
+    assert {"geotag", "reconstruct", "ground", "measure", "write"} == set(record["stages"])
+    for stage in record["stages"].values():
+        assert stage["status"] == "done" and stage["seconds"] >= 0 and stage["peak_memory_mb"] > 0
+    assert record["crs"] and record["libraries"]["pycolmap"]
+    for name in ("geotags.gpkg", "sfm/images.bin", "sfm/frame.json", "dtm.tif", "trees.gpkg", "report.html"):
+        assert (finished / "work" / name).exists(), name
+
+
+def test_a_second_run_keeps_finished_stages(finished, simulated_plot, capsys):
+    before = json.loads((finished / "work" / "run.json").read_text())["stages"]["reconstruct"]["seconds"]
+    assert main(_arguments(simulated_plot, finished)) == 0
+    text = capsys.readouterr().err
+    for stage in ("geotag", "reconstruct", "ground", "measure"):
+        assert f"{stage}: unchanged since the last run, kept" in text
+    assert json.loads((finished / "work" / "run.json").read_text())["stages"]["reconstruct"]["seconds"] == before
+
+
+def test_measuring_again_gives_the_same_trees(finished, simulated_plot, tmp_path):
+    shutil.copytree(finished / "work", tmp_path / "work")
+    (tmp_path / "work" / "trees.json").unlink()
+    assert main(_arguments(simulated_plot, tmp_path)) == 0
+    one, two = read_trees(finished / "trees.gpkg"), read_trees(tmp_path / "trees.gpkg")
+    pd.testing.assert_frame_equal(pd.DataFrame(one.drop(columns="geometry")), pd.DataFrame(two.drop(columns="geometry")))
+
+
+def test_another_breast_height_keeps_the_cameras(finished, simulated_plot, tmp_path, capsys):
+    shutil.copytree(finished / "work", tmp_path / "work")
+    assert main(_arguments(simulated_plot, tmp_path, bh_m="1.30", output=str(tmp_path / "trees.shp"))) == 0
+    assert "reconstruct: unchanged" in capsys.readouterr().err
+    trees = read_trees(tmp_path / "trees.shp")
+    assert (trees["bh_m"] == 1.30).all() and len(trees)

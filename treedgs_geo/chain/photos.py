@@ -1,0 +1,230 @@
+"""From photos to the tree layer."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pyproj
+
+from ..core import workspace as names
+from ..core.crs import LocalFrame
+from ..core.files import read_json, write_json
+from ..core.plots import Plot, read_plots
+from ..core.progress import Reporter
+from ..core.settings import to_json
+from ..core.workspace import Workspace, peak_memory_mb
+from ..geotags.photos import list_photos
+from ..geotags.reading import read_stations
+from ..geotags.stations import Stations, read_stations_layer, write_stations
+from ..inventory.report import write_report
+from ..inventory.tree_layer import check_output, tree_table, write_trees
+from ..measure.trees import Tree
+from ..reconstruction.cameras import View
+from ..reconstruction.model import load_points, load_views
+from ..reconstruction.pipeline import reconstruct_photos
+from ..stems.area import Area, area_seen
+from ..terrain.dtm import Dtm, read_dtm, require_coverage, require_same_heights, write_dtm
+from ..terrain.sparse_ground import dtm_from_sparse
+from .routes import PRESETS, photo_route, splat_route
+from .steps import Steps
+
+if TYPE_CHECKING:
+    from ..commands.photos_to_dbh import PhotosToDbhSettings
+
+#: A stem needs photos that look at it from the side: this far from straight down, and this many of them.
+OBLIQUE_DEG = 17.0
+LEAST_OBLIQUE = 3
+
+
+def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, Any]:
+    """The whole chain; returns the result of ``photos-to-dbh``.
+
+    Cheap checks come first, so that hours of work never end in a typing error.
+
+    Raises:
+        TreeDGSError: an input that cannot be used, with what to do about it.
+    """
+    check_output(settings.output)
+    photos = list_photos(settings.photos)
+    space = Workspace(settings.workspace)
+    space.record["parameters"] = to_json(settings)
+    steps = Steps(space, reporter)
+
+    stations = _geotag(settings, photos, space, steps)
+    space.record["crs"] = stations.crs.to_string()
+    plots = read_plots(settings.plots, stations.crs) if settings.plots else []
+    dtm = read_dtm(settings.dtm, stations.crs) if settings.dtm else None
+    _check_cover(settings, plots, dtm, stations)
+
+    report = _reconstruct(settings, stations, space, steps)
+    frame, views = load_views(space.path(names.SFM), settings.photos)
+    points = load_points(space.path(names.SFM)).xyz
+    area, nothing = _area(plots, frame, views, points)
+    dtm = _ground(settings, dtm, frame, points, area, space, steps)
+    trees: list[Tree] = []
+    if not nothing:
+        trees = _measure(settings, frame, views, dtm, area, space, steps)
+        if not any(tree.qc_flag != "reject" for tree in trees):
+            nothing = ("no stem was found in the photos: none shows two edges of a trunk near the ground" if not trees
+                       else f"all {len(trees)} stems found were refused, each with its reason in the layer")
+    return _write(settings, stations.crs, trees, plots, views, report, nothing, space, steps)
+
+
+def _geotag(settings: PhotosToDbhSettings, photos: list[Path], space: Workspace, steps: Steps) -> Stations:
+    layer = space.path(names.GEOTAGS)
+
+    def work(reporter: Reporter) -> dict[str, Any]:
+        stations = read_stations(settings.photos, settings.geotags, settings.crs, reporter=reporter)
+        write_stations(layer, stations)
+        return {"photos": len(stations), "positions": stations.counts()}
+
+    used = {"photos": settings.photos, "geotags": settings.geotags, "crs": settings.crs}
+    steps.run("geotag", used, photos + _files_below(settings.geotags), [layer], work)
+    return read_stations_layer(layer)
+
+
+def _check_cover(settings: PhotosToDbhSettings, plots: list[Plot], dtm: Dtm | None, stations: Stations) -> None:
+    """Plots under the flight, and a DTM under the plots, before anything expensive starts."""
+    from ..core.errors import InputError
+
+    placed = stations.xyz[stations.is_placed][:, :2]
+    for plot in plots:
+        away = float(np.linalg.norm(placed - [plot.x, plot.y], axis=1).min())
+        if away > 500:
+            raise InputError(
+                f"{settings.plots}: plot {plot.plot_id!r} lies {away:.0f} m from the nearest photo, expected it under "
+                "the flight; check the coordinates and their CRS (column epsg).")
+    if dtm is not None:
+        where = np.array([[p.x, p.y] for p in plots]) if plots else np.nanmedian(placed, axis=0)[None]
+        require_coverage(dtm, where, str(settings.dtm))
+
+
+def _reconstruct(settings: PhotosToDbhSettings, stations: Stations, space: Workspace, steps: Steps) -> dict[str, Any]:
+    options = PRESETS[settings.preset].reconstruct
+    sfm = space.path(names.SFM)
+    outputs = [sfm / "frame.json", sfm / "images.bin"]
+    return steps.run("reconstruct", to_json(options), [], outputs,
+                     lambda reporter: reconstruct_photos(stations, options, sfm, reporter))
+
+
+def _area(plots: list[Plot], frame: LocalFrame, views: list[View], points: np.ndarray) -> tuple[Area, str]:
+    """Where to look for stems (local), and why nowhere if so."""
+    oblique = [view for view in views if view.nadir_angle_deg > OBLIQUE_DEG]
+    if plots:
+        centres = frame.to_local(np.array([[p.x, p.y, frame.origin[2]] for p in plots]))[:, :2]
+        area = Area.circles(centres, np.array([p.radius_m for p in plots]))
+    else:
+        area = area_seen(views, float(np.percentile(points[:, 2], 20)) if len(points) else 0.0)
+    if len(oblique) < LEAST_OBLIQUE:
+        steepest = max((view.nadir_angle_deg for view in views), default=0.0)
+        return area, (f"all {len(views)} photos look almost straight down (at most {steepest:.0f} degrees from it), which "
+                      "shows crowns but no trunk from the side; fly oblique photos (30 to 50 degrees) from all sides")
+    if not len(area.radii_m):
+        return area, "no place is seen by six or more oblique photos; fly more of them, from all sides"
+    return area, ""
+
+
+def _ground(settings: PhotosToDbhSettings, given: Dtm | None, frame: LocalFrame, points: np.ndarray, area: Area,
+            space: Workspace, steps: Steps) -> Dtm:
+    """The terrain model of the run, in project coordinates, kept as ``dtm.tif``."""
+    path = space.path(names.DTM)
+
+    def work(reporter: Reporter) -> dict[str, Any]:
+        found = _sparse_dtm(points, frame, area)
+        if given is None:
+            write_dtm(path, found)
+            return {"ground": "from the photos"}
+        x, y = found.centres()
+        x, y = (np.broadcast_to(a, found.heights.shape).ravel() for a in (x, y))
+        seen = np.column_stack([x, y, found.heights.ravel()])
+        require_same_heights(given, seen[np.isfinite(seen).all(axis=1)], str(settings.dtm))
+        write_dtm(path, given)
+        return {"ground": str(settings.dtm)}
+
+    steps.run("ground", {"dtm": settings.dtm, "plots": _circles(area)}, [settings.dtm] if settings.dtm else [], [path], work)
+    return read_dtm(path, frame.crs)
+
+
+def _sparse_dtm(points: np.ndarray, frame: LocalFrame, area: Area, margin_m: float = 8.0) -> Dtm:
+    bounds = None
+    if len(area.radii_m):
+        low_x, low_y, high_x, high_y = area.bounds(margin_m)
+        corners = frame.to_project(np.array([[low_x, low_y, 0.0], [high_x, high_y, 0.0]]))
+        bounds = corners[0, :2], corners[1, :2]
+    return dtm_from_sparse(frame.to_project(points), crs=frame.crs, bounds=bounds)
+
+
+def _measure(settings: PhotosToDbhSettings, frame: LocalFrame, views: list[View], dtm: Dtm, area: Area, space: Workspace,
+             steps: Steps) -> list[Tree]:
+    """Stems and diameters by the route asked for; kept as ``trees.json`` so that a resumed run skips it."""
+    kept = space.path("trees.json")
+    fit = "paper" if settings.preset == "paper" and settings.fit == "auto" else settings.fit
+    fit = "photos" if fit == "auto" else fit
+
+    def work(reporter: Reporter) -> dict[str, Any]:
+        if fit == "photos":
+            trees = photo_route(PRESETS[settings.preset], settings.bh_m, frame, views, dtm, area, reporter)
+        else:
+            trees = splat_route(settings.preset, settings.bh_m, frame, views, dtm, area, space, reporter,
+                                paper=fit == "paper", seed=settings.seed)
+        write_json(kept, [asdict(tree) for tree in trees])
+        return {"fit": fit, "stems": len(trees)}
+
+    used = {"fit": fit, "preset": settings.preset, "bh_m": settings.bh_m, "seed": settings.seed, "plots": _circles(area)}
+    steps.run("measure", used, [], [kept], work)
+    return [Tree(**record) for record in read_json(kept)]
+
+
+def _write(settings: PhotosToDbhSettings, crs: pyproj.CRS, trees: list[Tree], plots: list[Plot], views: list[View],
+           sfm: dict[str, Any], nothing: str, space: Workspace, steps: Steps) -> dict[str, Any]:
+    """Layer, copy in the workspace, report."""
+    for tree in trees:
+        tree.run_id = steps.run_id
+        tree.plot_id = next((p.plot_id for p in plots if np.hypot(tree.x - p.x, tree.y - p.y) <= p.radius_m), None)
+    trees = [tree.finish() for tree in trees]
+    measured = [tree for tree in trees if tree.dbh_cm is not None]
+    report = space.path(names.REPORT)
+
+    def work(reporter: Reporter) -> dict[str, Any]:
+        if nothing:
+            reporter.warn(f"No stem is measurable: {nothing}.")
+        if trees and all(tree.plot_id is None for tree in trees) and plots:
+            reporter.warn("All stems found stand outside the plots; check the plot centres.")
+        write_trees(settings.output, trees, crs)
+        if settings.output.resolve() != space.path(names.TREES).resolve():
+            write_trees(space.path(names.TREES), trees, crs)
+        stages = {name: entry for name, entry in space.record["stages"].items() if name != "write"}
+        megapixels = sum(view.camera.width * view.camera.height for view in views) / 1e6
+        facts = {
+            "photos": f"{sfm.get('registered', len(views))} of {sfm.get('photos', len(views))} registered, {megapixels:.0f} megapixels",
+            "method": space.record["stages"].get("measure", {}).get("result", {}).get("fit", "none"),
+            "breast height": f"{settings.bh_m:g} m", "CRS": crs.to_string(), "ground": stages["ground"]["result"]["ground"],
+            "preset": settings.preset, "TreeDGS": space.record["version"], "run": steps.run_id,
+        }
+        write_report(report, tree_table(trees, crs), plots, facts, steps.warnings + reporter.warnings, stages)
+        return {"report": str(report)}
+
+    # The outputs may be changed by the user between runs: always written anew, it costs a second.
+    steps.run("write", {"output": settings.output}, [], [], work, always=True)
+    status = f"{len(measured)} of {len(trees)} stems measured" if measured else f"No stem is measurable: {nothing}."
+    return {
+        "output": str(settings.output), "report": str(report), "run": str(space.folder / "run.json"),
+        "n_trees": len(trees), "n_measured": len(measured), "n_rejected": len(trees) - len(measured),
+        "mean_dbh_cm": round(float(np.mean([tree.dbh_cm for tree in measured])), 2) if measured else None,
+        "status": status, "warnings": steps.warnings, "peak_memory_mb": peak_memory_mb(),
+    }
+
+
+def _circles(area: Area) -> list:
+    return np.round(np.column_stack([area.centres, area.radii_m]), 3).tolist()
+
+
+def _files_below(path: Path | None) -> list[Path]:
+    """Geotag files that decide the result: text and binary files, not the photos that may lie in the same folder."""
+    if path is None:
+        return []
+    found = [path] if path.is_file() else sorted(p for p in path.glob("*") if p.is_file()) if path.is_dir() else []
+    return [p for p in found if p.suffix.lower() not in (".jpg", ".jpeg", ".tif", ".tiff", ".gpkg", ".laz", ".las")]

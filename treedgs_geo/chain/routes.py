@@ -1,0 +1,86 @@
+"""The two routes from cameras and ground to diameters, and how much each preset models."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..core import workspace as names
+from ..core.crs import LocalFrame
+from ..core.progress import Reporter
+from ..core.workspace import Workspace
+from ..measure.photo_trees import to_trees
+from ..measure.trees import Tree
+from ..reconstruction.cameras import View
+from ..reconstruction.pipeline import ReconstructOptions
+from ..stems.area import Area
+from ..stems.photos.find import stems_from_photos
+from ..stems.photos.options import PhotoStemOptions
+from ..terrain.dtm import Dtm
+
+
+@dataclass(frozen=True)
+class Preset:
+    """How much of the scene is modelled."""
+
+    reconstruct: ReconstructOptions
+    stems: PhotoStemOptions
+
+
+PRESETS = {
+    "fast": Preset(ReconstructOptions(max_features=4000, neighbours=12), PhotoStemOptions(max_views=48)),
+    "balanced": Preset(ReconstructOptions(), PhotoStemOptions()),
+    "best": Preset(ReconstructOptions(max_features=16000, neighbours=30), PhotoStemOptions(max_views=200)),
+    "paper": Preset(ReconstructOptions(), PhotoStemOptions()),
+}
+
+
+def photo_route(preset: Preset, bh_m: float, frame: LocalFrame, views: list[View], dtm: Dtm, area: Area,
+                reporter: Reporter) -> list[Tree]:
+    """Stems found and fitted straight in the photos."""
+    options = replace(preset.stems, bh_m=bh_m)
+    return to_trees(stems_from_photos(views, frame, dtm.local(frame).height, area, options, reporter), frame)
+
+
+def splat_route(preset: str, bh_m: float, frame: LocalFrame, views: list[View], dtm: Dtm, area: Area, space: Workspace,
+                reporter: Reporter, paper: bool, seed: int) -> list[Tree]:
+    """The published route: Gaussians -> samples with reliability -> stem points -> slices, circles, taper.
+
+    Stems are found in the photos (positions only: no diameter is handed over) and the Gaussians fitted around them, so
+    that points carry the number of their stem. ``field.ply``, ``surface.laz`` and ``stems.laz`` stay in the workspace.
+    paper: the published constants of sampling and measuring.
+    """
+    from ..gaussians.ply import write_field
+    from ..gaussians.sample import PAPER_SAMPLING, SampleOptions, sample_surface
+    from ..gaussians.train import GaussianOptions, fit_gaussians
+    from ..measure.cloud import measure_stems
+    from ..measure.options import MeasureOptions
+    from ..pointcloud.cloud import PointCloud
+    from ..pointcloud.files import write_cloud
+
+    with reporter.stage("find stems", 0.0, 0.2):
+        found = photo_route(PRESETS[preset], bh_m, frame, views, dtm, area, reporter)
+    if not found:
+        return []
+    positions = frame.to_local(np.array([[tree.x, tree.y, tree.z_ground or 0.0] for tree in found]))[:, :2]
+    with reporter.stage("fit Gaussians", 0.2, 0.8):
+        options = GaussianOptions(preset="paper" if paper else preset, seed=seed)
+        field = fit_gaussians(views, frame, dtm.local(frame).height, positions, None, options, reporter)
+        write_field(space.path(names.FIELD), field, frame)
+    with reporter.stage("sample surface", 0.8, 0.95):
+        sampling = SampleOptions(seed=seed, **(PAPER_SAMPLING if paper else {}))
+        points = sample_surface(field, views, sampling, reporter)
+        cloud = PointCloud(frame.to_project(points.xyz), frame.crs, {
+            "opacity": points.opacity, "n_views": points.n_views, "tree_id": (points.groups + 1).astype(np.int32)})
+        write_cloud(space.path(names.SURFACE), cloud)
+        write_cloud(space.path(names.STEMS), cloud)
+    with reporter.stage("measure stems", 0.95, 1.0):
+        measuring = MeasureOptions(weights="opacity", method="paper" if paper else "default", bh_m=bh_m, source="splat", seed=seed)
+        trees = measure_stems(cloud, points.groups + 1, dtm, measuring, reporter)
+    measured = {tree.tree_id for tree in trees}
+    # A stem without a single surface point stays in the layer, with its reason.
+    lost = [replace(tree, dbh_cm=None, dbh_se_cm=None, dbh_lo_cm=None, dbh_hi_cm=None, qc_flag="reject", qc_reason="few_points",
+                    tree_id=number)
+            for number, tree in enumerate(found, start=1) if number not in measured]
+    return sorted(trees + lost, key=lambda tree: tree.tree_id)
