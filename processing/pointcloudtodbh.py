@@ -14,9 +14,10 @@ class Algorithm(EngineAlgorithm):
     TAGS = ("lidar", "las", "laz", "tls", "point cloud", "inventory")
 
     def needs(self, parameters, context):
-        """A file that begins like LAS."""
+        """What is called LAS or LAZ begins like it."""
         path = os.path.expanduser(self.parameterAsString(parameters, "INPUT", context).split("|")[0])
-        with open(path, "rb") as stream:
-            if stream.read(4) != b"LASF":
-                return f"INPUT: {path} is not a LAS or LAZ file; convert the cloud to LAZ first."
+        if path.lower().endswith((".las", ".laz")):
+            with open(path, "rb") as stream:
+                if stream.read(4) != b"LASF":
+                    return f"INPUT: {path} is not a LAS or LAZ file; convert the cloud to LAZ first."
         return ""

@@ -14,7 +14,7 @@ from qgis.core import (
 )
 
 from ..treedgs_qgis import compat, engine, environment
-from ..treedgs_qgis.algorithm import BaseAlgorithm
+from ..treedgs_qgis.algorithm import BaseAlgorithm, is_cancelled
 
 HELP = """<p><b>Install the libraries that the TreeDGS algorithms need, in an environment of their own.</b></p>
 <p>Makes a Python environment in your data folder (or in TREEDGS_HOME), about 2 GB, and installs the pinned list of
@@ -97,7 +97,7 @@ class Algorithm(BaseAlgorithm):
             steps["done"] += 1
             feedback.setProgress(min(95, 25 * steps["done"]))
             process = engine.start([str(part) for part in command], Path.home())
-            for _, line in engine.stream(process, feedback.isCanceled):
+            for _, line in engine.stream(process, lambda: is_cancelled(feedback)):
                 feedback.pushConsoleInfo(line)
             return process.wait()
 

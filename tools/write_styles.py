@@ -209,7 +209,8 @@ def stations() -> QgsVectorLayer:
     layer.setDisplayExpression('"name"')
     layer.setMapTipTemplate(
         """<b>[% "name" %]</b><br>[% "quality" %]"""
-        """[% coalesce(' ± ' || format_number(sqrt("sd_e_m"^2 + "sd_n_m"^2), 3) || ' m', '') %]<br>yaw [% round("yaw_deg") %]°, pitch [% round("pitch_deg") %]°"""
+        """[% coalesce(' ± ' || format_number(sqrt("sd_e_m"^2 + "sd_n_m"^2), 3) || ' m', '') %]<br>"""
+        """yaw [% round("yaw_deg") %]°, pitch [% round("pitch_deg") %]°"""
     )
     return layer
 

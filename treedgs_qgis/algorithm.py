@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import qgis.utils
 from qgis.core import (
     QgsCoordinateReferenceSystem,
     QgsProcessingAlgorithm,
@@ -23,6 +24,7 @@ from qgis.PyQt.QtGui import QIcon
 from . import compat, engine, location
 from .parameters import (
     DESTINATIONS,
+    LOCAL,
     declarations,
     engine_values,
     help_text,
@@ -34,14 +36,6 @@ from .parameters import (
 
 ICON = Path(__file__).with_name("icons") / "treedgs.svg"
 HELP_URL = "https://github.com/treedgs/treedgs/tree/main/docs"
-GROUPS = {
-    "Setup": "setup",
-    "Measure trees": "measure",
-    "Steps": "steps",
-    "Inventory": "inventory",
-    "Evaluation": "evaluation",
-    "Simulation": "simulation",
-}
 #: Lines of native libraries that are shown before the rest goes to the log file only.
 SHOWN_LOG_LINES = 200
 #: QGIS keeps every estimate as a line of its log: not too many of them.
@@ -115,7 +109,7 @@ class EngineAlgorithm(BaseAlgorithm):
 
     def groupId(self) -> str:  # noqa: N802
         """The group's id."""
-        return GROUPS.get(self.declaration["group"], "steps")
+        return self.declaration["group"].lower().replace(" ", "")
 
     def tags(self) -> list[str]:
         """Search words."""
@@ -209,6 +203,8 @@ class EngineAlgorithm(BaseAlgorithm):
         return ""
 
     def _crs_problem(self, name: str, given: Any, parameters: dict, context: QgsProcessingContext) -> str:
+        if given == LOCAL:
+            return ""
         crs: QgsCoordinateReferenceSystem = self.parameterAsCrs(parameters, name, context)
         if not crs.isValid():
             return f"{name}: {given!r} is not a coordinate reference system; give one like EPSG:32615."
@@ -242,12 +238,25 @@ class EngineAlgorithm(BaseAlgorithm):
             values = engine_values(self, self.declaration, parameters, context)
             job_dir = engine.new_job_dir(self.COMMAND)
             feedback.pushDebugInfo(f"Engine: {chosen.python} ({chosen.source}); log: {job_dir / 'engine.log'}")
-            outcome = engine.run_job(chosen, self.COMMAND, values, job_dir, Listener(feedback), feedback.isCanceled)
+            outcome = engine.run_job(
+                chosen, self.COMMAND, values, job_dir, Listener(feedback), lambda: is_cancelled(feedback)
+            )
         except engine.EngineError as problem:
             raise QgsProcessingException(str(problem)) from None
         results = result_values(self.declaration, values, outcome.result)
         feedback.pushInfo(f"Done in {outcome.seconds:.0f} s.")
         return results
+
+
+def is_cancelled(feedback: QgsProcessingFeedback) -> bool:
+    """Whether the user asked to stop.
+
+    ``qgis_process`` learns of Ctrl-C through its event loop, which nobody runs while we wait: so it is run here. With
+    a window open the window's own thread does that, and running it here could re-enter what it is doing.
+    """
+    if qgis.utils.iface is None:
+        QCoreApplication.processEvents()
+    return feedback.isCanceled()
 
 
 class Listener:

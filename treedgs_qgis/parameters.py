@@ -29,6 +29,8 @@ from qgis.core import (
 from . import compat
 
 DECLARATIONS = Path(__file__).with_name("parameters.json")
+#: What some verbs take instead of a CRS: metres without a place on the map.
+LOCAL = "local"
 DESTINATIONS = ("output_file", "output_folder")
 
 _WORDS = {
@@ -50,8 +52,12 @@ _NUMBER = re.compile(r"^(n_.+|cores|seed|.+_(m|cm|mm|m2|m3|s|gb|mb|pct|ha|px|deg
 
 @functools.lru_cache(maxsize=1)
 def declarations() -> dict[str, dict[str, Any]]:
-    """Verb -> its declaration."""
-    return {entry["name"]: entry for entry in json.loads(DECLARATIONS.read_text(encoding="utf-8"))["commands"]}
+    """Verb -> its declaration; suffixes with their dot."""
+    commands = json.loads(DECLARATIONS.read_text(encoding="utf-8"))["commands"]
+    for command in commands:
+        for entry in command["parameters"]:
+            entry["suffixes"] = ["." + suffix.lstrip(".").lower() for suffix in entry.get("suffixes", [])]
+    return {command["name"]: command for command in commands}
 
 
 def qgis_name(name: str) -> str:
@@ -122,7 +128,7 @@ def help_text(entry: dict[str, Any]) -> str:
 
 def make_outputs(declaration: dict[str, Any]) -> list[Any]:
     """The verb's results that are not files the user names: numbers, texts, pages."""
-    named = {entry["name"] for entry in declaration["parameters"]}
+    named = {entry["name"] for entry in declaration["parameters"] if entry["kind"] in DESTINATIONS}
     outputs = []
     for key, text in declaration["outputs"].items():
         if key in named:
@@ -155,6 +161,8 @@ def engine_values(
             continue
         elif kind in ("file", "files", "folder"):
             value = _path(algorithm.parameterAsString(parameters, name, context))
+        elif kind == "crs" and given == LOCAL:
+            value = LOCAL
         elif kind == "crs":
             crs = algorithm.parameterAsCrs(parameters, name, context)
             value = (crs.authid() or crs.toWkt()) if crs.isValid() else ""

@@ -1,0 +1,234 @@
+"""The child process without QGIS: finding Python, a clean environment, messages, cancel, crashes."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from qgis_driver import ROOT, STUBBORN, alive, kill_all, load
+
+load("treedgs_shell", ROOT / "treedgs_qgis" / "__init__.py", ROOT / "treedgs_qgis")
+engine = load("treedgs_shell.engine", ROOT / "treedgs_qgis" / "engine.py")
+environment = load("treedgs_shell.environment", ROOT / "treedgs_qgis" / "environment.py")
+
+
+@pytest.fixture(autouse=True)
+def home(tmp_path, monkeypatch):
+    """A data folder of the test's own, and no engine configured."""
+    monkeypatch.setenv("TREEDGS_HOME", str(tmp_path / "données"))
+    monkeypatch.delenv("TREEDGS_PYTHON", raising=False)
+
+
+def run(python: Path, cancelled=lambda: False, command: str = "doctor"):
+    seen: list[dict] = []
+    job = engine.new_job_dir(command)
+    return engine.run_job(engine.Engine(python, "test"), command, {}, job, seen.append, cancelled), seen
+
+
+def test_the_real_engine_answers(tmp_path):
+    outcome, seen = run(Path(sys.executable))
+    assert outcome.result["status"] == "all steps work"
+    assert seen[0]["t"] == "hello" and seen[0]["protocol"] == engine.PROTOCOL
+    assert any(message["t"] == "progress" for message in seen)
+
+
+def test_protocol_equals_the_librarys():
+    from treedgs_geo.core.progress import PROTOCOL
+
+    assert engine.PROTOCOL == PROTOCOL
+
+
+def test_a_bad_parameter_is_one_sentence(tmp_path):
+    job = engine.new_job_dir("doctor")
+    with pytest.raises(engine.EngineError, match="'nonsense' is unknown"):
+        engine.run_job(
+            engine.Engine(Path(sys.executable), "test"), "doctor", {"nonsense": 1}, job, print, lambda: False
+        )
+
+
+def test_lines_that_are_no_protocol_go_to_the_log(fake_engine):
+    outcome, seen = run(
+        fake_engine("""
+print("{ a native library talks }", flush=True)
+print('{"no": "t"}', flush=True)
+print("on stderr", file=sys.stderr, flush=True)
+say(t="result", result={"n": 1})
+""")
+    )
+    assert outcome.result == {"n": 1}
+    logged = [message["message"] for message in seen if message["t"] == "log"]
+    assert set(logged) == {"on stderr", '{"no": "t"}', "{ a native library talks }"}
+
+
+@pytest.mark.parametrize(
+    ("behaviour", "expected"),
+    [
+        ("os.kill(os.getpid(), 9)", "memory ran out"),
+        ("os.kill(os.getpid(), 11)", "crashed .SIGSEGV"),
+        ("os.kill(os.getpid(), 15)", "stopped from outside"),
+        ("print('the last word', file=sys.stderr); sys.exit(7)", "code 7: the last word"),
+        (
+            "say(t='error', message='The photos are blurred; take others.'); sys.exit(2)",
+            "^The photos are blurred; take others.$",
+        ),
+        ("say(t='hello', protocol=99)", "protocol 99, this plugin 1"),
+    ],
+)
+def test_every_bad_end_is_one_sentence(fake_engine, behaviour, expected):
+    with pytest.raises(engine.EngineError, match=expected) as caught:
+        run(fake_engine(behaviour))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_result_is_kept_when_the_engine_takes_its_time_to_end(fake_engine):
+    outcome, _ = run(fake_engine('say(t="result", result={"n": 2})\nos.close(1); os.close(2)\ntime.sleep(1.5)'))
+    assert outcome.result == {"n": 2}
+
+
+def test_cancel_ends_the_whole_group_within_two_seconds(fake_engine, tmp_path, monkeypatch):
+    monkeypatch.setenv("PIDS", str(tmp_path / "pids"))
+    asked: list[float] = []
+
+    def cancelled() -> bool:
+        if (tmp_path / "pids").exists() and (tmp_path / "pids").read_text().count(" ") == 1:
+            asked.append(time.monotonic())
+        return bool(asked)
+
+    with pytest.raises(engine.EngineCancelled):
+        run(fake_engine(STUBBORN), cancelled)
+    took = time.monotonic() - asked[0]
+    pids = [int(part) for part in (tmp_path / "pids").read_text().split()]
+    left = [pid for pid in pids if alive(pid)]
+    kill_all(left)
+    assert not left and took < 2.0
+
+
+def test_children_do_not_outlive_an_engine_that_ends(fake_engine, tmp_path, monkeypatch):
+    monkeypatch.setenv("PIDS", str(tmp_path / "pids"))
+    run(
+        fake_engine("""
+child = subprocess.Popen(["/bin/sh", "-c", "while :; do sleep 0.2; done"])
+open(os.environ["PIDS"], "w").write(str(child.pid))
+say(t="result", result={})
+""")
+    )
+    pid = int((tmp_path / "pids").read_text())
+    time.sleep(0.2)
+    left = alive(pid)
+    kill_all([pid])
+    assert not left
+
+
+def test_the_child_gets_a_clean_environment(monkeypatch):
+    for name, value in {
+        "PYTHONHOME": "/x",
+        "PYTHONPATH": "/x",
+        "PYTHONEXECUTABLE": "/x",
+        "LD_LIBRARY_PATH": "/x",
+        "QGIS_PREFIX_PATH": "/x",
+        "PROJ_LIB": "/x",
+        "GDAL_DATA": "/x",
+        "VIRTUAL_ENV": "/x",
+        "QT_PLUGIN_PATH": "/x",
+        "PIP_TARGET": "/x",
+        "HTTPS_PROXY": "http://proxy:1",
+    }.items():
+        monkeypatch.setenv(name, value)
+    child = engine.child_environment()
+    assert "/x" not in child.values()
+    assert child["PYTHONPATH"] == str(ROOT) and child["PYTHONNOUSERSITE"] == "1"
+    assert child["HTTPS_PROXY"] == "http://proxy:1"
+
+
+def test_a_configured_engine_that_is_missing_is_not_passed_over(tmp_path, monkeypatch):
+    monkeypatch.setenv("TREEDGS_PYTHON", str(tmp_path / "no python"))
+    with pytest.raises(engine.EngineMissing, match="TREEDGS_PYTHON names .*no python.*treedgs:setupengine"):
+        engine.find_engine()
+
+
+def test_an_incomplete_engine_says_what_it_lacks(monkeypatch):
+    monkeypatch.setenv("TREEDGS_PYTHON", sys.executable)
+    with pytest.raises(engine.EngineMissing, match="lacks no_such_library"):
+        engine.find_engine("", ["json", "no_such_library"])
+    assert engine.find_engine("", ["numpy"]).source == "TREEDGS_PYTHON"
+
+
+def test_the_setting_comes_after_the_variable(monkeypatch):
+    assert engine.find_engine(sys.executable, ["numpy"]).source == "the QGIS setting treedgs/python"
+
+
+def test_job_folders_are_made_anew_and_the_old_ones_go(tmp_path):
+    first = engine.new_job_dir("geotag")
+    os.utime(first, (1, 1))
+    for _ in range(engine.KEPT_JOBS + 1):
+        last = engine.new_job_dir("geotag")
+    assert last.exists() and not first.exists()
+
+
+def test_an_environment_is_built_once_and_mended(tmp_path):
+    calls: list[list[str]] = []
+
+    def fake(command):
+        calls.append([str(part) for part in command])
+        if "venv" in calls[-1]:
+            inside = tmp_path / "env" / "bin"
+            inside.mkdir(parents=True, exist_ok=True)
+            (inside / "python").unlink(missing_ok=True)
+            (inside / "python").symlink_to(sys.executable)
+        return 1 if "broken" in calls[-1] else 0
+
+    def build(packages, key="k"):
+        environment.build(tmp_path / "env", packages, key, sys.executable, run=fake, say=lambda text: None)
+
+    with pytest.raises(environment.SetupError, match="could not install broken"):
+        build([["broken"]])
+    assert not environment.is_ready(tmp_path / "env", "k")
+    build([["laspy"]])
+    assert environment.is_ready(tmp_path / "env", "k")
+    count = len(calls)
+    build([["laspy"]])
+    assert len(calls) == count
+    build([["laspy"]], key="other list")
+    assert len(calls) > count
+
+
+def test_wheels_from_a_folder_need_no_network(tmp_path):
+    (tmp_path / "wheels").mkdir()
+    python = tmp_path / "env" / "bin" / "python"
+    python.parent.mkdir(parents=True)
+    python.symlink_to(sys.executable)
+    calls: list[list[str]] = []
+    with pytest.raises(environment.SetupError, match="holds no .whl"):
+        environment.build(tmp_path / "env", [["laspy"]], "k", sys.executable, tmp_path / "wheels", calls.append, str)
+    (tmp_path / "wheels" / "laspy-2.0-py3-none-any.whl").touch()
+    environment.build(
+        tmp_path / "env",
+        [["laspy"]],
+        "k",
+        sys.executable,
+        tmp_path / "wheels",
+        lambda command: calls.append(command) or 0,
+        str,
+    )
+    assert "--no-index" in calls[-1] and str(tmp_path / "wheels") in calls[-1]
+
+
+def test_a_folder_that_is_no_environment_is_never_removed(tmp_path):
+    (tmp_path / "precious").mkdir()
+    with pytest.raises(environment.SetupError, match="not a Python environment"):
+        environment.remove(tmp_path / "precious")
+    assert (tmp_path / "precious").exists()
+
+
+def test_the_job_file_keeps_accents(fake_engine, tmp_path):
+    python = fake_engine('say(t="result", result=job["parameters"])')
+    job = engine.new_job_dir("terrain")
+    found = engine.run_job(
+        engine.Engine(python, "test"), "terrain", {"input": "/données/nuage é.laz"}, job, print, lambda: False
+    )
+    assert found.result == {"input": "/données/nuage é.laz"}
+    assert json.loads((job / "job.json").read_text(encoding="utf-8"))["command"] == "terrain"

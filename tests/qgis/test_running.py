@@ -1,0 +1,221 @@
+"""Algorithms run by real ``qgis_process``: refusals, results, cancel, a killed engine, and what QGIS' process holds."""
+
+from __future__ import annotations
+
+import json
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+from qgis_driver import STUBBORN, alive, kill_all
+
+
+def refused(done: subprocess.CompletedProcess, *words: str) -> None:
+    assert done.returncode == 1, done.stdout
+    assert "Traceback" not in done.stdout, done.stdout
+    for word in words:
+        assert word in done.stdout, done.stdout
+
+
+def photo(path: Path, lon: float, lat: float) -> None:
+    """A small JPEG with a GPS position."""
+    from PIL import Image
+
+    def dms(value: float) -> tuple[float, float, float]:
+        value = abs(value)
+        return int(value), int(value % 1 * 60), value * 60 % 1 * 60
+
+    exif = Image.Exif()
+    exif.get_ifd(0x8825).update({1: "N" if lat >= 0 else "S", 2: dms(lat), 3: "E" if lon >= 0 else "W", 4: dms(lon)})
+    Image.new("RGB", (32, 24), "green").save(path, exif=exif)
+
+
+@pytest.fixture
+def photos(tmp_path) -> Path:
+    folder = tmp_path / "fotos de José"
+    folder.mkdir()
+    for index in range(4):
+        photo(folder / f"DJI_{index:04}.JPG", -81.5, 31.2)
+    return folder
+
+
+def test_an_unknown_parameter_name_is_refused(qgis, photos, tmp_path):
+    done = qgis.run(
+        "photostodbh",
+        PHOTOS=photos,
+        CRS="EPSG:32617",
+        WORKSPACE=tmp_path / "w",
+        PRESETT="fast",
+        OUTPUT=tmp_path / "t.gpkg",
+    )
+    refused(done, "Parameter PRESETT is unknown to treedgs:photostodbh; did you mean PRESET?")
+    assert not (tmp_path / "t.gpkg").exists()
+
+
+def test_a_geographic_crs_is_refused_with_the_utm_zone(qgis, photos, tmp_path):
+    done = qgis.run("photostodbh", PHOTOS=photos, CRS="EPSG:4326", WORKSPACE=tmp_path / "w", OUTPUT=tmp_path / "t.gpkg")
+    refused(done, "EPSG:4326", "geographic", "EPSG:32617 (WGS 84 / UTM zone 17N)")
+    assert not (tmp_path / "w").exists()
+
+
+def test_a_crs_in_feet_is_refused(qgis, photos, tmp_path):
+    done = qgis.run("photostodbh", PHOTOS=photos, CRS="EPSG:2236", WORKSPACE=tmp_path / "w", OUTPUT=tmp_path / "t.gpkg")
+    refused(done, "EPSG:2236", "not in metres")
+
+
+def test_too_few_photos_are_refused(qgis, tmp_path):
+    (tmp_path / "vide").mkdir()
+    done = qgis.run(
+        "photostodbh", PHOTOS=tmp_path / "vide", CRS="EPSG:32617", WORKSPACE=tmp_path / "w", OUTPUT=tmp_path / "t.gpkg"
+    )
+    refused(done, "vide holds 0 photos, expected at least 3")
+
+
+def test_a_missing_file_and_a_bad_number_are_refused(qgis, photos, tmp_path):
+    refused(
+        qgis.run("pointcloudtodbh", INPUT=tmp_path / "gone.laz", OUTPUT=tmp_path / "t.gpkg"), "gone.laz does not exist"
+    )
+    done = qgis.run(
+        "photostodbh", PHOTOS=photos, CRS="EPSG:32617", BH_M=9, WORKSPACE=tmp_path / "w", OUTPUT=tmp_path / "t.gpkg"
+    )
+    refused(done, "BH_M: found 9, expected 0.5 to 2.5 in m.")
+
+
+def test_a_file_that_is_no_cloud_is_refused(qgis, tmp_path):
+    (tmp_path / "notes.laz").write_text("these are my notes")
+    refused(
+        qgis.run("pointcloudtodbh", INPUT=tmp_path / "notes.laz", OUTPUT=tmp_path / "t.gpkg"), "not a LAS or LAZ file"
+    )
+
+
+def test_a_missing_engine_is_one_sentence(qgis, photos, tmp_path):
+    done = qgis.run(
+        "photostodbh",
+        {"TREEDGS_PYTHON": "/nonexistent"},
+        PHOTOS=photos,
+        CRS="EPSG:32617",
+        WORKSPACE=tmp_path / "w",
+        OUTPUT=tmp_path / "t.gpkg",
+    )
+    refused(done, "TREEDGS_PYTHON names /nonexistent", "treedgs:setupengine")
+    assert not (tmp_path / "t.gpkg").exists() and not (tmp_path / "w").exists()
+
+
+def test_the_engines_sentence_arrives(qgis, fake_engine):
+    python = fake_engine("say(t='error', message='IMG_1.JPG has no position; give --geotags.'); sys.exit(2)")
+    done = qgis.run("checkengine", {"TREEDGS_PYTHON": python})
+    refused(done, "IMG_1.JPG has no position; give --geotags.")
+
+
+def test_the_engine_is_checked(qgis):
+    done = qgis("run", "treedgs:checkengine", "--json")
+    assert done.returncode == 0, done.stdout
+    answer = json.loads(done.stdout[done.stdout.index("{") :])
+    assert answer["results"]["STATUS"] == "all steps work" and answer["results"]["N_LIBRARIES"] > 15
+
+
+def wait_for(path: Path, seconds: float = 60) -> str:
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        if path.exists() and path.read_text():
+            return path.read_text()
+        time.sleep(0.05)
+    raise AssertionError(f"{path} did not appear")
+
+
+def test_ctrl_c_ends_everything_within_two_seconds(qgis, fake_engine, tmp_path):
+    running = qgis.start("run", "treedgs:checkengine", TREEDGS_PYTHON=fake_engine(STUBBORN), PIDS=tmp_path / "pids")
+    pids = [int(part) for part in wait_for(tmp_path / "pids").split()]
+    time.sleep(0.5)
+    running.send_signal(signal.SIGINT)
+    began = time.monotonic()
+    while any(map(alive, pids)) and time.monotonic() - began < 5:
+        time.sleep(0.02)
+    took = time.monotonic() - began
+    left = [pid for pid in pids if alive(pid)]
+    kill_all(left)
+    output, _ = running.communicate(timeout=20)
+    assert not left and took < 2.0, (left, took, output)
+    assert running.returncode == 1 and "run again to resume" in output, output
+
+
+def test_a_killed_engine_is_explained(qgis, fake_engine, tmp_path):
+    behaviour = 'open(os.environ["PIDS"], "w").write(str(os.getpid()))\ntime.sleep(60)'
+    running = qgis.start("run", "treedgs:checkengine", TREEDGS_PYTHON=fake_engine(behaviour), PIDS=tmp_path / "pids")
+    kill_all([int(wait_for(tmp_path / "pids"))])
+    output, _ = running.communicate(timeout=20)
+    assert running.returncode == 1 and "memory ran out" in output, output
+
+
+def test_no_engine_module_is_in_qgis_after_a_run(qgis):
+    done = qgis.python("""
+before = list(sys.path)
+result = processing.run("treedgs:checkengine", {})
+heavy = {"torch", "pycolmap", "open3d", "rasterio", "pyproj", "laspy", "numba", "cv2", "geopandas", "treedgs_geo"}
+print("RESULT", result["STATUS"], sorted(heavy & set(sys.modules)), sys.path == before)
+""")
+    assert "RESULT all steps work [] True" in done.stdout, done.stdout + done.stderr
+
+
+def test_styled_trees_open_styled(qgis, tmp_path):
+    """The style travels inside the GeoPackage and draws: full symbols, hollow ones, labels, map tips."""
+    import pyproj
+
+    from treedgs_geo.inventory.tree_layer import write_trees
+    from treedgs_geo.measure.trees import Tree
+
+    layer, picture = tmp_path / "árboles con espacio.gpkg", tmp_path / "map.png"
+    write_trees(
+        layer,
+        [
+            Tree(tree_id=1, x=500000.0, y=3450000.0, z_ground=20.0, dbh_cm=31.4, dbh_se_cm=0.4),
+            Tree(
+                tree_id=2,
+                x=500008.0,
+                y=3450000.0,
+                z_ground=20.0,
+                dbh_cm=44.0,
+                dbh_se_cm=2.0,
+                qc_flag="check",
+                qc_reason="disagree",
+            ),
+            Tree(tree_id=3, x=500004.0, y=3450006.0, z_ground=20.0, qc_flag="reject", qc_reason="few_views"),
+        ],
+        pyproj.CRS("EPSG:32617"),
+    )
+    done = qgis.python(
+        """
+from qgis.core import *
+from qgis.PyQt.QtCore import QSize
+from qgis.PyQt.QtGui import QColor
+layer = QgsVectorLayer(sys.argv[1], "trees", "ogr")
+assert layer.isValid() and layer.renderer().type() == "categorizedSymbol" and layer.labelsEnabled()
+assert layer.crs().authid() == "EPSG:32617", layer.crs().authid()
+assert layer.attributeAlias(layer.fields().indexOf("dbh_cm")) == "DBH [cm]"
+context = QgsExpressionContext(QgsExpressionContextUtils.globalProjectLayerScopes(layer))
+for feature in layer.getFeatures():
+    context.setFeature(feature)
+    print("TIP", QgsExpression.replaceExpressionText(layer.mapTipTemplate(), context))
+settings = QgsMapSettings()
+settings.setLayers([layer]); settings.setOutputSize(QSize(400, 300)); settings.setBackgroundColor(QColor("white"))
+extent = layer.extent(); extent.scale(1.6); settings.setExtent(extent); settings.setDestinationCrs(layer.crs())
+drawing = QgsExpressionContext()
+drawing.appendScope(QgsExpressionContextUtils.globalScope())
+drawing.appendScope(QgsExpressionContextUtils.mapSettingsScope(settings))
+settings.setExpressionContext(drawing)
+job = QgsMapRendererParallelJob(settings); job.start(); job.waitForFinished()
+job.renderedImage().save(sys.argv[2])
+""",
+        layer,
+        picture,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "DBH <b>31.4</b> ± 0.4 cm at 1.37 m" in done.stdout and "too few photos see the stem" in done.stdout
+    from PIL import Image
+
+    colours = dict((colour, count) for count, colour in Image.open(picture).convert("RGB").getcolors(maxcolors=100000))
+    assert colours.get((46, 139, 61), 0) > 20, "the measured tree is a full green dot"
+    assert colours.get((242, 161, 13), 0) > 20, "the doubtful one a full amber dot"
+    assert 0 < colours.get((198, 40, 40), 0) < 60, "the rejected one a red ring"
