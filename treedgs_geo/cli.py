@@ -8,6 +8,7 @@ import os
 import signal
 import sys
 import traceback
+import warnings
 from dataclasses import MISSING
 from pathlib import Path
 from typing import Any, NoReturn
@@ -23,6 +24,8 @@ def main(arguments: list[str] | None = None) -> int:
     """Entry point; returns the exit code (0 done, 2 input to mend, 3 missing component, 130 cancelled, 1 defect)."""
     from .commands import MODULES, all_commands, get_command
 
+    # Numba tells every user about a threading library it does not use.
+    warnings.filterwarnings("ignore", message="The TBB threading layer")
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     if arguments[:1] == ["--job"]:
         return _run_job(arguments)
