@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ..core.errors import InputError
 from ..core.progress import Reporter
@@ -72,8 +73,9 @@ def measure_stems(cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm, options: Mea
     if options.method == "paper" and options.fit == "circle":
         trees = _by_the_paper(cloud, ids, groups, frames, weights, options)
     else:
+        around = _Surroundings.of(cloud, tree_id, dtm, sensor)
         for number, (tree, group, frame) in enumerate(zip(ids, groups, frames, strict=True)):
-            measured = _measure_one(frame, group, weights, sensor, options, stems, int(tree))
+            measured = _measure_one(frame, group, weights, sensor, options, stems, int(tree), around)
             trees.append(_tree(int(tree), frame, measured, options))
             reporter.progress((number + 1) / len(ids))
     _finish(cloud, dtm, trees, frames, groups, options)
@@ -131,8 +133,37 @@ def _source(cloud: PointCloud, dtm: Dtm, options: MeasureOptions, stems: StemMap
     return guess_sensor(cloud, np.column_stack([xyz[:, :2], height]), segment_options(options))
 
 
+@dataclass(frozen=True)
+class _Surroundings:
+    """The points of the stem band that belong to no stem: twigs and shrubs that crowd the bark."""
+
+    xyz: np.ndarray
+    tree: cKDTree | None
+
+    @classmethod
+    def of(cls, cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm, sensor: Sensor) -> _Surroundings:
+        free = np.flatnonzero(tree_id <= 0)
+        height = cloud.xyz[free, 2] - dtm.height(cloud.xyz[free, 0], cloud.xyz[free, 1])
+        with np.errstate(invalid="ignore"):
+            free = free[(height > 0.2) & (height < 5.0)]
+        xyz = cloud.xyz[free]
+        if sensor.thin_m and len(xyz):
+            xyz = xyz[thin(xyz, 0.7 * sensor.thin_m)]
+        return cls(xyz, cKDTree(xyz[:, :2]) if len(xyz) else None)
+
+    def near(self, frame: _TreeFrame) -> np.ndarray:
+        """(M, 3) in the tree's frame, within 25 cm of its points' extent."""
+        if self.tree is None:
+            return np.empty((0, 3))
+        band = (frame.points[:, 2] > 0.2) & (frame.points[:, 2] < 5.0)
+        xy = frame.points[band, :2] if band.any() else frame.points[:, :2]
+        middle, reach = np.median(xy, axis=0), np.percentile(np.hypot(*(xy - np.median(xy, axis=0)).T), 98)
+        found = self.xyz[self.tree.query_ball_point(middle + frame.origin, min(float(reach), 1.5) + 0.25)]
+        return found - [*frame.origin, frame.ground] if len(found) else np.empty((0, 3))
+
+
 def _measure_one(frame: _TreeFrame, group: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
-                 options: MeasureOptions, stems: StemMap | None, tree: int) -> StemMeasure:
+                 options: MeasureOptions, stems: StemMap | None, tree: int, around: _Surroundings) -> StemMeasure:
     if not np.isfinite(frame.ground):
         return refuse("no_ground", points=len(group))
     points = frame.points
@@ -147,9 +178,11 @@ def _measure_one(frame: _TreeFrame, group: np.ndarray, weights: np.ndarray | Non
         return _cylinder(points, options)
     start = None
     if stems is not None:
-        cone = stems.stems[tree - 1].cone
-        start = rebased(cone, frame.origin - stems.origin, 0.0)
-    return measure_points(points, weight, sensor, options.bh_m, segment_options(options), start)
+        stem = stems.stems[tree - 1]
+        if not stem.round:
+            return refuse("not_round", points=len(points))
+        start = rebased(stem.cone, frame.origin - stems.origin, 0.0)
+    return measure_points(points, weight, sensor, options.bh_m, segment_options(options), start, around.near(frame))
 
 
 def _cylinder(points: np.ndarray, options: MeasureOptions) -> StemMeasure:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..stems.cone import TAPER_PRIOR, Cone, fit_cone
+from ..stems.cone import BEND_SD, Cone, fit_cone
 from ..stems.segment import SegmentOptions, Sensor, judge, search_points
 from .circles import geometric_circle
 from .slices import across_axis, slice_heights, slice_index
@@ -51,25 +51,28 @@ def refuse(*reasons: str, cone: Cone | None = None, points: int = 0) -> StemMeas
 
 
 def measure_points(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, bh_m: float = 1.37,
-                   options: SegmentOptions | None = None, start: Cone | None = None) -> StemMeasure:
+                   options: SegmentOptions | None = None, start: Cone | None = None,
+                   others: np.ndarray | None = None) -> StemMeasure:
     """Measure one stem from its (N, 3) points: local metres, z above the ground at its foot.
 
-    weights: (N,) reliabilities or ``None``. start: a cone from segmentation; otherwise the stem is searched in the points.
+    weights: (N,) reliabilities or ``None``. start: a cone from segmentation; otherwise the stem is searched in the
+    points. others: (M, 3) points around the stem that are not its own: where shrubs crowd it, its points are trusted less.
     """
     options = options or SegmentOptions()
+    others = np.empty((0, 3)) if others is None else others
     near_bh = np.abs(points[:, 2] - bh_m) < 1.0
     if len(points) < sensor.least_points or near_bh.sum() < sensor.least_points // 3:
         return refuse("few_points", points=len(points))
     cone = start or _search(points, weights, sensor, options)
     if cone is None:
         return refuse("not_round", points=len(points))
-    fitted = _window_fit(points, weights, cone, sensor, bh_m)
+    fitted = _window_fit(points, weights, cone, sensor, bh_m, others)
     if fitted is None:
         return refuse("not_round", cone=cone, points=len(points))
     cone, window, on = fitted
     slices = _slices(points, weights, cone, sensor, bh_m)
-    taper = taper_line(slices[:, 0], slices[:, 1], slices[:, 2], bh_m, slices_per_independent=3.0) if len(slices) else None
-    return _conclude(points, cone, window, on, slices, taper, sensor, bh_m, options)
+    taper = taper_line(*slices[:, :3].T, bh_m, slices_per_independent=3.0) if len(slices) else None
+    return _conclude(points, cone, window, on, slices, taper, sensor, bh_m, options, others)
 
 
 def _search(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, options: SegmentOptions) -> Cone | None:
@@ -77,22 +80,25 @@ def _search(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, opti
     return max(found, key=lambda stem: stem.score).cone if found else None
 
 
-def _window_fit(points: np.ndarray, weights: np.ndarray | None, cone: Cone, sensor: Sensor,
-                bh_m: float) -> tuple[Cone, tuple[float, float], np.ndarray] | None:
+def _window_fit(points: np.ndarray, weights: np.ndarray | None, cone: Cone, sensor: Sensor, bh_m: float,
+                others: np.ndarray) -> tuple[Cone, tuple[float, float], np.ndarray] | None:
     """The cone in the smallest window with plenty of bark; ``(cone, window, on-bark mask over points)``."""
+    last = None
     for below, above in WINDOWS_M:
         window = bh_m - below, bh_m + above
         inside = (points[:, 2] >= window[0]) & (points[:, 2] <= window[1])
         if inside.sum() < 12:
             continue
-        start = Cone(*cone.centre(bh_m).tolist(), cone.dx, cone.dy, float(cone.radius(bh_m)), cone.taper, bh_m, cone.sigma)
-        balanced = _balance(points[inside], start, sensor)
+        x, y = cone.centre(bh_m)
+        start = Cone(float(x), float(y), cone.dx, cone.dy, float(cone.radius(bh_m)), cone.taper, bh_m, cone.sigma)
+        balanced = _balance(points[inside], start, sensor) * _purity(points[inside], start, sensor, others) ** 2
         if weights is not None:
             balanced = balanced * weights[inside]
         # Short windows cannot tell lean and taper: they are held near what the long stem says.
         length = below + above
         fitted = fit_cone(points[inside], start, balanced, (max(0.02, 3 * sensor.floor_m),), sensor.floor_m,
-                          sensor.cap_m, lean_sd=0.05 + 0.05 * length, taper_sd=0.002 + 0.001 * length)
+                          sensor.cap_m, lean_sd=0.05 + 0.05 * length, taper_sd=0.002 + 0.001 * length,
+                          bend_sd=BEND_SD if length > 2 else 0.0)
         if fitted is None:
             continue
         tolerance = max(3 * fitted.sigma, 0.01)
@@ -101,7 +107,7 @@ def _window_fit(points: np.ndarray, weights: np.ndarray | None, cone: Cone, sens
         if _cells(points[on], fitted) >= PLENTY_CELLS and on.sum() >= PLENTY_POINTS:
             return fitted, window, on
         last = fitted, window, on
-    return last if "last" in locals() else None
+    return last
 
 
 def _cells(points: np.ndarray, cone: Cone) -> int:
@@ -113,13 +119,27 @@ def _cells(points: np.ndarray, cone: Cone) -> int:
 
 
 def _balance(points: np.ndarray, cone: Cone, sensor: Sensor) -> np.ndarray:
-    """Weights that stop a dense side from pulling an out-of-round stem: 1 / (noise2 + n_sector shape2), scaled to <= 1."""
+    """Weights that keep a dense side from pulling an out-of-round stem: noise2 / (noise2 + n_sector shape2)."""
     residual = np.abs(cone.residuals(points))
     near = residual < max(3 * cone.sigma, 0.02)
     sector = np.floor((cone.azimuths(points) + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
     count = np.bincount(sector[near], minlength=_SECTORS)[sector]
     noise, shape = max(cone.sigma, sensor.floor_m) ** 2, (ROUNDNESS * float(cone.r)) ** 2
     return noise / (noise + count * shape)
+
+
+def _purity(points: np.ndarray, cone: Cone, sensor: Sensor, others: np.ndarray) -> np.ndarray:
+    """(N,) share of each point's 25 cm row that is bark: density on the bark over that plus the density just outside."""
+    tolerance = max(3 * cone.sigma, 0.02)
+    residual = cone.residuals(points)
+    row = np.floor(points[:, 2] / 0.25).astype(int).clip(0, 63)
+    on = np.bincount(row[np.abs(residual) < tolerance], minlength=64) / (2 * tolerance)
+    around = np.concatenate([points[residual >= tolerance], others])
+    outside = cone.residuals(around) if len(around) else np.empty(0)
+    near = (outside >= tolerance) & (outside < tolerance + 0.10)
+    rows = np.floor(around[near, 2] / 0.25).astype(int).clip(0, 63)
+    off = np.bincount(rows, minlength=64) / 0.10
+    return (np.maximum(on - off, 0.05 * on + 1e-6) / (on + 1e-6))[row].clip(0.05, 1.0)
 
 
 def _slices(points: np.ndarray, weights: np.ndarray | None, cone: Cone, sensor: Sensor, bh_m: float) -> np.ndarray:
@@ -163,17 +183,20 @@ def _slices(points: np.ndarray, weights: np.ndarray | None, cone: Cone, sensor: 
 
 
 def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: np.ndarray, slices: np.ndarray,
-              taper: Taper | None, sensor: Sensor, bh_m: float, options: SegmentOptions) -> StemMeasure:
+              taper: Taper | None, sensor: Sensor, bh_m: float, options: SegmentOptions,
+              others: np.ndarray) -> StemMeasure:
     """DBH, its standard error, flag and reasons."""
     radius = float(cone.radius(bh_m))
     inside_window = (points[:, 2] >= window[0]) & (points[:, 2] <= window[1])
     residual = cone.residuals(points[inside_window])
     sector = np.floor((cone.azimuths(points[on]) + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
     arc = 360.0 / _SECTORS * len(np.unique(sector))
-    evidence = judge(cone, points[(points[:, 2] > options.low_m) & (points[:, 2] < options.high_m)], sensor, options)
+    around = np.concatenate([points, others])
+    evidence = judge(cone, around[(around[:, 2] > options.low_m) & (around[:, 2] < options.high_m)], sensor, options)
+    purity = float(np.mean(_purity(points[on], cone, sensor, others))) if on.any() else 0.0
     dbh = 200 * radius
-    covariance = cone.covariance if cone.covariance is not None else np.full((6, 6), np.nan)
-    reach = np.array([0, 0, 0, 0, 1.0, bh_m - cone.h_ref])
+    covariance = cone.covariance if cone.covariance is not None else np.full((8, 8), np.nan)
+    reach = np.array([0, 0, 0, 0, 1.0, bh_m - cone.h_ref, 0, 0])
     fit_se = 200 * float(np.sqrt(max(reach @ covariance @ reach, 0)))
     lobes = _lobes(points[on], cone)
     shape_se = 200 * radius * max(ROUNDNESS, lobes) / np.sqrt(max(arc / 60.0, 1.0))
@@ -182,7 +205,9 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
     if taper is not None:
         slope = taper.slope_cm_m if taper.model == "linear" else None
         height_se = taper.se_cm
-    se = float(np.sqrt(fit_se ** 2 + shape_se ** 2 + 0.25 * height_se ** 2 + FLOOR_CM ** 2 + (FLOOR_SHARE * dbh) ** 2))
+    # Bark that cannot be told from twigs: half the twigs' reach, in the share that they have.
+    clutter_se = (1 - purity) * 200 * cone.sigma
+    se = float(np.sqrt(fit_se ** 2 + clutter_se ** 2 + shape_se ** 2 + 0.25 * height_se ** 2 + FLOOR_CM ** 2 + (FLOOR_SHARE * dbh) ** 2))
     reject, check = [], []
     if arc < 90:
         reject.append("short_arc")
@@ -206,22 +231,25 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
         check.append("few_slices")
     elif taper is not None and (taper.slope_cm_m > 2.0 or taper.slope_cm_m < -6.0):
         check.append("no_taper")
+    if purity < 0.6:
+        (reject if purity < 0.35 and not sensor.solid else check).append("occluded")
     if evidence is None and not reject:
-        check.append("few_points" if on.sum() < 2 * sensor.least_points else "not_round")
+        doubt = "few_points" if on.sum() < 2 * sensor.least_points else "not_round"
+        (reject if check else check).append(doubt)
     if dbh > options.max_dbh_cm:
         reject.append("too_large")
     if se > max(3.0, 0.12 * dbh):
         check.append("wide_error")
     flag = "reject" if reject else "check" if check else "ok"
     reasons = tuple(dict.fromkeys([*reject, *check]))
+    details = {"fit_se": fit_se, "lobes": lobes, "height_se": height_se, "shape_se": shape_se, "purity": purity,
+               "taper_at_bh": taper.at_bh_cm if taper else np.nan, "low": window[0], "high": window[1]}
     return StemMeasure(cone, None if reject else dbh, None if reject else se, flag, reasons, arc, int(on.sum()),
-                       len(slices), slope, {"fit_se": fit_se, "lobes": lobes, "height_se": height_se, "shape_se": shape_se,
-                                            "taper_at_bh": taper.at_bh_cm if taper else np.nan, "low": window[0],
-                                            "high": window[1], "free": float(slices[:, 4].mean()) if len(slices) else 0})
+                       len(slices), slope, details)
 
 
 def _lobes(points: np.ndarray, cone: Cone) -> float:
-    """Amplitude of the 2nd to 4th harmonics of the cross-section over the radius: 0 for a circle, > 0.1 for buttresses."""
+    """Amplitude of the 2nd to 4th harmonics of the cross-section over the radius: 0 = circle, > 0.1 = buttresses."""
     if len(points) < 40:
         return 0.0
     angle, residual = cone.azimuths(points), cone.residuals(points)
@@ -232,13 +260,15 @@ def _lobes(points: np.ndarray, cone: Cone) -> float:
     mean = np.bincount(sector, residual, minlength=_SECTORS) / np.maximum(count, 1)
     middle = (np.arange(_SECTORS) + 0.5) / _SECTORS * 2 * np.pi - np.pi
     filled = count > 0
-    basis = np.column_stack([np.ones(filled.sum())] + [f(k * middle[filled]) for k in (1, 2, 3, 4) for f in (np.cos, np.sin)])
+    waves = [wave(k * middle[filled]) for k in (1, 2, 3, 4) for wave in (np.cos, np.sin)]
+    basis = np.column_stack([np.ones(filled.sum()), *waves])
     # Sector means are noisy where points are few: shrink by their noise.
     noise = cone.sigma ** 2 / np.maximum(count[filled], 1)
     shape = (0.03 * cone.r) ** 2
     weight = 1 / (noise + 1e-8)
     ridge = np.diag([0.0] + [1 / shape] * 8)
-    coefficient = np.linalg.solve((basis * weight[:, None]).T @ basis + ridge, (basis * weight[:, None]).T @ mean[filled])
+    weighted = (basis * weight[:, None]).T
+    coefficient = np.linalg.solve(weighted @ basis + ridge, weighted @ mean[filled])
     return float(np.sqrt((coefficient[3:] ** 2).sum()) / cone.r)
 
 
@@ -246,11 +276,3 @@ def rebased(cone: Cone, shift_xy: np.ndarray, shift_h: float) -> Cone:
     """The cone in a frame whose origin moved by ``shift_xy`` and whose heights lost ``shift_h``."""
     return replace(cone, x=cone.x - shift_xy[0], y=cone.y - shift_xy[1], h_ref=cone.h_ref - shift_h)
 
-
-def default_start(points: np.ndarray, bh_m: float) -> Cone:
-    """A plain start: the median of the points near breast height."""
-    near = points[np.abs(points[:, 2] - bh_m) < 0.7]
-    near = near if len(near) >= 3 else points
-    centre = np.median(near[:, :2], axis=0)
-    radius = float(np.median(np.hypot(*(near[:, :2] - centre).T)))
-    return Cone(float(centre[0]), float(centre[1]), 0.0, 0.0, max(radius, 0.02), TAPER_PRIOR, bh_m)

@@ -41,22 +41,29 @@ def find_candidates(points: np.ndarray, weights: np.ndarray | None, low_m: float
     radii = [r for r in RADII_M if r <= max_radius_m] or [RADII_M[0]]
     shape = fft.next_fast_len(int(rows), real=True), fft.next_fast_len(int(cols), real=True)
     kernels = [fft.rfft2(_kernel(r, shape, solid), workers=1) for r in radii]
-    best, which = [], []
+    # Thin stems get a ranking of their own: a wide ring through the twigs around them scores more.
+    classes = [[i for i, r in enumerate(radii) if r <= 0.07], [i for i, r in enumerate(radii) if r > 0.07]]
+    best: list[list[np.ndarray]] = [[], []]
+    which: list[list[np.ndarray]] = [[], []]
     for bottom in heights:
         inside = (points[:, 2] >= bottom) & (points[:, 2] < bottom + _LAYER_M)
         strength = None if weights is None else weights[inside]
         image = fft.rfft2(_occupancy(points[inside], strength, origin, shape), workers=1)
-        top = np.full(shape, -np.inf, np.float32)
-        chosen = np.zeros(shape, np.int8)
-        for index, kernel in enumerate(kernels):
-            score = fft.irfft2(image * kernel, s=shape, workers=1)
-            score /= np.float32(np.sqrt(radii[index] + 0.1))
-            better = score > top
-            top[better] = score[better]
-            chosen[better] = index
-        best.append(np.maximum(top, 0)[:rows, :cols])
-        which.append(chosen[:rows, :cols])
-    return _peaks(best, which, heights, origin, np.asarray(radii), least_layers, lean)
+        for kind, members in enumerate(classes):
+            top = np.zeros(shape, np.float32)
+            chosen = np.zeros(shape, np.int8)
+            for index in members:
+                score = fft.irfft2(image * kernels[index], s=shape, workers=1)
+                score /= np.float32(np.sqrt(radii[index] + 0.1))
+                better = score > top
+                top[better] = score[better]
+                chosen[better] = index
+            best[kind].append(top[:rows, :cols])
+            which[kind].append(chosen[:rows, :cols])
+    found = [row for kind in (0, 1) for row in
+             _peaks(best[kind], which[kind], heights, origin, np.asarray(radii), least_layers, lean)]
+    table = np.array(sorted(found, reverse=True)).reshape(-1, 5)
+    return Candidates(table[:, 1:3], table[:, 3], table[:, 4], table[:, 0])
 
 
 def _occupancy(points: np.ndarray, weights: np.ndarray | None, origin: np.ndarray,
@@ -92,7 +99,8 @@ def _kernel(radius: float, shape: tuple[int, int], solid: bool) -> np.ndarray:
 
 
 def _peaks(best: list[np.ndarray], which: list[np.ndarray], heights: np.ndarray, origin: np.ndarray, radii: np.ndarray,
-           least_layers: int, lean: float) -> Candidates:
+           least_layers: int, lean: float) -> list[tuple[float, float, float, float, float]]:
+    """(score, x, y, height, radius) of the local maxima."""
     found: list[tuple[float, float, float, float, float]] = []
     middle = heights + _LAYER_M / 2
     for level in (1.5, 2.75):
@@ -111,6 +119,4 @@ def _peaks(best: list[np.ndarray], which: list[np.ndarray], heights: np.ndarray,
         for i, j in np.argwhere(peak):
             found.append((float(total[i, j]), origin[0] + i * _CELL_M, origin[1] + j * _CELL_M,
                           float(middle[reference]), float(radii[which[reference][i, j]])))
-    found.sort(reverse=True)
-    table = np.array(found).reshape(-1, 5)
-    return Candidates(table[:, 1:3], table[:, 3], table[:, 4], table[:, 0])
+    return found

@@ -1,7 +1,8 @@
 """A stem as a leaning, tapering cylinder, fitted robustly to the points on its bark.
 
 Coordinates: local metres, z = height above ground. The axis passes through ``(x, y)`` at ``h_ref`` with slopes
-``(dx, dy)`` per metre of height; the radius is perpendicular to the axis, ``r + taper (h - h_ref)``.
+``(dx, dy)`` per metre of height and may bend (``bx``, ``by``: change of slope per metre); the radius is perpendicular to
+the axis, ``r + taper (h - h_ref)``.
 """
 
 from __future__ import annotations
@@ -16,11 +17,14 @@ TAPER_PRIOR = -0.005
 TAPER_SD = 0.005
 #: Prior sd of the axis slopes; 0.15 is 8.5 degrees, more lean has to be earned by the points.
 LEAN_SD = 0.15
+#: Prior sd of the bend where it is free: 3 cm of sweep over the lower 3 m.
+BEND_SD = 0.006
 
 
 @dataclass(frozen=True)
 class Cone:
-    """A fitted stem. x, y, r at ``h_ref``, metres; dx, dy, taper per metre; sigma: spread of the bark points."""
+    """A fitted stem. x, y, r at ``h_ref``, metres; dx, dy, taper per metre; sigma: spread of the bark points;
+    covariance: (8, 8) of :attr:`vector`; bx, by: bend, per metre squared."""
 
     x: float
     y: float
@@ -31,11 +35,13 @@ class Cone:
     h_ref: float
     sigma: float = 0.0
     covariance: np.ndarray | None = None
+    bx: float = 0.0
+    by: float = 0.0
 
     @property
     def vector(self) -> np.ndarray:
-        """(6,) x, y, dx, dy, r, taper."""
-        return np.array([self.x, self.y, self.dx, self.dy, self.r, self.taper])
+        """(8,) x, y, dx, dy, r, taper, bx, by."""
+        return np.array([self.x, self.y, self.dx, self.dy, self.r, self.taper, self.bx, self.by])
 
     @property
     def lean_deg(self) -> float:
@@ -45,7 +51,7 @@ class Cone:
     def centre(self, h: np.ndarray | float) -> np.ndarray:
         """(..., 2) axis position at heights ``h``."""
         t = np.asarray(h, float) - self.h_ref
-        return np.stack([self.x + self.dx * t, self.y + self.dy * t], axis=-1)
+        return np.stack([self.x + (self.dx + 0.5 * self.bx * t) * t, self.y + (self.dy + 0.5 * self.by * t) * t], axis=-1)
 
     def radius(self, h: np.ndarray | float) -> np.ndarray:
         """Radius at heights ``h`` of the axis."""
@@ -63,19 +69,22 @@ class Cone:
 
 def fit_cone(points: np.ndarray, start: Cone, weights: np.ndarray | None = None,
              schedule_m: tuple[float, ...] = (0.06, 0.04, 0.025), floor_m: float = 0.008, cap_m: float = 0.03,
-             lean_sd: float = LEAN_SD, taper_sd: float = TAPER_SD, rounds: int = 6) -> Cone | None:
+             lean_sd: float = LEAN_SD, taper_sd: float = TAPER_SD, bend_sd: float = 0.0, rounds: int = 6) -> Cone | None:
     """Fit (N, 3) points from ``start`` by graduated Geman-McClure re-weighting.
 
     schedule_m: scales from coarse to fine; then the noise is estimated from the near points (``floor_m`` to ``cap_m``)
-    and the fit finished with it. Returns ``None`` when the fit runs away (radius <= 1 cm or > 1.5 m, lean > 35 deg).
+    and the fit finished with it. bend_sd = 0 keeps the axis straight. Returns ``None`` when the fit runs away (radius <= 1 cm or > 1.5 m, lean > 35 deg).
     """
     points = np.ascontiguousarray(points, dtype=float)
     if len(points) < 6 or not np.isfinite(points).all():
         return None
     weights = np.ones(len(points)) if weights is None else np.ascontiguousarray(weights, dtype=float)
     vector, h_ref = start.vector, start.h_ref
-    prior = np.array([0.0, 0.0, 0.0, 0.0, 0.0, TAPER_PRIOR])
-    prior_sd = np.array([np.inf, np.inf, lean_sd, lean_sd, np.inf, taper_sd])
+    bend = max(bend_sd, 1e-7)
+    if bend_sd == 0.0:
+        vector[6:] = 0.0
+    prior = np.array([0.0, 0.0, 0.0, 0.0, 0.0, TAPER_PRIOR, 0.0, 0.0])
+    prior_sd = np.array([np.inf, np.inf, lean_sd, lean_sd, np.inf, taper_sd, bend, bend])
     for scale in schedule_m:
         spread = max(scale / 2, floor_m)
         vector, _ = _gauss_newton(points, weights, vector, h_ref, scale, spread, prior, prior_sd, rounds)
@@ -89,7 +98,8 @@ def fit_cone(points: np.ndarray, start: Cone, weights: np.ndarray | None = None,
             return None
         sigma = _noise(_residuals(points, vector, h_ref), weights, floor_m, cap_m)
     covariance = np.linalg.pinv(normal)
-    return Cone(*vector.tolist(), h_ref=h_ref, sigma=sigma, covariance=covariance)
+    x, y, dx, dy, r, taper, bx, by = vector.tolist()
+    return Cone(x, y, dx, dy, r, taper, h_ref, sigma, covariance, bx, by)
 
 
 def _ran_away(vector: np.ndarray) -> bool:
@@ -108,12 +118,13 @@ def _noise(residual: np.ndarray, weights: np.ndarray, floor_m: float, cap_m: flo
 def _residuals(points, vector, h_ref):  # pragma: no cover - compiled
     n = points.shape[0]
     out = np.empty(n)
-    length = np.sqrt(1.0 + vector[2] ** 2 + vector[3] ** 2)
     for i in range(n):
         t = points[i, 2] - h_ref
-        ex = points[i, 0] - vector[0] - vector[2] * t
-        ey = points[i, 1] - vector[1] - vector[3] * t
-        along = (ex * vector[2] + ey * vector[3]) / length
+        sx, sy = vector[2] + vector[6] * t, vector[3] + vector[7] * t
+        length = np.sqrt(1.0 + sx * sx + sy * sy)
+        ex = points[i, 0] - vector[0] - (vector[2] + 0.5 * vector[6] * t) * t
+        ey = points[i, 1] - vector[1] - (vector[3] + 0.5 * vector[7] * t) * t
+        along = (ex * sx + ey * sy) / length
         d = np.sqrt(max(ex * ex + ey * ey - along * along, 1e-12))
         out[i] = d - (vector[4] + vector[5] * (t + along / length))
     return out
@@ -123,17 +134,18 @@ def _residuals(points, vector, h_ref):  # pragma: no cover - compiled
 def _gauss_newton(points, weights, vector, h_ref, scale, sigma, prior, prior_sd, rounds):  # pragma: no cover - compiled
     n = points.shape[0]
     vector = vector.copy()
-    normal = np.zeros((6, 6))
+    normal = np.zeros((8, 8))
     for _ in range(rounds):
-        length = np.sqrt(1.0 + vector[2] ** 2 + vector[3] ** 2)
-        normal = np.zeros((6, 6))
-        right = np.zeros(6)
-        row = np.empty(6)
+        normal = np.zeros((8, 8))
+        right = np.zeros(8)
+        row = np.empty(8)
         for i in range(n):
             t = points[i, 2] - h_ref
-            ex = points[i, 0] - vector[0] - vector[2] * t
-            ey = points[i, 1] - vector[1] - vector[3] * t
-            along = (ex * vector[2] + ey * vector[3]) / length
+            sx, sy = vector[2] + vector[6] * t, vector[3] + vector[7] * t
+            length = np.sqrt(1.0 + sx * sx + sy * sy)
+            ex = points[i, 0] - vector[0] - (vector[2] + 0.5 * vector[6] * t) * t
+            ey = points[i, 1] - vector[1] - (vector[3] + 0.5 * vector[7] * t) * t
+            along = (ex * sx + ey * sy) / length
             d = np.sqrt(max(ex * ex + ey * ey - along * along, 1e-12))
             height = t + along / length
             e = d - (vector[4] + vector[5] * height)
@@ -141,24 +153,26 @@ def _gauss_newton(points, weights, vector, h_ref, scale, sigma, prior, prior_sd,
                 continue
             g = scale * scale / (scale * scale + e * e)
             w = weights[i] * g * g / (sigma * sigma)
-            ux = (ex - along * vector[2] / length) / d
-            uy = (ey - along * vector[3] / length) / d
+            ux = (ex - along * sx / length) / d
+            uy = (ey - along * sy / length) / d
             row[0] = -ux
             row[1] = -uy
             row[2] = -ux * height
             row[3] = -uy * height
             row[4] = -1.0
             row[5] = -height
-            for a in range(6):
+            row[6] = -ux * 0.5 * height * height
+            row[7] = -uy * 0.5 * height * height
+            for a in range(8):
                 right[a] -= w * row[a] * e
-                for b in range(6):
+                for b in range(8):
                     normal[a, b] += w * row[a] * row[b]
-        for a in range(6):
+        for a in range(8):
             if np.isfinite(prior_sd[a]):
                 normal[a, a] += 1.0 / prior_sd[a] ** 2
                 right[a] -= (vector[a] - prior[a]) / prior_sd[a] ** 2
         damped = normal.copy()
-        for a in range(6):
+        for a in range(8):
             damped[a, a] += 1e-3 * normal[a, a] + 1e-6
         step = np.linalg.solve(damped, right)
         largest = np.sqrt(step[0] ** 2 + step[1] ** 2)

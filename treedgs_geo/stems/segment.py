@@ -1,8 +1,8 @@
 """Stems in a point cloud, without trained weights: vote for rings, fit leaning cones, keep what is bark.
 
 Steps: slab over the terrain -> candidates (:mod:`.candidates`) tile by tile -> robust cone fit from the candidate,
-grown from its layer to the whole band -> evidence checks (rows of the stem with bark, arc, empty inside, clutter outside)
--> explained points are taken away from later candidates -> the axis is followed upwards -> every point near a stem
+grown from its layer to the whole band -> evidence checks (rows of the stem with bark, arc, emptiness inside, clutter
+outside) -> explained points are taken away from later candidates -> the axis is followed upwards -> every point near a stem
 gets its ``tree_id``. Parameters follow treeX for drone LiDAR (Burmeister et al.) where they have a counterpart.
 """
 
@@ -48,7 +48,8 @@ SENSORS = {
 @dataclass(frozen=True)
 class Stem:
     """A found stem. cone: local frame (see :class:`StemMap`), heights above ground. rows, arc_deg, inside, clutter:
-    the evidence. pieces: cones that follow the axis upwards, by height."""
+    the evidence. pieces: cones that follow the axis upwards, by height. round: False = a stem by what is above it, but no
+    ring at breast height (buttresses, a fork): seen, not measurable."""
 
     cone: Cone
     score: float
@@ -58,6 +59,7 @@ class Stem:
     clutter: float
     points: int
     pieces: tuple[Cone, ...] = ()
+    round: bool = True
 
 
 @dataclass(frozen=True)
@@ -99,7 +101,7 @@ def find_stems(cloud: PointCloud, dtm: Dtm, options: SegmentOptions | None = Non
 
 
 def guess_sensor(cloud: PointCloud, points: np.ndarray, options: SegmentOptions) -> str:
-    """``splat`` when points carry opacity; else the density of the stem band tells: over 120 points/m2 is terrestrial."""
+    """``splat`` when points carry opacity; else by density: more than 120 points/m2 of stem band are terrestrial."""
     if "opacity" in cloud.attributes:
         return "splat"
     band = points[(points[:, 2] > options.low_m) & (points[:, 2] < options.high_m)]
@@ -136,7 +138,7 @@ def label_points(xyz: np.ndarray, height: np.ndarray, stems: StemMap) -> np.ndar
 
 def search_points(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
                   options: SegmentOptions | None = None) -> list[Stem]:
-    """The stems in a small set of (N, 3) points (x, y, height above ground), for example one tree of another segmenter."""
+    """The stems in a small set of (N, 3) points (x, y, height above ground), say one tree of another segmenter."""
     return _without_doubles(_search_tile(points, weights, sensor, options or SegmentOptions(), follow=False))
 
 
@@ -146,16 +148,17 @@ def _tolerance(cone: Cone, sensor: Sensor) -> float:
 
 def _search(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, options: SegmentOptions,
             reporter: Reporter) -> list[Stem]:
-    """Tile by tile; a stem belongs to the tile that holds its foot, so that overlaps count once."""
+    """Tile by tile with a buffer; what two tiles both find is kept once."""
     found: list[Stem] = []
-    tile = np.floor(points[:, :2] / _TILE_M).astype(int)
-    tiles = np.unique(tile, axis=0)
+    tiles = np.unique(np.floor(points[:, :2] / _TILE_M).astype(int), axis=0)
     for number, corner in enumerate(tiles):
         low, high = corner * _TILE_M - _BUFFER_M, (corner + 1) * _TILE_M + _BUFFER_M
         inside = ((points[:, :2] >= low) & (points[:, :2] < high)).all(axis=1)
         stems = _search_tile(points[inside], None if weights is None else weights[inside], sensor, options)
-        found += [stem for stem in stems
-                  if (np.floor(stem.cone.centre(1.3) / _TILE_M).astype(int) == corner).all()]
+        # Near the rim of the buffer a stem may be cut in half: the neighbouring tile has it whole.
+        feet = [stem.cone.centre(1.3) for stem in stems]
+        found += [stem for stem, foot in zip(stems, feet, strict=True)
+                  if ((foot > low + 0.7) & (foot < high - 0.7)).all()]
         reporter.progress((number + 1) / len(tiles))
     return _without_doubles(found)
 
@@ -170,23 +173,50 @@ def _search_tile(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
     tree = cKDTree(points[:, :2])
     free = np.ones(len(points), bool)
     found: list[Stem] = []
+    rejected: list[tuple[np.ndarray, float, float]] = []
     for xy, h, radius in zip(candidates.xy, candidates.height, candidates.radius, strict=True):
         if any(np.hypot(*(stem.cone.centre(h) - xy)) < max(0.8 * stem.cone.radius(h), 0.05) for stem in found):
             continue
         near = np.asarray(tree.query_ball_point(xy, _REACH_M + radius), dtype=int)
         near = near[free[near]]
         stem = _fit_candidate(points[near], None if weights is None else weights[near], xy, h, radius, sensor, options)
-        if stem is None or any(_same(stem, other) for other in found):
+        if stem is None:
+            rejected.append((xy, h, radius))
+            continue
+        if any(_same(stem, other) for other in found):
             continue
         residual = stem.cone.residuals(points[near])
         free[near[residual < _tolerance(stem.cone, sensor)]] = False
         pieces = _follow(points, tree, weights, stem.cone, sensor, options) if follow else ()
         found.append(replace(stem, pieces=pieces))
+    if follow:
+        found += _not_round(points, tree, weights, free, rejected, found, sensor, options)
     return found
 
 
+def _not_round(points: np.ndarray, tree: cKDTree, weights: np.ndarray | None, free: np.ndarray,
+               rejected: list[tuple[np.ndarray, float, float]], found: list[Stem], sensor: Sensor,
+               options: SegmentOptions) -> list[Stem]:
+    """Trees whose lower stem is no ring (buttresses, forks): bark in every row there, and a clean stem above it."""
+    loose = replace(options, min_rows=0.85)
+    kept: list[Stem] = []
+    for xy, h, radius in rejected[:200]:
+        if any(np.hypot(*(stem.cone.centre(h) - xy)) < 0.6 + stem.cone.radius(h) for stem in (*found, *kept)):
+            continue
+        near = np.asarray(tree.query_ball_point(xy, _REACH_M + radius), dtype=int)
+        near = near[free[near]]
+        weight = None if weights is None else weights[near]
+        stem = _fit_candidate(points[near], weight, xy, h, radius, sensor, loose, strict=False)
+        if stem is None or stem.points < 4 * sensor.least_points:
+            continue
+        pieces = _follow(points, tree, weights, stem.cone, sensor, options)
+        if len(pieces) >= 5 and np.median([piece.sigma for piece in pieces]) < 0.9 * sensor.cap_m:
+            kept.append(replace(stem, pieces=pieces, round=False))
+    return kept
+
+
 def _fit_candidate(near: np.ndarray, weights: np.ndarray | None, xy: np.ndarray, h: float, radius: float,
-                   sensor: Sensor, options: SegmentOptions) -> Stem | None:
+                   sensor: Sensor, options: SegmentOptions, strict: bool = True) -> Stem | None:
     """Grow a cone from the candidate's layer to the whole band; the best of three starting radii that is a stem."""
     best: Stem | None = None
     layer = np.abs(near[:, 2] - h) < 0.8
@@ -208,14 +238,16 @@ def _fit_candidate(near: np.ndarray, weights: np.ndarray | None, xy: np.ndarray,
             continue
         if sensor.solid:
             cone = _solid_radius(cone, near[band], None if weights is None else weights[band])
-        stem = judge(cone, near[band], sensor, options)
+        stem = judge(cone, near[band], sensor, options, strict)
         if stem is not None and (best is None or stem.score > best.score):
             best = stem
     return best
 
 
-def judge(cone: Cone, band: np.ndarray, sensor: Sensor, options: SegmentOptions) -> Stem | None:
-    """The evidence that (N, 3) ``band`` points give for a cone, or ``None`` when it is no stem."""
+def judge(cone: Cone, band: np.ndarray, sensor: Sensor, options: SegmentOptions, strict: bool = True) -> Stem | None:
+    """The evidence that (N, 3) ``band`` points give for a cone, or ``None`` when it is no stem.
+
+    strict: it has to be a clean ring; otherwise only bark in enough rows is asked for."""
     if not 0.015 < cone.radius(1.3) <= options.max_dbh_cm / 200:
         return None
     residual = cone.residuals(band)
@@ -239,7 +271,7 @@ def judge(cone: Cone, band: np.ndarray, sensor: Sensor, options: SegmentOptions)
     inner = 0.0 if sensor.solid else len(np.unique(row[inside] * _SECTORS + sector[inside])) / cells
     outer = len(np.unique(row[outside] * _SECTORS + sector[outside])) / cells
     share = float(filled.mean())
-    if share < options.min_rows or arc < options.min_arc_deg or inner > 0.35 or outer > 1.2:
+    if share < options.min_rows or arc < options.min_arc_deg or strict and (inner > 0.35 or outer > 1.2):
         return None
     # Sharpness decides between fits: cells with bark within the sensor's noise against cells with points near it.
     away = np.abs(residual)
@@ -248,10 +280,10 @@ def judge(cone: Cone, band: np.ndarray, sensor: Sensor, options: SegmentOptions)
     core = len(np.unique(row[sharp] * _SECTORS + sector[sharp]))
     fringe = len(np.unique(row[blurred] * _SECTORS + sector[blurred]))
     score = share * (core - 0.5 * fringe - inner * cells)
-    pure = score >= max(0.35 * share * cells, 18)
+    pure = score >= max(0.5 * share * cells, 18)
     # Rough bark or a noisy scanner: not sharp, but empty inside, clean outside and continuous.
     clean = inner <= 0.04 and outer <= 0.2 and share >= 0.85 and arc >= 150
-    if not (pure or clean or sensor.solid) or cone.sigma > 0.35 * cone.radius(1.3):
+    if strict and (not (pure or clean or sensor.solid) or cone.sigma > 0.35 * cone.radius(1.3)):
         return None
     return Stem(cone, float(score), share, float(arc), float(inner), float(outer), int(on.sum()))
 
@@ -280,11 +312,16 @@ def _same(one: Stem, other: Stem) -> bool:
 
 
 def _without_doubles(stems: list[Stem]) -> list[Stem]:
-    kept: list[Stem] = []
-    for stem in sorted(stems, key=lambda s: -s.score):
-        if not any(_same(stem, other) for other in kept):
-            kept.append(stem)
-    return kept
+    """The better one of stems that stand in one another."""
+    stems = sorted(stems, key=lambda stem: -stem.score)
+    if len(stems) < 2:
+        return stems
+    feet = np.array([stem.cone.centre(1.3) for stem in stems])
+    near = cKDTree(feet).query_ball_point(feet, 1.5)
+    kept = np.zeros(len(stems), bool)
+    for number, stem in enumerate(stems):
+        kept[number] = not any(kept[other] and _same(stem, stems[other]) for other in near[number] if other < number)
+    return [stem for stem, keep in zip(stems, kept, strict=True) if keep]
 
 
 def _follow(points: np.ndarray, tree: cKDTree, weights: np.ndarray | None, cone: Cone, sensor: Sensor,
