@@ -9,10 +9,11 @@ setup:  ## system packages, .venv with the engine, a private QGIS profile; at on
 demo: setup  ## the main job on a small simulated plot, through qgis_process
 	@$(PYTHON) tools/demo.py
 
-test: setup lint  ## lint, then all tests; real QGIS is driven
+test: setup  ## style check, then all tests; real QGIS is driven
+	@$(PYTHON) -m ruff check --quiet .
 	@$(PYTHON) -m pytest -q
 
-lint: setup
+lint: setup  ## style and types
 	@$(PYTHON) -m ruff check .
 	@$(PYTHON) -m mypy
 

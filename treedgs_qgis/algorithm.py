@@ -36,8 +36,6 @@ from .parameters import (
 
 ICON = Path(__file__).with_name("icons") / "treedgs.svg"
 HELP_URL = "https://github.com/treedgs/treedgs/tree/main/docs"
-#: Lines of native libraries that are shown before the rest goes to the log file only.
-SHOWN_LOG_LINES = 200
 #: QGIS keeps every estimate as a line of its log: not too many of them.
 ESTIMATE_EVERY_S = 20
 
@@ -165,7 +163,7 @@ class EngineAlgorithm(BaseAlgorithm):
         """Missing files, numbers out of range, an unusable CRS; then the verb's own needs."""
         for entry in self.declaration["parameters"]:
             name, given = qgis_name(entry["name"]), parameters.get(qgis_name(entry["name"]))
-            if given in (None, ""):
+            if given in (None, "") and not (entry["required"] and entry["kind"] == "crs"):
                 if entry["required"] and entry["kind"] not in DESTINATIONS:
                     return f"{name} is required: {help_text(entry)}"
                 continue
@@ -206,6 +204,8 @@ class EngineAlgorithm(BaseAlgorithm):
         if given == LOCAL:
             return ""
         crs: QgsCoordinateReferenceSystem = self.parameterAsCrs(parameters, name, context)
+        if not crs.isValid() and given in (None, ""):
+            return f"{name} is required: give a projected CRS in metres, like EPSG:32615."
         if not crs.isValid():
             return f"{name}: {given!r} is not a coordinate reference system; give one like EPSG:32615."
         if crs.isGeographic():
@@ -260,11 +260,10 @@ def is_cancelled(feedback: QgsProcessingFeedback) -> bool:
 
 
 class Listener:
-    """Turns the engine's messages into QGIS feedback."""
+    """Turns the engine's messages into QGIS feedback; what native libraries print stays in ``engine.log``."""
 
     def __init__(self, feedback: QgsProcessingFeedback) -> None:
         self.feedback = feedback
-        self.log_lines = 0
         self.told = time.monotonic()
 
     def __call__(self, message: dict[str, Any]) -> None:
@@ -283,10 +282,6 @@ class Listener:
             self.feedback.pushInfo(text)
         elif kind == "warn":
             self.feedback.pushWarning(text)
-        elif kind == "log" and text:
-            self.log_lines += 1
-            if self.log_lines <= SHOWN_LOG_LINES:
-                self.feedback.pushConsoleInfo(text)
 
 
 def duration(seconds: float) -> str:

@@ -31,6 +31,8 @@ PLUGIN_ROOT = Path(__file__).resolve().parents[1]
 GRACE_S = 1.2
 #: Seconds the engine may take to end after closing its output.
 CLOSING_S = 20
+#: The engine's exit code for a mistake of its own: the only one whose log is worth naming.
+DEFECT = 1
 #: How many job folders (logs) are kept.
 KEPT_JOBS = 20
 
@@ -271,6 +273,8 @@ def run_job(
     if is_cancelled():
         raise EngineCancelled("Stopped; what was finished is kept, run again to resume.")
     if code != 0:
+        if code == DEFECT and sentence:
+            sentence += f" Log: {job_dir / 'engine.log'}"
         raise EngineError(sentence or explain_exit(code, list(tail), job_dir / "engine.log"))
     if sentence:
         raise EngineError(sentence)

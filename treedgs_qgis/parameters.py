@@ -78,7 +78,9 @@ def label(entry: dict[str, Any]) -> str:
 def make_parameter(entry: dict[str, Any]) -> QgsProcessingParameterDefinition:
     """One declared parameter as a QGIS definition."""
     kind, name, text = entry["kind"], qgis_name(entry["name"]), label(entry)
-    default, optional = entry["default"], not entry["required"]
+    default = entry["default"]
+    # With a default nothing has to be given, but nothing can be left empty either: not what QGIS calls optional.
+    optional = not entry["required"] and default is None
     suffixes = entry.get("suffixes", [])
     if kind in ("file", "files"):
         made = QgsProcessingParameterFile(name, text, compat.FILE, "", default, optional, _filter(suffixes))
@@ -89,14 +91,14 @@ def make_parameter(entry: dict[str, Any]) -> QgsProcessingParameterDefinition:
     elif kind == "output_file":
         made = _destination(name, text, suffixes, optional)
     elif kind == "crs":
-        made = QgsProcessingParameterCrs(name, text, default, optional)
+        made = QgsProcessingParameterCrs(name, text, "ProjectCrs" if entry["required"] else default, optional)
     elif kind == "choice":
         made = QgsProcessingParameterEnum(name, text, entry["choices"], False, default, optional, True)
     elif kind == "flag":
         made = QgsProcessingParameterBoolean(name, text, default, optional)
     elif kind in ("integer", "number"):
         made = QgsProcessingParameterNumber(
-            name, text, compat.INTEGER if kind == "integer" else compat.DOUBLE, default, default is None and optional
+            name, text, compat.INTEGER if kind == "integer" else compat.DOUBLE, default, optional
         )
         # Limits are checked in algorithm.py too: QGIS would refuse without saying what was expected.
         if entry.get("minimum") is not None:
@@ -113,7 +115,7 @@ def make_parameter(entry: dict[str, Any]) -> QgsProcessingParameterDefinition:
 
 def help_text(entry: dict[str, Any]) -> str:
     """The parameter's help with unit and limits."""
-    parts = [entry["help"].rstrip(".")]
+    parts = [entry["help"][:1].upper() + entry["help"][1:].rstrip(".")]
     if entry.get("unit"):
         parts.append(f"in {entry['unit']}")
     low, high = entry.get("minimum"), entry.get("maximum")
@@ -157,7 +159,7 @@ def engine_values(
                 value = _path(algorithm.parameterAsOutputLayer(parameters, name, context))
             else:
                 value = _path(algorithm.parameterAsFileOutput(parameters, name, context))
-        elif given is None and entry["default"] is None:
+        elif given is None and entry["default"] is None and kind != "crs":
             continue
         elif kind in ("file", "files", "folder"):
             value = _path(algorithm.parameterAsString(parameters, name, context))

@@ -219,3 +219,65 @@ job.renderedImage().save(sys.argv[2])
     assert colours.get((46, 139, 61), 0) > 20, "the measured tree is a full green dot"
     assert colours.get((242, 161, 13), 0) > 20, "the doubtful one a full amber dot"
     assert 0 < colours.get((198, 40, 40), 0) < 60, "the rejected one a red ring"
+
+
+def stems_cloud(path: Path, radii_m: tuple[float, ...] = (0.12, 0.17, 0.22)) -> list[tuple[float, float, float]]:
+    """Write a terrestrial-looking cloud: flat ground and a row of upright stems; returns (x, y, dbh_cm)."""
+    import laspy
+    import numpy as np
+    import pyproj
+
+    rng = np.random.default_rng(3)
+    ground = np.column_stack([rng.uniform(0, 12, 30000), rng.uniform(0, 8, 30000), rng.normal(0, 0.01, 30000)])
+    parts, truth = [ground], []
+    for index, radius in enumerate(radii_m):
+        x, y = 2.5 + 3.5 * index, 4.0 + 0.3 * index
+        angle, height = rng.uniform(0, 2 * np.pi, 9000), rng.uniform(0, 9, 9000)
+        r = radius - 0.004 * (height - 1.37) + rng.normal(0, 0.004, 9000)
+        parts.append(np.column_stack([x + r * np.cos(angle), y + r * np.sin(angle), height]))
+        truth.append((500000 + x, 3450000 + y, 200 * radius))
+    points = np.vstack(parts) + [500000, 3450000, 100]
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    header.scales, header.offsets = [0.001] * 3, [500000, 3450000, 100]
+    header.add_crs(pyproj.CRS("EPSG:32617"))
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y, cloud.z = points.T
+    cloud.write(path)
+    return truth
+
+
+def test_a_cloud_becomes_styled_trees(qgis, tmp_path):
+    import geopandas
+    import numpy as np
+
+    folder = tmp_path / "relevé d'août"
+    folder.mkdir()
+    truth = stems_cloud(folder / "nuage é.laz")
+    done = qgis.run("pointcloudtodbh", INPUT=folder / "nuage é.laz", OUTPUT=folder / "arbres.gpkg")
+    assert done.returncode == 0, done.stdout
+    assert f"OUTPUT:\t{folder / 'arbres.gpkg'}" in done.stdout
+    trees = geopandas.read_file(folder / "arbres.gpkg", layer="trees")
+    assert trees.crs.to_epsg() == 32617
+    for x, y, dbh_cm in truth:
+        nearest = trees.loc[np.hypot(trees.x - x, trees.y - y).idxmin()]
+        assert np.hypot(nearest.x - x, nearest.y - y) < 0.05
+        assert abs(nearest.dbh_cm - dbh_cm) < 1.0, (nearest.dbh_cm, dbh_cm)
+    styles = geopandas.read_file(folder / "arbres.gpkg", layer="layer_styles")
+    assert list(styles["useAsDefault"]) == [True]
+
+
+def test_an_unwritable_output_is_refused_and_leaves_nothing(qgis, tmp_path):
+    stems_cloud(tmp_path / "cloud.laz", (0.15,))
+    (tmp_path / "a file").write_text("in the way")
+    done = qgis.run("pointcloudtodbh", INPUT=tmp_path / "cloud.laz", OUTPUT=tmp_path / "a file" / "trees.gpkg")
+    refused(done, "cannot be written")
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["a file", "cloud.laz"]
+
+
+def test_a_truncated_cloud_is_refused(qgis, tmp_path):
+    stems_cloud(tmp_path / "whole.laz", (0.15,))
+    data = (tmp_path / "whole.laz").read_bytes()
+    (tmp_path / "cut.laz").write_bytes(data[: len(data) // 2])
+    done = qgis.run("pointcloudtodbh", INPUT=tmp_path / "cut.laz", OUTPUT=tmp_path / "trees.gpkg")
+    refused(done, "cut.laz")
+    assert not (tmp_path / "trees.gpkg").exists()
