@@ -1,6 +1,6 @@
 """The whole chain on plots with known truth: success, error, interval coverage, false trees, seconds, memory.
 
-    python benchmarks/photos_to_dbh.py PLOT [PLOT ...] [--fit auto paper] [--preset balanced] [--output FILE.json]
+    python benchmarks/photos_to_dbh.py PLOT [PLOT ...] [--fit auto paper] [--preset balanced] [--output FILE]
 
 A plot is a folder as ``simulate-plot`` writes it. The chain gets photos, geotags and plots.csv, never ``truth/``; it runs
 in a process of its own, so that seconds and peak memory are its own.
@@ -25,16 +25,42 @@ from treedgs_geo.inventory.tree_layer import read_trees
 def run(plot: Path, fit: str, preset: str, work: Path) -> dict:
     """One chain run; the workspace is kept between routes, so that cameras are reconstructed once."""
     output = work / f"{fit}.gpkg"
-    command = [sys.executable, "-m", "treedgs_geo", "photos-to-dbh", "--photos", plot / "images", "--geotags", plot,
-               "--crs", "EPSG:6344", "--plots", plot / "plots.csv", "--preset", preset, "--fit", fit,
-               "--workspace", work, "--output", output, "--log-format", "plain"]
+    command = [
+        sys.executable,
+        "-m",
+        "treedgs_geo",
+        "photos-to-dbh",
+        "--photos",
+        plot / "images",
+        "--geotags",
+        plot,
+        "--crs",
+        "EPSG:6344",
+        "--plots",
+        plot / "plots.csv",
+        "--preset",
+        preset,
+        "--fit",
+        fit,
+        "--workspace",
+        work,
+        "--output",
+        output,
+        "--log-format",
+        "plain",
+    ]
     code = subprocess.run([str(word) for word in command]).returncode
     if code:
         return {"plot": plot.name, "fit": fit, "exit_code": code}
     stages = json.loads((work / "run.json").read_text())["stages"]
-    outcome = {"plot": plot.name, "fit": fit, "preset": preset, "exit_code": 0,
-               "seconds": {name: stage["seconds"] for name, stage in stages.items()},
-               "peak_memory_mb": max(stage["peak_memory_mb"] for stage in stages.values())}
+    outcome = {
+        "plot": plot.name,
+        "fit": fit,
+        "preset": preset,
+        "exit_code": 0,
+        "seconds": {name: stage["seconds"] for name, stage in stages.items()},
+        "peak_memory_mb": max(stage["peak_memory_mb"] for stage in stages.values()),
+    }
     trees = read_trees(output)
     for label, least in (("all in-plot stems", 0), ("3 or more clear views", 3)):
         accuracy, table = score_against_truth(trees, plot / "truth" / "trees.csv", least)
@@ -71,9 +97,13 @@ def main() -> int:
             print(f"{row['plot']:<9} {row['fit']:<8} failed with exit code {row['exit_code']}")
             continue
         a = row["3 or more clear views"]
-        text = " ".join("-" if a[k] is None else f"{a[k]:8.2f}" for k in ("rmse_cm", "me_cm", "max_abs_cm", "coverage_90"))
-        print(f"{row['plot']:<9} {row['fit']:<8} {a['n_reference']:>5} {a['n_measured']:>6} {a['n_false']:>6} {text} "
-              f"{sum(row['seconds'].values()):>8.0f} {row['peak_memory_mb']:>5}")
+        text = " ".join(
+            "-" if a[k] is None else f"{a[k]:8.2f}" for k in ("rmse_cm", "me_cm", "max_abs_cm", "coverage_90")
+        )
+        print(
+            f"{row['plot']:<9} {row['fit']:<8} {a['n_reference']:>5} {a['n_measured']:>6} {a['n_false']:>6} {text} "
+            f"{sum(row['seconds'].values()):>8.0f} {row['peak_memory_mb']:>5}"
+        )
     if options.output:
         machine = {"cores": os.cpu_count(), "machine": platform.machine(), "python": platform.python_version()}
         options.output.write_text(json.dumps({"machine": machine, "runs": rows}, indent=1) + "\n")

@@ -13,6 +13,7 @@ import sys
 import time
 from pathlib import Path
 
+import pandas as pd
 from qgis_run import run_algorithm
 
 from treedgs_geo.cli import main as treedgs
@@ -60,19 +61,25 @@ def main() -> int:
     accuracy, table = score_against_truth(read_trees(layer), plot / "truth" / "trees.csv")
     print("\ntree   photos   measured DBH          true DBH   error")
     for row in table.itertuples():
-        if row.dbh_cm is None or row.dbh_cm != row.dbh_cm:
-            print(f"{row.tree_id}   {row.clear_views:>4}     no DBH ({row.qc_flag}: {row.qc_reason or '-'})   {row.dbh_true_cm:6.1f} cm")
+        start = f"{row.tree_id}   {row.clear_views:>4}    "
+        if pd.isna(row.dbh_cm):
+            print(f"{start} no DBH ({row.qc_flag}: {row.qc_reason or '-'})   {row.dbh_true_cm:6.1f} cm")
         else:
-            print(f"{row.tree_id}   {row.clear_views:>4}     {row.dbh_cm:5.1f} ± {row.dbh_se_cm:.1f} cm ({row.qc_flag})   "
-                  f"{row.dbh_true_cm:6.1f} cm   {row.error_cm:+.1f} cm")
+            measured = f"{row.dbh_cm:5.1f} ± {row.dbh_se_cm:.1f} cm ({row.qc_flag})"
+            print(f"{start} {measured}   {row.dbh_true_cm:6.1f} cm   {row.error_cm:+.1f} cm")
     if accuracy.rmse_cm is None:
         print("\nNo stem got a DBH.")
     else:
-        print(f"\n{accuracy.n_measured} of {accuracy.n_reference} stems measured, {accuracy.n_false} false; "
-              f"RMSE {accuracy.rmse_cm:.2f} cm, mean error {accuracy.me_cm:+.2f} cm, worst {accuracy.max_abs_cm:.2f} cm")
+        print(
+            f"\n{accuracy.n_measured} of {accuracy.n_reference} stems measured, {accuracy.n_false} false; "
+            f"RMSE {accuracy.rmse_cm:.2f} cm, mean error {accuracy.me_cm:+.2f} cm, worst {accuracy.max_abs_cm:.2f} cm"
+        )
     stages = json.loads((work / "run.json").read_text(encoding="utf-8"))["stages"]
-    print("seconds: " + ", ".join(f"{name} {entry['seconds']:.0f}" for name, entry in stages.items())
-          + f"; in all {seconds:.0f} s, peak memory {max(entry['peak_memory_mb'] for entry in stages.values())} MB")
+    print(
+        "seconds: "
+        + ", ".join(f"{name} {entry['seconds']:.0f}" for name, entry in stages.items())
+        + f"; in all {seconds:.0f} s, peak memory {max(entry['peak_memory_mb'] for entry in stages.values())} MB"
+    )
     print(f"layer:   {layer}\nreport:  {work / 'report.html'}")
     # A demo that measures nothing, or lies, has failed.
     return 0 if accuracy.rmse_cm is not None and accuracy.n_false == 0 else 1

@@ -170,7 +170,8 @@ def _parser(command: Command) -> argparse.ArgumentParser:
             dest=name,
             metavar=_metavar(spec),
             help=_help_line(spec, default).replace("%", "%%"),
-            **({"nargs": "?", "const": "true"} if spec.kind == "flag" else {}),
+            nargs="?" if spec.kind == "flag" else None,
+            const="true" if spec.kind == "flag" else None,
         )
     parser.add_argument(
         "--log-format",

@@ -40,7 +40,9 @@ def test_photos_without_geotags(capsys, tmp_path):
     (tmp_path / "photos").mkdir()
     rng = np.random.default_rng(0)
     for number in range(4):
-        Image.fromarray(rng.integers(0, 255, (120, 160, 3), dtype=np.uint8)).save(tmp_path / "photos" / f"p{number}.jpg")
+        Image.fromarray(rng.integers(0, 255, (120, 160, 3), dtype=np.uint8)).save(
+            tmp_path / "photos" / f"p{number}.jpg"
+        )
     assert "--geotags" in _run(capsys, tmp_path, photos=tmp_path / "photos")
 
 
@@ -71,14 +73,22 @@ def test_dtm_that_does_not_cover_the_plot(capsys, tmp_path, simulated_plot):
     profile["transform"] = profile["transform"] * rasterio.Affine.translation(10_000, 0)
     with rasterio.open(tmp_path / "away.tif", "w", **profile) as target:
         target.write(band)
-    line = _run(capsys, tmp_path, photos=simulated_plot / "images", geotags=simulated_plot, dtm=tmp_path / "away.tif",
-                plots=simulated_plot / "plots.csv")
+    line = _run(
+        capsys,
+        tmp_path,
+        photos=simulated_plot / "images",
+        geotags=simulated_plot,
+        dtm=tmp_path / "away.tif",
+        plots=simulated_plot / "plots.csv",
+    )
     assert "away.tif" in line and "cover" in line
 
 
 def test_plots_far_from_the_photos(capsys, tmp_path, simulated_plot):
     (tmp_path / "plots.csv").write_text("plot_id,easting,northing,radius_m\nfar,500000,3700000,10\n")
-    line = _run(capsys, tmp_path, photos=simulated_plot / "images", geotags=simulated_plot, plots=tmp_path / "plots.csv")
+    line = _run(
+        capsys, tmp_path, photos=simulated_plot / "images", geotags=simulated_plot, plots=tmp_path / "plots.csv"
+    )
     assert "'far'" in line and "epsg" in line
 
 

@@ -16,8 +16,15 @@ from treedgs_geo.inventory.tree_layer import read_trees
 
 
 def _arguments(plot: Path, folder: Path, **more: str) -> list[str]:
-    given = {"photos": plot / "images", "geotags": plot, "crs": "EPSG:6344", "plots": plot / "plots.csv",
-             "workspace": folder / "work", "output": folder / "trees.gpkg", **more}
+    given = {
+        "photos": plot / "images",
+        "geotags": plot,
+        "crs": "EPSG:6344",
+        "plots": plot / "plots.csv",
+        "workspace": folder / "work",
+        "output": folder / "trees.gpkg",
+        **more,
+    }
     words = ["photos-to-dbh", "--log-format", "plain"]
     for name, value in given.items():
         words += [f"--{name.replace('_', '-')}", str(value)]
@@ -33,7 +40,9 @@ def finished(simulated_plot, tmp_path_factory) -> Path:
 
 
 def test_stems_are_found_and_measured(finished, simulated_plot):
-    accuracy, table = score_against_truth(read_trees(finished / "trees.gpkg"), simulated_plot / "truth" / "trees.csv", 3)
+    accuracy, table = score_against_truth(
+        read_trees(finished / "trees.gpkg"), simulated_plot / "truth" / "trees.csv", 3
+    )
     print(table.to_string())
     # The plot has a handful of stems: these bounds catch a broken chain, the benchmarks judge the accuracy.
     assert accuracy.n_false == 0
@@ -75,7 +84,9 @@ def test_measuring_again_gives_the_same_trees(finished, simulated_plot, tmp_path
     (tmp_path / "work" / "trees.json").unlink()
     assert main(_arguments(simulated_plot, tmp_path)) == 0
     one, two = read_trees(finished / "trees.gpkg"), read_trees(tmp_path / "trees.gpkg")
-    pd.testing.assert_frame_equal(pd.DataFrame(one.drop(columns="geometry")), pd.DataFrame(two.drop(columns="geometry")))
+    pd.testing.assert_frame_equal(
+        pd.DataFrame(one.drop(columns="geometry")), pd.DataFrame(two.drop(columns="geometry"))
+    )
 
 
 def test_another_breast_height_keeps_the_cameras(finished, simulated_plot, tmp_path, capsys):

@@ -29,7 +29,7 @@ from ..stems.area import Area, area_seen
 from ..terrain.dtm import Dtm, read_dtm, require_coverage, require_same_heights, write_dtm
 from ..terrain.sparse_ground import dtm_from_sparse
 from .routes import PRESETS, photo_route, splat_route
-from .steps import Steps
+from .steps import Collector, Steps
 
 if TYPE_CHECKING:
     from ..commands.photos_to_dbh import PhotosToDbhSettings
@@ -68,8 +68,11 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
     if not nothing:
         trees = _measure(settings, frame, views, dtm, area, space, steps)
         if not any(tree.qc_flag != "reject" for tree in trees):
-            nothing = ("no stem was found in the photos: none shows two edges of a trunk near the ground" if not trees
-                       else f"all {len(trees)} stems found were refused, each with its reason in the layer")
+            nothing = (
+                "no stem was found in the photos: none shows two edges of a trunk near the ground"
+                if not trees
+                else f"all {len(trees)} stems found were refused, each with its reason in the layer"
+            )
     return _write(settings, stations.crs, trees, plots, views, report, nothing, space, steps)
 
 
@@ -96,7 +99,8 @@ def _check_cover(settings: PhotosToDbhSettings, plots: list[Plot], dtm: Dtm | No
         if away > 500:
             raise InputError(
                 f"{settings.plots}: plot {plot.plot_id!r} lies {away:.0f} m from the nearest photo, expected it under "
-                "the flight; check the coordinates and their CRS (column epsg).")
+                "the flight; check the coordinates and their CRS (column epsg)."
+            )
     if dtm is not None:
         where = np.array([[p.x, p.y] for p in plots]) if plots else np.nanmedian(placed, axis=0)[None]
         require_coverage(dtm, where, str(settings.dtm))
@@ -106,8 +110,13 @@ def _reconstruct(settings: PhotosToDbhSettings, stations: Stations, space: Works
     options = PRESETS[settings.preset].reconstruct
     sfm = space.path(names.SFM)
     outputs = [sfm / "frame.json", sfm / "images.bin"]
-    return steps.run("reconstruct", to_json(options), [], outputs,
-                     lambda reporter: reconstruct_photos(stations, options, sfm, reporter))
+    return steps.run(
+        "reconstruct",
+        to_json(options),
+        [],
+        outputs,
+        lambda reporter: reconstruct_photos(stations, options, sfm, reporter),
+    )
 
 
 def _area(plots: list[Plot], frame: LocalFrame, views: list[View], points: np.ndarray) -> tuple[Area, str]:
@@ -120,15 +129,24 @@ def _area(plots: list[Plot], frame: LocalFrame, views: list[View], points: np.nd
         area = area_seen(views, float(np.percentile(points[:, 2], 20)) if len(points) else 0.0)
     if len(oblique) < LEAST_OBLIQUE:
         steepest = max((view.nadir_angle_deg for view in views), default=0.0)
-        return area, (f"all {len(views)} photos look almost straight down (at most {steepest:.0f} degrees from it), which "
-                      "shows crowns but no trunk from the side; fly oblique photos (30 to 50 degrees) from all sides")
+        return area, (
+            f"all {len(views)} photos look almost straight down (at most {steepest:.0f} degrees from it), which "
+            "shows crowns but no trunk from the side; fly oblique photos (30 to 50 degrees) from all sides"
+        )
     if not len(area.radii_m):
         return area, "no place is seen by six or more oblique photos; fly more of them, from all sides"
     return area, ""
 
 
-def _ground(settings: PhotosToDbhSettings, given: Dtm | None, frame: LocalFrame, points: np.ndarray, area: Area,
-            space: Workspace, steps: Steps) -> Dtm:
+def _ground(
+    settings: PhotosToDbhSettings,
+    given: Dtm | None,
+    frame: LocalFrame,
+    points: np.ndarray,
+    area: Area,
+    space: Workspace,
+    steps: Steps,
+) -> Dtm:
     """The terrain model of the run, in project coordinates, kept as ``dtm.tif``."""
     path = space.path(names.DTM)
 
@@ -144,7 +162,9 @@ def _ground(settings: PhotosToDbhSettings, given: Dtm | None, frame: LocalFrame,
         write_dtm(path, given)
         return {"ground": str(settings.dtm)}
 
-    steps.run("ground", {"dtm": settings.dtm, "plots": _circles(area)}, [settings.dtm] if settings.dtm else [], [path], work)
+    steps.run(
+        "ground", {"dtm": settings.dtm, "plots": _circles(area)}, [settings.dtm] if settings.dtm else [], [path], work
+    )
     return read_dtm(path, frame.crs)
 
 
@@ -157,8 +177,15 @@ def _sparse_dtm(points: np.ndarray, frame: LocalFrame, area: Area, margin_m: flo
     return dtm_from_sparse(frame.to_project(points), crs=frame.crs, bounds=bounds)
 
 
-def _measure(settings: PhotosToDbhSettings, frame: LocalFrame, views: list[View], dtm: Dtm, area: Area, space: Workspace,
-             steps: Steps) -> list[Tree]:
+def _measure(
+    settings: PhotosToDbhSettings,
+    frame: LocalFrame,
+    views: list[View],
+    dtm: Dtm,
+    area: Area,
+    space: Workspace,
+    steps: Steps,
+) -> list[Tree]:
     """Stems and diameters by the route asked for; kept as ``trees.json`` so that a resumed run skips it."""
     kept = space.path("trees.json")
     fit = "paper" if settings.preset == "paper" and settings.fit == "auto" else settings.fit
@@ -168,18 +195,43 @@ def _measure(settings: PhotosToDbhSettings, frame: LocalFrame, views: list[View]
         if fit == "photos":
             trees = photo_route(PRESETS[settings.preset], settings.bh_m, frame, views, dtm, area, reporter)
         else:
-            trees = splat_route(settings.preset, settings.bh_m, frame, views, dtm, area, space, reporter,
-                                paper=fit == "paper", seed=settings.seed)
+            trees = splat_route(
+                settings.preset,
+                settings.bh_m,
+                frame,
+                views,
+                dtm,
+                area,
+                space,
+                reporter,
+                paper=fit == "paper",
+                seed=settings.seed,
+            )
         write_json(kept, [asdict(tree) for tree in trees])
         return {"fit": fit, "stems": len(trees)}
 
-    used = {"fit": fit, "preset": settings.preset, "bh_m": settings.bh_m, "seed": settings.seed, "plots": _circles(area)}
+    used = {
+        "fit": fit,
+        "preset": settings.preset,
+        "bh_m": settings.bh_m,
+        "seed": settings.seed,
+        "plots": _circles(area),
+    }
     steps.run("measure", used, [], [kept], work)
     return [Tree(**record) for record in read_json(kept)]
 
 
-def _write(settings: PhotosToDbhSettings, crs: pyproj.CRS, trees: list[Tree], plots: list[Plot], views: list[View],
-           sfm: dict[str, Any], nothing: str, space: Workspace, steps: Steps) -> dict[str, Any]:
+def _write(
+    settings: PhotosToDbhSettings,
+    crs: pyproj.CRS,
+    trees: list[Tree],
+    plots: list[Plot],
+    views: list[View],
+    sfm: dict[str, Any],
+    nothing: str,
+    space: Workspace,
+    steps: Steps,
+) -> dict[str, Any]:
     """Layer, copy in the workspace, report."""
     for tree in trees:
         tree.run_id = steps.run_id
@@ -188,7 +240,7 @@ def _write(settings: PhotosToDbhSettings, crs: pyproj.CRS, trees: list[Tree], pl
     measured = [tree for tree in trees if tree.dbh_cm is not None]
     report = space.path(names.REPORT)
 
-    def work(reporter: Reporter) -> dict[str, Any]:
+    def work(reporter: Collector) -> dict[str, Any]:
         if nothing:
             reporter.warn(f"No stem is measurable: {nothing}.")
         if trees and all(tree.plot_id is None for tree in trees) and plots:
@@ -199,10 +251,14 @@ def _write(settings: PhotosToDbhSettings, crs: pyproj.CRS, trees: list[Tree], pl
         stages = {name: entry for name, entry in space.record["stages"].items() if name != "write"}
         megapixels = sum(view.camera.width * view.camera.height for view in views) / 1e6
         facts = {
-            "photos": f"{sfm.get('registered', len(views))} of {sfm.get('photos', len(views))} registered, {megapixels:.0f} megapixels",
+            "photos": f"{sfm['registered']} of {sfm['photos']} registered, {megapixels:.0f} megapixels",
             "method": space.record["stages"].get("measure", {}).get("result", {}).get("fit", "none"),
-            "breast height": f"{settings.bh_m:g} m", "CRS": crs.to_string(), "ground": stages["ground"]["result"]["ground"],
-            "preset": settings.preset, "TreeDGS": space.record["version"], "run": steps.run_id,
+            "breast height": f"{settings.bh_m:g} m",
+            "CRS": crs.to_string(),
+            "ground": stages["ground"]["result"]["ground"],
+            "preset": settings.preset,
+            "TreeDGS": space.record["version"],
+            "run": steps.run_id,
         }
         write_report(report, tree_table(trees, crs), plots, facts, steps.warnings + reporter.warnings, stages)
         return {"report": str(report)}
@@ -211,10 +267,16 @@ def _write(settings: PhotosToDbhSettings, crs: pyproj.CRS, trees: list[Tree], pl
     steps.run("write", {"output": settings.output}, [], [], work, always=True)
     status = f"{len(measured)} of {len(trees)} stems measured" if measured else f"No stem is measurable: {nothing}."
     return {
-        "output": str(settings.output), "report": str(report), "run": str(space.folder / "run.json"),
-        "n_trees": len(trees), "n_measured": len(measured), "n_rejected": len(trees) - len(measured),
+        "output": str(settings.output),
+        "report": str(report),
+        "run": str(space.folder / "run.json"),
+        "n_trees": len(trees),
+        "n_measured": len(measured),
+        "n_rejected": len(trees) - len(measured),
         "mean_dbh_cm": round(float(np.mean([tree.dbh_cm for tree in measured])), 2) if measured else None,
-        "status": status, "warnings": steps.warnings, "peak_memory_mb": peak_memory_mb(),
+        "status": status,
+        "warnings": steps.warnings,
+        "peak_memory_mb": peak_memory_mb(),
     }
 
 

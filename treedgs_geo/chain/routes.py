@@ -36,15 +36,26 @@ PRESETS = {
 }
 
 
-def photo_route(preset: Preset, bh_m: float, frame: LocalFrame, views: list[View], dtm: Dtm, area: Area,
-                reporter: Reporter) -> list[Tree]:
+def photo_route(
+    preset: Preset, bh_m: float, frame: LocalFrame, views: list[View], dtm: Dtm, area: Area, reporter: Reporter
+) -> list[Tree]:
     """Stems found and fitted straight in the photos."""
     options = replace(preset.stems, bh_m=bh_m)
     return to_trees(stems_from_photos(views, frame, dtm.local(frame).height, area, options, reporter), frame)
 
 
-def splat_route(preset: str, bh_m: float, frame: LocalFrame, views: list[View], dtm: Dtm, area: Area, space: Workspace,
-                reporter: Reporter, paper: bool, seed: int) -> list[Tree]:
+def splat_route(
+    preset: str,
+    bh_m: float,
+    frame: LocalFrame,
+    views: list[View],
+    dtm: Dtm,
+    area: Area,
+    space: Workspace,
+    reporter: Reporter,
+    paper: bool,
+    seed: int,
+) -> list[Tree]:
     """The published route: Gaussians -> samples with reliability -> stem points -> slices, circles, taper.
 
     Stems are found in the photos (positions only: no diameter is handed over) and the Gaussians fitted around them, so
@@ -69,18 +80,34 @@ def splat_route(preset: str, bh_m: float, frame: LocalFrame, views: list[View], 
         field = fit_gaussians(views, frame, dtm.local(frame).height, positions, None, options, reporter)
         write_field(space.path(names.FIELD), field, frame)
     with reporter.stage("sample surface", 0.8, 0.95):
-        sampling = SampleOptions(seed=seed, **(PAPER_SAMPLING if paper else {}))
+        sampling = replace(SampleOptions(seed=seed), **(PAPER_SAMPLING if paper else {}))
         points = sample_surface(field, views, sampling, reporter)
-        cloud = PointCloud(frame.to_project(points.xyz), frame.crs, {
-            "opacity": points.opacity, "n_views": points.n_views, "tree_id": (points.groups + 1).astype(np.int32)})
+        cloud = PointCloud(
+            frame.to_project(points.xyz),
+            frame.crs,
+            {"opacity": points.opacity, "n_views": points.n_views, "tree_id": (points.groups + 1).astype(np.int32)},
+        )
         write_cloud(space.path(names.SURFACE), cloud)
         write_cloud(space.path(names.STEMS), cloud)
     with reporter.stage("measure stems", 0.95, 1.0):
-        measuring = MeasureOptions(weights="opacity", method="paper" if paper else "default", bh_m=bh_m, source="splat", seed=seed)
+        measuring = MeasureOptions(
+            weights="opacity", method="paper" if paper else "default", bh_m=bh_m, source="splat", seed=seed
+        )
         trees = measure_stems(cloud, points.groups + 1, dtm, measuring, reporter)
     measured = {tree.tree_id for tree in trees}
     # A stem without a single surface point stays in the layer, with its reason.
-    lost = [replace(tree, dbh_cm=None, dbh_se_cm=None, dbh_lo_cm=None, dbh_hi_cm=None, qc_flag="reject", qc_reason="few_points",
-                    tree_id=number)
-            for number, tree in enumerate(found, start=1) if number not in measured]
+    lost = [
+        replace(
+            tree,
+            dbh_cm=None,
+            dbh_se_cm=None,
+            dbh_lo_cm=None,
+            dbh_hi_cm=None,
+            qc_flag="reject",
+            qc_reason="few_points",
+            tree_id=number,
+        )
+        for number, tree in enumerate(found, start=1)
+        if number not in measured
+    ]
     return sorted(trees + lost, key=lambda tree: tree.tree_id)

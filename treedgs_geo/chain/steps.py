@@ -41,8 +41,15 @@ class Steps:
         self._key, self._at = "", 0.0
         self.warnings: list[str] = []
 
-    def run(self, name: str, settings: dict[str, Any], inputs: list[Path], outputs: list[Path],
-            work: Callable[[Collector], dict[str, Any]], always: bool = False) -> dict[str, Any]:
+    def run(
+        self,
+        name: str,
+        settings: dict[str, Any],
+        inputs: list[Path],
+        outputs: list[Path],
+        work: Callable[[Collector], dict[str, Any]],
+        always: bool = False,
+    ) -> dict[str, Any]:
         """Do ``work(reporter)`` as stage ``name`` unless it is done already; returns its (JSON) result.
 
         settings: whatever changes the outcome. inputs: files whose content changes it. outputs: files that must exist

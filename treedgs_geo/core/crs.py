@@ -67,7 +67,8 @@ class LocalFrame:
     @classmethod
     def around(cls, crs: pyproj.CRS, points: np.ndarray) -> LocalFrame:
         """Frame with its origin near the mean of ``points`` (N, 3), rounded to whole metres."""
-        return cls(crs, np.round(np.nanmean(np.asarray(points, float).reshape(-1, 3), axis=0)))
+        centre = np.nanmean(np.asarray(points, float).reshape(-1, 3), axis=0)
+        return cls(crs, np.asarray(np.round(centre), float))
 
     def to_local(self, points: np.ndarray) -> np.ndarray:
         """(N, 3) project coordinates -> (N, 3) local, float64."""
@@ -94,6 +95,10 @@ class LocalFrame:
 
 def lonlat_to_project(crs: pyproj.CRS, lon_deg: np.ndarray, lat_deg: np.ndarray, h_m: np.ndarray) -> np.ndarray:
     """Geodetic coordinates on the project CRS's own datum -> (N, 3) project; heights pass through unchanged."""
+    if crs.geodetic_crs is None:
+        raise CRSError(
+            f"--crs: {crs.name} is not tied to a datum, expected a projected CRS; choose the UTM zone of the plot."
+        )
     transformer = pyproj.Transformer.from_crs(crs.geodetic_crs.to_2d(), crs, always_xy=True)
     east, north = transformer.transform(np.asarray(lon_deg, float), np.asarray(lat_deg, float))
     return np.column_stack([east, north, np.asarray(h_m, float)])
