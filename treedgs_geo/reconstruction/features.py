@@ -1,0 +1,99 @@
+"""Features and matches: run in a child process, kept in a database that a stopped run resumes from."""
+
+from __future__ import annotations
+
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import ReconstructionError
+from ..core.files import write_json
+from ..core.progress import Reporter
+
+_PAIR_BASE = 2147483647
+
+
+def run_task(task: str, job: dict[str, Any], cache: Path, reporter: Reporter, fraction: Callable[[], float] | None = None) -> None:
+    """Run one task of :mod:`.worker` to its end; cancelling this process ends the child at once.
+
+    Raises:
+        MemoryError: the child was killed by the system. ReconstructionError: it crashed (the log file is named).
+    """
+    job_file, log_file = cache / f"{task}.json", cache / f"{task}.log"
+    write_json(job_file, {"task": task, **job})
+    with open(log_file, "wb") as log:
+        child = subprocess.Popen([sys.executable, "-m", "treedgs_geo.reconstruction.worker", str(job_file)],
+                                 stdin=subprocess.DEVNULL, stdout=log, stderr=log)
+        try:
+            while child.poll() is None:
+                time.sleep(0.1)
+                if fraction is not None:
+                    reporter.progress(fraction())
+        finally:
+            if child.poll() is None:
+                child.kill()
+                child.wait()
+    if child.returncode == -signal.SIGKILL:
+        raise MemoryError
+    if child.returncode:
+        tail = log_file.read_text(errors="replace").strip().splitlines()[-1:] or ["no message"]
+        raise ReconstructionError(f"{log_file}: the step {task!r} of structure from motion stopped with code {child.returncode} "
+                                  f"({tail[0][:200]}); run again, and report it if it stays.")
+
+
+def count_rows(database: Path, table: str, total: int) -> Callable[[], float]:
+    """Progress of a running child: rows of a table over the total expected."""
+
+    def fraction() -> float:
+        try:
+            connection = sqlite3.connect(f"file:{database}?mode=ro", uri=True, timeout=0.05)
+            try:
+                return connection.execute(f"SELECT COUNT(*) FROM {table}").fetchone()[0] / max(total, 1)
+            finally:
+                connection.close()
+        except sqlite3.Error:
+            return 0.0
+
+    return fraction
+
+
+class FeatureStore:
+    """Keypoints, descriptors and verified matches of the photos ``names``, read from the database.
+
+    keypoints: per photo (K, 2) float64 pixels. descriptors: per photo (K, 128) uint8.
+    """
+
+    def __init__(self, database: Path, names: list[str]) -> None:
+        import pycolmap
+
+        source = pycolmap.Database.open(str(database))
+        try:
+            ids = {image.name: image.image_id for image in source.read_all_images()}
+            self.image_ids = [ids.get(name, -1) for name in names]
+            self.keypoints: list[np.ndarray] = []
+            self.descriptors: list[np.ndarray] = []
+            for key in self.image_ids:
+                points = source.read_keypoints(key) if key >= 0 else np.empty((0, 4))
+                data = source.read_descriptors(key) if key >= 0 else np.empty((0, 128), np.uint8)
+                data = np.asarray(getattr(data, "data", data))
+                self.keypoints.append(np.asarray(points, float).reshape(len(points), -1)[:, :2])
+                self.descriptors.append(np.ascontiguousarray(data, np.uint8).reshape(-1, 128))
+            place = {key: i for i, key in enumerate(self.image_ids) if key >= 0}
+            self.matches: dict[tuple[int, int], np.ndarray] = {}
+            pair_ids, geometries = source.read_two_view_geometries()
+            for pair_id, geometry in zip(pair_ids, geometries, strict=True):
+                second = pair_id % _PAIR_BASE
+                first = (pair_id - second) // _PAIR_BASE
+                if first in place and second in place and len(geometry.inlier_matches):
+                    i, j = place[first], place[second]
+                    matches = np.asarray(geometry.inlier_matches, np.int64)
+                    self.matches[(i, j) if i < j else (j, i)] = matches if i < j else matches[:, ::-1]
+        finally:
+            source.close()

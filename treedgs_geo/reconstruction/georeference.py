@@ -1,0 +1,137 @@
+"""Free models from the mapper, each fitted to the geotags; photos that fit no model start from geotag and gimbal."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..core.progress import Reporter
+from ..geotags.stations import Stations
+from .adjustment import camera_from_colmap
+from .calibration import Calibration
+from .cameras import Camera
+from .features import FeatureStore, run_task
+from .poses import fit_similarity_robust, nearest_rotation, rotation_angle_deg
+
+#: A mapped photo may differ this much from its gimbal angles (after the common mounting error), degrees.
+GIMBAL_GATE_DEG = 4.0
+
+
+@dataclass
+class Placement:
+    """First poses in the local frame.
+
+    camera: intrinsics of the best model. rotations, translations: NaN where a photo could not be placed. mapped: (N,) bool, from the
+    mapper (else from geotag + gimbal). models: photos per mapper model that was used.
+    """
+
+    camera: Camera
+    rotations: np.ndarray
+    translations: np.ndarray
+    mapped: np.ndarray
+    models: list[int]
+
+
+def place_photos(database: Path, cache: Path, stations: Stations, store: FeatureStore, calibration: Calibration, xyz: np.ndarray,
+                 gimbal: np.ndarray, free_focal: bool, threads: int, seed: int, reporter: Reporter) -> Placement:
+    """Map the photos, fit every model to the geotags, and fill the gaps from geotag + gimbal.
+
+    Global mapping (GLOMAP) first; photos that it leaves out are mapped again among themselves, incrementally if it must be. A photo of a
+    model that contradicts its geotag or gimbal angles is not believed.
+
+    Args:
+        xyz: (N, 3) local geotags. gimbal: (N, 3, 3) rotations from gimbal angles, NaN unknown.
+    """
+    count = len(stations)
+    placement = Placement(calibration.camera, np.full((count, 3, 3), np.nan), np.full((count, 3), np.nan), np.zeros(count, bool), [])
+    rng = np.random.default_rng(seed)
+    gimbal_known = np.isfinite(gimbal).all(axis=(1, 2)) & np.isfinite(xyz).all(axis=1)
+    best = 0
+    for task in ("map_global", "map_global", "map_incremental"):
+        left = [i for i in range(count) if not placement.mapped[i]]
+        if len(left) < 3 or (task == "map_incremental" and gimbal_known[left].all() and placement.mapped.any()):
+            break
+        progress = 0
+        for ids, camera, rotations, centres in _run_mapper(task, database, cache, [stations.names[i] for i in left], stations.names,
+                                                           free_focal, threads, seed, reporter):
+            accepted = _fit_model(placement, ids, rotations, centres, xyz, stations.sd, gimbal, rng)
+            progress += accepted
+            if accepted > best:
+                best, placement.camera = accepted, camera
+        if task == "map_incremental" or not progress:
+            continue
+    _fill_from_gimbal(placement, xyz, gimbal, gimbal_known)
+    return placement
+
+
+def _run_mapper(task: str, database: Path, cache: Path, names: list[str], all_names: list[str], free_focal: bool, threads: int,
+                seed: int, reporter: Reporter) -> list[tuple[np.ndarray, Camera, np.ndarray, np.ndarray]]:
+    """Photo numbers, camera, rotations and centres of each model found, largest first."""
+    import pycolmap
+
+    output = cache / "models"
+    shutil.rmtree(output, ignore_errors=True)
+    output.mkdir()
+    run_task(task, {"database": str(database), "photos": str(cache), "output": str(output), "names": names, "free_focal": free_focal,
+                    "threads": threads, "seed": seed}, cache, reporter)
+    number = {name: i for i, name in enumerate(all_names)}
+    found = []
+    for folder in sorted(output.iterdir()):
+        if not (folder / "images.bin").exists():
+            continue
+        model = pycolmap.Reconstruction(str(folder))
+        images = [image for image in model.images.values() if image.has_pose and image.name in number]
+        if len(images) < 3:
+            continue
+        poses = np.array([image.cam_from_world().matrix() for image in images])
+        found.append((np.array([number[image.name] for image in images]), camera_from_colmap(model.camera(images[0].camera_id)),
+                      poses[:, :, :3], np.array([image.projection_center() for image in images])))
+    return sorted(found, key=lambda model: -len(model[0]))
+
+
+def _fit_model(placement: Placement, ids: np.ndarray, rotations: np.ndarray, centres: np.ndarray, xyz: np.ndarray, sd: np.ndarray,
+               gimbal: np.ndarray, rng: np.random.Generator) -> int:
+    """Bring one model into the local frame; returns how many of its photos were believed."""
+    placed = np.isfinite(xyz[ids]).all(axis=1)
+    spread = np.where(placed, np.linalg.norm(sd[ids], axis=1), np.inf)
+    # Fixed positions decide; float and navigation-grade ones only help where there are too few of them.
+    usable = placed & (spread <= max(0.1, 3 * np.sort(spread)[min(3, len(spread) - 1)]))
+    if usable.sum() < 3:
+        usable = placed
+    fitted = fit_similarity_robust(centres[usable], xyz[ids][usable], spread[usable], rng)
+    if fitted is None or fitted[1].sum() < max(3, 0.3 * usable.sum()):
+        return 0
+    similarity = fitted[0]
+    centres = similarity.apply(centres)
+    rotations = rotations @ similarity.rotation.T
+    off = np.linalg.norm(centres - xyz[ids], axis=1)
+    good = ~placed | (off <= 5 * spread + 0.5)
+    known = np.isfinite(gimbal[ids]).all(axis=(1, 2))
+    if (known & good).sum() >= 3:
+        error = rotations[known] @ gimbal[ids][known].transpose(0, 2, 1)
+        bias = nearest_rotation(error[good[known]].sum(axis=0))
+        away = rotation_angle_deg(error @ bias.T)
+        good[np.flatnonzero(known)[away > GIMBAL_GATE_DEG + 3 * np.median(away)]] = False
+    new = ids[good & ~placement.mapped[ids]]
+    keep = good & ~placement.mapped[ids]
+    if keep.sum() < 3:
+        return 0
+    placement.rotations[new] = rotations[keep]
+    placement.translations[new] = -np.einsum("nij,nj->ni", rotations[keep], centres[keep])
+    placement.mapped[new] = True
+    placement.models.append(int(keep.sum()))
+    return int(keep.sum())
+
+
+def _fill_from_gimbal(placement: Placement, xyz: np.ndarray, gimbal: np.ndarray, known: np.ndarray) -> None:
+    """Poses from geotag + gimbal, corrected by the common mounting error that the mapped photos show."""
+    both = known & placement.mapped
+    bias = np.eye(3)
+    if both.sum() >= 5:
+        bias = nearest_rotation((placement.rotations[both] @ gimbal[both].transpose(0, 2, 1)).sum(axis=0))
+    for i in np.flatnonzero(known & ~placement.mapped):
+        placement.rotations[i] = bias @ gimbal[i]
+        placement.translations[i] = -placement.rotations[i] @ xyz[i]

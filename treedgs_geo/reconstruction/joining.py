@@ -1,0 +1,209 @@
+"""From first poses to one block: all photos of all flights, in the frame of the geotags."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..core.progress import Reporter
+from ..geotags.photos import shorten
+from ..geotags.stations import Stations
+from .adjustment import adjust, prune
+from .cameras import Camera
+from .features import FeatureStore
+from .georeference import Placement
+from .guided import find_points, turn_to_points
+from .tracks import Block, build_tracks, triangulate
+
+#: A photo with fewer observations than this after the adjustment counts as not registered.
+MIN_OBSERVATIONS = 12
+#: The gimbal's angles are believed to this, degrees (half a degree stated; three times that and the yaw's compass).
+GIMBAL_REACH_DEG = 1.5
+
+
+def join_photos(placement: Placement, store: FeatureStore, stations: Stations, xyz: np.ndarray, free: dict[str, bool], threads: int,
+                reporter: Reporter) -> Block:
+    """Adjust the mapped photos, tie in the others through predicted geometry, look for every point in every photo, adjust.
+
+    Where shadows moved between two flights plain SIFT finds no match across them; with both in the frame of the geotags the guided
+    search does, and one adjustment makes them agree.
+
+    Args:
+        xyz: (N, 3) local geotags, NaN unknown. free: which intrinsics are adjusted.
+    """
+    names, sd = stations.names, stations.sd
+    full = {"free_focal": free["focal"], "free_principal_point": free["principal_point"], "free_distortion": free["distortion"],
+            "threads": threads}
+    rng = np.random.default_rng(1)
+    mapped = placement.mapped.copy()
+    loose = np.isfinite(placement.translations).all(axis=1) & ~mapped
+    rotations = np.where(mapped[:, None, None], placement.rotations, np.nan)
+    translations = np.where(mapped[:, None], placement.translations, np.nan)
+
+    block = from_matches(store, mapped, rotations, translations, placement.camera)
+    triangulate(block, 15.0)
+    adjust(block, xyz, sd, loss_px=2.0, **full)
+    _refine(block, xyz, sd, 4.0, full)
+    reporter.progress(0.3)
+    for _ in range(4):
+        if not loose.any():
+            break
+        joined = _resect(block, store, loose, placement.rotations, xyz, sd, rng)
+        if not joined.any():
+            break
+        loose &= ~joined
+        _retriangulate(block, store)
+        adjust(block, xyz, sd, loss_px=2.0, **full)
+        _refine(block, xyz, sd, 4.0, full)
+    reporter.progress(0.6)
+    for radius in (4.0, 1.5):
+        # Noisier photos (wind, rolling shutter) need a wider search: six times the usual residual.
+        reach = max(radius, 6 * _typical_px(block))
+        extend(block, store, reach)
+        triangulate(block, reach)
+        _refine(block, xyz, sd, reach, full)
+        reporter.progress(0.75 if radius > 2 else 0.85)
+    # Two rays always meet somewhere along an epipolar line: a point needs three to prove itself, where that leaves every photo tied.
+    _keep_proven(block)
+    _refine(block, xyz, sd, 2.0, full)
+    weak = block.is_posed & (np.bincount(block.image, minlength=len(names)) < MIN_OBSERVATIONS)
+    block.rotations[weak], block.translations[weak] = np.nan, np.nan
+    block.keep(~weak[block.image])
+    lost = [names[i] for i in np.flatnonzero(~block.is_posed)]
+    if lost:
+        reporter.warn(f"{len(lost)} photos could not be tied to the others: {shorten(lost)}.")
+    return block
+
+
+def _typical_px(block: Block) -> float:
+    """Median reprojection error, pixels; 0.3 when there is nothing to measure."""
+    return float(np.median(np.linalg.norm(block.residuals(), axis=1))) if len(block.point) else 0.3
+
+
+def _refine(block: Block, xyz: np.ndarray, sd: np.ndarray, limit_px: float, full: dict) -> None:
+    """Adjust with a loss fitted to the residuals at hand: a few wrong matches at 1 px otherwise bend the focal length."""
+    for _ in range(2):
+        typical = _typical_px(block)
+        prune(block, min(limit_px, max(6 * typical, 0.5)))
+        adjust(block, xyz, sd, loss_px=max(1.5 * typical, 0.15), **full)
+
+
+def _keep_proven(block: Block, enough: int = 40) -> None:
+    """Drop two-view points, except those of photos that would keep fewer than ``enough`` others."""
+    views = np.bincount(block.point, minlength=len(block.points))
+    proven = views[block.point] >= 3
+    count = np.bincount(block.image[proven], minlength=len(block.keypoints))
+    needed = np.zeros(len(block.points), bool)
+    needed[block.point[~proven & (count[block.image] < enough)]] = True
+    block.keep(proven | needed[block.point])
+
+
+def from_matches(store: FeatureStore, photos: np.ndarray, rotations: np.ndarray, translations: np.ndarray, camera: Camera) -> Block:
+    """Block of the verified matches between these photos; points not placed yet."""
+    image, key, track = build_tracks(store.keypoints, store.matches, photos)
+    return Block(camera, rotations.copy(), translations.copy(), store.keypoints, np.zeros((int(track.max(initial=-1)) + 1, 3)), image, key, track)
+
+
+def _resect(block: Block, store: FeatureStore, loose: np.ndarray, guess: np.ndarray, xyz: np.ndarray, sd: np.ndarray,
+            rng: np.random.Generator) -> np.ndarray:
+    """Turn each loose photo, standing at its geotag, until known points fall on its features; returns who succeeded."""
+    joined = np.zeros(len(loose), bool)
+    focal = block.camera.fx
+    for i in np.flatnonzero(loose):
+        rotation, translation, inliers = guess[i], -guess[i] @ xyz[i], np.zeros(0, bool)
+        # A strict ratio in the wide circle (few, mostly right), then a lax one in a narrow circle.
+        for radius, ratio, tolerance_px, share in (
+                (np.tan(np.radians(GIMBAL_REACH_DEG)) * focal, 0.75, 6.0, 0.3), (12.0, 0.75, 4.0, 0.2), (6.0, 0.75, 3.0, 0.4)):
+            found = find_points(block, store.descriptors, i, rotation, translation, radius, ratio)
+            pixels = store.keypoints[i][found.key]
+            x, y = block.camera.undistort(pixels[:, 0], pixels[:, 1])
+            rays = np.column_stack([x, y, np.ones_like(x)])
+            rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+            # A float position moves the picture too; the adjustment frees the position later.
+            slack = 0.5 * focal * float(np.linalg.norm(sd[i])) / max(float(np.median(np.linalg.norm(block.points - xyz[i], axis=1))), 1.0)
+            tolerance = (tolerance_px + min(slack, 30.0)) / focal
+            turned = turn_to_points(block.points[found.point], rays, xyz[i], tolerance, rng, near=guess[i], max_turn_deg=2 * GIMBAL_REACH_DEG)
+            inliers = np.zeros(0, bool) if turned is None else turned[1]
+            if turned is None or inliers.sum() < 6 or inliers.mean() < share:
+                break
+            rotation, translation = turned[0], -turned[0] @ xyz[i]
+        else:
+            if inliers.sum() >= MIN_OBSERVATIONS:
+                joined[i] = True
+                block.rotations[i], block.translations[i] = rotation, translation
+                _add(block, i, found.point[inliers], found.key[inliers])
+    return joined
+
+
+def _add(block: Block, i: int, point: np.ndarray, key: np.ndarray) -> None:
+    block.image = np.concatenate([block.image, np.full(len(point), i)])
+    block.key = np.concatenate([block.key, key])
+    block.point = np.concatenate([block.point, point])
+
+
+def _retriangulate(block: Block, store: FeatureStore) -> None:
+    """Add the points that verified matches between posed photos give and the block does not have yet."""
+    fresh = from_matches(store, block.is_posed, block.rotations, block.translations, block.camera)
+    used = _codes(block)
+    taken = np.isin(_codes(fresh), used)
+    # A track of which any keypoint is already known would only double it.
+    known = np.zeros(len(fresh.points), bool)
+    known[fresh.point[taken]] = True
+    fresh.keep(~known[fresh.point])
+    triangulate(fresh, 15.0)
+    block.image = np.concatenate([block.image, fresh.image])
+    block.key = np.concatenate([block.key, fresh.key])
+    block.point = np.concatenate([block.point, fresh.point + len(block.points)])
+    block.points = np.concatenate([block.points, fresh.points])
+
+
+def _codes(block: Block) -> np.ndarray:
+    return block.image.astype(np.int64) << 32 | block.key
+
+
+def extend(block: Block, store: FeatureStore, radius_px: float, ratio: float = 0.8) -> None:
+    """Look for every point in every photo; join points that turn out to be the same feature.
+
+    A point may be joined to another only if no photo sees both.
+    """
+    count = len(block.points)
+    owner = {}
+    for image, key, point in zip(block.image.tolist(), block.key.tolist(), block.point.tolist(), strict=True):
+        owner[image << 32 | key] = point
+    seen = np.zeros((len(block.keypoints), count), bool)
+    seen[block.image, block.point] = True
+    added: list[tuple[int, int, int]] = []
+    same: list[tuple[int, int]] = []
+    for i in np.flatnonzero(block.is_posed):
+        found = find_points(block, store.descriptors, i, block.rotations[i], block.translations[i], radius_px, ratio)
+        for point, key in zip(found.point.tolist(), found.key.tolist(), strict=True):
+            if seen[i, point]:
+                continue
+            other = owner.get(int(i) << 32 | key)
+            if other is None:
+                added.append((int(i), key, point))
+            elif other != point:
+                same.append((other, point))
+    if added:
+        image, key, point = np.array(added).T
+        block.image, block.key, block.point = (np.concatenate([a, b]) for a, b in
+                                               ((block.image, image), (block.key, key), (block.point, point)))
+        seen[image, point] = True
+    target = np.arange(count)
+    for a, b in same:
+        while target[a] != a:
+            a = target[a]
+        while target[b] != b:
+            b = target[b]
+        if a != b and not (seen[:, a] & seen[:, b]).any():
+            target[b] = a
+            seen[:, a] |= seen[:, b]
+    for p in range(count):
+        root = p
+        while target[root] != root:
+            root = target[root]
+        target[p] = root
+    block.point = target[block.point]
+    # The same keypoint offered to two points: neither is sure of it.
+    code = _codes(block)
+    _, place, repeated = np.unique(code, return_inverse=True, return_counts=True)
+    block.keep(repeated[place] == 1)

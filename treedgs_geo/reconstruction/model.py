@@ -1,0 +1,106 @@
+"""The reconstruction on disk: a COLMAP model in the local frame, ``frame.json`` and ``report.json``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..core.crs import LocalFrame
+from ..core.errors import InputError
+from ..core.files import atomic_folder, read_json, write_json
+from .adjustment import camera_from_colmap, to_colmap
+from .cameras import View
+from .tracks import Block
+
+FRAME = "frame.json"
+REPORT = "report.json"
+
+
+@dataclass(frozen=True)
+class SparsePoints:
+    """xyz (P, 3) local metres, rgb (P, 3) uint8, error_px (P,) mean reprojection error, track_length (P,) int."""
+
+    xyz: np.ndarray
+    rgb: np.ndarray
+    error_px: np.ndarray
+    track_length: np.ndarray
+
+
+def save_model(sfm_folder: Path, block: Block, names: list[str], paths: list[Path], flights: np.ndarray, frame: LocalFrame,
+               report: dict) -> None:
+    """Write the folder as a whole: the old one is replaced only when the new one is complete."""
+    model = to_colmap(block, names, point_colours(block, paths))
+    model.update_point_3d_errors()
+    with atomic_folder(sfm_folder) as temporary:
+        model.write_binary(str(temporary))
+        frame.save(temporary / FRAME)
+        posed = np.flatnonzero(block.is_posed)
+        write_json(temporary / REPORT, {**report, "flights": {names[i]: int(flights[i]) for i in posed}})
+
+
+def point_colours(block: Block, paths: list[Path]) -> np.ndarray:
+    """(P, 3) uint8: mean colour of each point over the photos that see it."""
+    from .images import load_image
+
+    total, count = np.zeros((len(block.points), 3)), np.zeros(len(block.points))
+    observed = np.floor(block.observed()).astype(int)
+    for i in np.unique(block.image):
+        rows = np.flatnonzero(block.image == i)
+        pixels = load_image(paths[i])
+        u = np.clip(observed[rows, 0], 0, pixels.shape[1] - 1)
+        v = np.clip(observed[rows, 1], 0, pixels.shape[0] - 1)
+        np.add.at(total, block.point[rows], pixels[v, u].astype(float))
+        np.add.at(count, block.point[rows], 1)
+    return np.clip(total / np.maximum(count, 1)[:, None], 0, 255).astype(np.uint8)
+
+
+def _open(sfm_folder: Path):  # noqa: ANN202
+    import pycolmap
+
+    folder = Path(sfm_folder)
+    if not (folder / "images.bin").exists() and not (folder / "images.txt").exists():
+        raise InputError(f"{folder}: holds no COLMAP model (cameras, images, points3D); run 'treedgs reconstruct' first.")
+    try:
+        return pycolmap.Reconstruction(str(folder))
+    except (ValueError, RuntimeError, IndexError) as problem:
+        raise InputError(f"{folder}: the COLMAP model cannot be read ({problem}); run 'treedgs reconstruct' again.") from None
+
+
+def load_views(sfm_folder: Path, photos_folder: Path) -> tuple[LocalFrame, list[View]]:
+    """The registered photos, sorted by name, in the local frame.
+
+    Raises:
+        InputError: no model, no ``frame.json``, a photo that is gone, an unsupported camera model.
+    """
+    model = _open(sfm_folder)
+    frame = LocalFrame.load(Path(sfm_folder) / FRAME)
+    report = read_json(Path(sfm_folder) / REPORT) if (Path(sfm_folder) / REPORT).exists() else {}
+    flights = report.get("flights", {})
+    views = []
+    for image in model.images.values():
+        if not image.has_pose:
+            continue
+        path = Path(photos_folder) / image.name
+        if not path.is_file():
+            raise InputError(f"{path}: is part of the reconstruction but not there; give the photo folder that was reconstructed.")
+        try:
+            camera = camera_from_colmap(model.camera(image.camera_id))
+        except ValueError as problem:
+            raise InputError(f"{sfm_folder}: {problem}.") from None
+        pose = image.cam_from_world().matrix()
+        views.append(View(image.name, path, camera, pose[:, :3].copy(), pose[:, 3].copy(), int(flights.get(image.name, 0))))
+    return frame, sorted(views, key=lambda view: view.name)
+
+
+def load_points(sfm_folder: Path) -> SparsePoints:
+    """The sparse points in the local frame.
+
+    Raises:
+        InputError: no model.
+    """
+    points = list(_open(sfm_folder).points3D.values())
+    return SparsePoints(
+        np.array([p.xyz for p in points], float).reshape(-1, 3), np.array([p.color for p in points], np.uint8).reshape(-1, 3),
+        np.array([p.error for p in points], float), np.array([p.track.length() for p in points], int))

@@ -1,0 +1,167 @@
+"""Photos with stations -> one georeferenced block."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.crs import LocalFrame, grid_convergence_deg
+from ..core.errors import ReconstructionError
+from ..core.files import fingerprint
+from ..core.progress import Reporter
+from ..core.settings import param
+from ..geotags.photos import read_photo
+from ..geotags.stations import Stations
+from .calibration import Calibration, calibration_of
+from .checks import check_block
+from .features import FeatureStore, count_rows, run_task
+from .georeference import place_photos
+from .joining import join_photos
+from .model import save_model
+from .pairs import ground_below, select_pairs
+from .poses import rotation_from_gimbal
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReconstructOptions:
+    """How to reconstruct; the defaults suit drone photos of 1 to 60 MP."""
+
+    max_features: int = param(8000, kind="integer", help="Most features per photo", minimum=500, maximum=60000, advanced=True)
+    max_image_size: int = param(4000, kind="integer", unit="px", help="Photos are reduced to this longer side for the features",
+                                minimum=500, maximum=20000, advanced=True)
+    neighbours: int = param(20, kind="integer", help="Photos that each photo is matched with", minimum=4, maximum=200, advanced=True)
+    threads: int = param(0, kind="integer", help="Processor threads, 0 = all", minimum=0, maximum=256, advanced=True)
+    seed: int = param(1, kind="integer", help="Random seed", minimum=0, advanced=True)
+    keep_cache: bool = param(False, kind="flag", help="Keep the feature database after a successful run", advanced=True)
+
+
+def reconstruct_photos(stations: Stations, options: ReconstructOptions, sfm_folder: Path, reporter: Reporter | None = None,
+                       ) -> dict[str, Any]:
+    """Structure from motion in the project CRS; writes ``sfm_folder`` and returns its report.
+
+    Args:
+        stations: from :func:`~treedgs_geo.geotags.read_stations`. sfm_folder: replaced as a whole on success; features and matches are
+            kept in ``cache/`` beside it while the work goes on, so that a stopped run resumes.
+
+    Raises:
+        ReconstructionError: too few photos register, or the result contradicts geotags, calibration or flying height.
+    """
+    reporter = reporter or Reporter()
+    began = time.monotonic()
+    if len(stations) < 3:
+        raise ReconstructionError(f"{len(stations)} usable photos: structure from motion needs at least 3, a plot 30 or more; add photos.")
+    threads = options.threads or available_threads()
+    sfm_folder = Path(sfm_folder)
+    calibration = calibration_of([read_photo(stations.paths[0])])
+    frame = LocalFrame.around(stations.crs, stations.xyz[stations.is_placed])
+    ground = ground_below(stations.xyz, stations.relative_altitude_m)
+    if np.isfinite(ground):
+        frame = LocalFrame(frame.crs, np.array([*frame.origin[:2], np.round(ground)]))
+        ground -= frame.origin[2]
+    xyz = frame.to_local(stations.xyz)
+    rotations = gimbal_rotations(stations)
+    cache = _cache_folder(stations, options, sfm_folder)
+    database = cache / "features.db"
+    timing: dict[str, float] = {}
+
+    with reporter.stage("features", 0.0, 0.30):
+        _extract(database, cache, stations, calibration, options, threads, reporter)
+    timing["features"] = time.monotonic() - began
+    half_field = 0.5 * max(calibration.camera.width, calibration.camera.height) / calibration.focal_px
+    pairs = select_pairs(xyz, rotations, ground, half_field, options.neighbours)
+    with reporter.stage("matching", 0.30, 0.75):
+        _match(database, cache, stations.names, pairs, options, threads, reporter)
+    timing["matching"] = time.monotonic() - began - sum(timing.values())
+    store = FeatureStore(database, stations.names)
+
+    free = _free_parameters(rotations, xyz, stations)
+    with reporter.stage("mapping", 0.75, 0.85):
+        placement = place_photos(database, cache, stations, store, calibration, xyz, rotations, free["focal"], threads, options.seed,
+                                 reporter)
+    timing["mapping"] = time.monotonic() - began - sum(timing.values())
+    with reporter.stage("adjustment", 0.85, 1.0):
+        block = join_photos(placement, store, stations, xyz, free, threads, reporter)
+    timing["adjustment"] = time.monotonic() - began - sum(timing.values())
+
+    report = check_block(block, stations, xyz, calibration, ground, free, reporter)
+    report |= {"seconds": round(time.monotonic() - began, 1), "stage_seconds": {k: round(v, 1) for k, v in timing.items()},
+               "pairs": len(pairs), "matches": int(sum(len(m) for m in store.matches.values()))}
+    save_model(sfm_folder, block, stations.names, stations.paths, stations.flight, frame, report)
+    if not options.keep_cache:
+        shutil.rmtree(cache.parent, ignore_errors=True)
+    return report
+
+
+def available_threads() -> int:
+    """Processor cores this process may use."""
+    import os
+
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def gimbal_rotations(stations: Stations) -> np.ndarray:
+    """(N, 3, 3) world -> camera from the gimbal angles, NaN where they are unknown."""
+    import pyproj
+
+    rotations = np.full((len(stations), 3, 3), np.nan)
+    placed = stations.xyz[stations.is_placed]
+    to_degrees = pyproj.Transformer.from_crs(stations.crs, stations.crs.geodetic_crs.to_2d(), always_xy=True)
+    convergence = grid_convergence_deg(stations.crs, *to_degrees.transform(*placed[:, :2].mean(axis=0)))
+    for i in range(len(stations)):
+        angles = stations.yaw_deg[i] - convergence, stations.pitch_deg[i], stations.roll_deg[i]
+        if np.isfinite(angles).all():
+            rotations[i] = rotation_from_gimbal(*angles)
+    return rotations
+
+
+def _free_parameters(rotations: np.ndarray, xyz: np.ndarray, stations: Stations) -> dict[str, bool]:
+    """Which intrinsics the flight can determine.
+
+    Nadir photos from one height cannot tell focal length from height (a 19 % error hid in 1 % of reprojection error,
+    ``docs/reconstruction.md``); obliques, or two heights with centimetre geotags, can.
+    """
+    axis = rotations[:, 2, 2]
+    known = np.isfinite(axis)
+    oblique = known & (np.degrees(np.arccos(np.clip(-axis, -1, 1))) > 15)
+    precise = np.nanmedian(stations.sd, axis=0).max() < 0.5 if stations.is_placed.any() else False
+    heights = np.nanpercentile(xyz[:, 2], [5, 95])
+    two_heights = bool(heights[1] - heights[0] > 0.15 * max(np.nanmedian(stations.relative_altitude_m), 20)) \
+        if np.isfinite(stations.relative_altitude_m).any() else False
+    enough = bool(oblique.sum() >= 8 or (precise and two_heights))
+    return {"focal": enough, "principal_point": enough, "distortion": True}
+
+
+def _cache_folder(stations: Stations, options: ReconstructOptions, sfm_folder: Path) -> Path:
+    key = fingerprint(stations.paths) + f"-{options.max_features}-{options.max_image_size}"
+    cache = sfm_folder.parent / "cache" / f"sfm-{key}"
+    cache.mkdir(parents=True, exist_ok=True)
+    return cache
+
+
+def _photo_root(stations: Stations) -> Path:
+    path, name = stations.paths[0], stations.names[0]
+    return Path(str(path)[: -len(name)]) if str(path).endswith(name) else path.parent
+
+
+def _extract(database: Path, cache: Path, stations: Stations, calibration: Calibration, options: ReconstructOptions, threads: int,
+             reporter: Reporter) -> None:
+    camera = calibration.camera
+    job = {"database": str(database), "photos": str(_photo_root(stations)), "names": stations.names, "threads": threads,
+           "camera_params": ",".join(f"{v:.6f}" for v in (camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion)),
+           "max_image_size": options.max_image_size, "max_features": options.max_features,
+           # The photos resolve the trunks at full size: doubling them (octave -1) costs five times more and adds weak features.
+           "first_octave": 0, "peak_threshold": 0.0067}
+    run_task("extract", job, cache, reporter, count_rows(database, "keypoints", len(stations)))
+
+
+def _match(database: Path, cache: Path, names: list[str], pairs: np.ndarray, options: ReconstructOptions, threads: int,
+           reporter: Reporter) -> None:
+    listing = cache / "pairs.txt"
+    listing.write_text("".join(f"{names[i]} {names[j]}\n" for i, j in pairs), encoding="utf-8")
+    job = {"database": str(database), "pair_list": str(listing), "threads": threads, "seed": options.seed}
+    run_task("match", job, cache, reporter, count_rows(database, "two_view_geometries", len(pairs)))

@@ -1,0 +1,171 @@
+"""Tracks: the same ground point seen in several photos, and its position from known poses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+
+from .cameras import Camera
+
+
+@dataclass
+class Block:
+    """The photogrammetric block.
+
+    camera: shared intrinsics. rotations (N, 3, 3), translations (N, 3): world -> camera, NaN where a photo has no pose.
+    keypoints: per photo (K, 2) pixels. points: (P, 3) local metres. image, key, point: (M,) int, one row an observation.
+    """
+
+    camera: Camera
+    rotations: np.ndarray
+    translations: np.ndarray
+    keypoints: list[np.ndarray]
+    points: np.ndarray
+    image: np.ndarray
+    key: np.ndarray
+    point: np.ndarray
+
+    @property
+    def is_posed(self) -> np.ndarray:
+        """(N,) bool."""
+        return np.isfinite(self.translations).all(axis=1)
+
+    @property
+    def centres(self) -> np.ndarray:
+        """(N, 3) camera centres, NaN without a pose."""
+        return -np.einsum("nji,nj->ni", self.rotations, self.translations)
+
+    def observed(self) -> np.ndarray:
+        """(M, 2) observed pixels."""
+        offsets = np.concatenate([[0], np.cumsum([len(k) for k in self.keypoints])])[:-1]
+        return np.concatenate(self.keypoints)[offsets[self.image] + self.key]
+
+    def residuals(self) -> np.ndarray:
+        """(M, 2) predicted minus observed pixels; NaN behind the camera."""
+        local = np.einsum("mij,mj->mi", self.rotations[self.image], self.points[self.point]) + self.translations[self.image]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x, y = self.camera.distort(local[:, 0] / local[:, 2], local[:, 1] / local[:, 2])
+        camera = self.camera
+        predicted = np.column_stack([camera.fx * x + camera.cx, camera.fy * y + camera.cy])
+        predicted[local[:, 2] <= 0] = np.nan
+        return predicted - self.observed()
+
+    def keep(self, mask: np.ndarray, min_views: int = 2) -> None:
+        """Keep these observations, then only points with ``min_views`` of them left; renumber the points."""
+        image, key, point = self.image[mask], self.key[mask], self.point[mask]
+        counts = np.bincount(point, minlength=len(self.points))
+        good = counts[point] >= min_views
+        kept, renumbered = np.unique(point[good], return_inverse=True)
+        self.image, self.key, self.point, self.points = image[good], key[good], renumbered, self.points[kept]
+
+
+def build_tracks(keypoints: list[np.ndarray], matches: dict[tuple[int, int], np.ndarray], usable: np.ndarray,
+                 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Join pairwise matches into tracks.
+
+    A track that would hold two keypoints of one photo keeps neither of them there.
+
+    Args:
+        matches: (i, j) -> (m, 2) keypoint numbers. usable: (N,) bool photos.
+
+    Returns:
+        image, key, track: (M,) int.
+    """
+    counts = np.array([len(k) for k in keypoints])
+    offsets = np.concatenate([[0], np.cumsum(counts)])
+    edges = [np.column_stack([m[:, 0] + offsets[i], m[:, 1] + offsets[j]])
+             for (i, j), m in matches.items() if usable[i] and usable[j] and len(m)]
+    if not edges:
+        empty = np.empty(0, np.int64)
+        return empty, empty.copy(), empty.copy()
+    roots = _unite(int(offsets[-1]), np.concatenate(edges))
+    nodes = np.flatnonzero(np.bincount(roots, minlength=len(roots))[roots] > 1)
+    image = np.searchsorted(offsets, nodes, side="right") - 1
+    _, track = np.unique(roots[nodes], return_inverse=True)
+    pair = track.astype(np.int64) * len(keypoints) + image
+    _, place, repeated = np.unique(pair, return_inverse=True, return_counts=True)
+    single = repeated[place] == 1
+    return image[single], (nodes - offsets[image])[single], track[single]
+
+
+@numba.njit(cache=True)
+def _unite(count: int, edges: np.ndarray) -> np.ndarray:
+    parent = np.arange(count)
+    for e in range(len(edges)):
+        a, b = edges[e, 0], edges[e, 1]
+        while parent[a] != a:
+            parent[a] = parent[parent[a]]
+            a = parent[a]
+        while parent[b] != b:
+            parent[b] = parent[parent[b]]
+            b = parent[b]
+        if a != b:
+            parent[max(a, b)] = min(a, b)
+    for i in range(count):
+        root = i
+        while parent[root] != root:
+            root = parent[root]
+        parent[i] = root
+    return parent
+
+
+def triangulate(block: Block, limit_px: float, min_angle_deg: float = 1.5, rounds: int = 4) -> None:
+    """Place the block's points from its poses; drop observations beyond ``limit_px`` and points seen under a small angle.
+
+    Least squares on the distances to the viewing rays, weighted with 1/range; the worst observation of a bad point goes first.
+    """
+    block.keep(block.is_posed[block.image])
+    for _ in range(rounds):
+        if not len(block.point):
+            return
+        _intersect(block)
+        error = np.linalg.norm(block.residuals(), axis=1)
+        error[~np.isfinite(error)] = 1e9
+        worst = np.zeros(len(block.points))
+        np.maximum.at(worst, block.point, error)
+        bad = (error > limit_px) & (error >= worst[block.point] - 1e-9)
+        if not bad.any():
+            break
+        block.keep(~bad)
+    if not len(block.point):
+        return
+    _intersect(block)
+    error = np.linalg.norm(block.residuals(), axis=1)
+    block.keep(np.isfinite(error) & (error <= limit_px))
+    block.keep(_widest_angle_deg(block)[block.point] >= min_angle_deg)
+
+
+def _rays(block: Block) -> np.ndarray:
+    observed = block.observed()
+    x, y = block.camera.undistort(observed[:, 0], observed[:, 1])
+    rays = np.einsum("mji,mj->mi", block.rotations[block.image], np.column_stack([x, y, np.ones_like(x)]))
+    return rays / np.linalg.norm(rays, axis=1, keepdims=True)
+
+
+def _intersect(block: Block) -> None:
+    rays, centres = _rays(block), block.centres[block.image]
+    count = len(block.points)
+    weight = np.ones(len(rays))
+    for _ in range(2):
+        projector = (np.eye(3) - rays[:, :, None] * rays[:, None, :]) * weight[:, None, None]
+        left = np.zeros((count, 3, 3))
+        right = np.zeros((count, 3))
+        np.add.at(left, block.point, projector)
+        np.add.at(right, block.point, np.einsum("mij,mj->mi", projector, centres))
+        left += 1e-9 * np.trace(left, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+        block.points = np.linalg.solve(left, right[:, :, None])[:, :, 0]
+        weight = 1 / np.maximum(np.linalg.norm(block.points[block.point] - centres, axis=1), 1.0) ** 2
+
+
+def _widest_angle_deg(block: Block) -> np.ndarray:
+    """(P,) twice the largest angle between a ray and the mean ray of its point: close to the widest angle of intersection."""
+    rays = _rays(block)
+    mean = np.zeros((len(block.points), 3))
+    np.add.at(mean, block.point, rays)
+    mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-12)
+    away = np.degrees(np.arccos(np.clip(np.sum(rays * mean[block.point], axis=1), -1, 1)))
+    widest = np.zeros(len(block.points))
+    np.maximum.at(widest, block.point, away)
+    return 2 * widest
