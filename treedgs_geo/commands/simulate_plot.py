@@ -23,11 +23,11 @@ COMMAND = Command(
     group="Tools",
     summary="Make a synthetic forest plot: drone photos, PPK files, LiDAR, field table and truth.",
     help=(
-        "Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding crowns, "
-        "shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the MRK and .pos "
-        "files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates are EPSG:6344, "
-        "heights ellipsoidal metres. Use it to try the chain, to test, or to see what a flight plan would measure: lengths "
-        "in metres, DBH in centimetres. Real photos are harder: no wind, no rolling shutter, no motion blur."),
+        "Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding "
+        "crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the "
+        "MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates "
+        "are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what "
+        "a flight plan would measure. Real photos are harder: no wind, no rolling shutter, no motion blur."),
     settings=SimulateSettings,
     run=run,
     example="treedgs simulate-plot --output demo_plot --preset demo --seed 7",

@@ -1,4 +1,4 @@
-"""Tables, rasters and clouds of a synthetic plot, in the layout of the drone, the post-processing and the field crew."""
+"""Tables, rasters and clouds of a synthetic plot, as drone, post-processing and field crew would leave them."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from .lidar import Returns
 from .terrain import Ground
 
 EPSG = 6344
+#: NAD83(2011), longitude and latitude.
+GEODETIC_EPSG = 6318
 GPS_EPOCH = dt.datetime(1980, 1, 6)
 
 
@@ -32,8 +34,7 @@ class Georeference:
     def lonlat(self, local: np.ndarray) -> np.ndarray:
         """(N, 3) local -> (N, 3) lon, lat (degrees, NAD83(2011)), h."""
         grid = self.project(local)
-        crs = pyproj.CRS.from_epsg(EPSG)
-        transformer = pyproj.Transformer.from_crs(crs, crs.geodetic_crs.to_2d(), always_xy=True)
+        transformer = pyproj.Transformer.from_crs(EPSG, GEODETIC_EPSG, always_xy=True)
         lon, lat = transformer.transform(grid[:, 0], grid[:, 1])
         return np.column_stack([lon, lat, grid[:, 2]])
 
@@ -73,19 +74,20 @@ def write_mrk(path: Path, stations: list[Station], single_point: np.ndarray, std
 def write_pos(path: Path, track: Track, start_utc: dt.datetime, geo: Georeference, rng: np.random.Generator) -> None:
     """RTKLIB llh solution of the antenna, GPST."""
     head = ("% program   : TreeDGS sim (RTKLIB layout)\n% ref frame : NAD83(2011) epoch 2010.0\n"
-            "% (lat/lon/height=NAD83(2011)/ellipsoidal,Q=1:fix,2:float,3:sbas,4:dgps,5:single,6:ppp,ns=# of satellites)\n"
-            "%  GPST                  latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   sdu(m)  sdne(m)"
-            "  sdeu(m)  sdun(m) age(s)  ratio\n")
+            "% (lat/lon/height=NAD83(2011)/ellipsoidal,Q=1:fix,2:float,3:sbas,4:dgps,5:single,6:ppp,"
+            "ns=# of satellites)\n"
+            "%  GPST                  latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   sdu(m)"
+            "  sdne(m)  sdeu(m)  sdun(m) age(s)  ratio\n")
     lonlat = geo.lonlat(track.position)
     lines = [head]
     for t, (lon, lat, h), quality in zip(track.seconds, lonlat, track.quality, strict=True):
         stamp = start_utc + dt.timedelta(seconds=round(float(t), 6) + LEAP_SECONDS)
         # To the nearest millisecond: the epochs are whole fifths of a second.
-        stamp = dt.datetime.min + dt.timedelta(milliseconds=round((stamp - dt.datetime.min) / dt.timedelta(milliseconds=1)))
+        stamp = GPS_EPOCH + dt.timedelta(milliseconds=round((stamp - GPS_EPOCH) / dt.timedelta(milliseconds=1)))
         sd = "0.0110   0.0105   0.0270" if quality == 1 else "0.2900   0.2700   0.3600"
         ratio = rng.uniform(5, 95) if quality == 1 else rng.uniform(1.0, 2.5)
-        lines.append(f"{stamp:%Y/%m/%d %H:%M:%S}.{stamp.microsecond // 1000:03d}   {lat:.9f}  {lon:.9f}   {h:.4f}   {quality}"
-                     f"  {rng.integers(13, 22)}   {sd}   0.0010  -0.0020   0.0010   0.00   {ratio:.1f}\n")
+        lines.append(f"{stamp:%Y/%m/%d %H:%M:%S}.{stamp.microsecond // 1000:03d}   {lat:.9f}  {lon:.9f}   {h:.4f}"
+                     f"   {quality}  {rng.integers(13, 22)}   {sd}   0.0010  -0.0020   0.0010   0.00   {ratio:.1f}\n")
     path.write_text("".join(lines), encoding="ascii")
 
 

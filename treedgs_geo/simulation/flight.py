@@ -9,7 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ..reconstruction.cameras import Camera
-from .settings import SimulateSettings, Sizes
+from .settings import Sizes
 
 #: GPST - UTC in the year of the simulated flights, s.
 LEAP_SECONDS = 18
@@ -41,7 +41,7 @@ class Station:
 
 
 def rotation_from_angles(yaw_deg: float, pitch_deg: float, roll_deg: float) -> np.ndarray:
-    """Grid yaw (clockwise from +y), gimbal pitch (-90 = straight down) and roll -> (3, 3) world -> camera, OpenCV axes."""
+    """Grid yaw (clockwise from +y), gimbal pitch (-90 = down), roll -> (3, 3) world -> camera, OpenCV axes."""
     yaw, pitch, roll = np.radians([yaw_deg, pitch_deg, roll_deg])
     forward = np.array([np.sin(yaw) * np.cos(pitch), np.cos(yaw) * np.cos(pitch), np.sin(pitch)])
     right = np.array([np.cos(yaw), -np.sin(yaw), 0.0])
@@ -49,16 +49,19 @@ def rotation_from_angles(yaw_deg: float, pitch_deg: float, roll_deg: float) -> n
     return np.stack([np.cos(roll) * right + np.sin(roll) * down, np.cos(roll) * down - np.sin(roll) * right, forward])
 
 
-def make_camera(settings: SimulateSettings) -> Camera:
+def make_camera(gsd_cm: float, sizes: Sizes) -> Camera:
     """The lens: f from the GSD at 70 m, principal point off centre, mild barrel distortion."""
-    focal = float(round(7000 / settings.gsd_cm))
-    return Camera(settings.image_width, settings.image_height, focal, focal, settings.image_width / 2 + 5.3,
-                  settings.image_height / 2 - 3.7, k1=-0.02, k2=0.01)
+    focal = float(round(7000 / gsd_cm))
+    return Camera(sizes.image_width, sizes.image_height, focal, focal, sizes.image_width / 2 + 5.3,
+                  sizes.image_height / 2 - 3.7, k1=-0.02, k2=0.01)
 
 
-def plan(rng: np.random.Generator, settings: SimulateSettings, sizes: Sizes, start_utc: dt.datetime,
+def plan(rng: np.random.Generator, sun_shift_min: float, sizes: Sizes, start_utc: dt.datetime,
          utc_offset_h: int = -5) -> list[Station]:
-    """Nadir grid and rings around the plot; the second flight begins 5 min after the first ends, or the sun shift later."""
+    """Nadir grid and rings around the plot.
+
+    The second flight begins 5 min after the first ends, or ``sun_shift_min`` after its start if that is later.
+    """
     shots: list[tuple] = []
     side = int(round(np.sqrt(sizes.nadir)))
     heading = rng.uniform(0, 360)
@@ -67,29 +70,33 @@ def plan(rng: np.random.Generator, settings: SimulateSettings, sizes: Sizes, sta
         for j in range(side):
             k = j if i % 2 == 0 else side - 1 - j
             a, b = (i - (side - 1) / 2) * sizes.nadir_step_m, (k - (side - 1) / 2) * sizes.nadir_step_m
-            xy = np.array([a * np.cos(turn) + b * np.sin(turn), -a * np.sin(turn) + b * np.cos(turn)]) + rng.normal(0, 0.7, 2)
+            xy = np.array([a * np.cos(turn) + b * np.sin(turn), -a * np.sin(turn) + b * np.cos(turn)])
+            xy = xy + rng.normal(0, 0.7, 2)
             shots.append((0, "nadir", [*xy, 70 + rng.normal(0, 0.3)], heading + 180 * (i % 2) + rng.normal(0, 0.3),
                           -90 + abs(rng.normal(0, 0.4)), rng.normal(0, 0.3)))
-    left = settings.photos - len(shots)
+    left = sizes.photos - len(shots)
     counts = _split(left, [ring[2] for ring in sizes.rings])
     for (height, pitch, _, flight), count in zip(sizes.rings, counts, strict=True):
         phase = rng.uniform(0, 360)
         for k in range(count):
             yaw = phase + 360 * k / count + rng.normal(0, 1.5)
             tilt = pitch + rng.normal(0, 1.0)
-            target = sizes.target_off_m * np.sqrt(rng.random()) * np.array(
-                [np.cos(a := rng.uniform(0, 2 * np.pi)), np.sin(a)])
+            reach, bearing = sizes.target_off_m * np.sqrt(rng.random()), rng.uniform(0, 2 * np.pi)
+            target = reach * np.array([np.cos(bearing), np.sin(bearing)])
             up = height + rng.normal(0, 0.3)
             reach = up / np.tan(np.radians(-tilt))
             xy = target - reach * np.array([np.sin(np.radians(yaw)), np.cos(np.radians(yaw))])
             shots.append((flight, "oblique", [*xy, up], yaw + rng.normal(0, 0.4), tilt, rng.normal(0, 0.3)))
-    stations, clock, previous = [], 0.0, None
+    stations: list[Station] = []
+    clock = 0.0
+    previous: tuple[int, np.ndarray] | None = None
     for number, (flight, kind, centre, yaw, pitch, roll) in enumerate(shots, start=1):
         position = np.array(centre, float)
         if previous is not None:
-            clock += max(2.0, np.linalg.norm(position - previous[1]) / rng.uniform(5.0, 6.5)) + rng.uniform(0, 0.2)
+            leg = float(np.linalg.norm(position - previous[1]))
+            clock += max(2.0, leg / rng.uniform(5.0, 6.5)) + rng.uniform(0, 0.2)
             if flight != previous[0]:
-                clock = max(clock + 300, settings.sun_shift_min * 60)
+                clock = max(clock + 300, sun_shift_min * 60)
         previous = flight, position
         utc = start_utc + dt.timedelta(seconds=round(clock, 6))
         local = utc + dt.timedelta(hours=utc_offset_h)
@@ -130,7 +137,8 @@ def ppk_track(rng: np.random.Generator, stations: list[Station], start_utc: dt.d
     antenna = np.array([station.antenna for station in stations])
     flights = np.array([station.flight for station in stations])
     chosen = rng.choice(len(stations), min(float_epochs, len(stations)), replace=False)
-    bursts = [(times[k] - rng.uniform(0.8, 1.6), times[k] + rng.uniform(0.8, 1.6), rng.normal(0, 0.3, 3)) for k in chosen]
+    bursts = [(times[k] - rng.uniform(0.8, 1.6), times[k] + rng.uniform(0.8, 1.6), rng.normal(0, 0.3, 3))
+              for k in chosen]
     # Epochs lie on whole 0.2 s of GPS time, which differs from UTC by whole seconds.
     fraction = start_utc.microsecond / 1e6
     parts = []

@@ -1,7 +1,7 @@
 """What stands in the way: crowns of needle tufts, dead branches, shrubs, sapling crowns, grass, logs and sticks.
 
-Everything is loose triangles with one albedo and one transmittance a face; crowns far from the photographed ground are made
-of fewer, larger needles of the same total area (they only cast shadows and close the view).
+Everything is loose triangles with one albedo and one transmittance a face; crowns far from the photographed ground are
+made of fewer, larger needles of the same total area (they only cast shadows and close the view).
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def _unit(vectors: np.ndarray) -> np.ndarray:
 
 def _blades(rng: np.random.Generator, start: np.ndarray, direction: np.ndarray, length: np.ndarray,
             width: np.ndarray) -> np.ndarray:
-    """(N, 3, 3) pointed blades: base edge of ``width`` at ``start``, tip ``length`` along ``direction``, random roll."""
+    """(N, 3, 3) pointed blades: base edge of ``width`` at ``start``, tip ``length`` along ``direction``."""
     across = _unit(np.cross(direction, rng.standard_normal(direction.shape))) * (width / 2)[:, None]
     return np.stack([start - across, start + across, start + direction * length[:, None]], axis=1)
 
@@ -63,7 +63,7 @@ def crown(rng: np.random.Generator, stem: Stem, leaf_area_m2: float) -> list[Fac
     """Whorled branches from the crown base up, needle tufts on their outer two thirds, dead branches below."""
     parts = []
     crown_length = stem.height_m - stem.crown_base_m
-    reach_max = 0.85 + 3.4 * stem.dbh_m if stem.kind != "sapling" else 0.45 + 0.10 * stem.height_m
+    reach_max = 1.0 + 4.0 * stem.dbh_m if stem.kind != "sapling" else 0.45 + 0.10 * stem.height_m
     whorls = max(3, int(crown_length / 0.55))
     height = np.repeat(stem.crown_base_m + crown_length * (np.arange(whorls) + 0.3) / whorls, 5)
     height = height + rng.normal(0, 0.10, len(height))
@@ -71,10 +71,11 @@ def crown(rng: np.random.Generator, stem: Stem, leaf_area_m2: float) -> list[Fac
     keep = rng.random(len(height)) < 0.88
     height = height[keep]
     share = (height - stem.crown_base_m) / crown_length
-    profile = np.clip(np.minimum(1.0, 0.55 + 2.2 * np.clip(share, 0, 1)) * (1.02 - np.clip(share, 0, 1)) ** 0.75, 0.06, 1)
+    share = np.clip(share, 0, 1)
+    profile = np.clip(np.minimum(1.0, 0.55 + 2.2 * share) * (1.02 - share) ** 0.75, 0.06, 1)
     reach = reach_max * profile * rng.uniform(0.7, 1.15, len(height))
     azimuth = rng.uniform(0, 2 * np.pi, len(height))
-    rise = np.radians(rng.normal(12, 10, len(height)) + 32 * np.clip(share, 0, 1))
+    rise = np.radians(rng.normal(12, 10, len(height)) + 32 * share)
     direction = np.column_stack([np.cos(azimuth) * np.cos(rise), np.sin(azimuth) * np.cos(rise), np.sin(rise)])
     foot = axis_at(stem, height)[0]
     tip = foot + direction * reach[:, None]
@@ -86,12 +87,12 @@ def crown(rng: np.random.Generator, stem: Stem, leaf_area_m2: float) -> list[Fac
         turn, drop = rng.uniform(0, 2 * np.pi, stubs), rng.normal(-0.05, 0.25, stubs)
         way = _unit(np.column_stack([np.cos(turn), np.sin(turn), drop]))
         start = axis_at(stem, s)[0]
-        length = rng.uniform(0.3, 1.5, stubs)
-        parts.append(_wood(rng, _sticks(rng, start, start + way * length[:, None], np.full(stubs, 0.011),
+        stub = rng.uniform(0.3, 1.5, (stubs, 1))
+        parts.append(_wood(rng, _sticks(rng, start, start + way * stub, np.full(stubs, 0.011),
                                         np.full(stubs, 0.005)), (0.24, 0.215, 0.19)))
     if stem.status == "dead" or leaf_area_m2 <= 0:
         return parts
-    length, width = ((0.19, 0.024), (0.26, 0.040), (0.55, 0.11))[2 - stem.detail]
+    length, width = ((0.17, 0.021), (0.21, 0.030), (0.55, 0.11))[2 - stem.detail]
     total = int(leaf_area_m2 / (0.5 * length * width))
     per_tuft = 12 if stem.detail else 6
     tufts = max(8, total // per_tuft)
@@ -104,7 +105,7 @@ def crown(rng: np.random.Generator, stem: Stem, leaf_area_m2: float) -> list[Fac
     owner = np.repeat(np.arange(tufts), per_tuft)
     needle = _unit(way[owner] + 0.75 * rng.standard_normal((len(owner), 3)))
     blades = _blades(rng, centre[owner], needle, length * rng.uniform(0.7, 1.2, len(owner)), np.full(len(owner), width))
-    tone = np.exp(rng.normal(0, 0.08)) * np.array([0.085, 0.155, 0.045]) * np.array([rng.uniform(0.8, 1.25), 1, 1])
+    tone = np.exp(rng.normal(0, 0.08)) * np.array([0.100, 0.150, 0.058]) * np.array([rng.uniform(0.88, 1.2), 1, 1])
     albedo = _green(rng, tufts, tuple(tone), 0.20)[owner] * np.exp(rng.normal(0, 0.12, (len(owner), 1)))
     brown = (rng.random(tufts) < 0.012)[owner]
     albedo[brown] = np.array([0.40, 0.22, 0.09])
@@ -127,7 +128,7 @@ def shrubs(rng: np.random.Generator, ground: Ground, reach_m: float, per_m2: flo
     spot = _scatter(rng, reach_m, per_m2)
     parts = []
     for xy in spot:
-        tall = np.clip(rng.lognormal(np.log(0.75), 0.5), 0.25, 2.0)
+        tall = float(np.clip(rng.lognormal(np.log(0.75), 0.5), 0.25, 2.0))
         count = int(260 * tall * rng.uniform(0.6, 1.5))
         shell = _unit(rng.standard_normal((count, 3))) * rng.uniform(0.35, 1.0, (count, 1)) ** 0.6
         wide = tall * rng.uniform(0.35, 0.6)
@@ -150,7 +151,8 @@ def grass(rng: np.random.Generator, ground: Ground, reach_m: float, per_m2: floa
     return Faces(blades, _green(rng, len(spot), (0.26, 0.25, 0.11), 0.3), np.full(len(spot), 0.2))
 
 
-def sticks_and_logs(rng: np.random.Generator, ground: Ground, reach_m: float, logs: int, sticks_per_m2: float = 0.22) -> Faces:
+def sticks_and_logs(rng: np.random.Generator, ground: Ground, reach_m: float, logs: int,
+                    sticks_per_m2: float = 0.22) -> Faces:
     """Fallen branches (grey, 0.5-2.5 m) and logs of 10-25 cm."""
     foot = _scatter(rng, reach_m, sticks_per_m2)
     turn, length = rng.uniform(0, 2 * np.pi, len(foot)), rng.uniform(0.5, 2.5, len(foot))

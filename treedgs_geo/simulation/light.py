@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter, map_coordinates
 
+from .casting import blocked
 from .foliage import Faces
 from .scene import StemMesh
 from .terrain import Ground
@@ -80,8 +81,6 @@ class SkyField:
 
 def _lit(scene, points: np.ndarray, sun: np.ndarray, rng: np.random.Generator, samples: int) -> np.ndarray:
     """(N,) mean over ``samples`` rays to the sun disc that pass; ``points`` already lie off the surface."""
-    import open3d as o3d
-
     total = np.zeros(len(points))
     side = np.cross(sun, [0, 0, 1.0])
     side /= np.linalg.norm(side)
@@ -89,8 +88,7 @@ def _lit(scene, points: np.ndarray, sun: np.ndarray, rng: np.random.Generator, s
     for _ in range(samples):
         radius, turn = SUN_RADIUS * np.sqrt(rng.random(len(points))), rng.uniform(0, 2 * np.pi, len(points))
         way = sun + (radius * np.cos(turn))[:, None] * side + (radius * np.sin(turn))[:, None] * other
-        rays = np.concatenate([points, way], axis=1).astype(np.float32)
-        total += ~scene.test_occlusions(o3d.core.Tensor(rays)).numpy()
+        total += ~blocked(scene, np.concatenate([points, way], axis=1))
     return total / samples
 
 
@@ -118,7 +116,7 @@ def bake(scene, ground: Ground, mesh: StemMesh, faces: Faces, sky: SkyField, sun
     open_sky = sky(mesh.vertices)
     around = 0.5 + 0.5 * mesh.normals[:, 2]
     stem_light = ((bark * np.maximum(cosine, 0))[:, None] * SUN_RGB
-                  + (open_sky * around)[:, None] * SKY_RGB + (open_sky * (1 - around))[:, None] * 0.10 * SUN_RGB)
+                  + (open_sky * around)[:, None] * SKY_RGB + (open_sky * (1 - around))[:, None] * 0.15 * SUN_RGB)
 
     centre = faces.corners.mean(axis=1).astype(np.float64)
     across = np.cross(faces.corners[:, 1] - faces.corners[:, 0], faces.corners[:, 2] - faces.corners[:, 0])
@@ -128,4 +126,5 @@ def bake(scene, ground: Ground, mesh: StemMesh, faces: Faces, sky: SkyField, sun
     # Both sides of a leaf are seen: on average half of the light that comes through leaves by the far side.
     glow = lit * (tilt * (0.75 + 0.5 * faces.through) + 0.12)
     leaf = faces.albedo * (glow[:, None] * SUN_RGB + (sky(centre) * 0.9)[:, None] * SKY_RGB)
-    return Light(-map_half_m, map_step_m, floor.astype(np.float32), stem_light.astype(np.float32), leaf.astype(np.float32))
+    return Light(-map_half_m, map_step_m, floor.astype(np.float32), stem_light.astype(np.float32),
+                 leaf.astype(np.float32))

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numba
 import numpy as np
 
 from ..reconstruction.cameras import View
+from .casting import cast, make_scene
 from .foliage import Faces
 from .light import Light
 from .scene import StemMesh
@@ -26,7 +28,7 @@ class World:
     scene: ``open3d.t.geometry.RaycastingScene``. stem_owner: (F_stems,) stem index of each stem triangle.
     """
 
-    scene: object
+    scene: Any
     ground: Ground
     mesh: StemMesh
     faces: Faces
@@ -41,28 +43,22 @@ class World:
         return self.mesh.owner
 
     def first_hits(self, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(N, 3) each -> distance (N,) in lengths of ``directions`` (inf = none) and primitive id (N,) int64 (-1 = none)."""
-        import open3d as o3d
-
-        rays = np.concatenate([np.broadcast_to(origins, directions.shape), directions], axis=1).astype(np.float32)
-        hit = self.scene.cast_rays(o3d.core.Tensor(rays))
-        distance = hit["t_hit"].numpy()
-        return distance, np.where(np.isfinite(distance), hit["primitive_ids"].numpy().astype(np.int64), -1)
+        """(N, 3) each -> distance (N,) in lengths of ``directions`` (inf = none), primitive id (N,) (-1 = none)."""
+        rays = np.concatenate([np.broadcast_to(origins, directions.shape), directions], axis=1)
+        distance, primitive, _ = cast(self.scene, rays)
+        return distance, np.where(np.isfinite(distance), primitive.astype(np.int64), -1)
 
 
 def build_world(ground: Ground, mesh: StemMesh, faces: Faces, texture: GroundTexture, bark: np.ndarray,
                 rng: np.random.Generator) -> World:
     """One Embree scene of ground, stems and faces; per-stem shifts of the bark tile so that no two look alike."""
-    import open3d as o3d
-
     ground_vertices, ground_triangles = ground.mesh()
     leaves = faces.corners.reshape(-1, 3)
-    vertices = np.concatenate([ground_vertices, mesh.vertices, leaves]).astype(np.float32)
+    vertices = np.concatenate([ground_vertices, mesh.vertices, leaves])
     triangles = np.concatenate([
         ground_triangles, mesh.triangles + len(ground_vertices),
-        np.arange(len(leaves)).reshape(-1, 3) + len(ground_vertices) + len(mesh.vertices)]).astype(np.uint32)
-    scene = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(o3d.core.Tensor(vertices), o3d.core.Tensor(triangles))
+        np.arange(len(leaves)).reshape(-1, 3) + len(ground_vertices) + len(mesh.vertices)])
+    scene = make_scene(vertices, triangles)
     count = len(mesh.first) - 1
     shift = np.column_stack([rng.uniform(0, 1, count), rng.uniform(0, 30, count), rng.uniform(0.75, 1.3, count)])
     return World(scene, ground, mesh, faces, texture, bark, shift.astype(np.float32), len(ground_triangles),
@@ -97,8 +93,8 @@ def _primary_rays(first_row, rows, width, samples, fx, fy, cx, cy, k1, k2, rotat
 
 
 @numba.njit(parallel=True, cache=True)
-def _shade(rays, distance, primitive, uv, samples, ground_faces, stem_faces, texture, tex_low, tex_step, floor, floor_low,
-           floor_step, triangles, stem_uv, stem_light, owner, bark, bark_offset, face_light, haze, out):
+def _shade(rays, distance, primitive, uv, samples, ground_faces, stem_faces, texture, tex_low, tex_step, floor,
+           floor_low, floor_step, triangles, stem_uv, stem_light, owner, bark, bark_offset, face_light, haze, out):
     """Mean radiance of each pixel's samples into ``out`` (pixels, 3)."""
     tex_n, floor_n = texture.shape[0], floor.shape[0]
     bark_h, bark_w = bark.shape[0], bark.shape[1]
@@ -172,8 +168,6 @@ def _shade(rays, distance, primitive, uv, samples, ground_faces, stem_faces, tex
 
 def radiance(world: World, light: Light, view: View, samples: int, seed: int, haze: float = 0.03) -> np.ndarray:
     """(height, width, 3) float32 linear radiance through a perfect lens of the view's distortion."""
-    import open3d as o3d
-
     camera = view.camera
     width, height = camera.width, camera.height
     image = np.empty((height * width, 3), np.float32)
@@ -184,11 +178,11 @@ def radiance(world: World, light: Light, view: View, samples: int, seed: int, ha
         part = rays[: rows * width * samples]
         _primary_rays(row, rows, width, samples, camera.fx, camera.fy, camera.cx, camera.cy, camera.k1, camera.k2,
                       view.rotation, view.centre, seed & 0x7FFFFFFF, part)
-        hit = world.scene.cast_rays(o3d.core.Tensor(part))
-        _shade(part, hit["t_hit"].numpy(), hit["primitive_ids"].numpy(), hit["primitive_uvs"].numpy(), samples,
-               world.ground_faces, world.stem_faces, world.texture.colour, world.texture.low, world.texture.step,
-               light.ground, light.low, light.step, world.mesh.triangles, world.mesh.uv, light.stems, world.mesh.owner,
-               world.bark, world.bark_offset, light.faces, haze, image[row * width:(row + rows) * width])
+        distance, primitive, corner = cast(world.scene, part)
+        _shade(part, distance, primitive, corner, samples, world.ground_faces, world.stem_faces,
+               world.texture.colour, world.texture.low, world.texture.step, light.ground, light.low, light.step,
+               world.mesh.triangles, world.mesh.uv, light.stems, world.mesh.owner, world.bark, world.bark_offset,
+               light.faces, haze, image[row * width:(row + rows) * width])
     return image.reshape(height, width, 3)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import cKDTree
 
-from .settings import SimulateSettings
+from .settings import SimulateSettings, Sizes
 from .terrain import Ground
 
 BREAST_HEIGHT_M = 1.37
@@ -54,24 +54,25 @@ def axis_at(stem: Stem, s_m: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nda
     return point, tangent / np.linalg.norm(tangent, axis=1, keepdims=True), np.interp(q, k, stem.radii)
 
 
-def plant(rng: np.random.Generator, settings: SimulateSettings, stand_radius_m: float) -> np.ndarray:
+def plant(rng: np.random.Generator, stems_per_ha: float, radius_m: float, stand_radius_m: float) -> np.ndarray:
     """(N, 2) stem positions in jittered rows; the count inside the plot is that of the density, +- 15 % or one."""
-    spacing = 3.4 * np.sqrt(700 / settings.stems_per_ha)
-    along = 1e4 / settings.stems_per_ha / spacing * 0.94
-    expected = settings.stems_per_ha / 1e4 * np.pi * settings.radius_m**2
+    spacing = 3.4 * np.sqrt(700 / stems_per_ha)
+    along = 1e4 / stems_per_ha / spacing * 0.94
+    expected = stems_per_ha / 1e4 * np.pi * radius_m**2
     half = int(stand_radius_m / min(spacing, along)) + 3
     best = None
     for _ in range(60):
         azimuth, shift = rng.uniform(0, np.pi), rng.uniform(-0.5, 0.5, 2)
-        u, v = np.meshgrid((np.arange(-half, half + 1) + shift[0]) * spacing, (np.arange(-half, half + 1) + shift[1]) * along)
+        steps = np.arange(-half, half + 1)
+        u, v = np.meshgrid((steps + shift[0]) * spacing, (steps + shift[1]) * along)
         q = np.column_stack([u.ravel(), v.ravel()]) + rng.normal(0, 0.32, (u.size, 2)) * [1.0, 1.4]
         q = q[rng.random(len(q)) < 0.94]
         xy = q @ np.array([[np.cos(azimuth), np.sin(azimuth)], [-np.sin(azimuth), np.cos(azimuth)]])
         xy = xy[np.hypot(*xy.T) < stand_radius_m]
         pairs = cKDTree(xy).query_pairs(min(1.5, 0.55 * along), output_type="ndarray")
         xy = np.delete(xy, np.unique(pairs[:, 1]) if len(pairs) else [], axis=0)
-        miss = abs((np.hypot(*xy.T) < settings.radius_m - 0.05).sum() - expected)
-        edge = np.abs(np.hypot(*xy.T) - settings.radius_m).min() < 0.05
+        miss = abs((np.hypot(*xy.T) < radius_m - 0.05).sum() - expected)
+        edge = np.abs(np.hypot(*xy.T) - radius_m).min() < 0.05
         if not edge and (best is None or miss < best[0]):
             best = miss, xy
         if best is not None and best[0] <= max(1.0, 0.15 * expected):
@@ -114,9 +115,10 @@ def grow_stem(rng: np.random.Generator, ground: Ground, xy: np.ndarray, dbh_m: f
                 lean_az_rad=lean_az_rad, **fields)
 
 
-def grow_stand(rng: np.random.Generator, settings: SimulateSettings, ground: Ground, stand_radius_m: float) -> list[Stem]:
+def grow_stand(rng: np.random.Generator, settings: SimulateSettings, sizes: Sizes, ground: Ground,
+               stand_radius_m: float) -> list[Stem]:
     """Every stem of the stand, the plot's own first (T001 is nearest the centre); saplings carry ids S001 ..."""
-    xy = plant(rng, settings, stand_radius_m)
+    xy = plant(rng, settings.stems_per_ha, sizes.radius_m, stand_radius_m)
     xy = xy[np.argsort(np.hypot(*xy.T))]
     count = len(xy)
     dbh = np.clip(rng.normal(settings.dbh_mean_cm, settings.dbh_sd_cm, count), 8.2, 56.0) / 100
@@ -124,7 +126,7 @@ def grow_stand(rng: np.random.Generator, settings: SimulateSettings, ground: Gro
     limit = np.radians(settings.lean_max_deg)
     lean = np.minimum(np.abs(rng.normal(0, np.radians(1.7), count)), limit)
     kinds = np.full(count, "normal", dtype=object)
-    inside = np.flatnonzero(np.hypot(*xy.T) < settings.radius_m)
+    inside = np.flatnonzero(np.hypot(*xy.T) < sizes.radius_m)
     draw = iter(rng.permutation(inside))
     for kind, number in (("fork_below", settings.forks_below_bh), ("fork_above", settings.forks_above_bh),
                          ("touch", settings.touching_saplings), ("lean", settings.strong_leans),
@@ -137,9 +139,9 @@ def grow_stand(rng: np.random.Generator, settings: SimulateSettings, ground: Gro
     stems: list[Stem] = []
     for k in range(count):
         distance = float(np.hypot(*xy[k]))
-        detail = 2 if distance < settings.radius_m + 5 else 1 if distance < settings.radius_m + 14 else 0
+        detail = 2 if distance < sizes.radius_m + 5 else 1 if distance < sizes.radius_m + 14 else 0
         common = dict(tree_id=f"T{k + 1:03d}", kind=kinds[k], status="dead" if kinds[k] == "dead" else "live",
-                      in_plot=distance < settings.radius_m, detail=detail,
+                      in_plot=distance < sizes.radius_m, detail=detail,
                       crown_base_m=height[k] * rng.uniform(0.46, 0.56))
         azimuth = rng.uniform(0, 2 * np.pi)
         if kinds[k] == "fork_below":
@@ -158,9 +160,11 @@ def grow_stand(rng: np.random.Generator, settings: SimulateSettings, ground: Gro
             size = rng.uniform(0.045, 0.07)
             reach = stem.dbh_m / 2 + size / 2
             turn = rng.uniform(0, 2 * np.pi)
-            point = axis_at(stem, np.array([BREAST_HEIGHT_M]))[0][0, :2] + reach * np.array([np.cos(turn), np.sin(turn)])
+            point = axis_at(stem, np.array([BREAST_HEIGHT_M]))[0][0, :2]
+            point = point + reach * np.array([np.cos(turn), np.sin(turn)])
             stems.append(_sapling(rng, ground, point, size, rng.uniform(4, 6), len(stems)))
-    return stems + _saplings(rng, settings, ground, xy, min(stand_radius_m, settings.radius_m + 16), len(stems))
+    reach = min(stand_radius_m, sizes.radius_m + 16)
+    return stems + _saplings(rng, settings.saplings_per_m2, ground, xy, reach, len(stems))
 
 
 def _second_leader(rng: np.random.Generator, stem: Stem) -> Stem:
@@ -173,21 +177,23 @@ def _second_leader(rng: np.random.Generator, stem: Stem) -> Stem:
                 stem.height_m - start * AXIS_STEP, max(stem.crown_base_m - start * AXIS_STEP, 1.0), turn, stem.detail)
 
 
-def _sapling(rng: np.random.Generator, ground: Ground, xy: np.ndarray, dbh_m: float, height_m: float, number: int) -> Stem:
+def _sapling(rng: np.random.Generator, ground: Ground, xy: np.ndarray, dbh_m: float, height_m: float,
+             number: int) -> Stem:
     return grow_stem(rng, ground, xy, dbh_m, height_m, np.radians(rng.uniform(0, 2)), rng.uniform(0, 2 * np.pi),
                      tree_id=f"S{number + 1:03d}", kind="sapling", status="live", in_plot=False, detail=1,
                      crown_base_m=0.35 * height_m)
 
 
-def _saplings(rng: np.random.Generator, settings: SimulateSettings, ground: Ground, trees: np.ndarray, reach_m: float,
+def _saplings(rng: np.random.Generator, per_m2: float, ground: Ground, trees: np.ndarray, reach_m: float,
               number: int) -> list[Stem]:
-    count = rng.poisson(settings.saplings_per_m2 * np.pi * reach_m**2)
+    count = rng.poisson(per_m2 * np.pi * reach_m**2)
     spot = reach_m * np.sqrt(rng.random(count))
     turn = rng.uniform(0, 2 * np.pi, count)
     xy = np.column_stack([spot * np.cos(turn), spot * np.sin(turn)])
     if count:
         xy = xy[cKDTree(trees).query(xy)[0] > 0.6]
-    return [_sapling(rng, ground, point, rng.uniform(0.02, 0.07), rng.uniform(2, 6), number + k) for k, point in enumerate(xy)]
+    return [_sapling(rng, ground, point, rng.uniform(0.02, 0.07), rng.uniform(2, 6), number + k)
+            for k, point in enumerate(xy)]
 
 
 @dataclass(frozen=True)
@@ -210,7 +216,8 @@ def mesh_stems(rng: np.random.Generator, stems: list[Stem]) -> StemMesh:
     for index, stem in enumerate(stems):
         length = AXIS_STEP * (len(stem.axis) - 1)
         if stem.detail == 2:
-            sides, s = 36, np.concatenate([np.arange(0, min(5.0, length), 0.06), np.arange(5.0, max(length, 5.0), 0.25)])
+            sides, s = 36, np.concatenate([np.arange(0, min(5.0, length), 0.06),
+                                           np.arange(5.0, max(length, 5.0), 0.25)])
         elif stem.detail == 1:
             sides, s = 16, np.concatenate([np.arange(0, 0.6, 0.15), np.arange(0.6, length, 0.4)])
         else:
@@ -228,7 +235,8 @@ def mesh_stems(rng: np.random.Generator, stems: list[Stem]) -> StemMesh:
         relief = gaussian_filter(rng.standard_normal((len(s), sides)), (0.9, 0.8), mode=("nearest", "wrap"))
         relief *= (0.011 * radius + 0.0012)[:, None] / max(relief.std(), 1e-9)
         ellipse = rng.uniform(0.002, 0.03) * np.cos(2 * (theta - rng.uniform(0, np.pi)))
-        lobes = 0.16 * np.cos(rng.integers(3, 6) * theta + rng.uniform(0, 6.28)) * np.exp(-np.maximum(s, 0) / 0.22)[:, None]
+        lobes = 0.16 * np.cos(rng.integers(3, 6) * theta + rng.uniform(0, 6.28))
+        lobes = lobes * np.exp(-np.maximum(s, 0) / 0.22)[:, None]
         shape = radius[:, None] * (1 + ellipse + lobes) + relief
         outward = np.cos(theta)[None, :, None] * e1[:, None] + np.sin(theta)[None, :, None] * e2[:, None]
         # One column more than sides: the seam has its own texture coordinate.
@@ -245,5 +253,5 @@ def mesh_stems(rng: np.random.Generator, stems: list[Stem]) -> StemMesh:
                       np.full(len(triangles), index)))
         offset += rows * columns
         faces.append(faces[-1] + len(triangles))
-    merged = [np.concatenate([part[k] for part in parts]) for k in range(5)]
-    return StemMesh(*merged, np.array(faces))
+    vertices, triangles, uv, normals, owner = (np.concatenate([part[k] for part in parts]) for k in range(5))
+    return StemMesh(vertices, triangles, uv, normals, owner, np.array(faces))

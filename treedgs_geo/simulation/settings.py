@@ -16,36 +16,44 @@ PRESETS = ("demo", "test", "plot")
 class SimulateSettings:
     """Settings of ``simulate-plot``. ``None`` means: as the preset says (:data:`SIZES`)."""
 
-    output: Path = param(kind="output_folder", help="folder for the plot; made if missing, replaced if it is a simulated plot")
+    output: Path = param(kind="output_folder",
+                         help="folder for the plot; made if missing, replaced if it is a simulated plot")
     preset: str = param("demo", kind="choice", choices=PRESETS,
                         help="size of the job: test (3-6 stems), demo (6-9 stems), plot (0.03 ha, 62 photos)")
-    seed: int = param(1, kind="integer", minimum=0, maximum=2**31, help="random seed; the same seed gives the same plot")
+    seed: int = param(1, kind="integer", minimum=0, maximum=2**31,
+                      help="random seed; the same seed gives the same plot")
     name: str | None = param(None, kind="text", help="plot name, used in file names; default: the folder's name")
     radius_m: float | None = param(None, kind="number", unit="m", minimum=2, maximum=15, help="radius of the plot")
     stems_per_ha: float = param(700.0, kind="number", unit="1/ha", minimum=100, maximum=2500, help="planting density")
-    dbh_mean_cm: float = param(27.4, kind="number", unit="cm", minimum=8, maximum=70, help="mean diameter at breast height")
+    dbh_mean_cm: float = param(27.4, kind="number", unit="cm", minimum=8, maximum=70,
+                                help="mean diameter at breast height")
     dbh_sd_cm: float = param(6.7, kind="number", unit="cm", minimum=0, maximum=25, help="its standard deviation")
     lean_max_deg: float = param(4.0, kind="number", unit="deg", minimum=0, maximum=20, help="largest lean of any stem")
     strong_leans: int = param(0, kind="integer", minimum=0, maximum=10,
                               help="in-plot stems that lean by 75-100 % of the largest lean", advanced=True)
-    forks_below_bh: int = param(0, kind="integer", minimum=0, maximum=10, help="in-plot trees forked below breast height",
-                                advanced=True)
-    forks_above_bh: int = param(0, kind="integer", minimum=0, maximum=10, help="in-plot trees forked above breast height",
-                                advanced=True)
+    forks_below_bh: int = param(0, kind="integer", minimum=0, maximum=10,
+                                help="in-plot trees forked below breast height", advanced=True)
+    forks_above_bh: int = param(0, kind="integer", minimum=0, maximum=10,
+                                help="in-plot trees forked above breast height", advanced=True)
     touching_saplings: int = param(0, kind="integer", minimum=0, maximum=10, help="in-plot stems touched by a sapling",
                                    advanced=True)
-    dead_trees: int = param(0, kind="integer", minimum=0, maximum=10, help="in-plot trees without needles", advanced=True)
-    leaf_area_m2: float = param(34.0, kind="number", unit="m2", minimum=0, maximum=200,
+    dead_trees: int = param(0, kind="integer", minimum=0, maximum=10,
+                            help="in-plot trees without needles", advanced=True)
+    leaf_area_m2: float = param(38.0, kind="number", unit="m2", minimum=0, maximum=200,
                                 help="one-sided needle area of a tree of mean DBH; what hides the stems")
     shrubs_per_m2: float = param(0.13, kind="number", unit="1/m2", minimum=0, maximum=2, help="shrubs, up to 2 m high")
-    saplings_per_m2: float = param(0.025, kind="number", unit="1/m2", minimum=0, maximum=1, help="saplings below 7.5 cm DBH")
+    saplings_per_m2: float = param(0.025, kind="number", unit="1/m2", minimum=0, maximum=1,
+                                   help="saplings below 7.5 cm DBH")
     logs: int = param(5, kind="integer", minimum=0, maximum=50, help="logs lying about", advanced=True)
     slope_pct: float = param(3.0, kind="number", unit="%", minimum=0, maximum=60, help="slope of the ground")
     roughness_m: float = param(0.10, kind="number", unit="m", minimum=0, maximum=1,
                                help="standard deviation of the ground about its plane")
-    image_width: int | None = param(None, kind="integer", unit="px", minimum=320, maximum=8192, help="width of a photo")
-    image_height: int | None = param(None, kind="integer", unit="px", minimum=240, maximum=8192, help="height of a photo")
-    photos: int | None = param(None, kind="integer", minimum=8, maximum=400, help="number of photos, both flights together")
+    image_width: int | None = param(None, kind="integer", unit="px", minimum=320, maximum=8192,
+                                    help="width of a photo")
+    image_height: int | None = param(None, kind="integer", unit="px", minimum=240, maximum=8192,
+                                     help="height of a photo")
+    photos: int | None = param(None, kind="integer", minimum=8, maximum=400,
+                               help="number of photos, both flights together")
     samples: int | None = param(None, kind="integer", minimum=1, maximum=16, help="rays a pixel", advanced=True)
     gsd_cm: float = param(1.84, kind="number", unit="cm", minimum=0.3, maximum=10,
                           help="ground sample distance straight down from 70 m; sets the focal length")
@@ -59,7 +67,10 @@ class SimulateSettings:
 
 @dataclass(frozen=True)
 class Sizes:
-    """Lengths and counts that a preset fixes. rings: (height m, pitch deg, share of the ring photos, flight)."""
+    """Lengths and counts that a preset fixes and the settings may override.
+
+    rings: (height m, pitch deg, share of the ring photos, flight). samples: rays a pixel. name: of the plot, for files.
+    """
 
     radius_m: float
     image_width: int
@@ -73,10 +84,12 @@ class Sizes:
     lidar_density_m2: float
     lidar_half_m: float
     stand_radius_m: float
+    name: str = "plot"
 
 
 SIZES = {
-    "test": Sizes(4.6, 720, 540, 28, 4, 4.0, ((70.0, -57.0, 0.58, 0), (90.0, -53.0, 0.42, 1)), 1.0, 4, 200.0, 7.0, 36.0),
+    "test": Sizes(4.6, 720, 540, 28, 4, 4.0, ((70.0, -57.0, 0.58, 0), (90.0, -53.0, 0.42, 1)),
+                  1.0, 4, 200.0, 7.0, 36.0),
     "demo": Sizes(6.0, 1024, 768, 40, 4, 5.0, ((70.0, -75.0, 0.11, 0), (70.0, -57.0, 0.48, 0), (90.0, -53.0, 0.41, 1)),
                   2.0, 4, 600.0, 9.0, 42.0),
     "plot": Sizes(10.0, 1280, 960, 62, 9, 7.5, ((70.0, -75.0, 0.17, 0), (70.0, -57.0, 0.38, 0), (90.0, -53.0, 0.45, 1)),
@@ -85,25 +98,24 @@ SIZES = {
 
 
 def resolve(settings: SimulateSettings) -> tuple[SimulateSettings, Sizes]:
-    """Fill what was left to the preset; returns complete settings and the preset's other sizes.
+    """Fill what was left to the preset; returns complete settings (for the record) and the sizes to work with.
 
     Raises:
-        InputError: an unknown preset or a photo too small for the plot.
+        InputError: an unknown preset, photos too small for the plot, or too few.
     """
     if settings.preset not in SIZES:
         raise InputError(f"--preset: found {settings.preset!r}, expected one of {', '.join(PRESETS)}.")
-    sizes = SIZES[settings.preset]
-    filled = {field: getattr(sizes, field) if getattr(settings, field) is None else getattr(settings, field)
-              for field in ("radius_m", "image_width", "image_height", "photos", "samples", "lidar_density_m2")}
     name = settings.name or Path(settings.output).resolve().name
     name = "".join(c if c.isalnum() or c in "_-" else "_" for c in name)[:40] or "plot"
-    settings = dataclasses.replace(settings, name=name, **filled)
-    short_m = settings.image_height * settings.gsd_cm / 100
-    if short_m < 1.2 * settings.radius_m:
+    fields = ("radius_m", "image_width", "image_height", "photos", "samples", "lidar_density_m2")
+    given = {field: value for field in fields if (value := getattr(settings, field)) is not None}
+    sizes = dataclasses.replace(SIZES[settings.preset], name=name, **given)
+    short_m = sizes.image_height * settings.gsd_cm / 100
+    if short_m < 1.2 * sizes.radius_m:
         raise InputError(
             f"--image-height: a photo covers {short_m:.1f} m of ground, expected at least 1.2 times the plot radius "
-            f"({settings.radius_m:g} m); give larger photos, a coarser --gsd-cm or a smaller --radius-m.")
-    if settings.photos < sizes.nadir + 6:
-        raise InputError(f"--photos: found {settings.photos}, expected at least {sizes.nadir + 6} for this preset "
+            f"({sizes.radius_m:g} m); give larger photos, a coarser --gsd-cm or a smaller --radius-m.")
+    if sizes.photos < sizes.nadir + 6:
+        raise InputError(f"--photos: found {sizes.photos}, expected at least {sizes.nadir + 6} for this preset "
                          f"({sizes.nadir} nadir photos and the rings).")
-    return settings, sizes
+    return dataclasses.replace(settings, name=name, **{field: getattr(sizes, field) for field in fields}), sizes

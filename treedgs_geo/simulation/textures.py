@@ -48,14 +48,15 @@ def litter(rng: np.random.Generator, half_m: float, step_m: float = 0.011) -> Gr
     # Leaves and bits of bark: 2-7 cm, light and dark. Needles and twigs: thin streaks.
     count = int(90 * area)
     centre = rng.integers(0, n * 16, (count, 2))
-    size = np.clip(rng.lognormal(np.log(0.016), 0.45, (count, 2)), 0.008, 0.05) / step_m
+    size = np.clip(rng.lognormal(np.log(0.021), 0.5, (count, 2)), 0.008, 0.06) / step_m
     angle = rng.uniform(0, 180, count)
-    shade = np.where(rng.random(count) < 0.62, rng.uniform(0.40, 0.72, count), rng.uniform(0.05, 0.14, count))
+    shade = np.where(rng.random(count) < 0.62, rng.uniform(0.42, 0.80, count), rng.uniform(0.04, 0.12, count))
     tint = np.array([1.0, 0.80, 0.58]) + rng.normal(0, 0.09, (count, 3))
     bits = encode(shade[:, None] * tint).tolist()
     for k in range(count):
         axes = (int(size[k, 0] * 16) + 4, int(size[k, 1] * 10) + 4)
-        cv2.ellipse(image, (int(centre[k, 0]), int(centre[k, 1])), axes, float(angle[k]), 0, 360, bits[k], -1, cv2.LINE_AA, 4)
+        middle = int(centre[k, 0]), int(centre[k, 1])
+        cv2.ellipse(image, middle, axes, float(angle[k]), 0, 360, bits[k], -1, cv2.LINE_AA, 4)
     count = int(28 * area)
     start = rng.integers(0, n * 16, (count, 2))
     heading, length = rng.uniform(0, 2 * np.pi, count), rng.uniform(0.06, 0.30, count) / step_m * 16
@@ -69,11 +70,11 @@ def litter(rng: np.random.Generator, half_m: float, step_m: float = 0.011) -> Gr
 def bark(rng: np.random.Generator, width: int = 512, height: int = 1024) -> np.ndarray:
     """(height, width, 3) uint8 root code, periodic both ways: plates, furrows between them, lichen; 5 mm a texel."""
     relief = np.zeros((height, width), np.float32)
-    for sigma, share in (((14, 5), 0.5), ((6, 3), 0.8), ((2.2, 1.4), 0.55), ((0.8, 0.7), 0.3)):
+    for sigma, share in (((16, 7), 0.8), ((7, 4), 1.0), ((2.2, 1.4), 0.45), ((0.8, 0.7), 0.25)):
         field = gaussian_filter(rng.standard_normal((height, width), dtype=np.float32), sigma, mode="wrap")
         relief += share * field / field.std()
     relief /= relief.std()
-    tone = 0.135 * np.exp(0.62 * np.clip(relief, -1.9, 2.3))
+    tone = 0.115 * np.exp(0.80 * np.clip(relief, -1.9, 2.0))
     colour = tone[..., None] * np.array([1.0, 0.83, 0.72], np.float32)
     lichen = gaussian_filter(rng.standard_normal((height, width), dtype=np.float32), 5, mode="wrap")
     lichen = np.clip(lichen / lichen.std() - 1.7, 0, 1)[..., None]

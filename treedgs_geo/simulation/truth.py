@@ -54,13 +54,15 @@ def section(mesh: StemMesh, index: int, stem: Stem, s_m: float) -> Section:
     return Section(perimeter / np.pi, width.min(), width.max(), centre)
 
 
-def stem_table(mesh: StemMesh, stems: list[Stem], reach_m: float) -> tuple[list[dict], dict[str, list], list[list[float]]]:
+def stem_table(mesh: StemMesh, stems: list[Stem],
+               reach_m: float) -> tuple[list[dict], dict[str, list], list[list[float]]]:
     """Rows of ``trees.csv`` (without the visibility columns), ``stems.json`` profiles, and saplings (x, y, DBH cm)."""
     rows, profiles, saplings = [], {}, []
     for index, stem in enumerate(stems):
         base = stem.axis[0]
         if stem.kind == "sapling":
-            saplings.append([float(base[0]), float(base[1]), 100 * section(mesh, index, stem, BREAST_HEIGHT_M).diameter])
+            diameter = section(mesh, index, stem, BREAST_HEIGHT_M).diameter
+            saplings.append([float(base[0]), float(base[1]), 100 * diameter])
             continue
         if stem.kind == "branch" or np.hypot(base[0], base[1]) > reach_m:
             continue
