@@ -42,7 +42,7 @@ def environment(setup: Path = SETUP, **more: str) -> dict[str, str]:
         TREEDGS_HOME=os.environ.get("TREEDGS_HOME", str(setup / "home")),
         PYTHONDONTWRITEBYTECODE="1",
         PYTHONWARNINGS="ignore",
-        # The Python inside QGIS takes its libraries from beside the first python3 on the PATH: it has to be the system's.
+        # The Python inside QGIS takes its libraries from beside the first python3 on the PATH: the system's.
         PATH=os.pathsep.join(["/usr/bin", "/bin", os.environ.get("PATH", "")]),
     )
     if not more.get("DISPLAY"):

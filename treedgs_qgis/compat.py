@@ -23,12 +23,10 @@ def first_attr(*dotted: str) -> Any:
 
 
 FLAG_ADVANCED = first_attr("Qgis.ProcessingParameterFlag.Advanced", "QgsProcessingParameterDefinition.FlagAdvanced")
-FLAG_OPTIONAL = first_attr("Qgis.ProcessingParameterFlag.Optional", "QgsProcessingParameterDefinition.FlagOptional")
 FILE = first_attr("Qgis.ProcessingFileParameterBehavior.File", "QgsProcessingParameterFile.File")
 FOLDER = first_attr("Qgis.ProcessingFileParameterBehavior.Folder", "QgsProcessingParameterFile.Folder")
 INTEGER = first_attr("Qgis.ProcessingNumberParameterType.Integer", "QgsProcessingParameterNumber.Integer")
 DOUBLE = first_attr("Qgis.ProcessingNumberParameterType.Double", "QgsProcessingParameterNumber.Double")
-SOURCE_POINT = first_attr("Qgis.ProcessingSourceType.VectorPoint", "QgsProcessing.TypeVectorPoint")
 SOURCE_VECTOR = first_attr("Qgis.ProcessingSourceType.Vector", "QgsProcessing.TypeVector")
 DISTANCE_METERS = first_attr("Qgis.DistanceUnit.Meters", "QgsUnitTypes.DistanceMeters")
 LOG_CRITICAL = first_attr("Qgis.MessageLevel.Critical", "Qgis.Critical")

@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
-from qgis_driver import ROOT, STUBBORN, alive, kill_all, load
+from qgis_driver import ROOT, STUBBORN, alive, kill_all, load, patience_s
 
 load("treedgs_shell", ROOT / "treedgs_qgis" / "__init__.py", ROOT / "treedgs_qgis")
 engine = load("treedgs_shell.engine", ROOT / "treedgs_qgis" / "engine.py")
@@ -104,7 +104,7 @@ def test_cancel_ends_the_whole_group_within_two_seconds(fake_engine, tmp_path, m
     pids = [int(part) for part in (tmp_path / "pids").read_text().split()]
     left = [pid for pid in pids if alive(pid)]
     kill_all(left)
-    assert not left and took < 2.0
+    assert not left and took < patience_s()
 
 
 def test_children_do_not_outlive_an_engine_that_ends(fake_engine, tmp_path, monkeypatch):

@@ -51,7 +51,6 @@ _BASE = (
     "geopandas",
     "rasterio",
     "matplotlib",
-    "sklearn",
     "psutil",
     "tqdm",
 )
@@ -69,7 +68,7 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "sample-surface": (*_BASE, *_CLOUDS),
     "segment-stems": (*_BASE, *_CLOUDS),
     "measure-dbh": (*_BASE, *_CLOUDS),
-    "simulate-plot": (*_BASE, *_CLOUDS, "PIL", "open3d"),
+    "simulate-plot": (*_BASE, *_CLOUDS, "PIL", "cv2", "open3d"),
     "doctor": (),
 }
 
