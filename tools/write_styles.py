@@ -186,7 +186,7 @@ def trees() -> QgsVectorLayer:
 
 
 def stations() -> QgsVectorLayer:
-    """Camera stations: an arrowhead that points where the camera looked, coloured by how well the place is known."""
+    """Camera stations: a triangle that points where the camera looked, coloured by how well the place is known."""
     layer = memory_layer(STATIONS, "stations")
     looks = {
         "fix": ("fixed (centimetres)", "#1565c0"),
@@ -197,14 +197,14 @@ def stations() -> QgsVectorLayer:
     }
     categories = []
     for value, (text, colour) in looks.items():
-        symbol = marker(name="filled_arrowhead", color=colour, outline_color="#ffffff", size="3.2", outline_width="0.2")
-        # The arrowhead points east; yaw turns clockwise from north.
+        symbol = marker(name="triangle", color=colour, outline_color="#ffffff", size="3.6", outline_width="0.2")
+        # The triangle points north; yaw turns clockwise from there.
         symbol.symbolLayer(0).setDataDefinedProperty(
-            QgsSymbolLayer.PropertyAngle, QgsProperty.fromExpression('coalesce("yaw_deg", 0) - 90')
+            QgsSymbolLayer.PropertyAngle, QgsProperty.fromExpression('coalesce("yaw_deg", 0)')
         )
         categories.append(QgsRendererCategory(value, symbol, text))
     layer.setRenderer(QgsCategorizedSymbolRenderer("quality", categories))
-    layer.setLabeling(labels('"name"', "#333333", 500))
+    layer.setLabeling(labels('"name"', "#333333", 250))
     layer.setLabelsEnabled(True)
     layer.setDisplayExpression('"name"')
     layer.setMapTipTemplate(
