@@ -19,20 +19,46 @@ class FitGaussiansSettings:
     """Parameters of ``fit-gaussians``."""
 
     workspace: Path = param(kind="folder", help="Workspace with sfm/ and dtm.tif; field.ply is written there.")
-    photos: Path | None = param(None, kind="folder", help="Folder of the reconstructed photos; without it the one in run.json.")
+    photos: Path | None = param(
+        None, kind="folder", help="Folder of the reconstructed photos; without it the one in run.json."
+    )
     seeds: Path | None = param(
-        None, kind="file", suffixes=(".gpkg", ".csv", ".shp", ".geojson"),
-        help="Stem positions, good to a few decimetres: a point layer, or a CSV with x, y in the project CRS; without it "
-        "trees.gpkg of the workspace.")
-    preset: str = param("balanced", kind="choice", choices=("fast", "balanced", "best", "paper"),
-                        help="How much is modelled; paper = the published losses.")
-    band_m: float = param(3.0, kind="number", help="Top of the modelled stem band above ground.", unit="m", minimum=1.5, maximum=20)
-    radius_m: float = param(0.5, kind="number", help="Radius of the modelled cylinder about each stem.", unit="m", minimum=0.1,
-                            maximum=5, advanced=True)
-    max_gaussians: int = param(60000, kind="integer", help="Hard limit on Gaussians in all, shared among the stems.", minimum=10,
-                               maximum=10_000_000, advanced=True)
+        None,
+        kind="file",
+        suffixes=(".gpkg", ".csv", ".shp", ".geojson"),
+        help="Stem positions, good to a few decimetres: a point layer, or a CSV with x, y in the project CRS; "
+        "without it trees.gpkg of the workspace.",
+    )
+    preset: str = param(
+        "balanced",
+        kind="choice",
+        choices=("fast", "balanced", "best", "paper"),
+        help="How much is modelled; paper = the published losses.",
+    )
+    band_m: float = param(
+        3.0, kind="number", help="Top of the modelled stem band above ground.", unit="m", minimum=1.5, maximum=20
+    )
+    radius_m: float = param(
+        0.5,
+        kind="number",
+        help="Radius of the modelled cylinder about each stem.",
+        unit="m",
+        minimum=0.1,
+        maximum=5,
+        advanced=True,
+    )
+    max_gaussians: int = param(
+        60000,
+        kind="integer",
+        help="Hard limit on Gaussians in all, shared among the stems.",
+        minimum=10,
+        maximum=10_000_000,
+        advanced=True,
+    )
     threads: int = param(2, kind="integer", help="Stems fitted at once.", minimum=1, maximum=256, advanced=True)
-    seed: int = param(0, kind="integer", help="Seed of every random choice.", minimum=0, maximum=2**31 - 1, advanced=True)
+    seed: int = param(
+        0, kind="integer", help="Seed of every random choice.", minimum=0, maximum=2**31 - 1, advanced=True
+    )
 
 
 def fit_gaussians(settings: FitGaussiansSettings, reporter: Reporter) -> dict[str, Any]:
@@ -52,22 +78,40 @@ def fit_gaussians(settings: FitGaussiansSettings, reporter: Reporter) -> dict[st
     ground = read_dtm(dtm_file, frame.crs).local(frame)
     seeds_file = settings.seeds or space.path(names.TREES)
     if settings.seeds is None and not seeds_file.exists():
-        raise InputError(f"{seeds_file}: not found, so no stem position is known; give --seeds or run photos-to-dbh first.")
+        raise InputError(
+            f"{seeds_file}: not found, so no stem position is known; give --seeds or run photos-to-dbh first."
+        )
     seeds = read_seeds(seeds_file, frame)
     dense_file = space.path(names.DENSE)
     dense = None
     if dense_file.exists():
         dense = (frame.to_local(read_cloud(dense_file, attributes=()).xyz), None)
-    options = GaussianOptions(preset=settings.preset, band_m=settings.band_m, radius_m=settings.radius_m,
-                              max_gaussians=settings.max_gaussians, threads=settings.threads, seed=settings.seed)
+    options = GaussianOptions(
+        preset=settings.preset,
+        band_m=settings.band_m,
+        radius_m=settings.radius_m,
+        max_gaussians=settings.max_gaussians,
+        threads=settings.threads,
+        seed=settings.seed,
+    )
     target = space.path(names.FIELD)
     with space.running("fit-gaussians", fingerprint([dtm_file, seeds_file]), to_json(settings)) as result:
         field, report = fit_with_report(views, frame, ground, seeds, dense, options, reporter)
         write_field(target, field, frame)
-        result.update(field=str(target), frame=str(frame_path(target)), gaussians=len(field), stems=len(report.stems),
-                      photos=report.photos, megapixels=report.megapixels, pairs=report.pairs, per_stem=report.stems,
-                      warnings=report.warnings)
-    reporter.info(f"{len(field)} Gaussians for {len(report.stems)} of {len(seeds)} stems, {report.megapixels} megapixels in crops")
+        result.update(
+            field=str(target),
+            frame=str(frame_path(target)),
+            gaussians=len(field),
+            stems=len(report.stems),
+            photos=report.photos,
+            megapixels=report.megapixels,
+            pairs=report.pairs,
+            per_stem=report.stems,
+            warnings=report.warnings,
+        )
+    reporter.info(
+        f"{len(field)} Gaussians for {len(report.stems)} of {len(seeds)} stems, {report.megapixels} megapixels in crops"
+    )
     return dict(result)
 
 
@@ -80,7 +124,9 @@ def open_workspace(folder: Path):
     from ..core.workspace import Workspace
 
     if not (folder / names.SFM).is_dir():
-        raise InputError(f"{folder}: has no {names.SFM}/ folder, expected a workspace with a reconstruction; run reconstruct first.")
+        raise InputError(
+            f"{folder}: has no {names.SFM}/ folder, expected a workspace with a reconstruction; run reconstruct first."
+        )
     return Workspace(folder)
 
 
@@ -109,12 +155,17 @@ COMMAND = Command(
     group="Single steps",
     summary="3D Gaussians around each stem, from the ground to a few metres, fitted to the photos.",
     help=(
-        "Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a few decimetres. "
-        "Around each stem a cylinder of 3D Gaussians is fitted to crops of the photos (losses of the RaDe-GS paper, re-derived), with the "
-        "ground behind it as a texture. Output: field.ply, the standard 3DGS format in local metres; its origin and CRS are in "
-        "field.frame.json beside it."),
+        "Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a "
+        "few decimetres. Around each stem a cylinder of 3D Gaussians is fitted to crops of the photos (the losses of "
+        "the RaDe-GS paper, re-derived), with the ground behind it as a texture. Output: field.ply, the standard 3DGS "
+        "format in local metres; its origin and CRS are in field.frame.json beside it."
+    ),
     settings=FitGaussiansSettings,
     run=fit_gaussians,
     example="treedgs fit-gaussians --workspace work/plot1 --seeds stems.gpkg --preset balanced",
-    outputs={"field": "Gaussian field (3DGS PLY, local metres)", "gaussians": "number of Gaussians", "stems": "stems fitted"},
+    outputs={
+        "field": "Gaussian field (3DGS PLY, local metres)",
+        "gaussians": "number of Gaussians",
+        "stems": "stems fitted",
+    },
 )

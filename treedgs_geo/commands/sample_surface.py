@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,16 +19,35 @@ class SampleSurfaceSettings:
     """Parameters of ``sample-surface``."""
 
     workspace: Path = param(kind="folder", help="Workspace with sfm/ and field.ply; surface.laz is written there.")
-    photos: Path | None = param(None, kind="folder", help="Folder of the reconstructed photos; without it the one in run.json.")
-    preset: str = param("balanced", kind="choice", choices=("balanced", "paper"),
-                        help="paper = every point of the published method, those that no view sees included.")
+    photos: Path | None = param(
+        None, kind="folder", help="Folder of the reconstructed photos; without it the one in run.json."
+    )
+    preset: str = param(
+        "balanced",
+        kind="choice",
+        choices=("balanced", "paper"),
+        help="paper = every point of the published method, those that no view sees included.",
+    )
     samples: int = param(100, kind="integer", help="Candidate points per Gaussian (M).", minimum=1, maximum=10000)
-    law: str = param("clamp", kind="choice", choices=("clamp", "vacancy"), advanced=True,
-                     help="Opacity law: clamp = depth clamp of the paper, vacancy = stochastic solid.")
-    tau: float = param(0.0, kind="number", minimum=0, maximum=1, advanced=True,
-                       help="Keep points whose smallest opacity over the views is above this.")
+    law: str = param(
+        "clamp",
+        kind="choice",
+        choices=("clamp", "vacancy"),
+        advanced=True,
+        help="Opacity law: clamp = depth clamp of the paper, vacancy = stochastic solid.",
+    )
+    tau: float = param(
+        0.0,
+        kind="number",
+        minimum=0,
+        maximum=1,
+        advanced=True,
+        help="Keep points whose smallest opacity over the views is above this.",
+    )
     threads: int = param(2, kind="integer", help="Views scored at once.", minimum=1, maximum=256, advanced=True)
-    seed: int = param(0, kind="integer", help="Seed of every random choice.", minimum=0, maximum=2**31 - 1, advanced=True)
+    seed: int = param(
+        0, kind="integer", help="Seed of every random choice.", minimum=0, maximum=2**31 - 1, advanced=True
+    )
 
 
 def sample_surface(settings: SampleSurfaceSettings, reporter: Reporter) -> dict[str, Any]:
@@ -46,15 +65,36 @@ def sample_surface(settings: SampleSurfaceSettings, reporter: Reporter) -> dict[
     field_file, target = space.path(names.FIELD), space.path(names.SURFACE)
     field, field_frame = read_field(field_file)
     if field_frame is not None and abs(field_frame.origin - frame.origin).max() > 1e-6:
-        raise InputError(f"{field_file}: is in another local frame than {space.path(names.SFM)}; run fit-gaussians again.")
-    values = {"samples": settings.samples, "law": settings.law, "tau": settings.tau, "threads": settings.threads, "seed": settings.seed}
-    options = SampleOptions(**{**values, **(PAPER_SAMPLING if settings.preset == "paper" else {})})
+        raise InputError(
+            f"{field_file}: is in another local frame than {space.path(names.SFM)}; run fit-gaussians again."
+        )
+    options = SampleOptions(
+        samples=settings.samples, law=settings.law, tau=settings.tau, threads=settings.threads, seed=settings.seed
+    )
+    if settings.preset == "paper":
+        options = replace(options, **PAPER_SAMPLING)
     with space.running("sample-surface", fingerprint([field_file]), to_json(settings)) as result:
         points = sample(field, views, options, reporter)
-        write_cloud(target, PointCloud(frame.to_project(points.xyz), frame.crs, {
-            "opacity": points.opacity, "n_views": points.n_views, "n_seen": points.n_seen, "seed_id": points.groups}))
-        result.update(surface=str(target), points=len(points), gaussians=len(field), gaussians_unseen=points.n_dropped,
-                      views=len(views))
+        write_cloud(
+            target,
+            PointCloud(
+                frame.to_project(points.xyz),
+                frame.crs,
+                {
+                    "opacity": points.opacity,
+                    "n_views": points.n_views,
+                    "n_seen": points.n_seen,
+                    "seed_id": points.groups,
+                },
+            ),
+        )
+        result.update(
+            surface=str(target),
+            points=len(points),
+            gaussians=len(field),
+            gaussians_unseen=points.n_dropped,
+            views=len(views),
+        )
     reporter.info(f"{len(points)} surface points from {len(field)} Gaussians, scored in {len(views)} photos")
     return dict(result)
 
@@ -66,10 +106,12 @@ COMMAND = Command(
     group="Single steps",
     summary="Points drawn inside the Gaussians, each with its opacity reliability over the photos.",
     help=(
-        "Needs a workspace with field.ply (fit-gaussians). Draws up to M points inside each Gaussian, thinned by its opacity, and scores "
-        "each by the opacity in front of it in every photo: the smallest over the photos that show Gaussians there is kept. Output: "
-        "surface.laz in the project CRS with the extra dimensions opacity (0..1), n_views (photos that show Gaussians there), n_seen (photos "
-        "that see the point) and seed_id (which stem position the Gaussian was fitted for)."),
+        "Needs a workspace with field.ply (fit-gaussians). Draws up to M points inside each Gaussian, thinned by its "
+        "opacity, and scores each by the opacity in front of it in every photo: the smallest over the photos that show "
+        "Gaussians there is kept. Output: surface.laz in the project CRS with the extra dimensions opacity (0..1), "
+        "n_views (photos that show Gaussians there), n_seen (photos that see the point) and seed_id (which stem "
+        "position the Gaussian was fitted for)."
+    ),
     settings=SampleSurfaceSettings,
     run=sample_surface,
     example="treedgs sample-surface --workspace work/plot1",

@@ -1,7 +1,7 @@
 """Pinhole crops of the photos over one stem's band, with what lies behind the stem: a texture on the local ground.
 
-The cost of everything that follows is proportional to the pixels cut out here, so the crops cover the stem's cylinder and
-little more. A crop keeps its photo's rotation and centre; only the lens distortion is taken out (one resampling).
+The cost of everything that follows is proportional to the pixels cut out here, so the crops cover the stem's cylinder
+and little more. A crop keeps its photo's rotation and centre; only the lens distortion is taken out (one resampling).
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from .project import CropCamera
 class Crop:
     """One photo's view of one stem band.
 
-    camera: pinhole, in the stem's own frame (origin at the seed on the ground). image: (H, W, 3) float32, 0..1, gamma space.
-    weight: (H, W) float32, 0 where the photo shows something the band model does not explain. texels: (H, W, 2)
+    camera: pinhole, in the stem's own frame (origin at the seed on the ground). image: (H, W, 3) float32, 0..1, gamma
+    space. weight: (H, W) float32, 0 where the photo shows something the band model does not explain. texels: (H, W, 2)
     float32, column and row in the ground texture. view: index of the photo. flight: index of the flight.
     """
 
@@ -47,8 +47,9 @@ def band_outline(radius_m: float, low_m: float, high_m: float) -> np.ndarray:
 
 
 def crop_camera(view: View, origin: np.ndarray, outline: np.ndarray, margin_px: float = 2.0) -> CropCamera | None:
-    """Smallest pinhole crop that holds ``outline`` (K, 3, relative to ``origin``); None where it leaves the photo by more
-    than a quarter, or reaches behind the camera."""
+    """Smallest pinhole crop that holds ``outline`` (K, 3, relative to ``origin``); None where it leaves the photo by
+    more than a quarter, or reaches behind the camera.
+    """
     pixels, depth = view.project(outline + origin)
     if not np.all(depth > 0) or view.contains(pixels).mean() < 0.75:
         return None
@@ -59,15 +60,23 @@ def crop_camera(view: View, origin: np.ndarray, outline: np.ndarray, margin_px: 
     x1, y1 = np.ceil([u.max() + margin_px, v.max() + margin_px])
     if (x1 - x0) * (y1 - y0) > 4 * camera.width * camera.height:
         return None
-    return CropCamera(int(x1 - x0), int(y1 - y0), camera.fx, camera.fy, camera.cx - x0, camera.cy - y0, view.rotation,
-                      view.translation + view.rotation @ origin)
+    return CropCamera(
+        int(x1 - x0),
+        int(y1 - y0),
+        camera.fx,
+        camera.fy,
+        camera.cx - x0,
+        camera.cy - y0,
+        view.rotation,
+        view.translation + view.rotation @ origin,
+    )
 
 
 def cut_out(photo: np.ndarray, view: View, crop: CropCamera) -> tuple[np.ndarray, np.ndarray]:
     """Resample a photo (H, W, 3 uint8 RGB) into a crop, lens distortion removed.
 
-    Cubic, because a linear resampling would blur edges that are measured to a tenth of a pixel. Returns (h, w, 3) uint8 and
-    (h, w) float32, 1 where the pixel lies inside the photo.
+    Cubic, because a linear resampling would blur edges that are measured to a tenth of a pixel. Returns (h, w, 3)
+    uint8 and (h, w) float32, 1 where the pixel lies inside the photo.
     """
     camera = view.camera
     left, top = camera.cx - crop.cx, camera.cy - crop.cy
@@ -91,8 +100,9 @@ class GroundPlane:
     cell_m: float
 
     @classmethod
-    def around(cls, ground: Callable[[np.ndarray, np.ndarray], np.ndarray], origin: np.ndarray, half_m: float, cell_m: float
-               ) -> GroundPlane:
+    def around(
+        cls, ground: Callable[[np.ndarray, np.ndarray], np.ndarray], origin: np.ndarray, half_m: float, cell_m: float
+    ) -> GroundPlane:
         """Least-squares plane through the ground on a grid about ``origin``; level where the ground is unknown."""
         steps = np.linspace(-half_m, half_m, 9)
         x, y = (value.ravel() for value in np.meshgrid(steps, steps))
@@ -144,7 +154,9 @@ def sample_texture(texture, texels, out):
 
 @numba.njit(cache=True, nogil=True)
 def gather_texture(texels, value, weight, total, mass):
-    """Adjoint of :func:`sample_texture`: spread weighted pixel values over the cells (``total``) and their weights (``mass``)."""
+    """Adjoint of :func:`sample_texture`: spread weighted pixel values over the cells (``total``) and their weights
+    (``mass``).
+    """
     size = total.shape[0]
     for y in range(texels.shape[0]):
         for x in range(texels.shape[1]):
@@ -197,8 +209,14 @@ def median_texture(plane: GroundPlane, crops: list[Crop], minimum: int = 2) -> n
         pixels, _ = crop.camera.project(points)
         map_u, map_v = (pixels - 0.5).T.astype(np.float32)
         masked = np.where(crop.weight[..., None] > 0.5, crop.image, np.nan).astype(np.float32)
-        seen[:, j] = cv2.remap(masked, map_u[:, None], map_v[:, None], cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT,
-                               borderValue=(np.nan, np.nan, np.nan))[:, 0]
+        seen[:, j] = cv2.remap(
+            masked,
+            map_u[:, None],
+            map_v[:, None],
+            cv2.INTER_NEAREST,
+            borderMode=cv2.BORDER_CONSTANT,
+            borderValue=(np.nan, np.nan, np.nan),
+        )[:, 0]
     median = np.empty((len(rows), 3), np.float32)
     for k in range(3):
         _median_rows(np.ascontiguousarray(seen[..., k]), median[:, k])
@@ -228,17 +246,20 @@ class FoliageRule:
     high: float
 
     def weight(self, image: np.ndarray) -> np.ndarray:
-        """(H, W, 3) uint8 -> (H, W) float32 weight, 0 on foliage, eroded by one pixel (its blurred rim is foliage too)."""
-        total = np.maximum(image.astype(np.float32).sum(axis=-1), 1)
-        weight = np.clip((self.high - image[..., 1] / total) / max(self.high - self.low, 1e-6), 0, 1)
-        return cv2.erode(weight.astype(np.float32), np.ones((3, 3), np.uint8))
+        """(H, W, 3) uint8 -> (H, W) float32 weight, 0 on foliage.
+
+        Smoothed first: the colour of one dark pixel is mostly noise.
+        """
+        smooth = cv2.GaussianBlur(image.astype(np.float32), (0, 0), 1.0)
+        green = smooth[..., 1] / np.maximum(smooth.sum(axis=-1), 1)
+        return np.clip((self.high - green) / max(self.high - self.low, 1e-6), 0, 1).astype(np.float32)
 
 
 def foliage_rule(samples: np.ndarray) -> FoliageRule | None:
     """Learn the split between foliage and the rest from (N, 3) uint8 pixels of these very photos (Otsu's criterion).
 
-    None where the colours do not fall into two classes of which the upper is green: a leaf-off or dry stand has no such split,
-    and masking by a guess would remove bark.
+    None where the colours do not fall into two classes of which the upper is green: a leaf-off or dry stand has no
+    such split, and masking by a guess would remove bark.
     """
     total = samples.astype(float).sum(axis=1)
     green = samples[total > 30, 1] / total[total > 30]

@@ -1,8 +1,8 @@
 """The Gaussian field: what is fitted, stored and sampled.
 
-Parameters are those of 3D Gaussian splatting (Kerbl et al. 2023; ``paper.tex`` sec:radegs): centre, orientation, scales,
-opacity and a colour. Colour is spherical-harmonic degree 0, one RGB value a Gaussian: a stem band lit by the sky does not pay
-for more.
+Parameters are those of 3D Gaussian splatting (Kerbl et al. 2023; ``paper.tex`` sec:radegs): centre, orientation,
+scales, opacity and a colour. Colour is spherical-harmonic degree 0, one RGB value a Gaussian: a stem band lit by the
+sky does not pay for more.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ class GaussianField:
 
     means: (N, 3) float32, metres, local frame. quaternions: (N, 4) float32, w x y z, unit length. log_scales: (N, 3)
     float32, natural logarithm of the standard deviations in metres. opacity_logits: (N,) float32. colours: (N, 3)
-    float32, RGB 0..1 as in the photos (gamma space). groups: (N,) int32, the stem (seed index) each Gaussian was fitted for, -1
-    where it belongs to none.
+    float32, RGB 0..1 as in the photos (gamma space). groups: (N,) int32, the stem (seed index) each Gaussian was
+    fitted for, -1 where it belongs to none.
 
     Raises:
         InputError: wrong shapes, non-finite values, zero quaternions, or coordinates too large for float32.
@@ -44,18 +44,28 @@ class GaussianField:
 
     def __post_init__(self) -> None:
         n = len(self.means)
-        shapes = {"means": (n, 3), "quaternions": (n, 4), "log_scales": (n, 3), "opacity_logits": (n,), "colours": (n, 3),
-                  "groups": (n,)}
+        shapes = {
+            "means": (n, 3),
+            "quaternions": (n, 4),
+            "log_scales": (n, 3),
+            "opacity_logits": (n,),
+            "colours": (n, 3),
+            "groups": (n,),
+        }
         for name, shape in shapes.items():
             value = np.asarray(getattr(self, name))
             if value.shape != shape:
-                raise InputError(f"Gaussian field: {name} has shape {value.shape}, expected {shape}; rebuild the field.")
+                raise InputError(
+                    f"Gaussian field: {name} has shape {value.shape}, expected {shape}; rebuild the field."
+                )
             if not np.all(np.isfinite(value)):
                 raise InputError(f"Gaussian field: {name} holds values that are not finite; fit the field again.")
             object.__setattr__(self, name, np.ascontiguousarray(value, np.int32 if name == "groups" else np.float32))
         if n and np.abs(self.means).max() > LARGEST_COORDINATE_M:
-            raise InputError(f"Gaussian field: coordinates reach {np.abs(self.means).max():.3g} m, expected a local frame within "
-                             f"{LARGEST_COORDINATE_M:g} m of its origin; subtract a local origin first.")
+            raise InputError(
+                f"Gaussian field: coordinates reach {np.abs(self.means).max():.3g} m, expected a local frame within "
+                f"{LARGEST_COORDINATE_M:g} m of its origin; subtract a local origin first."
+            )
         length = np.linalg.norm(self.quaternions, axis=1, keepdims=True)
         if n and length.min() <= 0:
             raise InputError("Gaussian field: a quaternion has zero length; fit the field again.")
@@ -82,20 +92,33 @@ class GaussianField:
     @property
     def packed(self) -> np.ndarray:
         """(N, 14) float64 parameter matrix in the column order of :data:`MEAN` ... :data:`COLOUR`."""
-        return np.concatenate([self.means, self.quaternions, self.log_scales, self.opacity_logits[:, None], self.colours],
-                              axis=1).astype(float)
+        return np.concatenate(
+            [self.means, self.quaternions, self.log_scales, self.opacity_logits[:, None], self.colours], axis=1
+        ).astype(float)
 
     @classmethod
     def from_packed(cls, parameters: np.ndarray, groups: np.ndarray | int = -1) -> GaussianField:
         """Field from an (N, 14) parameter matrix and a group per Gaussian (or one for all)."""
         p = np.asarray(parameters)
-        return cls(p[:, MEAN], p[:, QUATERNION], p[:, LOG_SCALE], p[:, LOGIT], p[:, COLOUR],
-                   np.broadcast_to(np.asarray(groups, np.int32), (len(p),)))
+        return cls(
+            p[:, MEAN],
+            p[:, QUATERNION],
+            p[:, LOG_SCALE],
+            p[:, LOGIT],
+            p[:, COLOUR],
+            np.broadcast_to(np.asarray(groups, np.int32), (len(p),)),
+        )
 
     def select(self, which: np.ndarray) -> GaussianField:
         """The Gaussians that ``which`` (mask or indices) names."""
-        return GaussianField(self.means[which], self.quaternions[which], self.log_scales[which], self.opacity_logits[which],
-                             self.colours[which], self.groups[which])
+        return GaussianField(
+            self.means[which],
+            self.quaternions[which],
+            self.log_scales[which],
+            self.opacity_logits[which],
+            self.colours[which],
+            self.groups[which],
+        )
 
 
 def empty_field() -> GaussianField:
@@ -107,15 +130,29 @@ def merge_fields(fields: Sequence[GaussianField]) -> GaussianField:
     """One field from many; groups are kept."""
     if not fields:
         return empty_field()
-    return GaussianField(*(np.concatenate([getattr(f, name) for f in fields]) for name in
-                           ("means", "quaternions", "log_scales", "opacity_logits", "colours", "groups")))
+    return GaussianField(
+        *(
+            np.concatenate([getattr(f, name) for f in fields])
+            for name in ("means", "quaternions", "log_scales", "opacity_logits", "colours", "groups")
+        )
+    )
 
 
 def quaternion_matrices(quaternions: np.ndarray) -> np.ndarray:
     """(N, 4) quaternions w x y z of any length -> (N, 3, 3) float64 rotation matrices."""
     q = np.asarray(quaternions, float)
     w, x, y, z = (q / np.linalg.norm(q, axis=1, keepdims=True)).T
-    return np.stack([
-        1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
-        2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-        2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1).reshape(-1, 3, 3)
+    return np.stack(
+        [
+            1 - 2 * (y * y + z * z),
+            2 * (x * y - w * z),
+            2 * (x * z + w * y),
+            2 * (x * y + w * z),
+            1 - 2 * (x * x + z * z),
+            2 * (y * z - w * x),
+            2 * (x * z - w * y),
+            2 * (y * z + w * x),
+            1 - 2 * (x * x + y * y),
+        ],
+        axis=1,
+    ).reshape(-1, 3, 3)

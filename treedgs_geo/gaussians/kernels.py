@@ -1,9 +1,9 @@
 """The per-pixel loops: forward and backward compositing, float32, one horizontal strip of the image at a time.
 
-Gaussians come sorted front to back as columns of the projected matrix of ``project.py``. Each is drawn over the row spans that
-its ellipse alpha >= alpha_min covers, so the inner loop has no test and vectorises; strips make the work parallel
-without shared writes. Compositing is eq:alpha_compositing without early termination: exact, and the backward pass
-replays it front to back.
+Gaussians come sorted front to back as columns of the projected matrix of ``project.py``. Each is drawn over the row
+spans that its ellipse alpha >= alpha_min covers, so the inner loop has no test and vectorises; strips make the work
+parallel without shared writes. Compositing is eq:alpha_compositing without early termination: exact, and the backward
+pass replays it front to back.
 """
 
 from __future__ import annotations
@@ -132,8 +132,9 @@ def forward_full(proj, n, y0, y1, image):
 def backward_colour(proj, n, y0, y1, given, rest, trans_plane, grad):
     """Gradients of a loss on colour and alpha.
 
-    given: (4, H, W) float32 dL/dR, dL/dG, dL/dB, dL/dA. rest: (H, W) float32, sum of given x rendered on entry (what all
-    Gaussians contribute), used up here. trans_plane: (H, W) float32 ones, used up here. grad: (15, >= n) float32, accumulated.
+    given: (4, H, W) float32 dL/dR, dL/dG, dL/dB, dL/dA. rest: (H, W) float32, sum of given x rendered on entry (what
+    all Gaussians contribute), used up here. trans_plane: (H, W) float32 ones, used up here. grad: (15, >= n) float32,
+    accumulated.
     """
     width = given.shape[2]
     top = _F(ALPHA_MAX)
@@ -229,8 +230,16 @@ def backward_full(proj, n, y0, y1, given, rest, trans_plane, grad):
                 alpha = min(raw, top)
                 t = trans[x]
                 w = alpha * t
-                h = (g_a[x] + g_r[x] * cr + g_g[x] * cg + g_b[x] * cb + g_d[x] * (plane + sx * dx)
-                     + g_0[x] * nx + g_1[x] * ny + g_2[x] * nz)
+                h = (
+                    g_a[x]
+                    + g_r[x] * cr
+                    + g_g[x] * cg
+                    + g_b[x] * cb
+                    + g_d[x] * (plane + sx * dx)
+                    + g_0[x] * nx
+                    + g_1[x] * ny
+                    + g_2[x] * nz
+                )
                 behind = left[x] - w * h
                 left[x] = behind
                 trans[x] = t - w

@@ -32,7 +32,9 @@ def _blur(image: np.ndarray) -> np.ndarray:
 
 
 def d_ssim(shown: np.ndarray, image: np.ndarray, weight: np.ndarray) -> tuple[float, np.ndarray]:
-    """Weighted mean of (1 - SSIM) / 2 (11 x 11 Gaussian window) and its gradient with respect to ``shown``, (H, W, 3) float32."""
+    """Weighted mean of (1 - SSIM) / 2 (11 x 11 Gaussian window) and its gradient with respect to ``shown``, (H, W, 3)
+    float32.
+    """
     mu_x, mu_y = _blur(shown), _blur(image)
     xx, yy, xy = _blur(shown * shown), _blur(image * image), _blur(shown * image)
     a1, a2 = 2 * mu_x * mu_y + _C1, 2 * (xy - mu_x * mu_y) + _C2
@@ -46,13 +48,14 @@ def d_ssim(shown: np.ndarray, image: np.ndarray, weight: np.ndarray) -> tuple[fl
     return float(0.5 * ((1 - ssim) * scale).sum()), grad.astype(np.float32)
 
 
-def normal_consistency(planes: np.ndarray, rays: np.ndarray, weight: np.ndarray, least_alpha: float = 0.5
-                       ) -> tuple[float, np.ndarray]:
+def normal_consistency(
+    planes: np.ndarray, rays: np.ndarray, weight: np.ndarray, least_alpha: float = 0.5
+) -> tuple[float, np.ndarray]:
     """Rendered normals against the normals of the expected-depth surface: weighted mean of 1 - cos.
 
-    planes: (9, H, W) of a full forward pass. rays: (H, W, 3) unit directions, camera axes. weight: (H, W). Pixels with alpha below
-    ``least_alpha`` (the surface is not there) and the border are left out. Returns the loss and (8, H, W) float32 gradients with
-    respect to R, G, B, alpha, sum w d, sum w n (the first three are zero).
+    planes: (9, H, W) of a full forward pass. rays: (H, W, 3) unit directions, camera axes. weight: (H, W). Pixels with
+    alpha below ``least_alpha`` (the surface is not there) and the border are left out. Returns the loss and (8, H, W)
+    float32 gradients with respect to R, G, B, alpha, sum w d, sum w n (the first three are zero).
     """
     planes = planes.astype(float)
     alpha = 1 - planes[3]
@@ -63,11 +66,18 @@ def normal_consistency(planes: np.ndarray, rays: np.ndarray, weight: np.ndarray,
     along, down = points[1:-1, 2:] - points[1:-1, :-2], points[2:, 1:-1] - points[:-2, 1:-1]
     cross = np.cross(along, down)
     size = np.linalg.norm(cross, axis=-1)
-    rendered = np.moveaxis(planes[5 + 1:9], 0, -1)[1:-1, 1:-1]
+    rendered = np.moveaxis(planes[5 + 1 : 9], 0, -1)[1:-1, 1:-1]
     length = np.linalg.norm(rendered, axis=-1)
     solid = alpha >= least_alpha
-    use = (solid[1:-1, 1:-1] & solid[1:-1, 2:] & solid[1:-1, :-2] & solid[2:, 1:-1] & solid[:-2, 1:-1]
-           & (size > 1e-12) & (length > 1e-6))
+    use = (
+        solid[1:-1, 1:-1]
+        & solid[1:-1, 2:]
+        & solid[1:-1, :-2]
+        & solid[2:, 1:-1]
+        & solid[:-2, 1:-1]
+        & (size > 1e-12)
+        & (length > 1e-6)
+    )
     share = np.where(use, weight[1:-1, 1:-1], 0.0)
     total = max(float(weight.sum()), 1e-6)
     size, length = np.where(use, size, 1.0), np.where(use, length, 1.0)

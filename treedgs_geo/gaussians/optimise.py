@@ -39,7 +39,15 @@ class Adam:
     def step(self, parameters: np.ndarray, gradient: np.ndarray, factor: np.ndarray) -> None:
         """Update ``parameters`` in place; rows whose gradient is not finite stay. factor: (14,) from the controller."""
         self.steps += 1
-        _adam(parameters, gradient, self.moment, self.square, self.rates * factor, 1 - 0.9**self.steps, 1 - 0.99**self.steps)
+        _adam(
+            parameters,
+            gradient,
+            self.moment,
+            self.square,
+            self.rates * factor,
+            1 - 0.9**self.steps,
+            1 - 0.99**self.steps,
+        )
 
     def forget(self, rows: np.ndarray) -> None:
         """Clear the history of Gaussians that became something else."""
@@ -74,24 +82,33 @@ class Volume:
 
     def contains(self, means: np.ndarray) -> np.ndarray:
         """(N,) bool."""
-        return ((np.hypot(means[:, 0], means[:, 1]) <= self.radius_m) & (means[:, 2] >= self.low_m)
-                & (means[:, 2] <= self.high_m))
+        return (
+            (np.hypot(means[:, 0], means[:, 1]) <= self.radius_m)
+            & (means[:, 2] >= self.low_m)
+            & (means[:, 2] <= self.high_m)
+        )
 
 
 def constrain(parameters: np.ndarray, volume: Volume) -> None:
     """Keep sizes, opacities and colours in range and quaternions at unit length, in place."""
-    np.clip(parameters[:, LOG_SCALE], math.log(volume.smallest_m), math.log(volume.largest_m), out=parameters[:, LOG_SCALE])
+    np.clip(
+        parameters[:, LOG_SCALE], math.log(volume.smallest_m), math.log(volume.largest_m), out=parameters[:, LOG_SCALE]
+    )
     np.clip(parameters[:, LOGIT], -8, 6, out=parameters[:, LOGIT])
     np.clip(parameters[:, COLOUR], 0, 1, out=parameters[:, COLOUR])
     length = np.linalg.norm(parameters[:, QUATERNION], axis=1, keepdims=True)
-    parameters[:, QUATERNION] = np.where(length > 1e-9, parameters[:, QUATERNION] / np.maximum(length, 1e-9), [1.0, 0, 0, 0])
+    parameters[:, QUATERNION] = np.where(
+        length > 1e-9, parameters[:, QUATERNION] / np.maximum(length, 1e-9), [1.0, 0, 0, 0]
+    )
 
 
-def relocate(parameters: np.ndarray, adam: Adam, volume: Volume, rng: np.random.Generator, dead_below: float = 0.01) -> int:
+def relocate(
+    parameters: np.ndarray, adam: Adam, volume: Volume, rng: np.random.Generator, dead_below: float = 0.01
+) -> int:
     """Move dead Gaussians (too faint, outside the volume, not finite) onto live ones, drawn by opacity.
 
-    As in 3DGS-MCMC (Kheradmand et al. 2024, eq. 9): n Gaussians that share a place get opacity 1 - (1 - o)^(1/n) and the scale
-    that keeps the rendered sum. The number of Gaussians never changes. Returns how many were moved.
+    As in 3DGS-MCMC (Kheradmand et al. 2024, eq. 9): n Gaussians that share a place get opacity 1 - (1 - o)^(1/n) and
+    the scale that keeps the rendered sum. The number of Gaussians never changes. Returns how many were moved.
     """
     finite = np.isfinite(parameters).all(axis=1)
     opacity = 1 / (1 + np.exp(-np.where(finite, parameters[:, LOGIT], -20)))
@@ -106,8 +123,15 @@ def relocate(parameters: np.ndarray, adam: Adam, volume: Volume, rng: np.random.
     for parent in parents:
         n, old = min(int(copies[parent]), 51), float(opacity[parent])
         new = 1 - (1 - old) ** (1 / n)
-        total = sum(math.comb(i - 1, k) * (-1) ** k * new ** (k + 1) / math.sqrt(k + 1)
-                    for i in range(1, n + 1) for k in range(i)) if n <= 12 else old
+        total = (
+            sum(
+                math.comb(i - 1, k) * (-1) ** k * new ** (k + 1) / math.sqrt(k + 1)
+                for i in range(1, n + 1)
+                for k in range(i)
+            )
+            if n <= 12
+            else old
+        )
         parameters[parent, LOG_SCALE] += math.log(max(old / total, 1e-3)) if total > 0 else 0.0
         new = min(max(new, dead_below), 0.995)
         parameters[parent, LOGIT] = math.log(new / (1 - new))
@@ -149,7 +173,9 @@ class FixedSchedule:
 
 @dataclass
 class PlateauStop:
-    """The fixed schedule, stopped when views that the fit does not see have not improved by ``least`` for ``patience`` epochs."""
+    """The fixed schedule, stopped when views that the fit does not see have not improved by ``least`` for ``patience``
+    epochs.
+    """
 
     least: float = 0.01
     patience: int = 3

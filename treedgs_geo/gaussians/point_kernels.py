@@ -16,8 +16,8 @@ TILE_PX = 8
 def list_by_tile(proj, n, tiles_x, tiles_y, start, items, fill):
     """Tiles that each Gaussian's ellipse box touches, as compressed rows.
 
-    First call with ``fill`` False counts into ``start[1:]``; after a cumulative sum, a call with ``fill`` True writes the Gaussians to
-    ``items`` (``start`` ends one tile ahead and must be a copy).
+    First call with ``fill`` False counts into ``start[1:]``; after a cumulative sum, a call with ``fill`` True writes
+    the Gaussians to ``items`` (``start`` ends one tile ahead and must be a copy).
     """
     for g in range(n):
         ka, kb, kc, cut = proj[2, g], proj[3, g], proj[4, g], proj[13, g]
@@ -41,9 +41,10 @@ def list_by_tile(proj, n, tiles_x, tiles_y, start, items, fill):
 def opacity_before(proj, start, items, point_start, points, vacancy, alpha_min, opacity, drawn):
     """Cumulative opacity in front of each point (eq:radegs_point_offset ... eq:pointwise_opacity_integral).
 
-    proj: projected Gaussians, any order (the product is order-free). start, items: Gaussians by tile. point_start: (tiles + 1,)
-    points by tile. points: (3, M) float32 u, v, distance, sorted by tile. vacancy: the stochastic-solid law instead of the depth
-    clamp. opacity: (M,) out. drawn: (M,) out, how many Gaussians the point's ray meets. Returns the number of pairs.
+    proj: projected Gaussians, any order (the product is order-free). start, items: Gaussians by tile. point_start:
+    (tiles + 1,) points by tile. points: (3, M) float32 u, v, distance, sorted by tile. vacancy: the stochastic-solid
+    law instead of the depth clamp. opacity: (M,) out. drawn: (M,) out, how many Gaussians the point's ray meets.
+    Returns the number of pairs.
     """
     one, zero, half, top, low = _F(1.0), _F(0.0), _F(0.5), _F(ALPHA_MAX), _F(alpha_min)
     longest = 1

@@ -1,17 +1,17 @@
 """From 3D Gaussians to what a pixel needs, and the gradients back.
 
-Everything follows from one 3 x 3 matrix. Let (u, v, r) be the pixel coordinates and the distance from the camera centre; J
-its Jacobian at the Gaussian's centre and V = J W R_q diag(s) (W = world -> camera). Then V V^T is the covariance in
-ray space; its upper 2 x 2 block (plus an optional dilation) is the image ellipse (EWA splatting, Zwicker et al. 2001), and the
-conditional mean of r given (u, v),
+Everything follows from one 3 x 3 matrix. Let (u, v, r) be the pixel coordinates and the distance from the camera
+centre; J its Jacobian at the Gaussian's centre and V = J W R_q diag(s) (W = world -> camera). Then V V^T is the
+covariance in ray space; its upper 2 x 2 block (plus an optional dilation) is the image ellipse (EWA splatting, Zwicker
+et al. 2001), and the conditional mean of r given (u, v),
 
     d(u) = r_k + slope . (u - u_k),     slope = cov_2d^-1 cov(uv, r),
 
 is the ray-distance plane of eq:radegs_depth_plane (g = -slope): to first order the distance at which the ray meets the
-Gaussian's maximum. No inverse of the 3D covariance is needed, so flat and needle-like Gaussians need no special branch. The conditional
-standard deviation sigma_ray = sqrt(var(r) - slope . cov(uv, r)) is the depth falloff of the point query (``sample.py``):
-Delta^T Sigma^-1 Delta of eq:radegs_point_offset equals conic(u) + ((r - d(u)) / sigma_ray)^2 exactly. The surface normal is
-the gradient of r - d(u) in camera axes, pointing at the camera.
+Gaussian's maximum. No inverse of the 3D covariance is needed, so flat and needle-like Gaussians need no special
+branch. The conditional standard deviation sigma_ray = sqrt(var(r) - slope . cov(uv, r)) is the depth falloff of the
+point query (``sample.py``): Delta^T Sigma^-1 Delta of eq:radegs_point_offset equals conic(u) + ((r - d(u)) /
+sigma_ray)^2 exactly. The surface normal is the gradient of r - d(u) in camera axes, pointing at the camera.
 
 Kernels are scalar per Gaussian, float64 inside; ``reference.py`` holds the NumPy twin.
 """
@@ -23,8 +23,9 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
-#: Rows of the projected matrix. U, V pixel centre; A, B, C conic; OPACITY after dilation; RANGE distance; SX, SY plane slopes; NX..NZ
-#: normal in camera axes; ISR 1/sigma_ray^2; CUT largest squared Mahalanobis distance drawn; RED.. colour.
+#: Rows of the projected matrix. U, V pixel centre; A, B, C conic; OPACITY after dilation; RANGE distance; SX, SY
+#: plane slopes; NX..NZ normal in camera axes; ISR 1/sigma_ray^2; CUT largest squared Mahalanobis distance drawn;
+#: RED.. colour.
 U, V, A, B, C, OPACITY, RANGE, SX, SY, NX, NY, NZ, ISR, CUT, RED, GREEN, BLUE = range(17)
 N_ROWS = 17
 
@@ -60,13 +61,29 @@ class CropCamera:
         """The same view at ``factor`` times the resolution (pixel corners, not centres, scale)."""
         width, height = max(int(round(self.width * factor)), 1), max(int(round(self.height * factor)), 1)
         along, down = width / self.width, height / self.height
-        return CropCamera(width, height, self.fx * along, self.fy * down, self.cx * along, self.cy * down, self.rotation,
-                          self.translation)
+        return CropCamera(
+            width,
+            height,
+            self.fx * along,
+            self.fy * down,
+            self.cx * along,
+            self.cy * down,
+            self.rotation,
+            self.translation,
+        )
 
     def moved(self, origin: np.ndarray) -> CropCamera:
         """The same view in a world frame whose origin is ``origin`` (3,) of the present one."""
-        return CropCamera(self.width, self.height, self.fx, self.fy, self.cx, self.cy, self.rotation,
-                          self.translation + self.rotation @ np.asarray(origin, float))
+        return CropCamera(
+            self.width,
+            self.height,
+            self.fx,
+            self.fy,
+            self.cx,
+            self.cy,
+            self.rotation,
+            self.translation + self.rotation @ np.asarray(origin, float),
+        )
 
     def project(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(N, 3) world -> (N, 2) pixels, (N,) depth along the axis; NaN pixels at depth <= 0."""
@@ -121,8 +138,9 @@ def _ray_space(p, intr, rot, trans, m, rq, mat, jac, vec):
 def project_kernel(params, intr, rot, trans, width, height, dilation, alpha_min, out, index):
     """Project every Gaussian; write the drawable ones as columns of ``out`` (N_ROWS, >= N), their numbers to ``index``.
 
-    Left out: not wholly in front of the camera (3 sigma; this also covers a camera inside a splat), fainter than ``alpha_min``,
-    off the crop, or numerically degenerate (never drawn rather than drawn as NaN). Returns how many were written.
+    Left out: not wholly in front of the camera (3 sigma; this also covers a camera inside a splat), fainter than
+    ``alpha_min``, off the crop, or numerically degenerate (never drawn rather than drawn as NaN). Returns how many
+    were written.
     """
     m, rq, mat = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     jac, vec = np.empty((3, 3)), np.empty((3, 3))
@@ -181,8 +199,8 @@ def project_kernel(params, intr, rot, trans, width, height, dilation, alpha_min,
 def project_backward_kernel(params, intr, rot, trans, dilation, index, grad, out):
     """Chain rule from projected gradients to parameters.
 
-    index: (n,) Gaussians in the order of ``grad``'s columns. grad: (15, n) gradients with respect to U, V, A, B, C, OPACITY,
-    RANGE, SX, SY, NX, NY, NZ, RED, GREEN, BLUE. out: (N, 14) accumulated into.
+    index: (n,) Gaussians in the order of ``grad``'s columns. grad: (15, n) gradients with respect to U, V, A, B, C,
+    OPACITY, RANGE, SX, SY, NX, NY, NZ, RED, GREEN, BLUE. out: (N, 14) accumulated into.
     """
     m, rq, mat = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     jac, vec = np.empty((3, 3)), np.empty((3, 3))
@@ -252,8 +270,12 @@ def project_backward_kernel(params, intr, rot, trans, dilation, index, grad, out
         length = np.sqrt(m[0] ** 2 + m[1] ** 2 + z * z)
         dot = jac[2, 0] * g_jac[2, 0] + jac[2, 1] * g_jac[2, 1] + jac[2, 2] * g_jac[2, 2]
         for k in range(3):
-            g_m[k] = (grad[0, col] * jac[0, k] + grad[1, col] * jac[1, k] + grad[6, col] * jac[2, k]
-                      + (g_jac[2, k] - jac[2, k] * dot) / length)
+            g_m[k] = (
+                grad[0, col] * jac[0, k]
+                + grad[1, col] * jac[1, k]
+                + grad[6, col] * jac[2, k]
+                + (g_jac[2, k] - jac[2, k] * dot) / length
+            )
         g_m[0] -= g_jac[0, 2] * fx / (z * z)
         g_m[1] -= g_jac[1, 2] * fy / (z * z)
         g_m[2] += (-g_jac[0, 0] * fx - g_jac[1, 1] * fy) / (z * z)
@@ -269,12 +291,24 @@ def project_backward_kernel(params, intr, rot, trans, dilation, index, grad, out
             out[g, 7 + k] += g_scale * s
         qw, qx, qy, qz = p[3] / length_q, p[4] / length_q, p[5] / length_q, p[6] / length_q
         d_w = 2 * (qx * (g_rq[2, 1] - g_rq[1, 2]) + qy * (g_rq[0, 2] - g_rq[2, 0]) + qz * (g_rq[1, 0] - g_rq[0, 1]))
-        d_x = 2 * (qy * (g_rq[0, 1] + g_rq[1, 0]) + qz * (g_rq[0, 2] + g_rq[2, 0]) - 2 * qx * (g_rq[1, 1] + g_rq[2, 2])
-                   + qw * (g_rq[2, 1] - g_rq[1, 2]))
-        d_y = 2 * (qx * (g_rq[0, 1] + g_rq[1, 0]) + qz * (g_rq[1, 2] + g_rq[2, 1]) - 2 * qy * (g_rq[0, 0] + g_rq[2, 2])
-                   + qw * (g_rq[0, 2] - g_rq[2, 0]))
-        d_z = 2 * (qx * (g_rq[0, 2] + g_rq[2, 0]) + qy * (g_rq[1, 2] + g_rq[2, 1]) - 2 * qz * (g_rq[0, 0] + g_rq[1, 1])
-                   + qw * (g_rq[1, 0] - g_rq[0, 1]))
+        d_x = 2 * (
+            qy * (g_rq[0, 1] + g_rq[1, 0])
+            + qz * (g_rq[0, 2] + g_rq[2, 0])
+            - 2 * qx * (g_rq[1, 1] + g_rq[2, 2])
+            + qw * (g_rq[2, 1] - g_rq[1, 2])
+        )
+        d_y = 2 * (
+            qx * (g_rq[0, 1] + g_rq[1, 0])
+            + qz * (g_rq[1, 2] + g_rq[2, 1])
+            - 2 * qy * (g_rq[0, 0] + g_rq[2, 2])
+            + qw * (g_rq[0, 2] - g_rq[2, 0])
+        )
+        d_z = 2 * (
+            qx * (g_rq[0, 2] + g_rq[2, 0])
+            + qy * (g_rq[1, 2] + g_rq[2, 1])
+            - 2 * qz * (g_rq[0, 0] + g_rq[1, 1])
+            + qw * (g_rq[1, 0] - g_rq[0, 1])
+        )
         dot = qw * d_w + qx * d_x + qy * d_y + qz * d_z
         out[g, 3] += (d_w - qw * dot) / length_q
         out[g, 4] += (d_x - qx * dot) / length_q

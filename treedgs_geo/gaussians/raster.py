@@ -1,7 +1,7 @@
 """Draw a Gaussian field into a crop, and pull gradients back to its parameters.
 
-``Rasteriser`` runs the strips of ``kernels.py`` on a thread pool of its own (the kernels release the GIL): no threading layer
-to install, the same result for any number of threads, safe to use from several Python threads at once.
+``Rasteriser`` runs the strips of ``kernels.py`` on a thread pool of its own (the kernels release the GIL): no
+threading layer to install, the same result for any number of threads, safe to use from several Python threads at once.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ class Render:
     """What one view shows.
 
     colour: (H, W, 3) float32, sum of w c (no background). alpha: (H, W). depth: (H, W) expected distance from the
-    camera centre, sum w d / sum w, NaN where nothing is drawn. median_depth: (H, W) distance where the
-    transmittance passes 0.5, NaN where it does not. normals: (H, W, 3) unit, camera axes, facing the camera; NaN where nothing is
+    camera centre, sum w d / sum w, NaN where nothing is drawn. median_depth: (H, W) distance where the transmittance
+    passes 0.5, NaN where it does not. normals: (H, W, 3) unit, camera axes, facing the camera; NaN where nothing is
     drawn. pairs: pixel-Gaussian pairs composited.
     """
 
@@ -69,7 +69,9 @@ class Rasteriser:
             self._pool.shutdown()
 
     def forward(self, parameters: np.ndarray, camera: CropCamera, full: bool = False) -> Pass:
-        """Project, sort front to back by distance and composite. parameters: (N, 14) float64. full: depth and normals too."""
+        """Project, sort front to back by distance and composite. parameters: (N, 14) float64. full: depth and normals
+        too.
+        """
         projected, index = project(parameters, camera, self.dilation, self.alpha_min)
         planes = np.zeros((kernels.N_PLANES if full else 4, camera.height, camera.width), np.float32)
         planes[3] = 1
@@ -79,7 +81,9 @@ class Rasteriser:
         pairs = sum(self._strips(camera.height, lambda y0, y1: kernel(projected, len(index), y0, y1, planes)))
         return Pass(camera, projected, index, planes, pairs, self.dilation)
 
-    def backward(self, parameters: np.ndarray, done: Pass, given: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
+    def backward(
+        self, parameters: np.ndarray, done: Pass, given: np.ndarray, out: np.ndarray | None = None
+    ) -> np.ndarray:
         """Gradient with respect to the parameters.
 
         given: (4, H, W) or (8, H, W) float32: dL/d of colour (3) and alpha, then of sum w d and sum w n (3) as in
@@ -102,8 +106,16 @@ class Rasteriser:
         grad = sum(self._strips(done.camera.height, strip))
         if out is None:
             out = np.zeros((len(parameters), N_PARAMETERS))
-        project_backward_kernel(parameters, done.camera.intrinsics, done.camera.rotation, done.camera.translation, done.dilation,
-                                done.index, grad, out)
+        project_backward_kernel(
+            parameters,
+            done.camera.intrinsics,
+            done.camera.rotation,
+            done.camera.translation,
+            done.dilation,
+            done.index,
+            grad,
+            out,
+        )
         return out
 
     def _strips(self, height: int, work):
@@ -113,18 +125,31 @@ class Rasteriser:
         return list(self._pool.map(lambda edge: work(*edge), edges))
 
 
-def project(parameters: np.ndarray, camera: CropCamera, dilation: float = 0.0, alpha_min: float = ALPHA_MIN
-            ) -> tuple[np.ndarray, np.ndarray]:
+def project(
+    parameters: np.ndarray, camera: CropCamera, dilation: float = 0.0, alpha_min: float = ALPHA_MIN
+) -> tuple[np.ndarray, np.ndarray]:
     """(N_ROWS, n) float32 projected Gaussians sorted front to back, and (n,) int64 their numbers."""
     parameters = np.ascontiguousarray(parameters, float)
     out, index = np.empty((N_ROWS, len(parameters))), np.empty(len(parameters), np.int64)
-    n = project_kernel(parameters, camera.intrinsics, np.ascontiguousarray(camera.rotation, float),
-                       np.ascontiguousarray(camera.translation, float), camera.width, camera.height, dilation, alpha_min, out, index)
+    n = project_kernel(
+        parameters,
+        camera.intrinsics,
+        np.ascontiguousarray(camera.rotation, float),
+        np.ascontiguousarray(camera.translation, float),
+        camera.width,
+        camera.height,
+        dilation,
+        alpha_min,
+        out,
+        index,
+    )
     order = np.argsort(out[6, :n], kind="stable")
     return np.ascontiguousarray(out[:, order], np.float32), index[order]
 
 
-def render(parameters: np.ndarray, camera: CropCamera, rasteriser: Rasteriser | None = None, full: bool = True) -> Render:
+def render(
+    parameters: np.ndarray, camera: CropCamera, rasteriser: Rasteriser | None = None, full: bool = True
+) -> Render:
     """Draw a field (``GaussianField.packed``) as seen by ``camera``."""
     done = (rasteriser or Rasteriser()).forward(parameters, camera, full)
     planes = done.planes

@@ -1,4 +1,5 @@
-"""Slow, plain float64 twins of the kernels, straight from the definitions. Tests compare the two; nothing else uses them.
+"""Slow, plain float64 twins of the kernels, straight from the definitions. Tests compare the two; nothing else uses
+them.
 
 Where ``project.py`` uses ray-space algebra, this module inverts 3D covariances, so that the two share no derivation.
 """
@@ -21,21 +22,32 @@ def camera_gaussians(parameters: np.ndarray, camera: CropCamera) -> tuple[np.nda
 def dilated(centre: np.ndarray, covariance: np.ndarray, camera: CropCamera, dilation: float) -> np.ndarray:
     """(3, 3) camera-axes covariance whose image is ``dilation`` px^2 wider at the same distance from the camera."""
     x, y, z = centre
-    jac = np.array([[camera.fx / z, 0, -camera.fx * x / z**2], [0, camera.fy / z, -camera.fy * y / z**2],
-                    centre / np.linalg.norm(centre)])
+    jac = np.array(
+        [
+            [camera.fx / z, 0, -camera.fx * x / z**2],
+            [0, camera.fy / z, -camera.fy * y / z**2],
+            centre / np.linalg.norm(centre),
+        ]
+    )
     back = np.linalg.inv(jac)
     return covariance + back @ np.diag([dilation, dilation, 0]) @ back.T
 
 
-def render_reference(parameters: np.ndarray, camera: CropCamera, dilation: float = 0.0, alpha_min: float = 1 / 255
-                     ) -> dict[str, np.ndarray]:
+def render_reference(
+    parameters: np.ndarray, camera: CropCamera, dilation: float = 0.0, alpha_min: float = 1 / 255
+) -> dict[str, np.ndarray]:
     """Composite every Gaussian over every pixel: colour, alpha, sum of w d (plane), median depth, sum of w n."""
     parameters = np.asarray(parameters, float)
     centre, covariance = camera_gaussians(parameters, camera)
     h, w = camera.height, camera.width
     px = np.stack(np.meshgrid(np.arange(w) + 0.5, np.arange(h) + 0.5), axis=-1)
-    out = {"colour": np.zeros((h, w, 3)), "trans": np.ones((h, w)), "depth_sum": np.zeros((h, w)),
-           "median": np.full((h, w), np.nan), "normal_sum": np.zeros((h, w, 3))}
+    out = {
+        "colour": np.zeros((h, w, 3)),
+        "trans": np.ones((h, w)),
+        "depth_sum": np.zeros((h, w)),
+        "median": np.full((h, w), np.nan),
+        "normal_sum": np.zeros((h, w, 3)),
+    }
     opacity = 1 / (1 + np.exp(-parameters[:, LOGIT]))
     for k in np.argsort(np.linalg.norm(centre, axis=1), kind="stable"):
         x, y, z = centre[k]
@@ -73,7 +85,9 @@ def ray_maximum(centre: np.ndarray, covariance: np.ndarray, direction: np.ndarra
     return t, np.exp(-0.5 * np.einsum("...i,ij,...j->...", offset, precision, offset))
 
 
-def distance_plane(centre: np.ndarray, covariance: np.ndarray, camera: CropCamera) -> tuple[float, np.ndarray, np.ndarray]:
+def distance_plane(
+    centre: np.ndarray, covariance: np.ndarray, camera: CropCamera
+) -> tuple[float, np.ndarray, np.ndarray]:
     """Distance, its slope per pixel (2,) by differentiating t* analytically, and the unit normal -P d, camera axes."""
     x, y, z = centre
     ray = centre / z
@@ -82,15 +96,19 @@ def distance_plane(centre: np.ndarray, covariance: np.ndarray, camera: CropCamer
     q = precision @ ray
     # z-depth of the maximum: (d P m)/(d P d); at the centre its derivative along e is -z (e P ray)/(ray P ray).
     slope_z = -z * q / (ray @ q)
-    slope = np.array([slope_z[0] * length_ray + z * ray[0] / length_ray, slope_z[1] * length_ray + z * ray[1] / length_ray])
+    slope = np.array(
+        [slope_z[0] * length_ray + z * ray[0] / length_ray, slope_z[1] * length_ray + z * ray[1] / length_ray]
+    )
     return float(np.linalg.norm(centre)), slope / [camera.fx, camera.fy], -q / np.linalg.norm(q)
 
 
-def point_opacity_reference(parameters: np.ndarray, camera: CropCamera, points: np.ndarray, law: str = "clamp",
-                            alpha_min: float = 1 / 255) -> tuple[np.ndarray, np.ndarray]:
+def point_opacity_reference(
+    parameters: np.ndarray, camera: CropCamera, points: np.ndarray, law: str = "clamp", alpha_min: float = 1 / 255
+) -> tuple[np.ndarray, np.ndarray]:
     """Opacity in front of each point (M,), and the whole ray's accumulated alpha (M,), Gaussian by Gaussian.
 
-    The ray-space covariance is built explicitly and inverted, as eq:radegs_point_offset reads. law: ``clamp`` or ``vacancy``.
+    The ray-space covariance is built explicitly and inverted, as eq:radegs_point_offset reads. law: ``clamp`` or
+    ``vacancy``.
     """
     parameters = np.asarray(parameters, float)
     centre, covariance = camera_gaussians(parameters, camera)
@@ -104,8 +122,9 @@ def point_opacity_reference(parameters: np.ndarray, camera: CropCamera, points: 
         if z <= 3 * np.sqrt(covariance[k, 2, 2]):
             continue
         length = np.linalg.norm(centre[k])
-        jac = np.array([[camera.fx / z, 0, -camera.fx * x / z**2], [0, camera.fy / z, -camera.fy * y / z**2],
-                        centre[k] / length])
+        jac = np.array(
+            [[camera.fx / z, 0, -camera.fx * x / z**2], [0, camera.fy / z, -camera.fy * y / z**2], centre[k] / length]
+        )
         ray_precision = np.linalg.inv(jac @ covariance[k] @ jac.T)
         uk = np.array([camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy])
         slope = distance_plane(centre[k], covariance[k], camera)[1]

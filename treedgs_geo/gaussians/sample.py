@@ -1,10 +1,12 @@
-"""Surface points with a reliability: opacity-guided sampling and point-wise opacity (``paper.tex`` sec:opacity_sampling).
+"""Surface points with a reliability: opacity-guided sampling and point-wise opacity (``paper.tex``
+sec:opacity_sampling).
 
-Candidates are drawn inside each Gaussian (eq:opacity_sampling) and scored in every view by the opacity that lies in front of
-them along the ray; the score kept is the smallest over the views whose rendering is not background there (eq:opacity_reliability).
-Three things differ from the released code that the paper builds on, each on purpose:
+Candidates are drawn inside each Gaussian (eq:opacity_sampling) and scored in every view by the opacity that lies in
+front of them along the ray; the score kept is the smallest over the views whose rendering is not background there
+(eq:opacity_reliability). Three things differ from the released code that the paper builds on, each on purpose:
 
-* points and Gaussians are projected by one pixel convention (a half-pixel slip between them erodes stems from all sides);
+* points and Gaussians are projected by one pixel convention (a half-pixel slip between them erodes stems from all
+  sides);
 * the product of (1 - alpha) needs no order, so there is no list of limited length to overflow;
 * a point that no view sees is not "opaque in every view": views with transmittance left in front of it are counted
   (``n_seen``), and Gaussians without any are dropped, never scored 1.
@@ -15,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -33,30 +36,59 @@ class SampleOptions:
     """How a field becomes points."""
 
     samples: int = param(100, kind="integer", help="candidate points drawn per Gaussian (M)", minimum=1, maximum=10000)
-    law: str = param("clamp", kind="choice", choices=("clamp", "vacancy"), advanced=True,
-                     help="opacity law: clamp = RaDe-GS depth clamp, vacancy = stochastic solid")
-    tau: float = param(0.0, kind="number", minimum=0, maximum=1, advanced=True,
-                       help="keep points whose smallest opacity over the views is above this")
-    seen_transmittance: float = param(0.02, kind="number", minimum=0, maximum=1, advanced=True,
-                                      help="a view sees a point when more than this share of light gets past what is in front of it; "
-                                      "Gaussians that no view sees are dropped (0 keeps all)")
-    min_foreground: float = param(0.0, kind="number", minimum=0, maximum=1, advanced=True,
-                                  help="a view counts as foreground where the accumulated alpha is above this")
+    law: str = param(
+        "clamp",
+        kind="choice",
+        choices=("clamp", "vacancy"),
+        advanced=True,
+        help="opacity law: clamp = RaDe-GS depth clamp, vacancy = stochastic solid",
+    )
+    tau: float = param(
+        0.0,
+        kind="number",
+        minimum=0,
+        maximum=1,
+        advanced=True,
+        help="keep points whose smallest opacity over the views is above this",
+    )
+    seen_transmittance: float = param(
+        0.02,
+        kind="number",
+        minimum=0,
+        maximum=1,
+        advanced=True,
+        help="a view sees a point when more than this share of light gets past what is in front of it; "
+        "Gaussians that no view sees are dropped (0 keeps all)",
+    )
+    min_foreground: float = param(
+        0.0,
+        kind="number",
+        minimum=0,
+        maximum=1,
+        advanced=True,
+        help="a view counts as foreground where the accumulated alpha is above this",
+    )
     threads: int = param(2, kind="integer", help="views scored at once", minimum=1, maximum=256, advanced=True)
     seed: int = param(0, kind="integer", help="random seed", minimum=0, maximum=2**31 - 1, advanced=True)
 
 
 #: The constants of the paper (M = 100, tau = 0); nothing is dropped for being unseen.
-PAPER_SAMPLING = {"samples": 100, "law": "clamp", "tau": 0.0, "seen_transmittance": 0.0, "min_foreground": 0.0}
+PAPER_SAMPLING: dict[str, Any] = {
+    "samples": 100,
+    "law": "clamp",
+    "tau": 0.0,
+    "seen_transmittance": 0.0,
+    "min_foreground": 0.0,
+}
 
 
 @dataclass(frozen=True)
 class SurfacePoints:
     """Points on and in the Gaussians.
 
-    xyz: (P, 3) float64, local frame. opacity: (P,) float32, smallest opacity in front of the point over its foreground views.
-    n_views: (P,) uint16 foreground views. n_seen: (P,) uint16 views that see the point. groups: (P,) int32 stem of the Gaussian.
-    n_dropped: Gaussians dropped because no view sees them.
+    xyz: (P, 3) float64, local frame. opacity: (P,) float32, smallest opacity in front of the point over its foreground
+    views. n_views: (P,) uint16 foreground views. n_seen: (P,) uint16 views that see the point. groups: (P,) int32 stem
+    of the Gaussian. n_dropped: Gaussians dropped because no view sees them.
     """
 
     xyz: np.ndarray
@@ -73,7 +105,8 @@ class SurfacePoints:
 def draw_candidates(field: GaussianField, samples: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
     """eq:opacity_sampling: (P, 3) float64 points and (P,) int64 the Gaussian each came from.
 
-    M Bernoulli(alpha) draws a Gaussian keep Binomial(M, alpha) points, so the count is drawn first and only kept points are made.
+    M Bernoulli(alpha) draws a Gaussian keep Binomial(M, alpha) points, so the count is drawn first and only kept
+    points are made.
     """
     rng = np.random.default_rng(seed)
     source = np.repeat(np.arange(len(field)), rng.binomial(samples, field.opacities.astype(float)))
@@ -82,13 +115,15 @@ def draw_candidates(field: GaussianField, samples: int, seed: int) -> tuple[np.n
     return field.means[source].astype(float) + np.einsum("pij,pj->pi", rotations[source], offset), source
 
 
-def view_opacity(parameters: np.ndarray, view: View, points: np.ndarray, law: str = "clamp", min_foreground: float = 0.0
-                 ) -> tuple[np.ndarray, np.ndarray, int]:
+def view_opacity(
+    parameters: np.ndarray, view: View, points: np.ndarray, law: str = "clamp", min_foreground: float = 0.0
+) -> tuple[np.ndarray, np.ndarray, int]:
     """Opacity in front of each point in one view.
 
-    parameters: (N, 14). points: (P, 3). Returns (P,) float32 opacity, (P,) bool foreground (the point lies inside the photo and
-    Gaussians cover its ray), and the number of point-Gaussian pairs. The accumulated alpha is evaluated on the ray
-    through the point itself rather than at the nearest pixel centre, so no rounding can put a thin stem's points off it.
+    parameters: (N, 14). points: (P, 3). Returns (P,) float32 opacity, (P,) bool foreground (the point lies inside the
+    photo and Gaussians cover its ray), and the number of point-Gaussian pairs. The accumulated alpha is evaluated on
+    the ray through the point itself rather than at the nearest pixel centre, so no rounding can put a thin stem's
+    points off it.
     """
     opacity, foreground = np.ones(len(points), np.float32), np.zeros(len(points), bool)
     pixels, depth = view.project(points)
@@ -101,8 +136,9 @@ def view_opacity(parameters: np.ndarray, view: View, points: np.ndarray, law: st
     v = camera.fy * local[:, 1] / local[:, 2] + camera.cy
     corner_u, corner_v = np.floor(u.min()), np.floor(v.min())
     width, height = int(u.max() - corner_u) + 1, int(v.max() - corner_v) + 1
-    crop = CropCamera(width, height, camera.fx, camera.fy, camera.cx - corner_u, camera.cy - corner_v, view.rotation,
-                      view.translation)
+    crop = CropCamera(
+        width, height, camera.fx, camera.fy, camera.cx - corner_u, camera.cy - corner_v, view.rotation, view.translation
+    )
     projected, _ = project(parameters, crop)
     n = projected.shape[1]
     tiles_x, tiles_y = width // TILE_PX + 1, height // TILE_PX + 1
@@ -129,8 +165,9 @@ def view_opacity(parameters: np.ndarray, view: View, points: np.ndarray, law: st
     return opacity, foreground, pairs
 
 
-def sample_surface(field: GaussianField, views: Sequence[View], options: SampleOptions | None = None,
-                   reporter: Reporter | None = None) -> SurfacePoints:
+def sample_surface(
+    field: GaussianField, views: Sequence[View], options: SampleOptions | None = None, reporter: Reporter | None = None
+) -> SurfacePoints:
     """Sample the field and score each point against every view.
 
     Raises:
@@ -138,7 +175,9 @@ def sample_surface(field: GaussianField, views: Sequence[View], options: SampleO
     """
     options, reporter = options or SampleOptions(), reporter or Reporter()
     if len(field) == 0:
-        raise InputError("The Gaussian field is empty, so there is no surface to sample; run fit-gaussians on stems the photos show.")
+        raise InputError(
+            "The Gaussian field is empty, so there is no surface to sample; run fit-gaussians on stems the photos show."
+        )
     if not views:
         raise InputError("There is no registered photo to score surface points with; run reconstruct first.")
     points, source = draw_candidates(field, options.samples, options.seed)
@@ -146,7 +185,9 @@ def sample_surface(field: GaussianField, views: Sequence[View], options: SampleO
     best = np.ones(len(points), np.float32)
     n_views, n_seen = np.zeros(len(points), np.uint16), np.zeros(len(points), np.uint16)
     with ThreadPoolExecutor(options.threads) as pool:
-        scored = pool.map(lambda view: view_opacity(parameters, view, points, options.law, options.min_foreground), views)
+        scored = pool.map(
+            lambda view: view_opacity(parameters, view, points, options.law, options.min_foreground), views
+        )
         for done, (opacity, foreground, _) in enumerate(scored, start=1):
             best = np.where(foreground, np.minimum(best, opacity), best)
             n_views += foreground
@@ -160,6 +201,8 @@ def sample_surface(field: GaussianField, views: Sequence[View], options: SampleO
         keep &= seen_by_gaussian[source]
         dropped = int(np.count_nonzero(~seen_by_gaussian[np.unique(source)]))
     if not keep.any():
-        raise InputError("None of the photos shows any of the Gaussians, so no surface point can be scored; check that the field "
-                         "and the photos belong together.")
+        raise InputError(
+            "None of the photos shows any of the Gaussians, so no surface point can be scored; check that the field "
+            "and the photos belong together."
+        )
     return SurfacePoints(points[keep], best[keep], n_views[keep], n_seen[keep], field.groups[source[keep]], dropped)

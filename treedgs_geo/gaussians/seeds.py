@@ -17,8 +17,8 @@ _X, _Y = ("x", "easting", "east", "e"), ("y", "northing", "north", "n")
 def read_seeds(path: Path, frame: LocalFrame) -> np.ndarray:
     """(K, 2) stem positions in the local frame.
 
-    path: CSV with columns x, y (or easting, northing) in the frame's CRS, or a point layer (GeoPackage, Shapefile, GeoJSON),
-    which is transformed from its own CRS.
+    path: CSV with columns x, y (or easting, northing) in the frame's CRS, or a point layer (GeoPackage, Shapefile,
+    GeoJSON), which is transformed from its own CRS.
 
     Raises:
         InputError: missing, unreadable, empty, without coordinates or not points. CRSError: a layer without a CRS.
@@ -33,8 +33,10 @@ def read_seeds(path: Path, frame: LocalFrame) -> np.ndarray:
         raise InputError(f"{path}: holds positions that are not numbers; remove those rows.")
     local = found - frame.origin[:2]
     if np.abs(local).max() > 5000:
-        raise InputError(f"{path}: stem positions lie {np.abs(local).max() / 1000:.0f} km from the photos; give them in "
-                         f"{frame.crs.to_string()}.")
+        raise InputError(
+            f"{path}: stem positions lie {np.abs(local).max() / 1000:.0f} km from the photos; give them in "
+            f"{frame.crs.to_string()}."
+        )
     return local
 
 
@@ -60,10 +62,14 @@ def _from_layer(path: Path, crs: pyproj.CRS) -> np.ndarray:
     try:
         layer = geopandas.read_file(path)
     except Exception as problem:  # pyogrio raises its own types
-        raise InputError(f"{path}: cannot be read as a vector layer ({problem}); give a point layer or a CSV.") from None
+        raise InputError(
+            f"{path}: cannot be read as a vector layer ({problem}); give a point layer or a CSV."
+        ) from None
     if layer.crs is None:
         raise CRSError(f"{path}: has no coordinate reference system; set one in QGIS and save the layer again.")
     if len(layer) and not (layer.geom_type == "Point").all():
-        raise InputError(f"{path}: holds {', '.join(sorted(set(map(str, layer.geom_type))))}, expected points; give stem positions.")
+        raise InputError(
+            f"{path}: holds {', '.join(sorted(set(map(str, layer.geom_type))))}, expected points; give stem positions."
+        )
     layer = layer.to_crs(crs)
     return np.column_stack([layer.geometry.x, layer.geometry.y])

@@ -20,7 +20,8 @@ from .raster import Rasteriser
 class FitSettings:
     """Numbers of one stem fit; ``train.GaussianOptions`` fills them.
 
-    gaussians: the budget. coarse_epochs run at half resolution, fine_epochs at full. views_per_step: crops averaged per Adam step.
+    gaussians: the budget. coarse_epochs run at half resolution, fine_epochs at full. views_per_step: crops averaged
+    per Adam step.
     """
 
     gaussians: int
@@ -29,7 +30,8 @@ class FitSettings:
     views_per_step: int = 2
     ssim: float = 0.2
     normals: float = 0.0
-    opacity_cost: float = 0.02
+    alpha_cost: float = 0.05
+    relocate_until: float = 0.85
     robust_scale: float = 0.12
     dilation_px2: float = 0.15
     plateau: bool = True
@@ -38,7 +40,9 @@ class FitSettings:
 
 @dataclass(frozen=True)
 class StemFit:
-    """A fitted stem in its own frame. parameters: (N, 14). held_out_l1: mean absolute colour error of the held-out crops."""
+    """A fitted stem in its own frame. parameters: (N, 14). held_out_l1: mean absolute colour error of the held-out
+    crops.
+    """
 
     parameters: np.ndarray
     crops: int
@@ -50,8 +54,9 @@ class StemFit:
     held_out_l1: float
 
 
-def initial_parameters(crops: list[Crop], volume: Volume, count: int, dense: np.ndarray | None, rng: np.random.Generator
-                       ) -> np.ndarray:
+def initial_parameters(
+    crops: list[Crop], volume: Volume, count: int, dense: np.ndarray | None, rng: np.random.Generator
+) -> np.ndarray:
     """(count, 14) start: from dense points (K, 3, stem frame) where there are enough, else uniform in the volume.
 
     Colours are medians over the crops that each centre projects into; sizes follow the spacing.
@@ -60,7 +65,9 @@ def initial_parameters(crops: list[Crop], volume: Volume, count: int, dense: np.
     height = volume.high_m - volume.low_m
     radius = 0.9 * volume.radius_m * np.sqrt(rng.random(count))
     angle = 2 * np.pi * rng.random(count)
-    p[:, MEAN] = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), volume.low_m + height * rng.random(count)])
+    p[:, MEAN] = np.column_stack(
+        [radius * np.cos(angle), radius * np.sin(angle), volume.low_m + height * rng.random(count)]
+    )
     size = (np.pi * volume.radius_m**2 * height / count) ** (1 / 3) * 0.4
     if dense is not None and len(dense) >= 50:
         from_points = min(len(dense), count // 2)
@@ -94,8 +101,10 @@ class StemModel:
         # Shadows move between flights: each flight with enough crops has its own ground.
         by_flight = {crop.flight: [c for c in crops if c.flight == crop.flight] for crop in crops}
         pooled = median_texture(plane, crops)
-        self.texture = {flight: median_texture(plane, own) if len(own) >= 4 and len(own) < len(crops) else pooled.copy()
-                        for flight, own in by_flight.items()}
+        self.texture = {
+            flight: median_texture(plane, own) if len(own) >= 4 and len(own) < len(crops) else pooled.copy()
+            for flight, own in by_flight.items()
+        }
         self._reset_sums()
 
     def _reset_sums(self) -> None:
@@ -133,6 +142,8 @@ class StemModel:
         given = np.zeros((8 if full else 4, *weight.shape), np.float32)
         given[:3] = np.moveaxis(g, -1, 0)
         given[3] = -np.einsum("hwc,hwc->hw", g, ground)
+        # Fog: a pixel is ground unless a Gaussian in front of it buys more than this in mean absolute colour.
+        given[3] += settings.alpha_cost * weight / max(weight.sum(), 1e-6)
         if full:
             bent, g_bent = normal_consistency(passed.planes, crop.camera.pixel_rays(), weight)
             given += settings.normals * g_bent
@@ -141,7 +152,9 @@ class StemModel:
         self._collect(crop, passed.planes, ground, composite, weight)
         return loss
 
-    def _collect(self, crop: Crop, planes: np.ndarray, ground: np.ndarray, composite: np.ndarray, weight: np.ndarray) -> None:
+    def _collect(
+        self, crop: Crop, planes: np.ndarray, ground: np.ndarray, composite: np.ndarray, weight: np.ndarray
+    ) -> None:
         # Ground: weighted least squares of I / gain = C + T B over the epoch, cell by cell.
         trans = planes[3]
         residual = crop.image / self.gain[crop.view] - np.moveaxis(planes[:3], 0, -1) - trans[..., None] * ground
@@ -168,17 +181,24 @@ class StemModel:
         self._reset_sums()
 
 
-def fit_stem(crops: list[Crop], plane: GroundPlane, volume: Volume, settings: FitSettings, pixel_m: float,
-             dense: np.ndarray | None = None, controller: Controller | None = None) -> StemFit:
+def fit_stem(
+    crops: list[Crop],
+    plane: GroundPlane,
+    volume: Volume,
+    settings: FitSettings,
+    pixel_m: float,
+    dense: np.ndarray | None = None,
+    controller: Controller | None = None,
+) -> StemFit:
     """Fit one stem's Gaussians: half resolution first, then full, dead Gaussians moved every epoch.
 
-    crops: at full resolution, stem frame. pixel_m: footprint of a crop pixel at the stem. dense: (K, 3) points in the stem frame.
-    The same input and seed give the same field.
+    crops: at full resolution, stem frame. pixel_m: footprint of a crop pixel at the stem. dense: (K, 3) points in the
+    stem frame. The same input and seed give the same field.
     """
     began = time.perf_counter()
     rng = np.random.default_rng(settings.seed)
     controller = controller or (PlateauStop() if settings.plateau else FixedSchedule())
-    held = crops[::max(len(crops) // 2, 6)][:2] if len(crops) >= 12 else []
+    held = crops[:: max(len(crops) // 2, 6)][:2] if len(crops) >= 12 else []
     taught = [crop for crop in crops if not any(crop is other for other in held)]
     coarse = [halved(crop, plane) for crop in taught]
     parameters = initial_parameters(coarse, volume, settings.gaussians, dense, rng)
@@ -191,27 +211,36 @@ def fit_stem(crops: list[Crop], plane: GroundPlane, volume: Volume, settings: Fi
             model.crops = taught
         order = rng.permutation(len(model.crops))
         for first in range(0, len(order), settings.views_per_step):
-            batch = [model.crops[i] for i in order[first:first + settings.views_per_step]]
+            batch = [model.crops[i] for i in order[first : first + settings.views_per_step]]
             done = (epoch + first / len(order)) / epochs
             gradient = np.zeros_like(parameters)
             for crop in batch:
                 model.view_gradient(crop, gradient, done)
             gradient /= len(batch)
-            opacity = 1 / (1 + np.exp(-parameters[:, LOGIT]))
-            gradient[:, LOGIT] += settings.opacity_cost * opacity * (1 - opacity) / len(parameters)
             adam.step(parameters, gradient, controller.factors(done))
             constrain(parameters, volume)
         model.end_epoch()
         run = epoch + 1
-        if epoch < epochs - 2:
+        if run <= settings.relocate_until * epochs:
             relocate(parameters, adam, volume, rng)
         if held and controller.epoch(held_out_error(model, held)) and epoch >= settings.coarse_epochs:
             break
     error = held_out_error(model, held) if held else math.nan
-    keep = (1 / (1 + np.exp(-parameters[:, LOGIT])) >= 0.01) & volume.contains(parameters[:, MEAN]) \
+    keep = (
+        (1 / (1 + np.exp(-parameters[:, LOGIT])) >= 0.01)
+        & volume.contains(parameters[:, MEAN])
         & np.isfinite(parameters).all(axis=1)
-    return StemFit(parameters[keep], len(crops), sum(crop.pixels for crop in crops), run, model.pairs,
-                   time.perf_counter() - began, controller.reason, error)
+    )
+    return StemFit(
+        parameters[keep],
+        len(crops),
+        sum(crop.pixels for crop in crops),
+        run,
+        model.pairs,
+        time.perf_counter() - began,
+        controller.reason,
+        error,
+    )
 
 
 def held_out_error(model: StemModel, held: list[Crop]) -> float:
@@ -222,8 +251,9 @@ def held_out_error(model: StemModel, held: list[Crop]) -> float:
         if crop.flight not in model.texture:
             continue
         _, _, composite = model.shown(crop)
-        gain = (np.einsum("hw,hwc,hwc->c", crop.weight, composite, crop.image)
-                / np.maximum(np.einsum("hw,hwc,hwc->c", crop.weight, composite, composite), 1e-6))
+        gain = np.einsum("hw,hwc,hwc->c", crop.weight, composite, crop.image) / np.maximum(
+            np.einsum("hw,hwc,hwc->c", crop.weight, composite, composite), 1e-6
+        )
         error = np.abs(composite * gain.astype(np.float32) - crop.image).mean(axis=-1)
         weight = crop.weight * robust_weight(composite - crop.image, model.settings.robust_scale)
         total, mass = total + float((weight * error).sum()), mass + float(weight.sum())
@@ -234,5 +264,10 @@ def halved(crop: Crop, plane: GroundPlane) -> Crop:
     """The crop at half resolution."""
     camera = crop.camera.scaled(0.5)
     size = (camera.width, camera.height)
-    return replace(crop, camera=camera, image=cv2.resize(crop.image, size, interpolation=cv2.INTER_AREA),
-                   weight=cv2.resize(crop.weight, size, interpolation=cv2.INTER_AREA), texels=plane.texels(camera))
+    return replace(
+        crop,
+        camera=camera,
+        image=cv2.resize(crop.image, size, interpolation=cv2.INTER_AREA),
+        weight=cv2.resize(crop.weight, size, interpolation=cv2.INTER_AREA),
+        texels=plane.texels(camera),
+    )

@@ -1,8 +1,8 @@
 """From photos and stem seeds to one Gaussian field of the stem band (``docs/gaussians.md``).
 
 The paper optimises the whole forest on a large GPU. Here each stem is a small problem of its own: crops over its band,
-1-3 thousand Gaussians in a cylinder, the ground behind it as a texture. Stems are independent, so they run side by side, and time and
-memory grow linearly with their number.
+1-3 thousand Gaussians in a cylinder, the ground behind it as a texture. Stems are independent, so they run side by
+side, and time and memory grow linearly with their number.
 """
 
 from __future__ import annotations
@@ -27,10 +27,42 @@ from .stem_fit import FitSettings, StemFit, fit_stem
 
 #: Numbers behind each preset; every one can be overridden by the option of the same name.
 PRESETS: dict[str, dict[str, float]] = {
-    "fast": {"gaussians": 1000, "coarse_epochs": 5, "fine_epochs": 0, "max_views": 24, "ssim": 0.0, "normals": 0.0},
-    "balanced": {"gaussians": 2000, "coarse_epochs": 6, "fine_epochs": 4, "max_views": 32, "ssim": 0.2, "normals": 0.0},
-    "best": {"gaussians": 3000, "coarse_epochs": 8, "fine_epochs": 10, "max_views": 48, "ssim": 0.2, "normals": 0.0},
-    "paper": {"gaussians": 3000, "coarse_epochs": 8, "fine_epochs": 10, "max_views": 48, "ssim": 0.2, "normals": 0.05},
+    "fast": {
+        "gaussians": 1000,
+        "coarse_epochs": 8,
+        "fine_epochs": 2,
+        "max_views": 24,
+        "ssim": 0.0,
+        "normals": 0.0,
+        "fog": 0.05,
+    },
+    "balanced": {
+        "gaussians": 2000,
+        "coarse_epochs": 8,
+        "fine_epochs": 6,
+        "max_views": 32,
+        "ssim": 0.0,
+        "normals": 0.0,
+        "fog": 0.05,
+    },
+    "best": {
+        "gaussians": 3000,
+        "coarse_epochs": 10,
+        "fine_epochs": 10,
+        "max_views": 48,
+        "ssim": 0.0,
+        "normals": 0.0,
+        "fog": 0.05,
+    },
+    "paper": {
+        "gaussians": 3000,
+        "coarse_epochs": 10,
+        "fine_epochs": 10,
+        "max_views": 48,
+        "ssim": 0.2,
+        "normals": 0.05,
+        "fog": 0.0,
+    },
 }
 
 
@@ -39,24 +71,56 @@ class GaussianOptions:
     """How stems become Gaussians. Options left empty follow the preset."""
 
     preset: str = param("balanced", kind="choice", choices=tuple(PRESETS), help="how much work is spent")
-    gaussians: int | None = param(None, kind="integer", help="Gaussians per stem", minimum=10, maximum=100000, advanced=True)
-    max_gaussians: int = param(60000, kind="integer", help="hard limit on Gaussians in all; shared among the stems", minimum=10,
-                               maximum=10_000_000, advanced=True)
-    coarse_epochs: int | None = param(None, kind="integer", help="passes over the crops at half resolution", minimum=1,
-                                      maximum=1000, advanced=True)
-    fine_epochs: int | None = param(None, kind="integer", help="passes over the crops at full resolution", minimum=0,
-                                    maximum=1000, advanced=True)
-    max_views: int | None = param(None, kind="integer", help="photos used per stem", minimum=1, maximum=1000, advanced=True)
-    ssim: float | None = param(None, kind="number", help="share of D-SSIM in the photometric loss", minimum=0, maximum=1,
-                               advanced=True)
-    normals: float | None = param(None, kind="number", help="weight of depth-normal consistency", minimum=0, maximum=10,
-                                  advanced=True)
-    band_m: float = param(3.0, kind="number", help="top of the modelled stem band above ground", unit="m", minimum=1.5, maximum=20)
-    radius_m: float = param(0.5, kind="number", help="radius of the modelled cylinder about each seed", unit="m", minimum=0.1,
-                            maximum=5)
-    mask_foliage: bool = param(True, kind="flag", help="leave out green pixels where the photos' colours show a clear split",
-                               advanced=True)
-    plateau: bool = param(True, kind="flag", help="stop a stem when held-out photos no longer improve", advanced=True)
+    gaussians: int | None = param(
+        None, kind="integer", help="Gaussians per stem", minimum=10, maximum=100000, advanced=True
+    )
+    max_gaussians: int = param(
+        60000,
+        kind="integer",
+        help="hard limit on Gaussians in all; shared among the stems",
+        minimum=10,
+        maximum=10_000_000,
+        advanced=True,
+    )
+    coarse_epochs: int | None = param(
+        None, kind="integer", help="passes over the crops at half resolution", minimum=1, maximum=1000, advanced=True
+    )
+    fine_epochs: int | None = param(
+        None, kind="integer", help="passes over the crops at full resolution", minimum=0, maximum=1000, advanced=True
+    )
+    max_views: int | None = param(
+        None, kind="integer", help="photos used per stem", minimum=1, maximum=1000, advanced=True
+    )
+    ssim: float | None = param(
+        None, kind="number", help="share of D-SSIM in the photometric loss", minimum=0, maximum=1, advanced=True
+    )
+    normals: float | None = param(
+        None, kind="number", help="weight of depth-normal consistency", minimum=0, maximum=10, advanced=True
+    )
+    fog: float | None = param(
+        None,
+        kind="number",
+        help="price of covering a pixel, in mean absolute colour (0..1); keeps Gaussians from explaining the ground",
+        minimum=0,
+        maximum=1,
+        advanced=True,
+    )
+    band_m: float = param(
+        3.0, kind="number", help="top of the modelled stem band above ground", unit="m", minimum=1.5, maximum=20
+    )
+    radius_m: float = param(
+        0.5, kind="number", help="radius of the modelled cylinder about each seed", unit="m", minimum=0.1, maximum=5
+    )
+    mask_foliage: bool = param(
+        True, kind="flag", help="leave out green pixels where the photos' colours show a clear split", advanced=True
+    )
+    controller: str = param(
+        "fixed",
+        kind="choice",
+        choices=("fixed", "plateau"),
+        advanced=True,
+        help="fixed = every epoch of the preset; plateau = stop a stem when held-out photos no longer improve",
+    )
     threads: int = param(2, kind="integer", help="stems fitted at once", minimum=1, maximum=256, advanced=True)
     seed: int = param(0, kind="integer", help="random seed", minimum=0, maximum=2**31 - 1, advanced=True)
 
@@ -68,7 +132,9 @@ class GaussianOptions:
 
 @dataclass(frozen=True)
 class FitReport:
-    """What was modelled, for ``run.json``. stems: one dict per seed with crops, pixels, Gaussians, seconds and why it stopped."""
+    """What was modelled, for ``run.json``. stems: one dict per seed with crops, pixels, Gaussians, seconds and why it
+    stopped.
+    """
 
     stems: list[dict]
     photos: int = 0
@@ -86,13 +152,16 @@ def read_photo(view: View) -> np.ndarray:
     """
     image = load_image(view)
     if image.shape[:2] != (view.camera.height, view.camera.width):
-        raise InputError(f"{view.path}: is {image.shape[1]} x {image.shape[0]} pixels, expected {view.camera.width} x "
-                         f"{view.camera.height} as reconstructed; give the photos that were reconstructed.")
+        raise InputError(
+            f"{view.path}: is {image.shape[1]} x {image.shape[0]} pixels, expected {view.camera.width} x "
+            f"{view.camera.height} as reconstructed; give the photos that were reconstructed."
+        )
     return image
 
 
 def choose_views(views: Sequence[View], point: np.ndarray, most: int, least_slant: float = 0.25) -> list[int]:
-    """Photos for one stem: oblique to it (sine of the angle to the plumb line above ``least_slant``), spread in azimuth.
+    """Photos for one stem: oblique to it (sine of the angle to the plumb line above ``least_slant``), spread in
+    azimuth.
 
     Looking straight down, a stem is a disc: such views cost pixels and say nothing about its width. Where no view is
     oblique, all are kept.
@@ -122,23 +191,35 @@ class _Job:
     camera: CropCamera
 
 
-def fit_gaussians(views: Sequence[View], frame: LocalFrame, ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
-                  seeds_xy: np.ndarray, dense: tuple[np.ndarray, np.ndarray | None] | None = None,
-                  options: GaussianOptions | None = None, reporter: Reporter | None = None,
-                  load: Callable[[View], np.ndarray] = read_photo) -> GaussianField:
+def fit_gaussians(
+    views: Sequence[View],
+    frame: LocalFrame,
+    ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    seeds_xy: np.ndarray,
+    dense: tuple[np.ndarray, np.ndarray | None] | None = None,
+    options: GaussianOptions | None = None,
+    reporter: Reporter | None = None,
+    load: Callable[[View], np.ndarray] = read_photo,
+) -> GaussianField:
     """Fit a field of the stem band around seeds; see :func:`fit_with_report` for the arguments."""
     return fit_with_report(views, frame, ground, seeds_xy, dense, options, reporter, load)[0]
 
 
-def fit_with_report(views: Sequence[View], frame: LocalFrame, ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
-                    seeds_xy: np.ndarray, dense: tuple[np.ndarray, np.ndarray | None] | None = None,
-                    options: GaussianOptions | None = None, reporter: Reporter | None = None,
-                    load: Callable[[View], np.ndarray] = read_photo) -> tuple[GaussianField, FitReport]:
+def fit_with_report(
+    views: Sequence[View],
+    frame: LocalFrame,
+    ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    seeds_xy: np.ndarray,
+    dense: tuple[np.ndarray, np.ndarray | None] | None = None,
+    options: GaussianOptions | None = None,
+    reporter: Reporter | None = None,
+    load: Callable[[View], np.ndarray] = read_photo,
+) -> tuple[GaussianField, FitReport]:
     """Fit a field of the stem band around seeds.
 
-    views: registered photos, local frame. frame: that frame (only named in messages; the field stays local). ground: local x, y
-    arrays -> local ground height, NaN where unknown. seeds_xy: (K, 2) local stem positions, good to a few decimetres. dense: (points
-    (M, 3) local, colours or None) to start from. load: reads a photo.
+    views: registered photos, local frame. frame: that frame (only named in messages; the field stays local). ground:
+    local x, y arrays -> local ground height, NaN where unknown. seeds_xy: (K, 2) local stem positions, good to a few
+    decimetres. dense: (points (M, 3) local, colours or None) to start from. load: reads a photo.
 
     A seed without ground or without a photo that shows its band gets no Gaussians and a warning; the rest go on.
 
@@ -150,10 +231,15 @@ def fit_with_report(views: Sequence[View], frame: LocalFrame, ground: Callable[[
     if not views:
         raise InputError("There is no registered photo to fit Gaussians to; run reconstruct first.")
     if len(seeds) == 0:
-        raise InputError("There is no stem position to fit Gaussians around; give seeds or run the step that finds stems.")
+        raise InputError(
+            "There is no stem position to fit Gaussians around; give seeds or run the step that finds stems."
+        )
     if not np.isfinite(seeds).all() or np.abs(seeds).max() > LARGEST_COORDINATE_M:
-        raise InputError(f"Stem positions reach {np.abs(seeds).max():.6g}, expected local coordinates within "
-                         f"{LARGEST_COORDINATE_M:g} m of the frame's origin (frame origin {frame.origin[0]:.0f}, {frame.origin[1]:.0f}).")
+        raise InputError(
+            f"Stem positions reach {np.abs(seeds).max():.6g}, expected local coordinates within "
+            f"{LARGEST_COORDINATE_M:g} m of the frame's origin "
+            f"({frame.origin[0]:.0f}, {frame.origin[1]:.0f})."
+        )
     warnings: list[str] = []
     origins = _origins(seeds, ground, warnings)
     low, high = -0.15, options.band_m + 0.4
@@ -166,12 +252,22 @@ def fit_with_report(views: Sequence[View], frame: LocalFrame, ground: Callable[[
                 jobs.setdefault(view, []).append(_Job(stem, view, views[view].flight, camera))
     with reporter.stage("cut crops", 0.0, 0.15):
         cut, rule = _cut_crops(views, jobs, options.mask_foliage, load, reporter, warnings)
-    reporter.info("Foliage is masked by a colour split learned from these photos." if rule else
-                  "No clear colour split between foliage and the rest was found; no pixel is masked by colour.")
+    reporter.info(
+        "Foliage is masked by a colour split learned from these photos."
+        if rule
+        else "No clear colour split between foliage and the rest was found; no pixel is masked by colour."
+    )
     share = max(options.max_gaussians // max(len(origins), 1), 10)
-    settings = FitSettings(gaussians=min(int(options.value("gaussians")), share), coarse_epochs=int(options.value("coarse_epochs")),
-                           fine_epochs=int(options.value("fine_epochs")), ssim=options.value("ssim"),
-                           normals=options.value("normals"), plateau=options.plateau, seed=options.seed)
+    settings = FitSettings(
+        gaussians=min(int(options.value("gaussians")), share),
+        coarse_epochs=int(options.value("coarse_epochs")),
+        fine_epochs=int(options.value("fine_epochs")),
+        ssim=options.value("ssim"),
+        normals=options.value("normals"),
+        alpha_cost=options.value("fog"),
+        plateau=options.controller == "plateau",
+        seed=options.seed,
+    )
 
     def work(stem: int) -> tuple[int, StemFit | None]:
         return stem, _fit_one(stem, origins[stem], cut.get(stem, []), ground, settings, options, (low, high), dense)
@@ -191,23 +287,42 @@ def fit_with_report(views: Sequence[View], frame: LocalFrame, ground: Callable[[
             raise
     blind = [stem for stem in origins if stem not in fits]
     if blind:
-        warnings.append(f"{len(blind)} of {len(seeds)} stems are shown by no photo well enough and got no Gaussians "
-                        f"(seeds {', '.join(map(str, blind[:8]))}{', ...' if len(blind) > 8 else ''}).")
+        warnings.append(
+            f"{len(blind)} of {len(seeds)} stems are shown by no photo well enough and got no Gaussians "
+            f"(seeds {', '.join(map(str, blind[:8]))}{', ...' if len(blind) > 8 else ''})."
+        )
     for warning in warnings:
         reporter.warn(warning)
     if not fits:
-        raise InputError("No stem could be fitted: no photo shows the stem band of any of the "
-                         f"{len(seeds)} positions; check the positions, the ground model and the photos' overlap.")
+        raise InputError(
+            "No stem could be fitted: no photo shows the stem band of any of the "
+            f"{len(seeds)} positions; check the positions, the ground model and the photos' overlap."
+        )
     pieces = []
     for stem in sorted(fits):
         parameters = fits[stem].parameters.copy()
         parameters[:, MEAN] += origins[stem]
         pieces.append(GaussianField.from_packed(parameters, stem))
     report = FitReport(
-        [{"seed": stem, "crops": fit.crops, "pixels": fit.pixels, "gaussians": len(fit.parameters), "epochs": fit.epochs,
-          "seconds": round(fit.seconds, 2), "stopped": fit.stopped,
-          "held_out_l1": None if math.isnan(fit.held_out_l1) else round(fit.held_out_l1, 4)} for stem, fit in sorted(fits.items())],
-        len(jobs), round(sum(fit.pixels for fit in fits.values()) / 1e6, 3), sum(fit.pairs for fit in fits.values()), rule, warnings)
+        [
+            {
+                "seed": stem,
+                "crops": fit.crops,
+                "pixels": fit.pixels,
+                "gaussians": len(fit.parameters),
+                "epochs": fit.epochs,
+                "seconds": round(fit.seconds, 2),
+                "stopped": fit.stopped,
+                "held_out_l1": None if math.isnan(fit.held_out_l1) else round(fit.held_out_l1, 4),
+            }
+            for stem, fit in sorted(fits.items())
+        ],
+        len(jobs),
+        round(sum(fit.pixels for fit in fits.values()) / 1e6, 3),
+        sum(fit.pairs for fit in fits.values()),
+        rule,
+        warnings,
+    )
     return merge_fields(pieces), report
 
 
@@ -219,8 +334,14 @@ def _origins(seeds: np.ndarray, ground: Callable, warnings: list[str]) -> dict[i
     return {int(stem): np.array([*seeds[stem], heights[stem]]) for stem in np.flatnonzero(np.isfinite(heights))}
 
 
-def _cut_crops(views: Sequence[View], jobs: dict[int, list[_Job]], mask: bool, load: Callable, reporter: Reporter,
-               warnings: list[str]) -> tuple[dict[int, list[tuple[_Job, np.ndarray, np.ndarray]]], FoliageRule | None]:
+def _cut_crops(
+    views: Sequence[View],
+    jobs: dict[int, list[_Job]],
+    mask: bool,
+    load: Callable,
+    reporter: Reporter,
+    warnings: list[str],
+) -> tuple[dict[int, list[tuple[_Job, np.ndarray, np.ndarray]]], FoliageRule | None]:
     """Read each photo once, cut every stem's crop, then learn the foliage split from what was cut."""
     cut: dict[int, list[tuple[_Job, np.ndarray, np.ndarray]]] = {}
     samples = []
@@ -237,13 +358,22 @@ def _cut_crops(views: Sequence[View], jobs: dict[int, list[_Job]], mask: bool, l
         reporter.progress(done / len(jobs))
     rule = foliage_rule(np.concatenate(samples)) if mask and samples else None
     if rule is not None:
-        cut = {stem: [(job, image, inside * rule.weight(image)) for job, image, inside in own] for stem, own in cut.items()}
+        cut = {
+            stem: [(job, image, inside * rule.weight(image)) for job, image, inside in own] for stem, own in cut.items()
+        }
     return cut, rule
 
 
-def _fit_one(stem: int, origin: np.ndarray, cut: Iterable[tuple[_Job, np.ndarray, np.ndarray]], ground: Callable,
-             settings: FitSettings, options: GaussianOptions, band: tuple[float, float],
-             dense: tuple[np.ndarray, np.ndarray | None] | None) -> StemFit | None:
+def _fit_one(
+    stem: int,
+    origin: np.ndarray,
+    cut: Iterable[tuple[_Job, np.ndarray, np.ndarray]],
+    ground: Callable,
+    settings: FitSettings,
+    options: GaussianOptions,
+    band: tuple[float, float],
+    dense: tuple[np.ndarray, np.ndarray | None] | None,
+) -> StemFit | None:
     # A crop that is almost all foliage has nothing to teach.
     cut = [item for item in cut if item[2].mean() > 0.15]
     if not cut:
@@ -251,11 +381,22 @@ def _fit_one(stem: int, origin: np.ndarray, cut: Iterable[tuple[_Job, np.ndarray
     footprint = float(np.median([np.linalg.norm(job.camera.centre) / job.camera.fx for job, _, _ in cut]))
     reach = max(4.0, 2.0 * options.band_m)
     plane = GroundPlane.around(ground, origin, reach, max(0.04, 2 * footprint))
-    crops = [Crop(job.camera, image.astype(np.float32) / np.float32(255), weight, plane.texels(job.camera), job.view, job.flight)
-             for job, image, weight in cut]
+    crops = [
+        Crop(
+            job.camera,
+            image.astype(np.float32) / np.float32(255),
+            weight,
+            plane.texels(job.camera),
+            job.view,
+            job.flight,
+        )
+        for job, image, weight in cut
+    ]
     volume = Volume(options.radius_m, band[0], band[1], 0.3 * footprint, max(0.15, 4 * footprint))
     near = None
     if dense is not None and len(dense[0]):
         local = np.asarray(dense[0], float) - origin
         near = local[volume.contains(local) & (local[:, 2] > 0.1)]
-    return fit_stem(crops, plane, volume, replace(settings, seed=settings.seed + 1000003 * stem % (2**31 - 1)), footprint, near)
+    return fit_stem(
+        crops, plane, volume, replace(settings, seed=settings.seed + 1000003 * stem % (2**31 - 1)), footprint, near
+    )
