@@ -19,7 +19,8 @@ class MeasureDbhSettings(MeasureOptions, CloudSettings):
     """Options of ``measure-dbh``."""
 
     output: Path = param(kind="output_file", help="tree layer", suffixes=("gpkg", "shp", "csv"))
-    id_field: str = param("tree_id", kind="text", help="dimension of the cloud that holds the tree ids", advanced=True)
+    id_field: str = param("tree_id", kind="text", help="dimension of the cloud that holds the tree ids",
+    advanced=True)
 
 
 def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
@@ -34,7 +35,7 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
     cloud = load_cloud(settings, reporter)
     if settings.id_field not in cloud.attributes:
         raise InputError(
-            f"{settings.input}: has no dimension {settings.id_field!r} (it has: {', '.join(cloud.attributes) or 'none'}); "
+            f"{settings.input}: has no dimension {settings.id_field!r} (it has: {', '.join(cloud.attributes)}); "
             "run segment-stems first, or name the dimension with --id-field.")
     tree_id = np.asarray(cloud.attributes[settings.id_field]).astype(np.int64)
     if settings.dtm is None and "height_m" in cloud.attributes:
@@ -75,11 +76,14 @@ COMMAND = Command(
     group="Point clouds",
     summary="Measure the DBH of stems whose points carry tree ids.",
     help=(
-        "Takes a cloud with a tree-id dimension (segment-stems, or another segmenter with --id-field) and writes one point "
-        "a tree: DBH with its standard error and 90 % interval in cm, at breast height above the ground at the stem. "
-        "--method paper gives the published estimator (solid circles, taper RANSAC; with --fit cylinder the published "
-        "cylinder); the default fits a leaning, tapering stem to the bark points. A stem that cannot be measured stays in "
-        "the layer with qc_flag=reject and the reason."),
+        "Takes a cloud with a tree-id dimension (segment-stems, or another segmenter with --id-field) and writes one "
+        "point a tree: DBH with its standard error and 90 % interval in cm, at breast height above the "
+        "ground at the stem. "
+        "--method paper gives the published estimator (solid circles, taper RANSAC; with --fit cylinder the "
+        "published "
+        "cylinder); the default fits a leaning, tapering stem to the bark points. A stem that cannot be "
+        "measured stays "
+        "in the layer with qc_flag=reject and the reason."),
     settings=MeasureDbhSettings,
     run=run,
     example="treedgs measure-dbh --input stems.laz --dtm dtm.tif --output trees.gpkg",

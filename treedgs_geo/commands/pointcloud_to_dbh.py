@@ -41,8 +41,8 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
     if settings.stems_output is not None and (tree_id > 0).any():
         write_cloud(settings.stems_output, cloud.with_attribute("tree_id", tree_id).select(tree_id > 0))
     write_trees(settings.output, trees, cloud.horizontal_crs)
-    return {"output": str(settings.output), "stems_output": str(settings.stems_output) if settings.stems_output else None,
-            **tree_summary(trees, reporter)}
+    stems_file = str(settings.stems_output) if settings.stems_output is not None and (tree_id > 0).any() else None
+    return {"output": str(settings.output), "stems_output": stems_file, **tree_summary(trees, reporter)}
 
 
 COMMAND = Command(
@@ -52,11 +52,12 @@ COMMAND = Command(
     group="Main job",
     summary="From a LiDAR cloud (drone or terrestrial) or surface points to tree points with DBH.",
     help=(
-        "Finds the ground (or takes your DTM), finds the stems in the band from 0.5 to 5 m, measures each at breast height "
-        "and writes the tree layer: DBH, standard error and 90 % interval in cm, lean, height where the cloud reaches the "
-        "crowns, and for every stem that cannot be measured the reason. Needs about 100 points on the lower 3 m of a stem "
-        "(drone LiDAR above 1,000 points/m2, or a terrestrial scan). The CRS comes from the file; give --crs where it has "
-        "none ('local' for a scan without a place on the map)."),
+        "Finds the ground (or takes your DTM), finds the stems in the band from 0.5 to 5 m, measures each at breast "
+        "height and writes the tree layer: DBH, standard error and 90 % interval in cm, lean, height where the cloud "
+        "reaches the crowns, and for every stem that cannot be measured the reason. Needs about 100 points "
+        "on the lower "
+        "3 m of a stem (drone LiDAR above 1,000 points/m2, or a terrestrial scan). The CRS comes from the file; give "
+        "--crs where it has none ('local' for a scan without a place on the map)."),
     settings=PointcloudToDbhSettings,
     run=run,
     example="treedgs pointcloud-to-dbh --input plot_uls.laz --output trees.gpkg",

@@ -22,8 +22,8 @@ class TerrainSettings(ClothSimulation):
     output: Path = param(kind="output_file", help="terrain raster to write", suffixes=("tif",))
     crs: str | None = param(None, kind="crs", help="CRS of a cloud that holds none: EPSG:CODE, or 'local'")
     resolution_m: float = param(0.25, kind="number", help="cell size", unit="m", minimum=0.05, maximum=50)
-    ground_points: Path | None = param(None, kind="output_file", help="also write the cloud with ground points as class 2 "
-                                       "and heights above ground", suffixes=("laz", "las"))
+    ground_points: Path | None = param(None, kind="output_file", suffixes=("laz", "las"), help="also write the cloud, "
+                                       "ground points as class 2 and heights above ground")
     use_classes: bool = param(False, kind="flag", help="trust the file's class 2 instead of finding the ground")
 
 
@@ -42,7 +42,7 @@ def run(settings: TerrainSettings, reporter: Reporter) -> dict[str, Any]:
     known = None
     if settings.use_classes:
         if "classification" not in cloud.attributes or not (cloud.attributes["classification"] == 2).any():
-            raise InputError(f"{settings.input}: has no ground class (2), as --use-classes expects; leave --use-classes out.")
+            raise InputError(f"{settings.input}: has no ground class (2), expected by --use-classes; leave it out.")
         known = cloud.attributes["classification"] == 2
     with reporter.stage("terrain", 0.3, 0.8):
         dtm = dtm_from_cloud(cloud.xyz, settings.resolution_m, settings, cloud.horizontal_crs, ground=known)
@@ -58,8 +58,8 @@ def run(settings: TerrainSettings, reporter: Reporter) -> dict[str, Any]:
         write_dtm(settings.output, dtm)
     covered = float(np.isfinite(dtm.heights).mean())
     support = float(np.nanpercentile(dtm.support, 95)) if dtm.support is not None else None
-    reporter.info(f"{100 * ground.mean():.0f} % of the points are ground; the model covers {100 * covered:.0f} % of the "
-                  f"extent; 95 % of it lies within {support:.1f} m of a ground point.")
+    reporter.info(f"{100 * ground.mean():.0f} % of the points are ground; the model covers {100 * covered:.0f} % of "
+                  f"the extent; 95 % of it lies within {support:.1f} m of a ground point.")
     return {"output": str(settings.output), "n_points": len(cloud), "n_ground": int(ground.sum()),
             "covered_pct": round(100 * covered, 1), "support_p95_m": round(support, 2) if support is not None else None,
             "ground_points": str(settings.ground_points) if settings.ground_points else None}
@@ -72,9 +72,11 @@ COMMAND = Command(
     group="Point clouds",
     summary="Find the ground in a point cloud and write a terrain model (DTM).",
     help=(
-        "A cloth is draped over the lowest points (cloth simulation filter), low plants are removed by a robust surface, "
-        "and the ground is gridded by local planes. The GeoTIFF holds the ground height (band 1, metres, in the cloud's "
-        "vertical datum) and the distance to the nearest ground point (band 2): read band 2 before you trust band 1. "
+        "A cloth is draped over the lowest points (cloth simulation filter), low plants are removed by a robust "
+        "surface, and the ground is gridded by local planes. The GeoTIFF holds the ground height (band 1, "
+        "metres, in the "
+        "cloud's vertical datum) and the distance to the nearest ground point (band 2): read band 2 before "
+        "you trust band 1. "
         "Cells farther than 10 m from ground are nodata."),
     settings=TerrainSettings,
     run=run,

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from ..core.errors import InputError
 from ..core.progress import Reporter
-from ..pointcloud.cloud import PointCloud, thin
+from ..pointcloud.cloud import PointCloud
 from ..stems.cone import Cone
 from ..stems.options import SegmentOptions
 from ..stems.segment import SENSORS, Sensor, StemMap, find_stems, guess_sensor, label_points
@@ -26,6 +26,10 @@ from .trees import Tree
 PAPER_POWER = {"opacity": 0.6, "intensity": 0.85}
 #: Diameter lost per metre of height, where the slices of a stem do not say (planted pine, research/forest.md 4.3).
 USUAL_TAPER_CM_M = 1.0
+#: A stem's points beyond this many add nothing but time.
+MOST_POINTS = 8000
+#: Bark of two stems closer than this may be one stem with a branch, or two in one another.
+TOUCHING_M = 0.05
 
 
 def segment_options(options: MeasureOptions) -> SegmentOptions:
@@ -69,16 +73,17 @@ def measure_stems(cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm, options: Mea
     groups = np.split(order, starts[1:])
     sensor = SENSORS[_source(cloud, dtm, options, stems, owned)]
     frames = [_TreeFrame.of(cloud, group, dtm) for group in groups]
-    trees = []
     if options.method == "paper" and options.fit == "circle":
-        trees = _by_the_paper(cloud, ids, groups, frames, weights, options)
+        results = _by_the_paper(cloud, groups, frames, weights, options)
     else:
-        around = _Surroundings.of(cloud, tree_id, dtm, sensor)
+        results = []
+        around = _Surroundings.of(cloud, tree_id, dtm)
         for number, (tree, group, frame) in enumerate(zip(ids, groups, frames, strict=True)):
-            measured = _measure_one(frame, group, weights, sensor, options, stems, int(tree), around)
-            trees.append(_tree(int(tree), frame, measured, options))
+            results.append(_measure_one(frame, group, weights, sensor, options, stems, int(tree), around))
             reporter.progress((number + 1) / len(ids))
-    _finish(cloud, dtm, trees, frames, groups, options)
+    trees = [_tree(int(tree), frame, measured, options)
+             for tree, frame, measured in zip(ids, frames, results, strict=True)]
+    _finish(cloud, dtm, trees, results, groups)
     return trees
 
 
@@ -141,14 +146,12 @@ class _Surroundings:
     tree: cKDTree | None
 
     @classmethod
-    def of(cls, cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm, sensor: Sensor) -> _Surroundings:
+    def of(cls, cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm) -> _Surroundings:
         free = np.flatnonzero(tree_id <= 0)
         height = cloud.xyz[free, 2] - dtm.height(cloud.xyz[free, 0], cloud.xyz[free, 1])
         with np.errstate(invalid="ignore"):
             free = free[(height > 0.2) & (height < 5.0)]
         xyz = cloud.xyz[free]
-        if sensor.thin_m and len(xyz):
-            xyz = xyz[thin(xyz, 0.7 * sensor.thin_m)]
         return cls(xyz, cKDTree(xyz[:, :2]) if len(xyz) else None)
 
     def near(self, frame: _TreeFrame) -> np.ndarray:
@@ -171,9 +174,9 @@ def _measure_one(frame: _TreeFrame, group: np.ndarray, weights: np.ndarray | Non
     # Crown and ground points of other segmenters' trees do not belong to the stem's band.
     band = (points[:, 2] > 0.1) & (points[:, 2] < 6.0)
     points, weight = points[band], None if weight is None else weight[band]
-    if sensor.thin_m and len(points):
-        kept = thin(points, 0.7 * sensor.thin_m)
-        points, weight = points[kept], None if weight is None else weight[kept]
+    # Every n-th point, not voxels: the few points within the bark must stay few against those on it.
+    stride = max(len(points) // MOST_POINTS, 1)
+    points, weight = points[::stride], None if weight is None else weight[::stride]
     if options.fit == "cylinder":
         return _cylinder(points, options)
     start = None
@@ -182,7 +185,8 @@ def _measure_one(frame: _TreeFrame, group: np.ndarray, weights: np.ndarray | Non
         if not stem.round:
             return refuse("not_round", points=len(points))
         start = rebased(stem.cone, frame.origin - stems.origin, 0.0)
-    return measure_points(points, weight, sensor, options.bh_m, segment_options(options), start, around.near(frame))
+    return measure_points(points, weight, sensor, options.bh_m, segment_options(options), start,
+                          around.near(frame)[::stride])
 
 
 def _cylinder(points: np.ndarray, options: MeasureOptions) -> StemMeasure:
@@ -201,8 +205,8 @@ def _cylinder(points: np.ndarray, options: MeasureOptions) -> StemMeasure:
     return StemMeasure(cone, dbh, se, flag, reasons, 0.0, found.points, 0, None)
 
 
-def _by_the_paper(cloud: PointCloud, ids: np.ndarray, groups: list[np.ndarray], frames: list[_TreeFrame],
-                  weights: np.ndarray | None, options: MeasureOptions) -> list[Tree]:
+def _by_the_paper(cloud: PointCloud, groups: list[np.ndarray], frames: list[_TreeFrame],
+                  weights: np.ndarray | None, options: MeasureOptions) -> list[StemMeasure]:
     # Unweighted points use the exponent of their own kind: surface samples fill the stem, LiDAR lies on it.
     kind = options.weights if options.weights != "none" else "opacity" if "opacity" in cloud.attributes else "intensity"
     published = PublishedOptions(circle=SolidCircle(power=PAPER_POWER[kind]))
@@ -212,8 +216,8 @@ def _by_the_paper(cloud: PointCloud, ids: np.ndarray, groups: list[np.ndarray], 
         weight = np.ones(len(group)) if weights is None else weights[group]
         stems.append((frame.points[known], weight[known]))
     results = measure_published(stems, options.bh_m, published, options.seed)
-    trees = []
-    for tree, frame, group, result in zip(ids, frames, groups, results, strict=True):
+    measures = []
+    for frame, group, result in zip(frames, groups, results, strict=True):
         if not np.isfinite(frame.ground):
             measured = refuse("no_ground", points=len(group))
         elif len(result.slices) < published.taper.least_inliers:
@@ -228,8 +232,8 @@ def _by_the_paper(cloud: PointCloud, ids: np.ndarray, groups: list[np.ndarray], 
                         options.bh_m)
             measured = StemMeasure(cone, taper.at_bh_cm, float(np.hypot(taper.se_cm, 1.0)), "ok", (), 0.0, len(group),
                                    int(taper.inliers.sum()), taper.slope_cm_m)
-        trees.append(_tree(int(tree), frame, measured, options))
-    return trees
+        measures.append(measured)
+    return measures
 
 
 def _tree(tree: int, frame: _TreeFrame, measured: StemMeasure, options: MeasureOptions) -> Tree:
@@ -254,12 +258,13 @@ def _tree(tree: int, frame: _TreeFrame, measured: StemMeasure, options: MeasureO
         qc_reason=",".join(dict.fromkeys(reasons)))
 
 
-def _finish(cloud: PointCloud, dtm: Dtm, trees: list[Tree], frames: list[_TreeFrame], groups: list[np.ndarray],
-            options: MeasureOptions) -> None:
+def _finish(cloud: PointCloud, dtm: Dtm, trees: list[Tree], results: list[StemMeasure],
+            groups: list[np.ndarray]) -> None:
     """Heights, opacity and the edge of the data; then the layer's own rules."""
     height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
     feet = np.array([[tree.x, tree.y] for tree in trees]).reshape(-1, 2)
-    tops = tree_heights(cloud.xyz, height, feet, np.zeros_like(feet))
+    slopes = np.array([[m.cone.dx, m.cone.dy] if m.cone is not None else [0.0, 0.0] for m in results]).reshape(-1, 2)
+    tops = tree_heights(cloud.xyz, height, feet, slopes)
     low, high = cloud.xyz[:, :2].min(axis=0), cloud.xyz[:, :2].max(axis=0)
     # A file of stem points alone does not say where the survey ended.
     whole = sum(len(group) for group in groups) < 0.5 * len(cloud)
@@ -274,3 +279,18 @@ def _finish(cloud: PointCloud, dtm: Dtm, trees: list[Tree], frames: list[_TreeFr
             tree.qc_reason = ",".join(filter(None, [tree.qc_reason, "edge"]))
             tree.qc_flag = "check" if tree.qc_flag == "ok" else tree.qc_flag
         tree.finish()
+    _mark_touching(trees)
+
+
+def _mark_touching(trees: list[Tree]) -> None:
+    measured = [tree for tree in trees if tree.dbh_cm is not None]
+    if len(measured) < 2:
+        return
+    places = np.array([[tree.x, tree.y] for tree in measured])
+    for one, other in cKDTree(places).query_pairs(2.0):
+        gap = float(np.hypot(*(places[one] - places[other]))) - (measured[one].dbh_cm + measured[other].dbh_cm) / 200
+        if gap < TOUCHING_M:
+            for tree in (measured[one], measured[other]):
+                if "merged" not in tree.qc_reason:
+                    tree.qc_reason = ",".join(filter(None, [tree.qc_reason, "merged"]))
+                    tree.qc_flag = "check" if tree.qc_flag == "ok" else tree.qc_flag

@@ -11,7 +11,7 @@ from ..pointcloud.cloud import thin
 
 @dataclass(frozen=True)
 class CylinderOptions:
-    """Constants of ``paper.tex``, "Cylinder fitting baseline", and of the method it follows (research/forest.md 2.4)."""
+    """Constants of ``paper.tex``, "Cylinder fitting baseline", and of the method that it follows."""
 
     voxel_m: float = 0.05
     low_m: float = 0.5
@@ -39,7 +39,7 @@ class CylinderFit:
 
 
 def fit_cylinder(points: np.ndarray, options: CylinderOptions | None = None, seed: int = 0) -> CylinderFit | None:
-    """A cylinder through (N, 3) stem points, z = height above ground; ``None`` when no model is upright and thin enough.
+    """A cylinder through (N, 3) stem points, z = height above ground; ``None`` if no model is upright and thin enough.
 
     Known to read the diameter at about 2.25 m (no taper), and too thin by its starting radius: it is a baseline.
     """

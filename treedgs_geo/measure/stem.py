@@ -13,7 +13,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..stems.cone import BEND_SD, Cone, fit_cone
-from ..stems.segment import SegmentOptions, Sensor, judge, search_points
+from ..stems.options import SegmentOptions
+from ..stems.segment import Sensor, search_points
 from .circles import geometric_circle
 from .slices import across_axis, slice_heights, slice_index
 from .taper import Taper, taper_line
@@ -56,7 +57,7 @@ def measure_points(points: np.ndarray, weights: np.ndarray | None, sensor: Senso
     """Measure one stem from its (N, 3) points: local metres, z above the ground at its foot.
 
     weights: (N,) reliabilities or ``None``. start: a cone from segmentation; otherwise the stem is searched in the
-    points. others: (M, 3) points around the stem that are not its own: where shrubs crowd it, its points are trusted less.
+    points. others: (M, 3) points around the stem that are not its own: where shrubs crowd it, its points count less.
     """
     options = options or SegmentOptions()
     others = np.empty((0, 3)) if others is None else others
@@ -119,7 +120,7 @@ def _cells(points: np.ndarray, cone: Cone) -> int:
 
 
 def _balance(points: np.ndarray, cone: Cone, sensor: Sensor) -> np.ndarray:
-    """Weights that keep a dense side from pulling an out-of-round stem: noise2 / (noise2 + n_sector shape2)."""
+    """Weights that keep a dense side from pulling an uneven stem: noise2 / (noise2 + n_sector shape2)."""
     residual = np.abs(cone.residuals(points))
     near = residual < max(3 * cone.sigma, 0.02)
     sector = np.floor((cone.azimuths(points) + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
@@ -191,8 +192,6 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
     residual = cone.residuals(points[inside_window])
     sector = np.floor((cone.azimuths(points[on]) + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
     arc = 360.0 / _SECTORS * len(np.unique(sector))
-    around = np.concatenate([points, others])
-    evidence = judge(cone, around[(around[:, 2] > options.low_m) & (around[:, 2] < options.high_m)], sensor, options)
     purity = float(np.mean(_purity(points[on], cone, sensor, others))) if on.any() else 0.0
     dbh = 200 * radius
     covariance = cone.covariance if cone.covariance is not None else np.full((8, 8), np.nan)
@@ -207,7 +206,8 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
         height_se = taper.se_cm
     # Bark that cannot be told from twigs: half the twigs' reach, in the share that they have.
     clutter_se = (1 - purity) * 200 * cone.sigma
-    se = float(np.sqrt(fit_se ** 2 + clutter_se ** 2 + shape_se ** 2 + 0.25 * height_se ** 2 + FLOOR_CM ** 2 + (FLOOR_SHARE * dbh) ** 2))
+    parts = (fit_se, clutter_se, shape_se, 0.5 * height_se, FLOOR_CM, FLOOR_SHARE * dbh)
+    se = float(np.sqrt(np.square(parts).sum()))
     reject, check = [], []
     if arc < 90:
         reject.append("short_arc")
@@ -219,9 +219,9 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
             reject.append("not_round")
         elif deep > 0.12:
             check.append("not_round")
-    if lobes > 0.12:
+    if lobes > 0.15:
         reject.append("not_round")
-    elif lobes > 0.07:
+    elif lobes > 0.10:
         check.append("not_round")
     if cone.lean_deg > options.max_lean_deg:
         reject.append("lean")
@@ -233,12 +233,16 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
         check.append("no_taper")
     if purity < 0.6:
         (reject if purity < 0.35 and not sensor.solid else check).append("occluded")
-    if evidence is None and not reject:
-        doubt = "few_points" if on.sum() < 2 * sensor.least_points else "not_round"
-        (reject if check else check).append(doubt)
+    if on.sum() < sensor.least_points:
+        reject.append("few_points")
+    elif np.count_nonzero(np.abs(points[on, 2] - bh_m) < 0.5) < sensor.least_points // 4:
+        # The stem shows above and below, but not where it is measured.
+        check.append("few_points")
     if dbh > options.max_dbh_cm:
         reject.append("too_large")
-    if se > max(3.0, 0.12 * dbh):
+    if se > max(2.0, 0.1 * dbh):
+        reject.append("wide_error")
+    elif se > max(1.0, 0.06 * dbh):
         check.append("wide_error")
     flag = "reject" if reject else "check" if check else "ok"
     reasons = tuple(dict.fromkeys([*reject, *check]))

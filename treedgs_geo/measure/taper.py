@@ -33,7 +33,7 @@ class Taper:
 
 def taper_ransac(heights_m: np.ndarray, diameters_cm: np.ndarray, bh_m: float, options: TaperRansac | None = None,
                  seed: int = 0) -> Taper | None:
-    """Published taper fit (eq:taper, eq:dbh_final), over height ranges that grow from the ground until inliers are stable.
+    """Published taper fit (eq:taper, eq:dbh_final) over height ranges that grow until the inliers are stable.
 
     A range is accepted when its inliers, as far as the next range's line goes, stay inliers. ``None``: no range has
     enough inlier slices with a slope in [-steepest, 0).

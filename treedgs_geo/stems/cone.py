@@ -1,8 +1,8 @@
 """A stem as a leaning, tapering cylinder, fitted robustly to the points on its bark.
 
 Coordinates: local metres, z = height above ground. The axis passes through ``(x, y)`` at ``h_ref`` with slopes
-``(dx, dy)`` per metre of height and may bend (``bx``, ``by``: change of slope per metre); the radius is perpendicular to
-the axis, ``r + taper (h - h_ref)``.
+``(dx, dy)`` per metre of height and may bend (``bx``, ``by``: change of slope per metre); the radius is perpendicular
+to the axis, ``r + taper (h - h_ref)``.
 """
 
 from __future__ import annotations
@@ -51,7 +51,8 @@ class Cone:
     def centre(self, h: np.ndarray | float) -> np.ndarray:
         """(..., 2) axis position at heights ``h``."""
         t = np.asarray(h, float) - self.h_ref
-        return np.stack([self.x + (self.dx + 0.5 * self.bx * t) * t, self.y + (self.dy + 0.5 * self.by * t) * t], axis=-1)
+        x, y = self.x + (self.dx + 0.5 * self.bx * t) * t, self.y + (self.dy + 0.5 * self.by * t) * t
+        return np.stack([x, y], axis=-1)
 
     def radius(self, h: np.ndarray | float) -> np.ndarray:
         """Radius at heights ``h`` of the axis."""
@@ -69,11 +70,13 @@ class Cone:
 
 def fit_cone(points: np.ndarray, start: Cone, weights: np.ndarray | None = None,
              schedule_m: tuple[float, ...] = (0.06, 0.04, 0.025), floor_m: float = 0.008, cap_m: float = 0.03,
-             lean_sd: float = LEAN_SD, taper_sd: float = TAPER_SD, bend_sd: float = 0.0, rounds: int = 6) -> Cone | None:
+             lean_sd: float = LEAN_SD, taper_sd: float = TAPER_SD, bend_sd: float = 0.0,
+             rounds: int = 6) -> Cone | None:
     """Fit (N, 3) points from ``start`` by graduated Geman-McClure re-weighting.
 
     schedule_m: scales from coarse to fine; then the noise is estimated from the near points (``floor_m`` to ``cap_m``)
-    and the fit finished with it. bend_sd = 0 keeps the axis straight. Returns ``None`` when the fit runs away (radius <= 1 cm or > 1.5 m, lean > 35 deg).
+    and the fit finished with it. bend_sd = 0 keeps the axis straight. Returns ``None`` when the fit runs away
+    (radius <= 1 cm or > 1.5 m, lean > 35 deg).
     """
     points = np.ascontiguousarray(points, dtype=float)
     if len(points) < 6 or not np.isfinite(points).all():

@@ -2,7 +2,8 @@
 
 Steps: slab over the terrain -> candidates (:mod:`.candidates`) tile by tile -> robust cone fit from the candidate,
 grown from its layer to the whole band -> evidence checks (rows of the stem with bark, arc, emptiness inside, clutter
-outside) -> explained points are taken away from later candidates -> the axis is followed upwards -> every point near a stem
+outside) -> explained points are taken away from later candidates -> the axis is followed upwards -> every point near
+a stem
 gets its ``tree_id``. Parameters follow treeX for drone LiDAR (Burmeister et al.) where they have a counterpart.
 """
 
@@ -28,7 +29,8 @@ _SECTORS = 24
 
 @dataclass(frozen=True)
 class Sensor:
-    """What a kind of cloud looks like: noise floor and cap on bark, thinning, points needed, filled stems or shells."""
+    """What a kind of cloud looks like: noise floor and cap on bark, thinning, points needed, filled stems "
+    "or shells."""
 
     floor_m: float
     cap_m: float
@@ -48,7 +50,8 @@ SENSORS = {
 @dataclass(frozen=True)
 class Stem:
     """A found stem. cone: local frame (see :class:`StemMap`), heights above ground. rows, arc_deg, inside, clutter:
-    the evidence. pieces: cones that follow the axis upwards, by height. round: False = a stem by what is above it, but no
+    the evidence. pieces: cones that follow the axis upwards, by height. round: False = a stem by what is above it,
+    but no
     ring at breast height (buttresses, a fork): seen, not measurable."""
 
     cone: Cone
@@ -179,7 +182,8 @@ def _search_tile(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
             continue
         near = np.asarray(tree.query_ball_point(xy, _REACH_M + radius), dtype=int)
         near = near[free[near]]
-        stem = _fit_candidate(points[near], None if weights is None else weights[near], xy, h, radius, sensor, options)
+        stem = _fit_candidate(points[near], None if weights is None else weights[near], xy, h, radius, sensor,
+        options)
         if stem is None:
             rejected.append((xy, h, radius))
             continue
