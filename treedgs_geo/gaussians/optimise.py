@@ -188,7 +188,7 @@ class PlateauStop:
         return self.schedule.factors(done)
 
     def epoch(self, held_out_loss: float) -> bool:
-        if not held_out_loss > self._best * (1 - self.least):
+        if held_out_loss < self._best * (1 - self.least):
             self._best, self._since = held_out_loss, 0
             return False
         self._since += 1

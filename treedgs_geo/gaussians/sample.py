@@ -134,8 +134,9 @@ def view_opacity(
     local = points[inside] @ view.rotation.T + view.translation
     u = camera.fx * local[:, 0] / local[:, 2] + camera.cx
     v = camera.fy * local[:, 1] / local[:, 2] + camera.cy
-    corner_u, corner_v = np.floor(u.min()), np.floor(v.min())
-    width, height = int(u.max() - corner_u) + 1, int(v.max() - corner_v) + 1
+    # One pixel more on each side: Gaussians that reach a point but no pixel centre must not be culled.
+    corner_u, corner_v = np.floor(u.min()) - 1, np.floor(v.min()) - 1
+    width, height = int(u.max() - corner_u) + 2, int(v.max() - corner_v) + 2
     crop = CropCamera(
         width, height, camera.fx, camera.fy, camera.cx - corner_u, camera.cy - corner_v, view.rotation, view.translation
     )
