@@ -62,11 +62,8 @@ def _ground_from_heights(cloud: Any) -> Any:
     foot[:, 2] -= height[known]
     origin = np.floor(foot.min(axis=0))
     grid = grid_ground(foot[::max(len(foot) // 200_000, 1)] - origin, 0.25, neighbours=12, bandwidth_m=0.3,
-                       noise_m=0.02, reach_m=3.0)
-    from dataclasses import replace
-
-    moved = grid.transform.translation(origin[0], origin[1]) * grid.transform
-    return replace(grid, heights=grid.heights + origin[2], transform=moved, crs=cloud.horizontal_crs)
+                       noise_m=0.02, reach_m=3.0, crs=cloud.horizontal_crs)
+    return grid.moved(origin)
 
 
 COMMAND = Command(

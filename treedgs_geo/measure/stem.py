@@ -120,7 +120,7 @@ def _cells(points: np.ndarray, cone: Cone) -> int:
 
 
 def _balance(points: np.ndarray, cone: Cone, sensor: Sensor) -> np.ndarray:
-    """Weights that keep a dense side from pulling an uneven stem: noise2 / (noise2 + n_sector shape2)."""
+    """Weights that keep a dense side from pulling an uneven stem: noise^2 / (noise^2 + n_sector shape^2)."""
     residual = np.abs(cone.residuals(points))
     near = residual < max(3 * cone.sigma, 0.02)
     sector = np.floor((cone.azimuths(points) + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
@@ -209,6 +209,12 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
     parts = (fit_se, clutter_se, shape_se, 0.5 * height_se, FLOOR_CM, FLOOR_SHARE * dbh)
     se = float(np.sqrt(np.square(parts).sum()))
     reject, check = [], []
+    # Points that were given as this stem's, lie in the window, and are on no side of the fitted bark.
+    stray = float(np.mean(residual > max(4 * cone.sigma, 0.03))) if len(residual) else 0.0
+    if stray > 0.5:
+        reject.append("not_round")
+    elif stray > 0.25:
+        check.append("not_round")
     if arc < 90:
         reject.append("short_arc")
     elif arc < 180:

@@ -80,6 +80,14 @@ class Dtm:
         """The same ground in the local coordinates of ``frame``; call it with x, y."""
         return self.shifted(frame.origin)
 
+    def moved(self, offset: np.ndarray) -> Dtm:
+        """The ground displaced by ``offset`` (3,): made near zero, put where it belongs."""
+        from affine import Affine
+
+        t = self.transform
+        there = Affine(t.a, t.b, t.c + float(offset[0]), t.d, t.e, t.f + float(offset[1]))
+        return replace(self, heights=self.heights + float(offset[2]), transform=there)
+
     @property
     def resolution_m(self) -> float:
         """Cell size."""

@@ -45,9 +45,8 @@ def dtm_from_cloud(xyz: np.ndarray, resolution_m: float = 0.25, method: ClothSim
     else:
         seeds = _recentred(xyz - origin, _cloth_ground(xyz - origin, method or ClothSimulation()))
     bounds = xyz[:, :2].min(axis=0) - origin[:2], xyz[:, :2].max(axis=0) - origin[:2]
-    dtm = grid_ground(seeds, resolution_m, neighbours=24, bandwidth_m=0.5, reach_m=reach_m, bounds=bounds)
-    transform = dtm.transform.translation(origin[0], origin[1]) * dtm.transform
-    return Dtm(dtm.heights + origin[2], transform, crs, dtm.support)
+    dtm = grid_ground(seeds, resolution_m, neighbours=24, bandwidth_m=0.5, reach_m=reach_m, bounds=bounds, crs=crs)
+    return dtm.moved(origin)
 
 
 def flat_ground(xyz: np.ndarray, crs: pyproj.CRS | None = None) -> Dtm:

@@ -31,9 +31,8 @@ def dtm_from_sparse(points: np.ndarray, resolution_m: float = 0.25, crs: pyproj.
     ground = sparse_ground_points(points - centre, cell_m, tolerance_m)
     if bounds is not None:
         bounds = (np.asarray(bounds[0], float)[:2] - centre[:2], np.asarray(bounds[1], float)[:2] - centre[:2])
-    dtm = grid_ground(ground, resolution_m, neighbours=40, bandwidth_m=1.0, reach_m=reach_m, bounds=bounds)
-    transform = dtm.transform.translation(centre[0], centre[1]) * dtm.transform
-    return Dtm(dtm.heights + centre[2], transform, crs, dtm.support)
+    dtm = grid_ground(ground, resolution_m, neighbours=40, bandwidth_m=1.0, reach_m=reach_m, bounds=bounds, crs=crs)
+    return dtm.moved(centre)
 
 
 def sparse_ground_points(points: np.ndarray, cell_m: float = 1.0, tolerance_m: float = 0.5) -> np.ndarray:
