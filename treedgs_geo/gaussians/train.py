@@ -178,7 +178,7 @@ def choose_views(views: Sequence[View], point: np.ndarray, most: int, least_slan
     azimuth = np.arctan2(ray[index, 1], ray[index, 0])
     # Sorting by azimuth and keeping every so-manyth spreads them; ties between flights stay deterministic.
     order = index[np.argsort(azimuth, kind="stable")]
-    return sorted(order[np.linspace(0, len(order) - 1, most).round().astype(int)].tolist())
+    return sorted(order[np.arange(most) * len(order) // most].tolist())
 
 
 @dataclass(frozen=True)
