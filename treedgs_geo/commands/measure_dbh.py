@@ -30,6 +30,7 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
     from ..core.errors import InputError
     from ..inventory.tree_layer import write_trees
     from ..measure.cloud import measure_stems
+    from ..pointcloud.files import LOCAL_CRS
 
     ensure_writable(settings.output)
     cloud = load_cloud(settings, reporter)
@@ -46,7 +47,7 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
         trees = measure_stems(cloud, tree_id, dtm, settings, reporter)
     if not certain:
         mark_uncertain_ground(trees)
-    write_trees(settings.output, trees, cloud.horizontal_crs)
+    write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS)
     return {"output": str(settings.output), **tree_summary(trees, reporter)}
 
 
@@ -74,13 +75,10 @@ COMMAND = Command(
     summary="Measure the DBH of stems whose points carry tree ids.",
     help=(
         "Takes a cloud with a tree-id dimension (segment-stems, or another segmenter with --id-field) and writes one "
-        "point a tree: DBH with its standard error and 90 % interval in cm, at breast height above the "
-        "ground at the stem. "
-        "--method paper gives the published estimator (solid circles, taper RANSAC; with --fit cylinder the "
-        "published "
-        "cylinder); the default fits a leaning, tapering stem to the bark points. A stem that cannot be "
-        "measured stays "
-        "in the layer with qc_flag=reject and the reason."),
+        "point a tree: DBH with its standard error and 90 % interval in cm, at breast height above the ground at the "
+        "stem. --method paper gives the published estimator (solid circles, taper RANSAC; with --fit cylinder the "
+        "published cylinder); the default fits a leaning, tapering stem to the bark points. A stem that cannot be "
+        "measured stays in the layer with qc_flag=reject and the reason."),
     settings=MeasureDbhSettings,
     run=run,
     example="treedgs measure-dbh --input stems.laz --dtm dtm.tif --output trees.gpkg",

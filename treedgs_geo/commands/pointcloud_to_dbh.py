@@ -27,7 +27,7 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
     """Read, find the ground, find stems, measure, write."""
     from ..inventory.tree_layer import write_trees
     from ..measure.cloud import measure_cloud, point_weights
-    from ..pointcloud.files import write_cloud
+    from ..pointcloud.files import LOCAL_CRS, write_cloud
 
     ensure_writable(settings.output)
     kept = None if settings.stems_output else ("intensity", "opacity")
@@ -40,7 +40,7 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
         mark_uncertain_ground(trees)
     if settings.stems_output is not None and (tree_id > 0).any():
         write_cloud(settings.stems_output, cloud.with_attribute("tree_id", tree_id).select(tree_id > 0))
-    write_trees(settings.output, trees, cloud.horizontal_crs)
+    write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS)
     stems_file = str(settings.stems_output) if settings.stems_output is not None and (tree_id > 0).any() else None
     return {"output": str(settings.output), "stems_output": stems_file, **tree_summary(trees, reporter)}
 
@@ -54,10 +54,9 @@ COMMAND = Command(
     help=(
         "Finds the ground (or takes your DTM), finds the stems in the band from 0.5 to 5 m, measures each at breast "
         "height and writes the tree layer: DBH, standard error and 90 % interval in cm, lean, height where the cloud "
-        "reaches the crowns, and for every stem that cannot be measured the reason. Needs about 100 points "
-        "on the lower "
-        "3 m of a stem (drone LiDAR above 1,000 points/m2, or a terrestrial scan). The CRS comes from the file; give "
-        "--crs where it has none ('local' for a scan without a place on the map)."),
+        "reaches the crowns, and for every stem that cannot be measured the reason. Needs about 100 points on the "
+        "lower 3 m of a stem (drone LiDAR above 1,000 points/m2, or a terrestrial scan). The CRS comes from the file; "
+        "give --crs where it has none ('local' for a scan without a place on the map)."),
     settings=PointcloudToDbhSettings,
     run=run,
     example="treedgs pointcloud-to-dbh --input plot_uls.laz --output trees.gpkg",

@@ -55,11 +55,10 @@ COMMAND = Command(
     group="Point clouds",
     summary="Find stems in a point cloud and give each point the id of its tree.",
     help=(
-        "Looks in the band from 0.5 to 5 m above ground for rings (or discs, for surface points of splats) "
-        "that repeat "
-        "over the height, fits a leaning, tapering cone to each, keeps what is empty inside, clean outside and "
-        "continuous, and follows the axis upwards. No trained weights. The output carries tree_id (0 = no "
-        "stem) and height_m."),
+        "Looks in the band from 0.5 to 5 m above ground for rings (or discs, for surface points of splats) that "
+        "repeat over the height, fits a leaning, tapering cone to each, keeps what is empty inside, clean outside and "
+        "continuous, and follows the axis upwards. No trained weights. The output carries tree_id (0 = no stem) and "
+        "height_m."),
     settings=SegmentStemsSettings,
     run=run,
     example="treedgs segment-stems --input plot.laz --dtm dtm.tif --output stems.laz",

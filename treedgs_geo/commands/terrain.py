@@ -73,11 +73,9 @@ COMMAND = Command(
     summary="Find the ground in a point cloud and write a terrain model (DTM).",
     help=(
         "A cloth is draped over the lowest points (cloth simulation filter), low plants are removed by a robust "
-        "surface, and the ground is gridded by local planes. The GeoTIFF holds the ground height (band 1, "
-        "metres, in the "
-        "cloud's vertical datum) and the distance to the nearest ground point (band 2): read band 2 before "
-        "you trust band 1. "
-        "Cells farther than 10 m from ground are nodata."),
+        "surface, and the ground is gridded by local planes. The GeoTIFF holds the ground height (band 1, metres, in "
+        "the cloud's vertical datum) and the distance to the nearest ground point (band 2): read band 2 before you "
+        "trust band 1. Cells farther than 10 m from ground are nodata."),
     settings=TerrainSettings,
     run=run,
     example="treedgs terrain --input plot.laz --output dtm.tif --resolution-m 0.25",

@@ -194,7 +194,8 @@ def _ring(points: np.ndarray, weights: np.ndarray, noise_m: float, seed: int) ->
         fitted = geometric_circle(points, weights, start, noise_m)
         if fitted is None:
             continue
-        score = _arc_score(points, weights, *fitted[0], 2.5 * noise_m)
+        x, y, r = fitted[0]
+        score = _arc_score(points, weights, x, y, r, 2.5 * noise_m)
         if score > best_score:
             best, best_score = fitted, score
     if best is None:

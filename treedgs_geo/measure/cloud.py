@@ -201,8 +201,9 @@ def _cylinder(points: np.ndarray, options: MeasureOptions) -> StemMeasure:
     cone = Cone(float(found.centre[0]), float(found.centre[1]), float(slope[0]), float(slope[1]), found.r, 0.0,
                 float(found.centre[2]))
     se = float(np.hypot(1.0, 0.06 * dbh))
-    flag, reasons = ("check", ("not_round",)) if found.inlier_share < 0.2 else ("ok", ())
-    return StemMeasure(cone, dbh, se, flag, reasons, 0.0, found.points, 0, None)
+    if found.inlier_share < 0.2:
+        return StemMeasure(cone, dbh, se, "check", ("not_round",), 0.0, found.points)
+    return StemMeasure(cone, dbh, se, "ok", (), 0.0, found.points)
 
 
 def _by_the_paper(cloud: PointCloud, groups: list[np.ndarray], frames: list[_TreeFrame],
@@ -246,8 +247,8 @@ def _tree(tree: int, frame: _TreeFrame, measured: StemMeasure, options: MeasureO
     flag, reasons = measured.flag, list(measured.reasons)
     dbh = measured.dbh_cm
     if dbh is not None and not options.min_dbh_cm <= dbh <= options.max_dbh_cm:
+        reasons.insert(0, "too_small" if dbh < options.min_dbh_cm else "too_large")
         flag, dbh = "reject", None
-        reasons.insert(0, "too_small" if measured.dbh_cm < options.min_dbh_cm else "too_large")
     name = options.method if options.fit == "circle" else f"cylinder-{options.method}"
     return Tree(
         tree_id=tree, x=float(x), y=float(y), z_ground=frame.ground if np.isfinite(frame.ground) else None,

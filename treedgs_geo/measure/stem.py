@@ -9,6 +9,7 @@ the spread between heights.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 
@@ -37,7 +38,7 @@ class StemMeasure:
     cone: Cone | None
     dbh_cm: float | None
     se_cm: float | None
-    flag: str
+    flag: Literal["ok", "check", "reject"]
     reasons: tuple[str, ...]
     arc_deg: float = 0.0
     points: int = 0
@@ -72,7 +73,8 @@ def measure_points(points: np.ndarray, weights: np.ndarray | None, sensor: Senso
         return refuse("not_round", cone=cone, points=len(points))
     cone, window, on = fitted
     slices = _slices(points, weights, cone, sensor, bh_m)
-    taper = taper_line(*slices[:, :3].T, bh_m, slices_per_independent=3.0) if len(slices) else None
+    heights, diameters, errors = slices[:, :3].T
+    taper = taper_line(heights, diameters, errors, bh_m, slices_per_independent=3.0)
     return _conclude(points, cone, window, on, slices, taper, sensor, bh_m, options, others)
 
 
@@ -130,7 +132,7 @@ def _balance(points: np.ndarray, cone: Cone, sensor: Sensor) -> np.ndarray:
 
 
 def _purity(points: np.ndarray, cone: Cone, sensor: Sensor, others: np.ndarray) -> np.ndarray:
-    """(N,) share of each point's 25 cm row that is bark: density on the bark over that plus the density just outside."""
+    """(N,) share of each point's 25 cm row that is bark: (density on it - density just outside) / density on it."""
     tolerance = max(3 * cone.sigma, 0.02)
     residual = cone.residuals(points)
     row = np.floor(points[:, 2] / 0.25).astype(int).clip(0, 63)
@@ -250,7 +252,7 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
         reject.append("wide_error")
     elif se > max(1.0, 0.06 * dbh):
         check.append("wide_error")
-    flag = "reject" if reject else "check" if check else "ok"
+    flag: Literal["ok", "check", "reject"] = "reject" if reject else "check" if check else "ok"
     reasons = tuple(dict.fromkeys([*reject, *check]))
     details = {"fit_se": fit_se, "lobes": lobes, "height_se": height_se, "shape_se": shape_se, "purity": purity,
                "taper_at_bh": taper.at_bh_cm if taper else np.nan, "low": window[0], "high": window[1]}

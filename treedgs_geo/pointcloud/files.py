@@ -16,6 +16,8 @@ from .cloud import PointCloud, concatenate, horizontal
 
 #: What ``--crs`` takes for a cloud in local metres without a place on the map (a terrestrial scan).
 LOCAL = "local"
+#: What layers made from such a cloud are written in.
+LOCAL_CRS = pyproj.CRS.from_wkt('LOCAL_CS["local metres",UNIT["metre",1]]')
 _TEXT = (".txt", ".xyz", ".asc", ".pts", ".csv")
 _KEPT = ("intensity", "return_number", "number_of_returns", "classification", "gps_time", "red", "green", "blue")
 _RGB = ("red", "green", "blue")

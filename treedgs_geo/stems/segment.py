@@ -2,9 +2,8 @@
 
 Steps: slab over the terrain -> candidates (:mod:`.candidates`) tile by tile -> robust cone fit from the candidate,
 grown from its layer to the whole band -> evidence checks (rows of the stem with bark, arc, emptiness inside, clutter
-outside) -> explained points are taken away from later candidates -> the axis is followed upwards -> every point near
-a stem
-gets its ``tree_id``. Parameters follow treeX for drone LiDAR (Burmeister et al.) where they have a counterpart.
+outside) -> explained points are taken away from later candidates -> the axis is followed upwards -> every point
+near a stem gets its ``tree_id``. Parameters follow treeX for drone LiDAR where they have a counterpart.
 """
 
 from __future__ import annotations
@@ -29,8 +28,8 @@ _SECTORS = 24
 
 @dataclass(frozen=True)
 class Sensor:
-    """What a kind of cloud looks like: noise floor and cap on bark, thinning, points needed, filled stems "
-    "or shells."""
+    """What a kind of cloud looks like: noise floor and cap on bark, thinning, points needed, filled stems or shells,
+    and the usual noise."""
 
     floor_m: float
     cap_m: float
@@ -51,8 +50,7 @@ SENSORS = {
 class Stem:
     """A found stem. cone: local frame (see :class:`StemMap`), heights above ground. rows, arc_deg, inside, clutter:
     the evidence. pieces: cones that follow the axis upwards, by height. round: False = a stem by what is above it,
-    but no
-    ring at breast height (buttresses, a fork): seen, not measurable."""
+    but no ring at breast height (buttresses, a fork): seen, not measurable."""
 
     cone: Cone
     score: float

@@ -188,7 +188,9 @@ def read_dtm(path: Path, crs: pyproj.CRS | None = None) -> Dtm:
         raise CRSError(f"{path}: heights are in {units}, expected metres; convert the raster to metres.")
     grid_crs = pyproj.CRS.from_wkt(wkt) if wkt else None
     if grid_crs is not None:
-        check_projected(horizontal(grid_crs), str(path))
+        base = horizontal(grid_crs)
+        assert base is not None
+        check_projected(base, str(path))
         _check_vertical(grid_crs, path)
     differs = crs is not None and grid_crs is not None and not same_place(crs, grid_crs)
     return Dtm(heights, transform, crs or grid_crs, support, grid_crs=horizontal(grid_crs) if differs else None)
