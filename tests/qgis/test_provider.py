@@ -26,6 +26,8 @@ FROZEN = {
     "samplesurface",
     "segmentstems",
     "measuredbh",
+    "matchplots",
+    "evaluate",
     "simulateplot",
     "checkengine",
     "setupengine",

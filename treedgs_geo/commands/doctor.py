@@ -68,6 +68,8 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "sample-surface": (*_BASE, *_CLOUDS),
     "segment-stems": (*_BASE, *_CLOUDS),
     "measure-dbh": (*_BASE, *_CLOUDS),
+    "match-plots": _BASE,
+    "evaluate": _BASE,
     "simulate-plot": (*_BASE, *_CLOUDS, "PIL", "cv2", "open3d"),
     "doctor": (),
 }
