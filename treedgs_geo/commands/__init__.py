@@ -20,6 +20,8 @@ MODULES = {
     "sample-surface": "sample_surface",
     "segment-stems": "segment_stems",
     "measure-dbh": "measure_dbh",
+    "match-plots": "match_plots",
+    "evaluate": "evaluate",
     "simulate-plot": "simulate_plot",
     "doctor": "doctor",
 }

@@ -117,6 +117,8 @@ def score_against_truth(
                 "dbh_true_cm": stem["dbh_cm"],
                 "dbh_cm": None if tree is None else tree["dbh_cm"],
                 "dbh_se_cm": None if tree is None else tree["dbh_se_cm"],
+                "dbh_lo_cm": None if tree is None else tree["dbh_lo_cm"],
+                "dbh_hi_cm": None if tree is None else tree["dbh_hi_cm"],
                 "error_cm": None if tree is None else tree["dbh_cm"] - stem["dbh_cm"],
                 "inside_90": None if tree is None else bool(tree["dbh_lo_cm"] <= stem["dbh_cm"] <= tree["dbh_hi_cm"]),
                 "qc_flag": "not found" if seen is None else seen["qc_flag"],

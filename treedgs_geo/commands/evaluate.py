@@ -1,0 +1,128 @@
+"""``evaluate``: accuracy of measured DBH against field (or true) DBH."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..core.command import Command
+from ..core.progress import Reporter
+from ..core.settings import param
+
+
+@dataclass(frozen=True, kw_only=True)
+class EvaluateSettings:
+    """Options of ``evaluate``."""
+
+    pairs: Path | None = param(None, kind="file", help="pairs layer of match-plots, checked by you", suffixes=("gpkg",))
+    trees: Path | None = param(
+        None,
+        kind="file",
+        help="instead of pairs: a tree layer of a simulated plot",
+        suffixes=("gpkg", "shp", "geojson"),
+    )
+    truth: Path | None = param(None, kind="file", help="with --trees: the plot's truth/trees.csv", suffixes=("csv",))
+    min_clear_views: int = param(
+        0,
+        kind="integer",
+        minimum=0,
+        advanced=True,
+        help="with --truth: only stems with at least this many clear views count",
+    )
+    output: Path = param(kind="output_folder", help="folder for metrics.json, tables, charts and evaluation.html")
+    repeats: int = param(2000, kind="integer", minimum=100, maximum=100000, advanced=True, help="bootstrap resamples")
+    seed: int = param(0, kind="integer", minimum=0, advanced=True, help="seed of the bootstrap")
+
+
+def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
+    """Read, score, write."""
+    from .. import __version__
+    from ..core.errors import InputError
+    from ..core.files import ensure_writable, fingerprint
+    from ..evaluation.report import write_evaluation
+    from ..evaluation.tables import evidence_from_pairs, evidence_from_truth, metrics_of
+    from ..inventory.tree_layer import read_trees
+
+    ensure_writable(settings.output / "metrics.json")
+    if (settings.pairs is None) == (settings.trees is None) or (settings.trees is None) != (settings.truth is None):
+        raise InputError("Give either --pairs (from match-plots), or both --trees and --truth (a simulated plot).")
+    with reporter.stage("read", 0.0, 0.2):
+        if settings.pairs is not None:
+            inputs = [settings.pairs]
+            evidence = evidence_from_pairs(settings.pairs)
+        else:
+            assert settings.trees is not None and settings.truth is not None
+            inputs = [settings.trees, settings.truth]
+            name = settings.truth.resolve().parent.parent.name if settings.truth.parent.name == "truth" else "plot"
+            evidence = evidence_from_truth(
+                read_trees(settings.trees), settings.truth, name or "plot", settings.min_clear_views
+            )
+    with reporter.stage("score", 0.2, 0.4):
+        metrics = metrics_of(evidence, settings.seed, settings.repeats)
+    metrics["inputs"] = {path.name: fingerprint([path]) for path in inputs}
+    metrics["version"] = __version__
+    for note in metrics["notes"]:
+        reporter.warn(note)
+    if metrics["bootstrap"]["note"]:
+        reporter.info(f"Intervals: {metrics['bootstrap']['note']}.")
+    with reporter.stage("write", 0.4, 1.0):
+        facts = {
+            "inputs": ", ".join(f"{name} ({mark})" for name, mark in metrics["inputs"].items()),
+            "reference": evidence.reference,
+            "TreeDGS": __version__,
+        }
+        paths = write_evaluation(settings.output, evidence, metrics, facts)
+    return {
+        "output": str(settings.output),
+        "page": paths["page"],
+        "metrics": paths["metrics"],
+        **{
+            name: metrics[name]
+            for name in (
+                "n",
+                "n_reference",
+                "success_rate",
+                "rmse_cm",
+                "rrmse_pct",
+                "mae_cm",
+                "me_cm",
+                "n_false",
+                "coverage_90",
+            )
+        },
+    }
+
+
+COMMAND = Command(
+    name="evaluate",
+    qgis_id="evaluate",
+    title="Evaluate DBH accuracy",
+    group="Inventory",
+    summary="Accuracy tables and charts of measured DBH against field DBH.",
+    help=(
+        "From the pairs layer of match-plots (pair_status auto, ok and moved count; rejected never): number of "
+        "trees, success rate (trees with a DBH of all field trees), RMSE, RRMSE (of the mean field DBH), MAE, "
+        "mean error (measured minus field), share of trees inside the stated 90 % interval and false trees, per "
+        "plot and pooled, with bootstrap intervals by plot. Writes metrics.json, per_plot.csv, trees.csv, "
+        "table.tex, charts (SVG and PNG) and evaluation.html. Plots left to a hand check do not count and are "
+        "named. Units: centimetres and per cent; rates in metrics.json are 0 to 1."
+    ),
+    settings=EvaluateSettings,
+    run=run,
+    example="treedgs evaluate --pairs pairs.gpkg --output evaluation",
+    outputs={
+        "output": "folder",
+        "page": "the page to open",
+        "metrics": "metrics.json",
+        "n": "trees measured and compared",
+        "n_reference": "field trees",
+        "success_rate": "measured of field trees, 0 to 1",
+        "rmse_cm": "RMSE, cm",
+        "rrmse_pct": "RMSE, per cent of the mean field DBH",
+        "mae_cm": "mean absolute error, cm",
+        "me_cm": "mean error, cm",
+        "n_false": "measured trees that are no field tree",
+        "coverage_90": "share inside the stated 90 % interval, 0 to 1",
+    },
+)

@@ -1,0 +1,283 @@
+"""The field tally: bearing and distance (or coordinates) of every tree, turned into project coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyproj
+
+from ..core.crs import grid_convergence_deg
+from ..core.errors import InputError
+from ..core.plots import Plot
+from ..core.settings import param
+
+#: What a column may be called (lower case, without blanks); the first is the name in our own files.
+NAMES = {
+    "plot_id": ("plot_id", "plot", "plotid", "plot_no"),
+    "field_id": ("field_id", "tree_id", "tree", "treeid", "tree_no", "stem_id", "tag", "n"),
+    "azimuth": ("azimuth_deg", "azimuth", "azim", "bearing_deg", "bearing", "az_deg", "az"),
+    "distance": ("distance_m", "distance_ft", "dist_m", "dist_ft", "distance", "dist"),
+    "x": ("easting", "x", "x_m"),
+    "y": ("northing", "y", "y_m"),
+    "dbh": ("dbh_cm", "dbh_mm", "dbh_m", "dbh_in", "dbh", "d"),
+    "slope": ("slope_deg", "slope_pct"),
+    "status": ("status",),
+    "species": ("species", "spp", "sp"),
+}
+_TO_CM = {"cm": 1.0, "mm": 0.1, "m": 100.0, "in": 2.54}
+_TO_M = {"m": 1.0, "ft": 0.3048}
+
+
+@dataclass(frozen=True, kw_only=True)
+class FieldProtocol:
+    """How the field crew measured."""
+
+    north: str = param(
+        "true",
+        kind="choice",
+        choices=("true", "grid", "magnetic"),
+        help="north that the bearings refer to (magnetic needs --declination)",
+    )
+    declination_deg: float | None = param(
+        None,
+        kind="number",
+        unit="degrees, east positive",
+        minimum=-180,
+        maximum=180,
+        help="magnetic declination at the plot on the day of the field work",
+    )
+    distance: str = param(
+        "horizontal",
+        kind="choice",
+        choices=("horizontal", "slope"),
+        help="distance along the level or along the ground (then the table needs slope_deg or slope_pct)",
+    )
+    to: str = param(
+        "pith",
+        kind="choice",
+        choices=("pith", "face"),
+        help="distance to the middle of the stem, or to its near face (half the DBH is added)",
+    )
+    dbh_unit: str = param(
+        "auto",
+        kind="choice",
+        choices=("auto", "cm", "mm", "m", "in"),
+        advanced=True,
+        help="unit of a DBH column that does not say it (auto: from a name like dbh_cm)",
+    )
+    distance_unit: str = param(
+        "auto",
+        kind="choice",
+        choices=("auto", "m", "ft"),
+        advanced=True,
+        help="unit of a distance column that does not say it (auto: from a name like distance_m)",
+    )
+
+
+def read_table(path: Path) -> pd.DataFrame:
+    """A CSV as text cells, column names in lower case.
+
+    Raises:
+        InputError: not readable, empty, or a column twice.
+    """
+    path = Path(path)
+    try:
+        table = pd.read_csv(path, dtype=str, encoding="utf-8-sig", skipinitialspace=True)
+    except (OSError, UnicodeDecodeError, pd.errors.ParserError, pd.errors.EmptyDataError) as problem:
+        raise InputError(f"{path}: cannot be read as a CSV table ({str(problem).strip()}).") from None
+    table.columns = [str(name).strip().lower().replace(" ", "_") for name in table.columns]
+    if table.columns.duplicated().any():
+        raise InputError(f"{path}: a column appears twice ({', '.join(table.columns[table.columns.duplicated()])}).")
+    table = table.dropna(how="all").reset_index(drop=True)
+    if not len(table):
+        raise InputError(f"{path}: holds no row, expected one row a tree.")
+    return table
+
+
+def read_field_trees(path: Path, protocol: FieldProtocol) -> pd.DataFrame:
+    """Read the tally.
+
+    Returns:
+        one row a tree: ``plot_id`` (or None), ``field_id`` (text), ``azimuth_deg`` and ``distance_m`` (horizontal, to
+        the pith) or ``x`` and ``y`` (m), ``dbh_cm`` (NaN where not measured), ``status``, ``species``.
+
+    Raises:
+        InputError: missing columns, values that are no numbers or impossible, a unit that is nowhere stated or
+            contradicts the values, doubled ids.
+    """
+    path = Path(path)
+    table = read_table(path)
+    column = {key: next((n for n in names if n in table.columns), None) for key, names in NAMES.items()}
+    polar = column["azimuth"] is not None and column["distance"] is not None
+    if column["field_id"] is None or not (polar or (column["x"] is not None and column["y"] is not None)):
+        raise InputError(
+            f"{path}: found columns {', '.join(table.columns)}; expected tree_id, dbh_cm and azimuth_deg, "
+            "distance_m (or easting, northing)."
+        )
+    found = pd.DataFrame({"field_id": table[column["field_id"]].astype(object)})
+    if found["field_id"].isna().any():
+        raise InputError(f"{path}, line {_line(found['field_id'].isna())}: has no tree_id; number every tree.")
+    for name in ("plot_id", "status", "species"):
+        values = table[column[name]].astype(object) if column[name] else pd.Series([None] * len(table), dtype=object)
+        found[name] = values.where(values.notna(), None)
+    twice = found.duplicated(["plot_id", "field_id"])
+    if twice.any():
+        raise InputError(
+            f"{path}, line {_line(twice)}: tree {found['field_id'][twice.idxmax()]} appears twice in its plot; "
+            "give every tree of a plot its own tree_id."
+        )
+    found["dbh_cm"] = _dbh_cm(path, table, column["dbh"], protocol.dbh_unit)
+    if not polar:
+        found["x"], found["y"] = (_numbers(path, table, column[axis], required=True) for axis in "xy")
+        return found
+    azimuth = _numbers(path, table, column["azimuth"], required=True)
+    bad = (azimuth < 0) | (azimuth > 360)
+    if bad.any():
+        raise InputError(f"{path}, line {_line(bad)}: bearing {azimuth[bad.idxmax()]:g}, expected 0 to 360 degrees.")
+    found["azimuth_deg"] = azimuth
+    found["distance_m"] = _horizontal_m(path, table, column, found["dbh_cm"], protocol)
+    return found
+
+
+def _horizontal_m(
+    path: Path, table: pd.DataFrame, column: dict, dbh_cm: pd.Series, protocol: FieldProtocol
+) -> pd.Series:
+    """Level distance to the pith, m."""
+    name = column["distance"]
+    unit = name.rpartition("_")[2] if "_" in name else protocol.distance_unit
+    if unit == "auto":
+        raise InputError(
+            f"{path}: column {name!r} does not say its unit; rename it distance_m or distance_ft, or give "
+            "--distance-unit."
+        )
+    distance = _numbers(path, table, name, required=True) * _TO_M[unit]
+    bad = (distance < 0) | (distance > 200)
+    if bad.any():
+        raise InputError(
+            f"{path}, line {_line(bad)}: distance {distance[bad.idxmax()]:g} m, expected 0 to 200 m from the "
+            "plot centre."
+        )
+    if protocol.distance == "slope":
+        if column["slope"] is None:
+            raise InputError(
+                f"{path}: has no slope_deg or slope_pct column, which slope distances need; add it, or use "
+                "--distance horizontal."
+            )
+        slope = _numbers(path, table, column["slope"], required=True)
+        angle = np.radians(slope) if column["slope"] == "slope_deg" else np.arctan(slope / 100)
+        if (np.abs(angle) > np.radians(60)).any():
+            raise InputError(
+                f"{path}, line {_line(np.abs(angle) > np.radians(60))}: a slope above 60 degrees; check "
+                "whether the column is in degrees or per cent."
+            )
+        distance = distance * np.cos(angle)
+    if protocol.to == "face":
+        if dbh_cm.isna().any():
+            raise InputError(
+                f"{path}, line {_line(dbh_cm.isna())}: has no DBH, which distances to the stem's face need; "
+                "add it or use --to pith."
+            )
+        distance = distance + dbh_cm / 200
+    return distance
+
+
+def _dbh_cm(path: Path, table: pd.DataFrame, name: str | None, unit: str) -> pd.Series:
+    """DBH in cm; refuses a unit that is unknown or that the values contradict."""
+    if name is None:
+        return pd.Series(np.full(len(table), np.nan))
+    if "_" in name:
+        unit = name.rpartition("_")[2]
+    values = _numbers(path, table, name, required=False)
+    if unit == "auto":
+        raise InputError(
+            f"{path}: column {name!r} does not say its unit (values {values.min():g} to {values.max():g}); "
+            "rename it dbh_cm, dbh_mm, dbh_m or dbh_in, or give --dbh-unit."
+        )
+    return checked_dbh_cm(path, values * _TO_CM[unit], f"{name} read as {unit}")
+
+
+def checked_dbh_cm(path: Path, dbh_cm: pd.Series, said: str) -> pd.Series:
+    """Refuse diameters that no stand has: the usual cause is metres or millimetres taken for centimetres."""
+    known = dbh_cm.dropna()
+    if len(known) and (known.max() < 2.5 or known.median() > 250 or known.min() <= 0):
+        raise InputError(
+            f"{path}: {said} gives DBHs of {known.min():.3g} to {known.max():.3g} cm, expected trees of about "
+            "5 to 100 cm; name the right unit in the column name or with --dbh-unit."
+        )
+    return dbh_cm
+
+
+def place(
+    trees: pd.DataFrame, plots: list[Plot], crs: pyproj.CRS, protocol: FieldProtocol, path: Path = Path("field table")
+) -> pd.DataFrame:
+    """Add ``x, y`` (project CRS, m) from the surveyed plot centres; coordinates that are there already are kept.
+
+    Grid bearing = true bearing - meridian convergence; true = magnetic + declination. The grid's scale (4 mm in 10 m at
+    most in UTM) is far below what a tape or a hypsometer reads and is left out.
+
+    Raises:
+        InputError: magnetic bearings without a declination, a plot id without a centre.
+    """
+    placed = trees.copy()
+    known = {plot.plot_id: plot for plot in plots}
+    if len(plots) == 1:
+        placed["plot_id"] = placed["plot_id"].where(placed["plot_id"].notna(), plots[0].plot_id)
+    if placed["plot_id"].isna().any():
+        raise InputError(
+            f"{path}, line {_line(placed['plot_id'].isna())}: has no plot_id; name the plot of every tree."
+        )
+    lost = sorted(set(placed["plot_id"]) - set(known))
+    if lost:
+        raise InputError(
+            f"{path}: plot {', '.join(lost[:5])} is not in the plots table (it has {', '.join(known)}); add "
+            "its centre or correct the plot_id."
+        )
+    if "x" in placed:
+        return placed
+    if protocol.north == "magnetic" and protocol.declination_deg is None:
+        raise InputError(
+            "--declination-deg is required with --north magnetic: degrees, east positive, for the place and "
+            "the day of the field work (for example from ngdc.noaa.gov/geomag/calculators)."
+        )
+    bearing = np.radians(
+        placed["azimuth_deg"].to_numpy(float)
+        - [bearing_to_grid_deg(known[p], crs, protocol) for p in placed["plot_id"]]
+    )
+    distance = placed["distance_m"].to_numpy(float)
+    placed["x"] = [known[p].x for p in placed["plot_id"]] + distance * np.sin(bearing)
+    placed["y"] = [known[p].y for p in placed["plot_id"]] + distance * np.cos(bearing)
+    return placed
+
+
+def bearing_to_grid_deg(plot: Plot, crs: pyproj.CRS, protocol: FieldProtocol) -> float:
+    """Degrees to take off a field bearing to make it a grid bearing at this plot."""
+    if protocol.north == "grid":
+        return 0.0
+    declination = protocol.declination_deg if protocol.north == "magnetic" else 0.0
+    if crs is None or crs.geodetic_crs is None:
+        raise InputError(
+            "--north: true or magnetic bearings need a CRS that is tied to the earth; use --north grid for "
+            "local coordinates."
+        )
+    to_degrees = pyproj.Transformer.from_crs(crs, crs.geodetic_crs.to_2d(), always_xy=True)
+    return grid_convergence_deg(crs, *to_degrees.transform(plot.x, plot.y)) - float(declination or 0.0)
+
+
+def _numbers(path: Path, table: pd.DataFrame, name: str, required: bool) -> pd.Series:
+    """A column as float64; the first cell that is no finite number is named."""
+    cells = table[name]
+    values = pd.to_numeric(cells, errors="coerce").astype(float)
+    bad = (cells.notna() | required) & ~np.isfinite(values)
+    if bad.any():
+        raise InputError(
+            f"{path}, line {_line(bad)}: {name} is {cells[bad.idxmax()]!r}, expected a number; correct it."
+        )
+    return values
+
+
+def _line(bad: pd.Series) -> int:
+    """Line in the file of the first True."""
+    return int(np.flatnonzero(np.asarray(bad))[0]) + 2

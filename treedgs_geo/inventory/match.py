@@ -1,0 +1,368 @@
+"""Pair every plot of a survey, keeping what a person locked."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import geopandas as gpd
+import numpy as np
+import pandas as pd
+
+from ..core.errors import InputError
+from ..core.plots import Plot
+from .field_trees import checked_dbh_cm, read_table
+from .pairing import PairingOptions, Registration, assign, confirmed, register
+from .pairs_layer import SNAP_M, Locked
+from .tree_layer import read_trees
+
+#: Measured trees are kept in the output up to this far outside a plot's circle.
+_AROUND_M = 3.0
+
+
+@dataclass
+class Matched:
+    """Everything that goes into ``pairs.gpkg``; ``warnings`` are sentences for the user."""
+
+    pairs: list[dict]
+    suggested: list[dict]
+    field_trees: pd.DataFrame
+    measured: gpd.GeoDataFrame
+    plots: list[dict]
+    warnings: list[str]
+
+
+def read_measured(path: Path, crs) -> gpd.GeoDataFrame:
+    """A tree layer, or a CSV with ``tree_id, x, y, dbh_cm`` (``crs`` is then the CRS of x and y).
+
+    Raises:
+        InputError: not readable, columns missing, doubled ids, positions that are no numbers.
+    """
+    path = Path(path)
+    if path.suffix.lower() == ".csv":
+        table = read_table(path)
+        missing = {"tree_id", "x", "y", "dbh_cm"} - set(table.columns)
+        if missing:
+            raise InputError(f"{path}: lacks the columns {', '.join(sorted(missing))}; expected tree_id, x, y, dbh_cm.")
+        for name in {"tree_id", "x", "y", "dbh_cm", "dbh_se_cm", "dbh_lo_cm", "dbh_hi_cm"} & set(table.columns):
+            values = pd.to_numeric(table[name], errors="coerce")
+            bad = values.isna() & (table[name].notna() | (name in ("tree_id", "x", "y")))
+            if bad.any():
+                raise InputError(
+                    f"{path}, line {int(np.flatnonzero(bad)[0]) + 2}: {name} is {table[name][bad.idxmax()]!r}, "
+                    "expected a number; correct it."
+                )
+            table[name] = values
+        trees = gpd.GeoDataFrame(table, geometry=gpd.points_from_xy(table["x"], table["y"]), crs=crs)
+        checked_dbh_cm(path, trees["dbh_cm"], "dbh_cm read as cm")
+    else:
+        trees = read_trees(path)
+        trees["x"], trees["y"] = trees.geometry.x, trees.geometry.y
+    if trees["tree_id"].duplicated().any() or trees["tree_id"].isna().any():
+        raise InputError(f"{path}: a tree_id is missing or appears twice; give every measured tree its own tree_id.")
+    trees["tree_id"] = trees["tree_id"].astype(int)
+    for name in ("qc_flag", "dbh_lo_cm", "dbh_hi_cm"):
+        if name not in trees:
+            trees[name] = None
+    return trees.reset_index(drop=True)
+
+
+def match_plots(
+    field_trees: pd.DataFrame,
+    measured: gpd.GeoDataFrame,
+    plots: list[Plot],
+    options: PairingOptions,
+    locked: Locked | None = None,
+) -> Matched:
+    """Pair the trees of every plot.
+
+    field_trees: ``plot_id, field_id, x, y, dbh_cm`` as surveyed. measured: as from :func:`read_measured`.
+    """
+    locked = locked or Locked()
+    result = Matched([], [], field_trees.copy(), measured.copy(), [], [])
+    drawn, left_out = field_trees[["x", "y"]].to_numpy(float).copy(), np.zeros(len(field_trees), bool)
+    taken = np.zeros(len(measured), bool)
+    all_xy = measured[["x", "y"]].to_numpy(float)
+    near_plot = np.full(len(measured), None, dtype=object)
+    decisions = _resolve(locked, field_trees, measured, result.warnings)
+    for plot in plots:
+        rows = np.flatnonzero(field_trees["plot_id"].to_numpy() == plot.plot_id)
+        if not len(rows):
+            result.warnings.append(f"Plot {plot.plot_id}: has no field tree, left out.")
+            continue
+        centre = np.array([plot.x, plot.y])
+        surveyed = field_trees[["x", "y"]].to_numpy(float)[rows]
+        reach = max(plot.radius_m, np.linalg.norm(surveyed - centre, axis=1).max()) + 3 * options.centre_error_m + 2.0
+        around = np.flatnonzero(np.linalg.norm(all_xy - centre, axis=1) <= reach)
+        mine = [d for d in decisions if d["row"] in set(rows)]
+        placed = _place(
+            surveyed - centre, all_xy[around] - centre, options, mine, rows, around, locked.plots.get(plot.plot_id)
+        )
+        moved = placed.apply(surveyed, centre)
+        drawn[rows] = moved
+        found = _pair_plot(plot, field_trees, measured, rows, around, moved, placed, options, mine, taken)
+        pairs, suggested = found
+        result.pairs += pairs
+        result.suggested += suggested
+        left_out[rows] = [any(d["row"] == row and d["pair_status"] == "rejected" for d in mine) for row in rows]
+        middle = centre + placed.offset_m
+        away = np.linalg.norm(all_xy - middle, axis=1)
+        inside = away <= plot.radius_m + _AROUND_M
+        near_plot[inside & pd.isna(near_plot)] = plot.plot_id
+        good = [p for p in pairs if p["pair_status"] != "rejected"]
+        result.plots.append(
+            {
+                "plot_id": plot.plot_id,
+                "status": placed.status,
+                "reason": placed.reason,
+                "offset_e_m": round(float(placed.offset_m[0]), 3),
+                "offset_n_m": round(float(placed.offset_m[1]), 3),
+                "rot_deg": round(placed.rotation_deg, 3),
+                "ratio": _number(placed.ratio, 3),
+                "margin": _number(placed.margin, 2),
+                "residual_m": _number(np.sqrt(np.mean([p["dist_m"] ** 2 for p in good])) if good else np.nan, 3),
+                "share": round(placed.share, 3),
+                "n_field": len(rows),
+                "n_measured": int((away <= plot.radius_m).sum()),
+                "n_pairs": len(good),
+                "n_sugg": len(suggested),
+                "radius_m": plot.radius_m,
+                "x": middle[0],
+                "y": middle[1],
+            }
+        )
+        result.warnings += _remarks(plot, placed, rows, good, suggested)
+    _finish(result, drawn, left_out, near_plot, plots)
+    return result
+
+
+def _place(
+    field_xy: np.ndarray,
+    measured_xy: np.ndarray,
+    options: PairingOptions,
+    mine: list[dict],
+    rows: np.ndarray,
+    around: np.ndarray,
+    typed: tuple[float, float, float] | None,
+) -> Registration:
+    """The plot's registration: from what a person locked where that is enough, else by search."""
+    anchors = np.array(
+        [
+            [int(np.flatnonzero(rows == d["row"])[0]), int(np.flatnonzero(around == d["stem"])[0])]
+            for d in mine
+            if d["pair_status"] != "rejected" and d["stem"] in set(around)
+        ]
+    ).reshape(-1, 2)
+    if typed is not None:
+        return confirmed(field_xy, measured_xy, np.array(typed[:2]), typed[2])
+    return register(field_xy, measured_xy, options, anchors if len(anchors) >= 2 else None)
+
+
+def _pair_plot(
+    plot: Plot,
+    field_trees: pd.DataFrame,
+    measured: gpd.GeoDataFrame,
+    rows: np.ndarray,
+    around: np.ndarray,
+    moved: np.ndarray,
+    placed: Registration,
+    options: PairingOptions,
+    mine: list[dict],
+    taken: np.ndarray,
+) -> tuple[list[dict], list[dict]]:
+    """Pairs and suggestions of one plot; ``taken`` marks measured trees that already have a partner."""
+    xy = measured[["x", "y"]].to_numpy(float)
+    pairs, suggested = [], []
+    for decision in mine:
+        k, stem = int(np.flatnonzero(rows == decision["row"])[0]), decision["stem"]
+        end = xy[stem] if stem is not None else np.array([decision["mx"], decision["my"]])
+        pairs.append(
+            _row(
+                plot,
+                field_trees.iloc[rows[k]],
+                measured.iloc[stem] if stem is not None else None,
+                moved[k],
+                end,
+                np.nan,
+                decision["pair_status"],
+                decision["note"] or "",
+            )
+        )
+        if stem is not None and decision["pair_status"] != "rejected":
+            taken[stem] = True
+    done = {d["row"] for d in mine}
+    free_f = np.array([k for k, row in enumerate(rows) if row not in done], int)
+    free_m = around[~taken[around]]
+    found = assign(moved[free_f], xy[free_m], placed.sigma_m, options.gate_m)
+    for (i, j), margin in zip(found.index, found.margin, strict=True):
+        k, stem = free_f[i], free_m[j]
+        sure = placed.status in ("auto", "ok") and margin >= options.min_margin
+        note = (
+            "" if sure else "another tree fits about as well" if placed.status != "check" else "plot needs a hand check"
+        )
+        row = _row(plot, field_trees.iloc[rows[k]], measured.iloc[stem], moved[k], xy[stem], margin, "auto", note)
+        (pairs if sure else suggested).append(row)
+        if sure:
+            taken[stem] = True
+    return pairs, suggested
+
+
+def _row(
+    plot: Plot, field_tree, stem, start: np.ndarray, end: np.ndarray, margin: float, status: str, note: str
+) -> dict:
+    """One line of ``pairs``."""
+    field_cm = _number(field_tree["dbh_cm"], 2)
+    dbh_cm = None if stem is None else _number(stem["dbh_cm"], 2)
+    return {
+        "plot_id": plot.plot_id,
+        "field_id": str(field_tree["field_id"]),
+        "tree_id": None if stem is None else int(stem["tree_id"]),
+        "field_cm": field_cm,
+        "dbh_cm": dbh_cm,
+        "delta_cm": round(dbh_cm - field_cm, 2) if dbh_cm is not None and field_cm is not None else None,
+        "dbh_lo_cm": None if stem is None else _number(stem["dbh_lo_cm"], 2),
+        "dbh_hi_cm": None if stem is None else _number(stem["dbh_hi_cm"], 2),
+        "qc_flag": None if stem is None else stem["qc_flag"],
+        "dist_m": round(float(np.linalg.norm(start - end)), 3),
+        "margin": _number(margin, 2),
+        "pair_status": status,
+        "note": note,
+        "line": (tuple(start), tuple(end)),
+    }
+
+
+def _resolve(locked: Locked, field_trees: pd.DataFrame, measured: gpd.GeoDataFrame, warnings: list[str]) -> list[dict]:
+    """Which rows of the present tables the locked lines mean; lines that mean nothing any more are told."""
+    key_rows = {
+        (str(p), str(f)): k
+        for k, (p, f) in enumerate(zip(field_trees["plot_id"], field_trees["field_id"], strict=True))
+    }
+    ids = {int(t): k for k, t in enumerate(measured["tree_id"])}
+    xy = measured[["x", "y"]].to_numpy(float).reshape(-1, 2)
+    names = [key for key in locked.field_xy if key in key_rows]
+    drawn = np.array([locked.field_xy[key] for key in names], float).reshape(-1, 2)
+    decisions: list[dict] = []
+    rows_seen: Counter = Counter()
+    for line in locked.pairs:
+        start, end = np.array([line["fx"], line["fy"]]), np.array([line["mx"], line["my"]])
+        label = f"Locked pair {line['plot_id'] or '?'}/{line['field_id'] or '?'}"
+        row = key_rows.get((str(line["plot_id"]), str(line["field_id"]))) if line["field_id"] else None
+        # A line whose end a person moved means the tree it now ends at.
+        if len(drawn) and (row is None or line["pair_status"] == "moved"):
+            away = np.linalg.norm(drawn - start, axis=1)
+            if away.min() <= SNAP_M:
+                row = key_rows[names[int(away.argmin())]]
+        away = np.linalg.norm(xy - end, axis=1) if len(xy) else np.array([np.inf])
+        stem = ids.get(line["tree_id"]) if line["tree_id"] is not None and line["pair_status"] != "moved" else None
+        if stem is None or away[stem] > SNAP_M:
+            stem = int(away.argmin()) if away.min() <= SNAP_M else None
+        if row is None:
+            warnings.append(f"{label}: no field tree stands where the line starts; the line is dropped.")
+            continue
+        if stem is None and line["pair_status"] != "rejected":
+            warnings.append(
+                f"{label}: no measured tree within {SNAP_M:g} m of the line's end any more; the line is kept "
+                "without a DBH."
+            )
+        rows_seen[row] += 1
+        if (
+            rows_seen[row] > 1
+            or stem is not None
+            and line["pair_status"] != "rejected"
+            and any(d["stem"] == stem and d["pair_status"] != "rejected" for d in decisions)
+        ):
+            warnings.append(
+                f"{label}: its field tree or its measured tree is in another locked pair too; only the first is kept."
+            )
+            continue
+        decisions.append({**line, "row": row, "stem": stem})
+    return decisions
+
+
+def _remarks(plot: Plot, placed: Registration, rows: np.ndarray, good: list[dict], suggested: list[dict]) -> list[str]:
+    """Sentences about a plot that a technician should read."""
+    remarks = []
+    if placed.status == "check":
+        remarks.append(
+            f"Plot {plot.plot_id}: left to a hand check ({placed.reason}); look at the layer 'suggested', then set "
+            "the plot's status to ok (or draw two or more pairs) and run again."
+        )
+    elif abs(placed.rotation_deg) >= 4:
+        remarks.append(
+            f"Plot {plot.plot_id}: is turned by {placed.rotation_deg:+.1f} degrees; check --north and the declination."
+        )
+    if placed.status != "check" and len(good) < 0.6 * len(rows):
+        remarks.append(
+            f"Plot {plot.plot_id}: only {len(good)} of {len(rows)} field trees are paired "
+            f"({len(suggested)} more are suggested for a hand check)."
+        )
+    return remarks
+
+
+def _finish(result: Matched, drawn: np.ndarray, left_out: np.ndarray, near_plot: np.ndarray, plots: list[Plot]) -> None:
+    """Fill the two point layers: where each tree stands and whether it has a partner."""
+    used = [p for p in result.pairs if p["pair_status"] != "rejected"]
+    by_field = {(p["plot_id"], p["field_id"]): p["tree_id"] for p in used}
+    by_stem = {p["tree_id"]: p for p in used if p["tree_id"] is not None}
+    table = result.field_trees
+    keys = list(zip(table["plot_id"], table["field_id"].astype(str), strict=True))
+    status = {row["plot_id"]: row["status"] for row in result.plots}
+    known = {p.plot_id for p in plots}
+    out = pd.DataFrame(
+        {
+            "plot_id": table["plot_id"],
+            "field_id": table["field_id"].astype(str),
+            "dbh_cm": table["dbh_cm"],
+            "status": table["status"] if "status" in table else None,
+            "species": table["species"] if "species" in table else None,
+            "x": drawn[:, 0],
+            "y": drawn[:, 1],
+            "x_field": table["x"],
+            "y_field": table["y"],
+            "paired": [
+                "yes" if key in by_field else "rejected" if out else "check" if status.get(key[0]) == "check" else "no"
+                for key, out in zip(keys, left_out, strict=True)
+            ],
+            "tree_id": pd.array([by_field.get(key) for key in keys], dtype="Int64"),
+        }
+    )
+    result.field_trees = out[out["plot_id"].isin(known)].reset_index(drop=True)
+    measured = result.measured
+    measured["plot_id"] = [
+        by_stem[t]["plot_id"] if t in by_stem else p for t, p in zip(measured["tree_id"], near_plot, strict=True)
+    ]
+    measured["field_id"] = [by_stem[t]["field_id"] if t in by_stem else None for t in measured["tree_id"]]
+    measured["paired"] = ["yes" if t in by_stem else "no" for t in measured["tree_id"]]
+    depth = np.full(len(measured), -np.inf)
+    for row in result.plots:
+        away = np.hypot(measured["x"] - row["x"], measured["y"] - row["y"])
+        depth = np.maximum(depth, row["radius_m"] - away)
+    # A stem on the circle may be in or out by the crew's tape: it is no evidence for a false tree.
+    measured["in_plot"] = np.select([depth > SNAP_M, depth >= -SNAP_M], ["in", "edge"], "out")
+    keep = measured["plot_id"].notna()
+    names = [
+        n
+        for n in (
+            "tree_id",
+            "plot_id",
+            "field_id",
+            "x",
+            "y",
+            "dbh_cm",
+            "dbh_se_cm",
+            "dbh_lo_cm",
+            "dbh_hi_cm",
+            "qc_flag",
+            "qc_reason",
+            "method",
+            "paired",
+            "in_plot",
+        )
+        if n in measured
+    ]
+    result.measured = measured.loc[keep, [*names, "geometry"]].reset_index(drop=True)
+
+
+def _number(value, decimals: int) -> float | None:
+    return None if value is None or pd.isna(value) else round(float(value), decimals)

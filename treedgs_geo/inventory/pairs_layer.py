@@ -1,0 +1,212 @@
+"""The pairs as an editable layer: what the computer proposes, what a person locked, and every tree left single."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from importlib.resources import files
+from pathlib import Path
+
+import geopandas as gpd
+import numpy as np
+import pandas as pd
+import pyogrio
+import pyproj
+from shapely.geometry import LineString, Point
+
+from ..core.errors import InputError
+from ..core.files import atomic_path
+from .tree_layer import save_style
+
+#: Layers inside ``pairs.gpkg``.
+PAIRS, SUGGESTED, FIELD, MEASURED, PLOTS = "pairs", "suggested", "field_trees", "measured_trees", "plots"
+STATUSES = ("auto", "ok", "moved", "rejected")
+LOCKED = ("ok", "moved", "rejected")
+#: Columns of ``pairs`` and ``suggested`` (docs/pairing.md).
+PAIR_COLUMNS = (
+    "plot_id",
+    "field_id",
+    "tree_id",
+    "field_cm",
+    "dbh_cm",
+    "delta_cm",
+    "dbh_lo_cm",
+    "dbh_hi_cm",
+    "qc_flag",
+    "dist_m",
+    "margin",
+    "pair_status",
+    "note",
+)
+PLOT_COLUMNS = (
+    "plot_id",
+    "status",
+    "reason",
+    "offset_e_m",
+    "offset_n_m",
+    "rot_deg",
+    "ratio",
+    "margin",
+    "residual_m",
+    "share",
+    "n_field",
+    "n_measured",
+    "n_pairs",
+    "n_sugg",
+    "radius_m",
+    "x",
+    "y",
+)
+#: A line's end belongs to the tree within this distance of it.
+SNAP_M = 0.5
+
+
+@dataclass
+class Locked:
+    """What a person decided in an earlier version of the file.
+
+    pairs: rows of ``pairs`` with a locked status and both ends' coordinates ``fx, fy, mx, my``. plots: plot_id ->
+    (offset_e, offset_n, rotation_deg) of plots whose status a person set to ``ok``. field_xy: drawn positions of field
+    trees, (plot_id, field_id) -> (x, y).
+    """
+
+    pairs: list[dict] = field(default_factory=list)
+    plots: dict[str, tuple[float, float, float]] = field(default_factory=dict)
+    field_xy: dict[tuple[str, str], tuple[float, float]] = field(default_factory=dict)
+
+
+def write_pairs(
+    path: Path,
+    pairs: list[dict],
+    suggested: list[dict],
+    field_trees: pd.DataFrame,
+    measured: gpd.GeoDataFrame,
+    plots: list[dict],
+    crs: pyproj.CRS,
+) -> Path:
+    """Write the GeoPackage atomically, styled.
+
+    pairs, suggested: dicts of :data:`PAIR_COLUMNS` with ``line`` ((fx, fy), (mx, my)). field_trees: with ``x, y`` where
+    the tree is drawn (co-registered), ``x_field, y_field`` as surveyed, ``paired``. measured: points with ``paired``.
+    plots: dicts of :data:`PLOT_COLUMNS`, ``x, y`` the co-registered centre.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".gpkg":
+        raise InputError(
+            f"{path}: ends in {path.suffix!r}, expected .gpkg (the pairs are several layers); rename the output."
+        )
+    lines = {PAIRS: pairs, SUGGESTED: suggested}
+    with atomic_path(path) as temporary:
+        for name, rows in lines.items():
+            table = _typed(
+                pd.DataFrame([{k: row.get(k) for k in PAIR_COLUMNS} for row in rows], columns=list(PAIR_COLUMNS))
+            )
+            shapes = gpd.GeoSeries([LineString(row["line"]) for row in rows], crs=crs)
+            _write(temporary, name, gpd.GeoDataFrame(table, geometry=shapes, crs=crs), "LineString")
+        points = gpd.GeoDataFrame(field_trees, geometry=gpd.points_from_xy(field_trees["x"], field_trees["y"]), crs=crs)
+        _write(temporary, FIELD, points, "Point")
+        _write(temporary, MEASURED, measured, None)
+        table = pd.DataFrame([{k: row.get(k) for k in PLOT_COLUMNS} for row in plots], columns=list(PLOT_COLUMNS))
+        circles = [Point(row["x"], row["y"]).buffer(row["radius_m"], 32) for row in plots]
+        _write(temporary, PLOTS, gpd.GeoDataFrame(table, geometry=circles, crs=crs), "Polygon")
+        for name in (PAIRS, SUGGESTED, FIELD, MEASURED, PLOTS):
+            style = files(__package__) / "styles" / f"{name}.qml"
+            if style.is_file():
+                save_style(temporary, name, style.read_text(encoding="utf-8"))
+    return path
+
+
+def read_layer(path: Path, layer: str) -> gpd.GeoDataFrame:
+    """One layer of a pairs file.
+
+    Raises:
+        InputError: not readable or not a pairs file.
+    """
+    try:
+        names = {name for name, _ in pyogrio.list_layers(path)}
+    except Exception as problem:
+        raise InputError(
+            f"{path}: cannot be read as a pairs layer ({problem}); give the output of match-plots."
+        ) from None
+    if layer not in names:
+        raise InputError(
+            f"{path}: has the layers {', '.join(sorted(names)) or 'none'}, expected {layer!r}; give the output "
+            "of match-plots."
+        )
+    table = gpd.read_file(path, layer=layer, engine="pyogrio")
+    needed = {
+        PAIRS: {"plot_id", "field_id", "tree_id", "field_cm", "dbh_cm", "pair_status"},
+        FIELD: {"plot_id", "field_id", "dbh_cm"},
+        MEASURED: {"tree_id", "dbh_cm", "paired"},
+        PLOTS: {"plot_id", "status"},
+    }.get(layer, set())
+    if needed - set(table.columns):
+        raise InputError(
+            f"{path}: layer {layer!r} lacks the columns {', '.join(sorted(needed - set(table.columns)))}; run "
+            "match-plots again."
+        )
+    return table
+
+
+def read_locked(path: Path) -> Locked:
+    """What a person locked in an existing output; empty where there is none.
+
+    Raises:
+        InputError: the file is there but is no pairs file (it is not overwritten), or holds an unknown status.
+    """
+    path = Path(path)
+    locked = Locked()
+    if not path.exists():
+        return locked
+    table = read_layer(path, PAIRS)
+    unknown = sorted(set(table["pair_status"].dropna()) - set(STATUSES))
+    if unknown:
+        raise InputError(f"{path}: pair_status {unknown[0]!r} is unknown, expected {', '.join(STATUSES)}; correct it.")
+    for _, row in table.iterrows():
+        drawn = pd.isna(row["pair_status"])  # a line that a person drew and left without a status
+        if not drawn and row["pair_status"] not in LOCKED or row.geometry is None or row.geometry.is_empty:
+            continue
+        ends = np.asarray(
+            row.geometry.coords if row.geometry.geom_type == "LineString" else row.geometry.geoms[0].coords
+        )[[0, -1], :2]
+        locked.pairs.append(
+            {
+                "plot_id": _text(row["plot_id"]),
+                "field_id": _text(row["field_id"]),
+                "tree_id": None if pd.isna(row["tree_id"]) else int(row["tree_id"]),
+                "pair_status": "moved" if drawn else row["pair_status"],
+                "note": _text(row.get("note")),
+                "fx": ends[0, 0],
+                "fy": ends[0, 1],
+                "mx": ends[1, 0],
+                "my": ends[1, 1],
+            }
+        )
+    for _, row in read_layer(path, PLOTS).iterrows():
+        if row["status"] == "ok" and pd.notna(row["offset_e_m"]) and pd.notna(row["offset_n_m"]):
+            turn = row["rot_deg"] if pd.notna(row["rot_deg"]) else 0.0
+            locked.plots[str(row["plot_id"])] = (float(row["offset_e_m"]), float(row["offset_n_m"]), float(turn))
+    for _, row in read_layer(path, FIELD).iterrows():
+        if row.geometry is not None:
+            locked.field_xy[(str(row["plot_id"]), str(row["field_id"]))] = (row.geometry.x, row.geometry.y)
+    return locked
+
+
+def _typed(table: pd.DataFrame) -> pd.DataFrame:
+    """Column types that stay the same in an empty layer."""
+    for name in table:
+        if name == "tree_id":
+            table[name] = pd.array(table[name], dtype="Int64")
+        elif name in ("plot_id", "field_id", "qc_flag", "pair_status", "note"):
+            table[name] = table[name].astype(object).where(table[name].notna(), None)
+        else:
+            table[name] = pd.to_numeric(table[name]).astype(float).round(3)
+    return table
+
+
+def _write(path: Path, layer: str, table: gpd.GeoDataFrame, geometry: str | None) -> None:
+    more = {"geometry_type": geometry} if geometry else {}
+    table.to_file(path, layer=layer, driver="GPKG", engine="pyogrio", mode="a" if path.exists() else "w", **more)
+
+
+def _text(value) -> str | None:
+    return None if value is None or pd.isna(value) else str(value)
