@@ -66,7 +66,7 @@ def find_points(block: Block, descriptors: list[np.ndarray], i: int, rotation: n
     for image in np.unique(block.image[rows]):
         own = block.image[rows] == image
         described[own] = descriptors[image][block.key[rows[own]]]
-    best, distance = _search(pixels[usable], described, keypoints, descriptors[i], *_grid(keypoints, camera.width, camera.height), radius_px,
+    best, distance = _search(pixels[usable], described, keypoints, descriptors[i], *grid_cells(keypoints, camera.width, camera.height), radius_px,
                              ratio * ratio, MAX_SQUARED)
     found = np.flatnonzero(best >= 0)
     # One to one: of several points that chose the same keypoint the closest keeps it.
@@ -125,7 +125,7 @@ def turn_to_points(points: np.ndarray, rays: np.ndarray, centre: np.ndarray, tol
     return best, np.linalg.norm(world @ best.T - rays, axis=1) < tolerance
 
 
-def _grid(keypoints: np.ndarray, width: int, height: int) -> tuple[np.ndarray, np.ndarray, int, int]:
+def grid_cells(keypoints: np.ndarray, width: int, height: int) -> tuple[np.ndarray, np.ndarray, int, int]:
     """Keypoints sorted into cells: order, start of each cell, columns, rows."""
     columns, rows = width // _CELL + 1, height // _CELL + 1
     cell = (np.clip(keypoints[:, 1] // _CELL, 0, rows - 1) * columns + np.clip(keypoints[:, 0] // _CELL, 0, columns - 1)).astype(np.int64)

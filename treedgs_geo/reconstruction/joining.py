@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..core.progress import Reporter
 from ..geotags.photos import shorten
 from ..geotags.stations import Stations
 from .adjustment import adjust, prune
+from .bands import band_matches, verify_pair
 from .cameras import Camera
 from .features import FeatureStore
 from .georeference import Placement
 from .guided import find_points, turn_to_points
+from .poses import rotation_angle_deg
+from .settle import ground_surface, settle_rotations
 from .tracks import Block, build_tracks, triangulate
 
 #: A photo with fewer observations than this after the adjustment counts as not registered.
@@ -20,15 +25,15 @@ MIN_OBSERVATIONS = 12
 GIMBAL_REACH_DEG = 1.5
 
 
-def join_photos(placement: Placement, store: FeatureStore, stations: Stations, xyz: np.ndarray, free: dict[str, bool], threads: int,
-                reporter: Reporter) -> Block:
+def join_photos(placement: Placement, store: FeatureStore, stations: Stations, xyz: np.ndarray, pairs: np.ndarray, free: dict[str, bool],
+                threads: int, reporter: Reporter) -> Block:
     """Adjust the mapped photos, tie in the others through predicted geometry, look for every point in every photo, adjust.
 
     Where shadows moved between two flights plain SIFT finds no match across them; with both in the frame of the geotags the guided
     search does, and one adjustment makes them agree.
 
     Args:
-        xyz: (N, 3) local geotags, NaN unknown. free: which intrinsics are adjusted.
+        xyz: (N, 3) local geotags, NaN unknown. pairs: (P, 2) photos that overlap. free: which intrinsics are adjusted.
     """
     names, sd = stations.names, stations.sd
     full = {"free_focal": free["focal"], "free_principal_point": free["principal_point"], "free_distortion": free["distortion"],
@@ -44,10 +49,13 @@ def join_photos(placement: Placement, store: FeatureStore, stations: Stations, x
     adjust(block, xyz, sd, loss_px=2.0, **full)
     _refine(block, xyz, sd, 4.0, full)
     reporter.progress(0.3)
-    for _ in range(4):
+    guess = placement.rotations.copy()
+    for _ in range(6):
         if not loose.any():
             break
-        joined = _resect(block, store, loose, placement.rotations, xyz, sd, rng)
+        joined = _resect(block, store, loose, guess, xyz, sd, rng)
+        if not joined.any():
+            joined = _settle(block, store, loose, guess, xyz, sd, pairs)
         if not joined.any():
             break
         loose &= ~joined
@@ -134,6 +142,57 @@ def _resect(block: Block, store: FeatureStore, loose: np.ndarray, guess: np.ndar
     return joined
 
 
+def _settle(block: Block, store: FeatureStore, loose: np.ndarray, guess: np.ndarray, xyz: np.ndarray, sd: np.ndarray, pairs: np.ndarray,
+            ) -> np.ndarray:
+    """Turn loose photos among themselves, positions held by the geotags; returns who succeeded.
+
+    For a flight that shares no match with the others (moved shadows). The gimbal is half a degree off, some thirty pixels: matches are
+    sought in bands that wide, then again in narrow ones once the rotations have settled.
+    """
+    focal = block.camera.fx
+    none = np.zeros(len(loose), bool)
+    low, high = height_range(block)
+    ground = ground_surface(block.points)
+    own = pairs[loose[pairs].all(axis=1)]
+    apart = replace(block, rotations=np.where(loose[:, None, None], guess, np.nan), translations=np.full_like(block.translations, np.nan))
+    matches: dict[tuple[int, int], np.ndarray] = {}
+    for radius, scale_px, scale_m in ((np.tan(np.radians(0.75 * GIMBAL_REACH_DEG)) * focal, 4.0, 0.5), (12.0, 2.0, 0.25)):
+        apart.translations = -np.einsum("nij,nj->ni", apart.rotations, xyz)
+        matches = band_matches(apart, store.descriptors, own, low, high, radius)
+        if not matches:
+            return none
+        apart.rotations = settle_rotations(apart, matches, xyz, guess, ground, scale_px, scale_m)
+    apart.translations = -np.einsum("nij,nj->ni", apart.rotations, xyz)
+    matches = band_matches(apart, store.descriptors, own, low, high, 6.0)
+    image, key, track = build_tracks(store.keypoints, matches, apart.is_posed)
+    apart = Block(apart.camera, apart.rotations, apart.translations, store.keypoints, np.zeros((int(track.max(initial=-1)) + 1, 3)), image, key, track)
+    triangulate(apart, 8.0)
+    off = np.linalg.norm(apart.centres - xyz, axis=1)
+    good = loose & (np.bincount(apart.image, minlength=len(loose)) >= MIN_OBSERVATIONS)
+    with np.errstate(invalid="ignore"):
+        good &= (off <= 4 * np.linalg.norm(sd, axis=1) + 0.1) & (rotation_angle_deg(apart.rotations @ guess.transpose(0, 2, 1)) <= GIMBAL_REACH_DEG)
+    apart.rotations[~good], apart.translations[~good] = np.nan, np.nan
+    block.rotations[good], block.translations[good] = apart.rotations[good], apart.translations[good]
+    apart.keep(good[apart.image])
+    _append(block, apart)
+    return good
+
+
+def height_range(block: Block) -> tuple[float, float]:
+    """Local heights between which most of the scene lies, from the points so far."""
+    low, high = np.percentile(block.points[:, 2], [1, 90])
+    return float(low - 1), float(high + 2)
+
+
+def _append(block: Block, other: Block) -> None:
+    """Add another block's points and observations; keypoints that are taken are left alone."""
+    other.keep(~np.isin(_codes(other), _codes(block)))
+    block.image = np.concatenate([block.image, other.image])
+    block.key = np.concatenate([block.key, other.key])
+    block.point = np.concatenate([block.point, other.point + len(block.points)])
+    block.points = np.concatenate([block.points, other.points])
+
+
 def _add(block: Block, i: int, point: np.ndarray, key: np.ndarray) -> None:
     block.image = np.concatenate([block.image, np.full(len(point), i)])
     block.key = np.concatenate([block.key, key])
@@ -150,10 +209,7 @@ def _retriangulate(block: Block, store: FeatureStore) -> None:
     known[fresh.point[taken]] = True
     fresh.keep(~known[fresh.point])
     triangulate(fresh, 15.0)
-    block.image = np.concatenate([block.image, fresh.image])
-    block.key = np.concatenate([block.key, fresh.key])
-    block.point = np.concatenate([block.point, fresh.point + len(block.points)])
-    block.points = np.concatenate([block.points, fresh.points])
+    _append(block, fresh)
 
 
 def _codes(block: Block) -> np.ndarray:
