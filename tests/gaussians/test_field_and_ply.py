@@ -9,7 +9,7 @@ import pytest
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.gaussians.field import GaussianField, empty_field, merge_fields, quaternion_matrices
-from treedgs_geo.gaussians.ply import frame_path, read_field, write_field
+from treedgs_geo.gaussians.ply import read_field, write_field
 
 FRAME = LocalFrame(pyproj.CRS.from_epsg(6344), np.array([611337.0, 3718451.0, 38.0]))
 
@@ -48,7 +48,7 @@ def test_another_trainers_file_with_more_colour_bands(tmp_path):
 @pytest.mark.parametrize("damage, message", [
     (lambda raw: raw[:-50], "truncated"),
     (lambda raw: b"hello", "not a binary little-endian PLY"),
-    (lambda raw: raw.replace(b"property float opacity", b"property float opaqueX"), "lacks the vertex properties opacity"),
+    (lambda raw: raw.replace(b"float opacity", b"float opaqueX"), "lacks the vertex properties opacity"),
 ])
 def test_broken_files_are_refused(tmp_path, damage, message):
     path = tmp_path / "field.ply"

@@ -1,6 +1,10 @@
-"""Rasteriser against its float64 twin, gradients against finite differences and torch, one pixel convention, bad splats."""
+"""Rasteriser against its float64 twin, gradients against finite differences and torch, one pixel convention, bad
+splats.
+"""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -136,7 +140,9 @@ def test_distance_plane_is_the_tangent_of_the_exact_ray_maximum():
 
 
 def test_pixel_centres_are_at_half():
-    """The alpha-weighted mean of the pixel centres is where the camera model puts the Gaussian; a half-pixel slip fails."""
+    """The alpha-weighted mean of the pixel centres is where the camera model puts the Gaussian; a half-pixel slip
+    fails.
+    """
     view = camera()
     p = cloud(1)
     p[0, :3], p[0, 7:10], p[0, 10] = [0.02, 0.01, 0.0], np.log(0.08), 0.0
@@ -149,7 +155,7 @@ def test_pixel_centres_are_at_half():
 
 def test_moving_the_principal_point_moves_the_picture_by_whole_pixels():
     view = camera()
-    shifted = CropCamera(view.width, view.height, view.fx, view.fy, view.cx + 3, view.cy - 2, view.rotation, view.translation)
+    shifted = replace(view, cx=view.cx + 3, cy=view.cy - 2)
     one, two = render(cloud(), view, full=False).alpha, render(cloud(), shifted, full=False).alpha
     np.testing.assert_allclose(one[2:, :-3], two[:-2, 3:], atol=2e-5)
 
@@ -161,7 +167,8 @@ def test_halving_keeps_corners_not_centres():
 
 
 def test_depth_of_a_flat_wall():
-    """An opaque wall square to the axis: expected and median distance are the distance to it, normals face the camera."""
+    """An opaque wall square to the axis: expected and median distance are the distance to it, normals face the camera.
+    """
     view = CropCamera(20, 20, 100.0, 100.0, 10.0, 10.0, np.eye(3), np.zeros(3))
     x, y = np.meshgrid(np.linspace(-1, 1, 25), np.linspace(-1, 1, 25))
     p = np.zeros((x.size, 14))
@@ -180,7 +187,7 @@ def test_scale_of_the_scene_does_not_matter(factor):
     scaled = p.copy()
     scaled[:, :3] *= factor
     scaled[:, 7:10] += np.log(factor)
-    far = CropCamera(view.width, view.height, view.fx, view.fy, view.cx, view.cy, view.rotation, view.translation * factor)
+    far = replace(view, translation=view.translation * factor)
     one, two = render(p, view), render(scaled, far)
     np.testing.assert_allclose(one.colour, two.colour, atol=2e-4)
     np.testing.assert_allclose(one.depth * factor, two.depth, rtol=1e-4)

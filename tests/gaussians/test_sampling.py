@@ -50,7 +50,8 @@ def ring_of_views(count: int = 8, tilt_deg: float = 55, distance: float = 40.0) 
         right = np.cross(forward, [0, 0, 1.0])
         right /= np.linalg.norm(right)
         rotation = np.stack([right, np.cross(forward, right), forward])
-        found.append(View(f"{angle:.2f}", Path("x"), Camera(300, 300, 2000, 2000, 150, 150), rotation, -rotation @ centre))
+        camera = Camera(300, 300, 2000, 2000, 150, 150)
+        found.append(View(f"{angle:.2f}", Path("x"), camera, rotation, -rotation @ centre))
     return found
 
 
@@ -68,7 +69,9 @@ def test_opacity_equals_the_reference(law):
 
 
 def test_points_and_pixels_share_one_convention():
-    """Far behind everything, the point query at a pixel centre is the rendered alpha there; half a pixel off it is not."""
+    """Far behind everything, the point query at a pixel centre is the rendered alpha there; half a pixel off it is
+    not.
+    """
     field, seen = cloud(), view()
     alpha = render(field.packed, crop(seen), full=False).alpha
     rows, columns = np.nonzero((alpha > 0.3) & (alpha < 0.9))

@@ -1,0 +1,184 @@
+"""The published route on a rendered plot: Gaussians -> samples -> slices -> weighted solid circle -> taper -> DBH.
+
+    python benchmarks/gaussian_route.py --plot DIR                          (true poses, true positions + 10 cm noise)
+    python benchmarks/gaussian_route.py --plot DIR --workspace WS           (poses of a workspace, the same positions)
+    python benchmarks/gaussian_route.py --plot DIR --workspace WS --find    (nothing true: stems found in the photos)
+
+Truth is read for scoring, and for poses and positions where the command says so. Each preset is fitted and sampled
+once, then read out in three ways: ``paper`` (published constants, p = 0.6), ``default`` (our estimator for splat
+points) and ``half`` (where the azimuth-averaged opacity about the axis falls to half). Stems with at least three clear
+views at breast height are the reference, as everywhere.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import os
+import platform
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from treedgs_geo import __version__
+from treedgs_geo.core.crs import LocalFrame, project_crs
+from treedgs_geo.core.files import write_json
+from treedgs_geo.core.progress import make_reporter
+from treedgs_geo.core.workspace import peak_memory_mb
+from treedgs_geo.evaluation.accuracy import pair_by_position, score
+from treedgs_geo.gaussians.sample import PAPER_SAMPLING, SampleOptions, SurfacePoints, sample_surface
+from treedgs_geo.gaussians.train import PRESETS, GaussianOptions, fit_with_report
+from treedgs_geo.measure.cloud import measure_stems
+from treedgs_geo.measure.options import MeasureOptions
+from treedgs_geo.pointcloud.cloud import PointCloud
+from treedgs_geo.reconstruction.cameras import Camera, View
+from treedgs_geo.terrain.dtm import Dtm, read_dtm
+
+
+def true_views(plot: Path, frame: LocalFrame) -> list[View]:
+    """The renderer's own cameras, in the local frame of its origin."""
+    views = []
+    for row in csv.DictReader(open(plot / "truth" / "cameras.csv")):
+        number = {key: float(row[key]) for key in row if key not in ("image", "kind", "utc")}
+        rotation = np.array([[number[f"r{i}{j}"] for j in range(3)] for i in range(3)])
+        lens = (number[k] for k in ("fx", "fy", "cx", "cy", "k1", "k2"))
+        camera = Camera(int(row["width"]), int(row["height"]), *lens)
+        views.append(View(row["image"], plot / "images" / row["image"], camera, rotation,
+                          np.array([number[k] for k in ("tx", "ty", "tz")]), int(number["flight"])))
+    return views
+
+
+def half_level(points: np.ndarray, opacity: np.ndarray, centre: np.ndarray, bh_m: float) -> float | None:
+    """Diameter (cm) at which the mean opacity about the axis has fallen half way; points (N, 3), z above ground."""
+    near = np.abs(points[:, 2] - bh_m) <= 0.5
+    xy, weight, centre = points[near, :2], opacity[near].astype(float), np.array(centre, float)
+    if len(xy) < 50:
+        return None
+    for _ in range(8):
+        core = np.hypot(*(xy - centre).T) < 0.12
+        if core.sum() < 10:
+            return None
+        centre += (weight[core, None] ** 3 * (xy[core] - centre)).sum(axis=0) / (weight[core] ** 3).sum()
+    r, edges = np.hypot(*(xy - centre).T), np.arange(0, 0.45, 0.01)
+    rings = [(r >= edge) & (r < edge + 0.02) for edge in edges]
+    profile = np.array([np.average(weight[ring]) if ring.sum() > 3 else np.nan for ring in rings])
+    level = (np.nanmax(profile[:8]) + np.nanmin(profile)) / 2
+    fallen = [k for k in range(1, len(edges)) if profile[k] < level]
+    if not fallen:
+        return None
+    k = fallen[0]
+    back = (level - profile[k]) / max(profile[k - 1] - profile[k], 1e-9)
+    return 200 * (edges[k] + 0.01 - 0.01 * back)
+
+
+def read_out(points: SurfacePoints, frame: LocalFrame, dtm: Dtm, how: str) -> dict[int, float]:
+    """DBH in cm by seed number."""
+    xyz = frame.to_project(points.xyz)
+    cloud = PointCloud(xyz, frame.crs, {"opacity": points.opacity})
+    options = MeasureOptions(weights="opacity", method="default" if how == "default" else "paper", source="splat")
+    trees = measure_stems(cloud, points.groups + 1, dtm, options)
+    if how != "half":
+        return {tree.tree_id - 1: tree.dbh_cm for tree in trees if tree.dbh_cm is not None}
+    found = {}
+    height = xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1])
+    for tree in trees:
+        own = points.groups == tree.tree_id - 1
+        local = np.column_stack([xyz[own, 0] - tree.x, xyz[own, 1] - tree.y, height[own]])
+        dbh = half_level(local, points.opacity[own], np.zeros(2), 1.37)
+        if dbh is not None:
+            found[tree.tree_id - 1] = dbh
+    return found
+
+
+def stem_positions(arguments: argparse.Namespace, frame: LocalFrame, views: list[View], dtm: Dtm, truth: list[dict],
+                   true_xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(K, 2) local positions to fit at, and (T,) the position that belongs to each true stem (-1: none)."""
+    if not arguments.find:
+        noise = np.random.default_rng(arguments.seed).normal(0, 0.1, true_xy.shape)
+        return true_xy + noise, np.arange(len(truth))
+    from treedgs_geo.core.plots import read_plots
+    from treedgs_geo.stems.area import Area
+    from treedgs_geo.stems.photos import PhotoStemOptions, stems_from_photos
+
+    plot = read_plots(arguments.plot / "plots.csv", frame.crs)[0]
+    centre = frame.to_local(np.array([[plot.x, plot.y, 0]]))[0]
+    area = Area.circle(float(centre[0]), float(centre[1]), plot.radius_m + 1)
+    fits = stems_from_photos(views, frame, dtm.local(frame).height, area, PhotoStemOptions())
+    found = np.array([fit.axis.p for fit in fits]).reshape(-1, 2)
+    owner = np.full(len(truth), -1)
+    for i, j in pair_by_position(true_xy, found):
+        owner[i] = j
+    return found, owner
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--plot", type=Path, required=True, help="a rendered plot with truth/")
+    parser.add_argument("--workspace", type=Path, help="poses (sfm/) and, if there, dtm.tif of this workspace")
+    parser.add_argument("--find", action="store_true", help="find the stems in the photos, take no true position")
+    parser.add_argument("--presets", nargs="+", default=["balanced", "paper"], choices=list(PRESETS))
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--output", type=Path, help="JSON file")
+    arguments = parser.parse_args()
+    plot = arguments.plot
+    config = json.loads((plot / "truth" / "config.json").read_text())
+    frame = LocalFrame(project_crs(f"EPSG:{config['epsg']}"), np.array(config["origin_E_N_h"], float))
+    dtm_file = plot / "dtm.tif"
+    if arguments.workspace:
+        from treedgs_geo.reconstruction.model import load_views
+
+        frame, views = load_views(arguments.workspace / "sfm", plot / "images")
+        own = arguments.workspace / "dtm.tif"
+        dtm_file = own if own.exists() else dtm_file
+    else:
+        views = true_views(plot, frame)
+    dtm = read_dtm(dtm_file, frame.crs)
+    truth = [row for row in csv.DictReader(open(plot / "truth" / "trees.csv"))
+             if row["in_plot"] == "True" and int(row["n_unoccluded_bh_views"]) >= 3]
+    true_xy = np.array([[float(row["E_bh"]), float(row["N_bh"])] for row in truth]) - frame.origin[:2]
+    true_dbh = np.array([float(row["dbh_cm"]) for row in truth])
+    positions, owner = stem_positions(arguments, frame, views, dtm, truth, true_xy)
+    record: dict = {"plot": plot.name, "poses": "workspace" if arguments.workspace else "true",
+                    "positions": "found in the photos" if arguments.find else "true + 10 cm", "seed": arguments.seed,
+                    "threads": arguments.threads, "cores": os.cpu_count(), "machine": platform.machine(),
+                    "version": __version__, "reference_stems": len(truth), "presets": {}}
+    reporter = make_reporter("plain")
+    for preset in arguments.presets:
+        began = time.perf_counter()
+        options = GaussianOptions(preset=preset, seed=arguments.seed, threads=arguments.threads)
+        field, report = fit_with_report(views, frame, dtm.local(frame).height, positions, None, options, reporter)
+        fitted = time.perf_counter()
+        sampling = SampleOptions(seed=arguments.seed, threads=arguments.threads)
+        if preset == "paper":
+            sampling = replace(sampling, **PAPER_SAMPLING)
+        points = sample_surface(field, views, sampling, reporter)
+        entry = {"fit_s": round(fitted - began, 1), "sample_s": round(time.perf_counter() - fitted, 1),
+                 "gaussians": len(field), "points": len(points), "megapixels": report.megapixels,
+                 "million_pairs": round(report.pairs / 1e6), "peak_memory_mb": peak_memory_mb(), "read_outs": {}}
+        print(f"\n{preset}: {len(field)} Gaussians, fit {entry['fit_s']} s, sampling {entry['sample_s']} s")
+        columns = {how: read_out(points, frame, dtm, how) for how in ("paper", "default", "half")}
+        print(f"{'tree':8}{'clear':>6}{'true':>7}" + "".join(f"{how:>9}" for how in columns))
+        for row, dbh, seed in zip(truth, true_dbh, owner, strict=True):
+            line = "".join(f"{got[seed] - dbh:+9.1f}" if seed in got else f"{'-':>9}" for got in columns.values())
+            print(f"{row['tree_id']:8}{row['n_unoccluded_bh_views']:>6}{dbh:7.1f}{line}")
+        for how, found in columns.items():
+            got = np.array([seed in found for seed in owner])
+            errors = np.array([found[seed] for seed in owner[got]]) - true_dbh[got]
+            accuracy = score(errors, true_dbh[got], len(truth))
+            names = [row["tree_id"] for row, ok in zip(truth, got, strict=True) if ok]
+            each = dict(zip(names, errors.round(2).tolist(), strict=True))
+            entry["read_outs"][how] = {**accuracy.as_dict(), "errors_cm": each}
+            if accuracy.rmse_cm is not None:
+                print(f"{preset} / {how}: {accuracy.n_measured} of {len(truth)}, RMSE {accuracy.rmse_cm:.2f} cm, bias "
+                      f"{accuracy.me_cm:+.2f}, median {np.median(np.abs(errors)):.2f}, worst {accuracy.max_abs_cm:.1f}")
+        record["presets"][preset] = entry
+    if arguments.output:
+        write_json(arguments.output, record)
+
+
+if __name__ == "__main__":
+    main()
