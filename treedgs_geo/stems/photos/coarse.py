@@ -359,12 +359,35 @@ class Search:
         return [Mode(float(xs[b]), float(xs[a]), float(leans[lean[a, b, r]][0]), float(leans[lean[a, b, r]][1]),
                      float(radii[r]), float(score[a, b, r])) for a, b, r in peaks[order]]
 
-    def polish(self, mode: Mode) -> Mode:
-        """Refine a mode on the continuous score."""
+    def polish(self, mode: Mode, r_low: float = 0.0) -> Mode:
+        """Refine a mode on the continuous score; the radius stays above ``r_low``."""
         p = mode.vector
         best = _polish(*self._common(), p, self.taper, self.null.radii, self.null.mean, self.null.sd, self.prior.row,
-                       float(self.null.radii[0]), float(self.null.radii[-1]))
+                       max(float(self.null.radii[0]), r_low), float(self.null.radii[-1]))
         return Mode(*map(float, p), float(best))
+
+    def wholes(self, mode: Mode, share: float = 0.45, most: int = 2) -> list[Mode]:
+        """Larger explanations that keep one edge of ``mode`` and score at least ``share`` of it, polished.
+
+        The shaded part of a stem alone can score higher than the whole stem; the whole is then one of these.
+        """
+        found = []
+        for growth in (0.016, 0.026, 0.036, 0.046, 0.056, 0.07, 0.085, 0.10, 0.12):
+            for angle in np.arange(16) * (np.pi / 8):
+                p = mode.vector + growth * np.array([np.cos(angle), np.sin(angle), 0, 0, 1])
+                if p[4] > self.null.radii[-1]:
+                    continue
+                score = self.score(p)
+                if score > share * mode.score:
+                    found.append(Mode(*map(float, p), score))
+        found.sort(key=lambda m: -m.score)
+        kept: list[Mode] = []
+        for candidate in found:
+            if all(np.hypot(candidate.x - k.x, candidate.y - k.y) > 0.03 or abs(candidate.r - k.r) > 0.025 for k in kept):
+                kept.append(candidate)
+            if len(kept) == most:
+                break
+        return [self.polish(k, mode.r + 0.009) for k in kept]
 
 
 def terminators(normal: np.ndarray, sun_azimuth: np.ndarray) -> np.ndarray:

@@ -26,6 +26,8 @@ SEEN, MEAN_Z, CAP_Z = 0.35, 2.5, 4.2
 N_BINS = 512
 T_MAX = 2.2
 SIGN_WEIGHT, SINGLE_WEIGHT = 0.8, 0.1
+#: Marks what a found stem explains (in a map's ``unit``; real values stay within +-127).
+ERASED = -128
 
 
 @dataclass(frozen=True)
@@ -124,7 +126,7 @@ def _apply_lut(score, lut, out):
 
 
 @njit(parallel=True, **_FAST)
-def _accumulate(llr, azimuth0, step_a, cx, cy, d0, dd, x0, y0, cell, mask, shift_x, shift_y, total):
+def _accumulate(llr, unknown, azimuth0, step_a, cx, cy, d0, dd, x0, y0, cell, mask, shift_x, shift_y, total):
     n_y, n_x = mask.shape
     n_d, n_cols, n_layers, n_r = llr.shape
     for i in prange(n_y):
@@ -138,6 +140,9 @@ def _accumulate(llr, azimuth0, step_a, cx, cy, d0, dd, x0, y0, cell, mask, shift
             column = int(swing / step_a + 0.5)
             k = int((np.sqrt(x * x + y * y) - d0) / dd + 0.5)
             if column < 0 or column >= n_cols or k < 0 or k >= n_d:
+                for m in range(n_layers):
+                    for r in range(n_r):
+                        total[i, j, m, r] += unknown[m, r]
                 continue
             for m in range(n_layers):
                 for r in range(n_r):
@@ -176,13 +181,16 @@ def _lines(total, mask, leans, lever, cell, penalty, best, which_lean, which_r):
 
 
 def rank_lut(counts: np.ndarray) -> np.ndarray:
-    """(..., N_BINS) histogram of scores -> log likelihood ratio of each bin, by the rank of its middle."""
+    """(..., N_BINS) histogram of scores -> (..., N_BINS + 1) log likelihood ratio of each bin, by the rank of its
+    middle; the last is the median over all scores, which stands for "nothing known"."""
     cumulative = np.cumsum(counts, axis=-1)
     total = np.maximum(cumulative[..., -1:], 1)
     rank = (cumulative - 0.5 * counts) / total
     z = ndtri(np.clip(rank, 1e-6, 1 - 1e-6))
     z = np.clip(np.where(counts.sum(axis=-1, keepdims=True) > 0, z, 0.0), -4, CAP_Z)
-    return np.log(1 - SEEN + SEEN * np.exp(MEAN_Z * z - 0.5 * MEAN_Z**2)).astype(np.float32)
+    llr = np.log(1 - SEEN + SEEN * np.exp(MEAN_Z * z - 0.5 * MEAN_Z**2))
+    middle = np.take_along_axis(llr, (rank >= 0.5).argmax(axis=-1)[..., None], axis=-1)
+    return np.concatenate([llr, middle], axis=-1).astype(np.float32)
 
 
 def lean_grid(max_lean_deg: float, step: float = 0.04) -> np.ndarray:
@@ -247,7 +255,8 @@ class Detector:
             self.luts.append(lut)
             llr = np.empty((n_d, plumb.ridge.shape[1], N_LAYERS, len(self.radii)), np.float32)
             _apply_lut(score, lut, llr)
-            where = (plumb.azimuth0, plumb.step_a, plumb.centre[0], plumb.centre[1], d0, dd, self.x0, self.y0, self.cell,
+            unknown = np.ascontiguousarray(lut[..., N_BINS])
+            where = (unknown, plumb.azimuth0, plumb.step_a, plumb.centre[0], plumb.centre[1], d0, dd, self.x0, self.y0, self.cell,
                      self.mask)
             _accumulate(llr, *where, 0.0, 0.0, total)
             if decoy:
@@ -304,6 +313,7 @@ def _score_kernel(ridge, unit, azimuth0, step_a, nadir0, step_n, centre, trial, 
         for m in range(n_layers):
             t = 0.0
             outside = False
+            erased = False
             for b in range(m * blocks, m * blocks + blocks):
                 q = heights[b] - bh
                 x = trial[k, 0] + trial[k, 2] * q - centre[0]
@@ -318,20 +328,24 @@ def _score_kernel(ridge, unit, azimuth0, step_a, nadir0, step_n, centre, trial, 
                 if row < 0 or row >= n_rows or i < 0 or j >= n_cols:
                     outside = True
                     break
+                if unit[row, i, 0] == ERASED or unit[row, j, 0] == ERASED:
+                    erased = True
+                    break
                 el = ridge[row, i] / 255.0
                 er = ridge[row, j] / 255.0
                 dot = 0.0
                 for c in range(3):
                     dot += unit[row, i, c] * unit[row, j, c] / 16129.0
                 t += (el * er * (1 - SIGN_WEIGHT * dot) + SINGLE_WEIGHT * (el + er)) / blocks
-            if outside:
+            if outside or erased:
+                total[k] += lut[m, index[k], N_BINS]
                 continue
             b = min(int(np.sqrt(max(t, 0.0) / T_MAX) * N_BINS), N_BINS - 1)
             total[k] += lut[m, index[k], b]
 
 
 @njit(**_FAST)
-def _erase_kernel(ridge, azimuth0, step_a, nadir0, step_n, centre, axis, r0, r1, top):
+def _erase_kernel(ridge, unit, azimuth0, step_a, nadir0, step_n, centre, axis, r0, r1, top):
     n_rows, n_cols = ridge.shape
     for row in range(n_rows):
         down = np.tan(nadir0 + row * step_n)
@@ -354,10 +368,11 @@ def _erase_kernel(ridge, azimuth0, step_a, nadir0, step_n, centre, axis, r0, r1,
         high = min(int((swing + half) / step_a) + 1, n_cols - 1)
         for j in range(low, high + 1):
             ridge[row, j] = 0
+            unit[row, j, 0] = ERASED
 
 
 def erase(maps: list[PlumbMap], axis: np.ndarray, r0: float, r1: float, top_m: float = 8.0) -> None:
     """Explain a stem away: clear its columns in every map. axis: (8,) as :attr:`.strips.Axis.row`. In place."""
     for plumb in maps:
-        _erase_kernel(plumb.ridge, plumb.azimuth0, plumb.step_a, plumb.nadir0, plumb.step_n, plumb.centre, axis, r0, r1,
+        _erase_kernel(plumb.ridge, plumb.unit, plumb.azimuth0, plumb.step_a, plumb.nadir0, plumb.step_n, plumb.centre, axis, r0, r1,
                       top_m)

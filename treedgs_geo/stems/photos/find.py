@@ -11,14 +11,20 @@ from ...core.progress import Reporter
 from ...reconstruction.cameras import View
 from ..area import Area
 from .detect import Detector, Seed, erase, lean_grid
+from .fine import NO_STEMS
 from .options import PhotoStemOptions
 from .plumb import make_map
-from .stack import GroundGrid, load_stack
-from .stem_fit import Fitter, StemFit, build_null, seen_probability
+from .stack import GroundGrid, PhotoStack, load_stack
+from .stem_fit import Fitter, Prior, StemFit, build_null
 from .sun import sun_azimuths
 
 #: Widest piece of ground searched at once, metres (bounds memory).
 TILE_M = 26.0
+#: Seeds this far below what chance reaches are still fitted (log likelihood units), and how many at most.
+REACH_BELOW = 30.0
+MOST_SEEDS = 90
+#: Stems fitted quickly at first, to learn the sun's direction and the stand's diameters.
+FIRST_LOOK = 30
 
 
 def stems_from_photos(views: list[View], frame: LocalFrame, ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
@@ -83,47 +89,64 @@ def _tile(views: list[View], ground: Callable, area: Area, tile: Area, box: tupl
     decoys = detector.seeds(chance, leans)
     del total, chance
     gate = max(8.0, decoys[0].score + 3.0 if decoys else 0.0)
-    places = _random_places(tile, rng)
-    flights = max(view.flight for view in stack.views) + 1
-    no_sun = np.full(flights, np.nan)
-    fitter = Fitter(stack, grid, options, build_null(stack, grid, places, options, no_sun), no_sun)
-    first = [fit for fit in (fitter.fit(seed) for seed in seeds[:12] if seed.score > 2 * gate) if fit]
-    sure = [(fit.axis, fit.r0, np.array([view.name in fit.view_names for view in stack.views], float))
-            for fit in first if fit.measured]
-    sun = sun_azimuths(stack, sure)
-    if np.isfinite(sun).any():
-        fitter = Fitter(stack, grid, options, build_null(stack, grid, places, options, sun), sun)
+    near = area.contains(np.array([(seed.x, seed.y) for seed in seeds]).reshape(-1, 2), options.margin_m + 0.1)
+    seeds = [seed for seed, keep in zip(seeds, near, strict=True) if keep]
+    fitter = _first_look(stack, grid, tile, seeds, gate, rng, options)
     reporter.progress(0.6)
     return _pursue(detector, fitter, seeds, gate, reporter)
 
 
+def _first_look(stack: PhotoStack, grid: GroundGrid, tile: Area, seeds: list[Seed], gate: float,
+                rng: np.random.Generator, options: PhotoStemOptions) -> Fitter:
+    """Fit the clearest stems once to learn where the sun stood and how thick the stand's stems are."""
+    places = _random_places(tile, rng)
+    unknown = np.full(max(view.flight for view in stack.views) + 1, np.nan)
+    fitter = Fitter(stack, grid, options, build_null(stack, grid, places, options, unknown), unknown)
+    clear = [fit for fit in (fitter.fit(seed, quick=True) for seed in seeds[:FIRST_LOOK] if seed.score > gate)
+             if fit and fit.llr > 40]
+    sun = sun_azimuths(stack, [(fit.axis, fit.r0, fit.seen) for fit in clear])
+    prior = Prior()
+    radii = np.array([fit.r0 for fit in clear])
+    if len(radii) >= 6:
+        prior = Prior(r=float(np.median(radii)), r_sd=float(max(2.0 * radii.std(), 0.06)))
+    null = build_null(stack, grid, places, options, sun) if np.isfinite(sun).any() else fitter.null
+    return Fitter(stack, grid, options, null, sun, prior)
+
+
 def _pursue(detector: Detector, fitter: Fitter, seeds: list[Seed], gate: float, reporter: Reporter) -> list[StemFit]:
-    """Fit the strongest seeds, erase what they explain, score the rest again, and so on down to the gate."""
+    """Fit the strongest seeds, erase what they explain, score the rest again, and so on down to the weakest."""
     fits: list[StemFit] = []
-    waiting = [seed for seed in seeds if seed.score > 0.5 * gate]
-    for level in (4 * gate, 2 * gate, 1.4 * gate, gate):
-        done = True
-        for seed in sorted(waiting, key=lambda s: -s.score):
-            if seed.score < level:
+    known = NO_STEMS
+    waiting = [seed for seed in seeds if seed.score > gate - REACH_BELOW][:MOST_SEEDS]
+    tried = 0
+    for level in (4 * gate, 2 * gate, gate, gate - 0.5 * REACH_BELOW, gate - REACH_BELOW):
+        now = sorted((seed for seed in waiting if seed.score >= level), key=lambda seed: -seed.score)
+        waiting = [seed for seed in waiting if seed.score < level]
+        for seed in now:
+            tried += 1
+            if (np.hypot(known[:, 0] - seed.x, known[:, 1] - seed.y) < known[:, 8] + 0.08).any():
                 continue
-            if any(np.hypot(fit.axis.p[0] - seed.x, fit.axis.p[1] - seed.y) < fit.r0 + 0.08 for fit in fits if fit.measured):
-                waiting.remove(seed)
-                continue
-            done = False
-            waiting.remove(seed)
-            fit = fitter.fit(seed)
-            if fit is None:
+            fit = fitter.fit(seed, known)
+            if fit is None or not plausible(fit, gate):
                 continue
             fits.append(fit)
             if fit.measured:
+                known = np.vstack([known, fit.row])
                 erase(detector.maps, fit.axis.row, fit.r0, fit.r1)
-        if not done:
+            reporter.progress(0.6 + 0.4 * tried / max(tried + len(waiting), 1))
+        if now:
             waiting = detector.rescore(waiting)
-        reporter.progress(0.6 + 0.4 * len(fits) / max(len(fits) + len(waiting), 1))
     return fits
 
 
-def _detector(stack, grid: GroundGrid, area: Area, tile: Area, box: tuple, options: PhotoStemOptions) -> Detector:
+def plausible(fit: StemFit, gate: float) -> bool:
+    """Is this a stem at all? What the search itself did not find has to be seen the more clearly in the fit."""
+    if fit.seed_score >= gate:
+        return fit.llr >= 30
+    return fit.llr >= 60 and fit.measured
+
+
+def _detector(stack: PhotoStack, grid: GroundGrid, area: Area, tile: Area, box: tuple, options: PhotoStemOptions) -> Detector:
     outline = np.vstack([tile.outline(options.margin_m + 1.0), tile.centres])
     z = grid.at(outline[:, 0], outline[:, 1])
     points = np.vstack([np.column_stack([outline, z]), np.column_stack([outline, z + 5.2])])
@@ -154,5 +177,3 @@ def merge(fits: list[StemFit]) -> list[StemFit]:
             kept.append(fit)
     return kept
 
-
-__all__ = ["stems_from_photos", "StemFit", "PhotoStemOptions", "Area", "merge", "split", "seen_probability"]

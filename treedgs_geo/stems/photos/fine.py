@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit, prange
 
 from .stack import PhotoStack
-from .strips import Axis, Strips, cut_strips
+from .strips import Axis, Strips, cut_strips, hide_known
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 
@@ -21,6 +21,7 @@ _FAST = {"nogil": True, "cache": True, "fastmath": True}
 EDGE_SD_PX = 0.45
 TAPER_PRIOR = (-0.005, 0.0015)
 CURVATURE_SD = 0.004
+NO_STEMS = np.empty((0, 10))
 
 
 @dataclass(frozen=True)
@@ -92,11 +93,16 @@ def edge_candidates(strips: Strips, radius: float, slope: float, window_px: floa
 
 def refine(stack: PhotoStack, axis: Axis, r0: float, r1: float, seen: np.ndarray, low_m: float, high_m: float,
            offset_sd_px: float = 0.3, cuts: int = 3, inner: int = 6, sigma_px: float = 0.8,
-           windows_px: tuple[float, ...] = (4.0, 3.0, 2.2)) -> FineFit | None:
-    """Refine a stem. seen: (V,) probability that a view sees it. Returns None where too few edges are found."""
+           windows_px: tuple[float, ...] = (2.6, 2.4, 2.2), known: np.ndarray = NO_STEMS) -> FineFit | None:
+    """Refine a stem. seen: (V,) probability that a view sees it. known: other stems (:func:`.strips.hide_known`).
+
+    Returns None where too few edges are found.
+    """
     fit = None
     for cut in range(cuts):
-        strips = cut_strips(stack, axis, low_m, high_m, 0.10, 0.025, r0 + 0.14, 0.005, sigma_px, linear=True)
+        strips = cut_strips(stack, axis, low_m, high_m, 0.10, 0.025, r0 + 0.14, 0.005, sigma_px, linear=True,
+                            wanted=seen > 0.04)
+        hide_known(strips, stack, axis, known, 0.01)
         window = windows_px[min(cut, len(windows_px) - 1)]
         place, prior = edge_candidates(strips, r0, r1, window)
         solved = _solve(strips, place, prior, r0, r1, seen, window, offset_sd_px, inner, axis)

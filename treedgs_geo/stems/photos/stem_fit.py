@@ -8,16 +8,18 @@ import numpy as np
 
 from .coarse import SEEN_MEAN_Z, SEEN_PRIOR, Z_CAP, Mode, Null, NullBuilder, Prior, Search, terminators
 from .detect import Seed
-from .fine import FineFit, refine
+from .fine import NO_STEMS, FineFit, refine
 from .options import PhotoStemOptions
 from .stack import GroundGrid, PhotoStack
-from .strips import Axis, cut_strips, draw_ridges
+from .strips import Axis, cut_strips, draw_ridges, hide_known
 
 #: The band that is searched (m above ground) and the one that is fitted.
 COARSE_BAND = 0.5, 3.3
 FINE_BAND = 0.3, 3.5
 #: A view counts as seeing the stem above this z-score.
 CLEAR_Z = 2.5
+#: Grid score below which a seed is not worth refining.
+MIN_RAW = 30.0
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,8 @@ class StemFit:
     dbh_cm, se_cm: diameter and its standard error given that the right edges were found. flag: ok, check or reject;
     reasons: keys of ``measure.quality.REASONS``. seed_score: of the detection. llr: log likelihood ratio of the fit.
     gap: its lead over the next different explanation. n_views: photos that see it clearly. kish: effective photos.
-    arc_deg: spread of their azimuths. rms_px: edge residual. polish_cm: diameter of the coarse stage.
+    arc_deg: spread of their azimuths. rms_px: edge residual. polish_cm: diameter of the coarse stage. seen: (V,)
+    probability that each photo sees it.
     """
 
     axis: Axis
@@ -46,12 +49,17 @@ class StemFit:
     arc_deg: float
     rms_px: float
     polish_cm: float
-    view_names: tuple[str, ...] = field(repr=False, default=())
+    seen: np.ndarray = field(repr=False)
 
     @property
     def lean_deg(self) -> float:
         """Angle of the axis from the vertical at breast height."""
         return float(np.degrees(np.arctan(np.hypot(*self.axis.s))))
+
+    @property
+    def row(self) -> np.ndarray:
+        """(10,) for :func:`.strips.hide_known`."""
+        return np.concatenate([self.axis.row, [self.r0, self.r1]])
 
     @property
     def measured(self) -> bool:
@@ -68,23 +76,31 @@ class Fitter:
     options: PhotoStemOptions
     null: Null
     sun: np.ndarray
+    prior: Prior = Prior()
 
-    def strips(self, axis: Axis) -> tuple:
-        """Coarse strips along an axis with their ridges and light-shade borders."""
-        return _coarse_strips(self.stack, axis, self.options, self.sun)
+    def fit(self, seed: Seed, known: np.ndarray = NO_STEMS, quick: bool = False) -> StemFit | None:
+        """Fit a seed. known: (K, 10) stems found before, whose edges are not this one's (:func:`.strips.hide_known`).
+        quick: only the best explanation (a first look).
 
-    def fit(self, seed: Seed) -> StemFit | None:
-        """Fit a seed. None where nothing can be fitted at all."""
+        None where nothing can be fitted at all.
+        """
         ground_z = float(self.ground.at(np.array([seed.x]), np.array([seed.y]))[0])
         start = Axis(np.array([seed.x, seed.y]), np.array([seed.lx, seed.ly]), np.zeros(2), ground_z, self.options.bh_m)
-        strips, ridge, unit, border = self.strips(start)
-        search = Search(strips, ridge, unit, border, self.null, Prior())
-        modes = sorted((search.polish(mode) for mode in search.modes(0.24)), key=lambda mode: -mode.score)
+        strips, ridge, unit, border = _coarse_strips(self.stack, start, self.options, self.sun, known)
+        search = Search(strips, ridge, unit, border, self.null, self.prior)
+        raw = search.modes(0.24)
+        if not raw or raw[0].score < MIN_RAW:
+            return None
+        share = 0.8 if quick else 0.4
+        modes = sorted((search.polish(m) for m in raw if m.score > share * raw[0].score), key=lambda m: -m.score)
         tried = []
-        for mode in distinct(modes)[:4]:
+        finalists = [mode for mode in distinct(modes)[:4] if mode.score > 0.5 * modes[0].score]
+        finalists = finalists[:1] if quick else distinct(finalists + search.wholes(modes[0]), 0.012, 0.006)
+        for mode in finalists:
             seen = seen_probability(search.z(mode.vector))
             axis = Axis(start.p + mode.vector[:2], start.s + mode.vector[2:4], np.zeros(2), ground_z, self.options.bh_m)
-            fine = refine(self.stack, axis, mode.r, -0.0045, seen, *FINE_BAND, self.options.offset_sd_px)
+            fine = refine(self.stack, axis, mode.r, -0.0045, seen, *FINE_BAND, self.options.offset_sd_px,
+                          cuts=1 if quick else 3, known=known)
             if fine is None or fine.r0 < 0.015:
                 continue
             vector = np.array([*(fine.axis.p - start.p), *(fine.axis.s - start.s), fine.r0])
@@ -92,12 +108,15 @@ class Fitter:
         if not tried:
             return None
         tried.sort(key=lambda item: -item[0])
-        best = prefer_whole(tried)
+        best = prefer_whole(tried, self.sun)
         score, mode, fine, vector = best
-        gap = score - max([item[0] for item in tried if different(item[3], vector)], default=0.0)
+        # A part of the chosen stem is no rival of the whole, unless it won by far.
+        rivals = [item[0] for item in tried if different(item[3], vector)
+                  and not (contains(vector, item[3]) and item[0] < 1.25 * score)]
+        gap = score - max(rivals, default=0.0)
         z = search.z(vector)
-        final = refine(self.stack, fine.axis, fine.r0, fine.r1, seen_probability(z), *FINE_BAND,
-                       self.options.offset_sd_px, cuts=1, windows_px=(2.2,))
+        final = None if quick else refine(self.stack, fine.axis, fine.r0, fine.r1, seen_probability(z), *FINE_BAND,
+                       self.options.offset_sd_px, cuts=1, windows_px=(2.2,), known=known)
         return self._judge(seed, mode, final or fine, score, gap, z)
 
     def _judge(self, seed: Seed, mode: Mode, fine: FineFit, score: float, gap: float, z: np.ndarray) -> StemFit:
@@ -112,12 +131,14 @@ class Fitter:
         return StemFit(axis=fine.axis, r0=fine.r0, r1=fine.r1, dbh_cm=dbh, se_cm=se, flag=flag, reasons=reasons,
                        seed_score=seed.score, llr=score, gap=gap, n_views=int(clear.sum()), kish=kish,
                        arc_deg=azimuth_spread(azimuth), rms_px=fine.rms_px, polish_cm=200 * mode.r,
-                       view_names=tuple(self.stack.views[v].name for v in np.flatnonzero(clear)))
+                       seen=seen_probability(z))
 
 
-def _coarse_strips(stack: PhotoStack, axis: Axis, options: PhotoStemOptions, sun: np.ndarray) -> tuple:
+def _coarse_strips(stack: PhotoStack, axis: Axis, options: PhotoStemOptions, sun: np.ndarray,
+                   known: np.ndarray = NO_STEMS) -> tuple:
     reach = options.dbh_max_cm / 200 + 0.37
     strips = cut_strips(stack, axis, *COARSE_BAND, 0.28, 0.04, reach, 0.01, 1.0, linear=False)
+    hide_known(strips, stack, axis, known)
     ridge, unit = draw_ridges(strips.coherence, strips.gradient, 1.3)
     flights = np.array([view.flight for view in stack.views], int)
     return strips, ridge, unit, terminators(strips.normal, sun[flights])
@@ -159,16 +180,20 @@ def different(a: np.ndarray, b: np.ndarray) -> bool:
 
 
 def contains(a: np.ndarray, b: np.ndarray) -> bool:
-    """Disc a holds disc b (within 1 cm) and is clearly larger."""
-    return a[4] > b[4] + 0.012 and np.hypot(a[0] - b[0], a[1] - b[1]) + b[4] < a[4] + 0.01
+    """Disc a holds disc b (within 2 cm) and is clearly larger."""
+    return a[4] > b[4] + 0.012 and np.hypot(a[0] - b[0], a[1] - b[1]) + b[4] < a[4] + 0.02
 
 
-def prefer_whole(tried: list[tuple]) -> tuple:
+def prefer_whole(tried: list[tuple], sun: np.ndarray) -> tuple:
     """The best explanation, or a larger one that holds it and explains nearly as much (the shaded part of a stem is no
-    stem)."""
+    stem); less is enough where the larger one grows towards the sun."""
     best = tried[0]
     for item in tried[1:]:
-        if contains(item[3], best[3]) and item[0] > 0.75 * best[0]:
+        if not contains(item[3], best[3]):
+            continue
+        grown = np.arctan2(item[3][1] - best[3][1], item[3][0] - best[3][0])
+        sunward = np.isfinite(sun).any() and np.nanmax(np.cos(grown - sun)) > 0.6
+        if item[0] > (0.6 if sunward else 0.8) * best[0]:
             best = item
     return best
 

@@ -106,8 +106,8 @@ class Strips:
 
 
 @njit(parallel=True, **_FAST)
-def _strips_kernel(pixels, start, shape, corner, camera, centre, axis, heights, per_block, u0, du, n_u, sigma_px, tau,
-                   lut, coherence, gradient, normal, px_m, widen):
+def _strips_kernel(pixels, start, shape, corner, camera, centre, wanted, axis, heights, per_block, u0, du, n_u,
+                   sigma_px, tau, lut, coherence, gradient, normal, px_m, widen):
     n_views = camera.shape[0]
     n_blocks = heights.size // per_block
     for v in prange(n_views):
@@ -133,6 +133,8 @@ def _strips_kernel(pixels, start, shape, corner, camera, centre, axis, heights, 
         _, _, depth = project(cam, axis[0], axis[1], axis[6] + axis[7])
         px = depth / cam[12]
         px_m[v] = px
+        if not wanted[v]:
+            continue
         sigma = sigma_px * px / du
         half = int(np.ceil(3.0 * sigma))
         taps = np.empty(2 * half + 1, np.float32)
@@ -202,11 +204,13 @@ def _strips_kernel(pixels, start, shape, corner, camera, centre, axis, heights, 
 
 
 def cut_strips(stack: PhotoStack, axis: Axis, low_m: float, high_m: float, block_m: float, row_m: float, reach_m: float,
-               du_m: float, sigma_px: float, linear: bool, tau: float = 0.01) -> Strips:
+               du_m: float, sigma_px: float, linear: bool, tau: float = 0.01,
+               wanted: np.ndarray | None = None) -> Strips:
     """Cut strips along ``axis`` between two heights above the ground and measure edge coherence per block.
 
     block_m, row_m: height of a block and of its rows. reach_m: half width. du_m: sideways step. sigma_px: Gaussian
-    derivative. linear: measure in linear light (``tau`` is then scaled to it).
+    derivative. linear: measure in linear light (``tau`` is then scaled to it). wanted: (V,) bool, views to cut (others
+    stay empty).
     """
     per_block = max(int(round(block_m / row_m)), 2)
     n_blocks = max(int((high_m - low_m) / block_m + 1e-6), 1)
@@ -218,7 +222,8 @@ def cut_strips(stack: PhotoStack, axis: Axis, low_m: float, high_m: float, block
     gradient = np.zeros((n, n_blocks, n_u, 3), np.float32)
     normal, px_m, widen = np.zeros((n, 2)), np.full(n, 0.02), np.ones(n)
     lut = LUT_LINEAR if linear else LUT_GAMMA
-    _strips_kernel(*stack.arrays, axis.row, heights, per_block, u0, du_m, n_u, sigma_px, tau * (0.7 if linear else 1.0),
+    wanted = np.ones(n, bool) if wanted is None else wanted
+    _strips_kernel(*stack.arrays, wanted, axis.row, heights, per_block, u0, du_m, n_u, sigma_px, tau * (0.7 if linear else 1.0),
                    lut, coherence, gradient, normal, px_m, widen)
     q = heights.reshape(n_blocks, per_block).mean(axis=1) - axis.bh_m
     return Strips(u0 + du_m * np.arange(n_u), q, coherence, gradient, normal, px_m, widen)
@@ -259,3 +264,48 @@ def draw_ridges(coherence: np.ndarray, gradient: np.ndarray, width_samples: floa
     unit = np.zeros_like(gradient)
     _ridges_kernel(coherence, gradient, int(np.ceil(3 * width_samples)), width_samples, floor, ridge, unit)
     return ridge, unit
+
+
+@njit(parallel=True, **_FAST)
+def _known_kernel(coherence, axis, q, u0, du, normal, centre, known, margin):
+    n_views, n_blocks, n_u = coherence.shape
+    for v in prange(n_views):
+        nx, ny = normal[v, 0], normal[v, 1]
+        dx, dy = ny, -nx
+        for b in range(n_blocks):
+            x = axis[0] + axis[2] * q[b] + axis[4] * q[b] * q[b] - centre[v, 0]
+            y = axis[1] + axis[3] * q[b] + axis[5] * q[b] * q[b] - centre[v, 1]
+            z = axis[6] + axis[7] + q[b] - centre[v, 2]
+            own = x * dx + y * dy
+            side = x * nx + y * ny
+            for k in range(known.shape[0]):
+                stem = known[k]
+                t = 0.0
+                along = 1.0
+                across = 0.0
+                for _ in range(3):
+                    bend = min(max(t, -1.5), 2.5)
+                    ex = stem[0] + stem[2] * t + stem[4] * bend * bend - centre[v, 0]
+                    ey = stem[1] + stem[3] * t + stem[5] * bend * bend - centre[v, 1]
+                    along = ex * dx + ey * dy
+                    across = ex * nx + ey * ny
+                    t = centre[v, 2] + z * along / own - stem[6] - stem[7]
+                if t < -stem[7] - 0.2 or t > 7.0 or along < 1.0:
+                    continue
+                wide = max(stem[8] + stem[9] * t, 0.4 * stem[8]) + margin + 0.012 * max(t, 0.0)
+                middle = across * own / along - side
+                half = wide * own / along
+                low = max(int((middle - half - u0) / du + 1), 0)
+                high = min(int((middle + half - u0) / du), n_u - 1)
+                for i in range(low, high + 1):
+                    coherence[v, b, i] = 0.0
+
+
+def hide_known(strips: Strips, stack: PhotoStack, axis: Axis, known: np.ndarray, margin_m: float = 0.025) -> None:
+    """Clear what known stems explain: their silhouettes in front of or behind ``axis``. In place.
+
+    known: (K, 10) float64: :attr:`Axis.row`, radius at breast height and its slope.
+    """
+    if len(known):
+        _known_kernel(strips.coherence, axis.row, strips.q, float(strips.u[0]), float(strips.u[1] - strips.u[0]),
+                      strips.normal, stack.centre, known, margin_m)
