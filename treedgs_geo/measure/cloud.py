@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -28,6 +28,8 @@ PAPER_POWER = {"opacity": 0.6, "intensity": 0.85}
 USUAL_TAPER_CM_M = 1.0
 #: A stem's points beyond this many add nothing but time.
 MOST_POINTS = 8000
+#: Stems thicker than this are expected to be seen above the band too, in a cloud that reaches the crowns.
+SHOULD_GO_ON_CM = 18.0
 #: Bark of two stems closer than this may be one stem with a branch, or two in one another.
 TOUCHING_M = 0.05
 
@@ -144,15 +146,17 @@ class _Surroundings:
 
     xyz: np.ndarray
     tree: cKDTree | None
+    has_crowns: bool
 
     @classmethod
     def of(cls, cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm) -> _Surroundings:
         free = np.flatnonzero(tree_id <= 0)
         height = cloud.xyz[free, 2] - dtm.height(cloud.xyz[free, 0], cloud.xyz[free, 1])
         with np.errstate(invalid="ignore"):
+            crowns = bool((height > 8.0).mean() > 0.05) if len(free) else False
             free = free[(height > 0.2) & (height < 5.0)]
         xyz = cloud.xyz[free]
-        return cls(xyz, cKDTree(xyz[:, :2]) if len(xyz) else None)
+        return cls(xyz, cKDTree(xyz[:, :2]) if len(xyz) else None, crowns)
 
     def near(self, frame: _TreeFrame) -> np.ndarray:
         """(M, 3) in the tree's frame, within 25 cm of its points' extent."""
@@ -180,13 +184,19 @@ def _measure_one(frame: _TreeFrame, group: np.ndarray, weights: np.ndarray | Non
     if options.fit == "cylinder":
         return _cylinder(points, options)
     start = None
-    if stems is not None:
-        stem = stems.stems[tree - 1]
+    stem = stems.stems[tree - 1] if stems is not None else None
+    if stem is not None and stems is not None:
         if not stem.round:
             return refuse("not_round", points=len(points))
         start = rebased(stem.cone, frame.origin - stems.origin, 0.0)
-    return measure_points(points, weight, sensor, options.bh_m, segment_options(options), start,
-                          around.near(frame)[::stride])
+    measured = measure_points(points, weight, sensor, options.bh_m, segment_options(options), start,
+                              around.near(frame)[::stride])
+    thick = measured.dbh_cm is not None and measured.dbh_cm > SHOULD_GO_ON_CM
+    if stem is not None and around.has_crowns and thick and len(stem.pieces) < 2:
+        # A thick stem goes on above the band; a stump, a log or a shrub does not.
+        flag = "check" if measured.flag == "ok" else measured.flag
+        measured = replace(measured, flag=flag, reasons=tuple(dict.fromkeys([*measured.reasons, "occluded"])))
+    return measured
 
 
 def _cylinder(points: np.ndarray, options: MeasureOptions) -> StemMeasure:
@@ -200,7 +210,7 @@ def _cylinder(points: np.ndarray, options: MeasureOptions) -> StemMeasure:
     slope = found.axis[:2] / max(found.axis[2], 1e-6)
     cone = Cone(float(found.centre[0]), float(found.centre[1]), float(slope[0]), float(slope[1]), found.r, 0.0,
                 float(found.centre[2]))
-    se = float(np.hypot(1.0, 0.06 * dbh))
+    se = float(np.hypot(0.6, 0.02 * dbh)) if options.method == "default" else None
     if found.inlier_share < 0.2:
         return StemMeasure(cone, dbh, se, "check", ("not_round",), 0.0, found.points)
     return StemMeasure(cone, dbh, se, "ok", (), 0.0, found.points)
@@ -231,8 +241,9 @@ def _by_the_paper(cloud: PointCloud, groups: list[np.ndarray], frames: list[_Tre
             middle = np.median(used[:, 1:3], axis=0)
             cone = Cone(float(middle[0]), float(middle[1]), 0.0, 0.0, taper.at_bh_cm / 200, taper.slope_cm_m / 200,
                         options.bh_m)
-            measured = StemMeasure(cone, taper.at_bh_cm, float(np.hypot(taper.se_cm, 1.0)), "ok", (), 0.0, len(group),
-                                   int(taper.inliers.sum()), taper.slope_cm_m)
+            # The published method has no standard error; its bias depends on how the points fill the stem.
+            measured = StemMeasure(cone, taper.at_bh_cm, None, "ok", (), 0.0, len(group), int(taper.inliers.sum()),
+                                   taper.slope_cm_m)
         measures.append(measured)
     return measures
 
