@@ -82,7 +82,7 @@ def _agreement(times: np.ndarray, mark_times: np.ndarray, rows: np.ndarray, zone
 
 def _pair_by_time(times: np.ndarray, mark_times: np.ndarray, zoned: bool) -> np.ndarray:
     """Nearest mark for each photo under the best clock constant; ambiguous or far ones get -1."""
-    best = np.full(len(times), -1)
+    best, merit = np.full(len(times), -1), (0, 0.0)
     fill = np.where(np.isfinite(times), times, -1e12)
     first = np.nanmin(times)
     for mark in mark_times:
@@ -96,6 +96,8 @@ def _pair_by_time(times: np.ndarray, mark_times: np.ndarray, zoned: bool) -> np.
         kept = rows[rows >= 0]
         taken, counts = np.unique(kept, return_counts=True)
         rows[np.isin(rows, taken[counts > 1])] = -1
-        if (rows >= 0).sum() > (best >= 0).sum():
-            best = rows
+        # Evenly timed exposures fit under several constants: the smallest clock error is the likeliest.
+        found = int((rows >= 0).sum()), -abs(shift - zone)
+        if found > merit:
+            best, merit = rows, found
     return best

@@ -1,0 +1,141 @@
+"""From photos and geotags to stations: interpolation, lever arm, pairing, refusals, the layer."""
+
+import csv
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from shared_data import needs_shared
+
+from treedgs_geo.core.errors import CRSError, GeotagError, InputError
+from treedgs_geo.core.progress import Reporter
+from treedgs_geo.geotags import read_stations, read_stations_layer, write_stations
+from treedgs_geo.geotags.rtklib import Trajectory
+from treedgs_geo.geotags.sharpness import find_defects
+from treedgs_geo.geotags.trajectory import interpolate
+
+
+class Listening(Reporter):
+    """Keeps the warnings."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.warnings: list[str] = []
+
+    def warn(self, message: str) -> None:
+        self.warnings.append(message)
+
+
+def _track(times: np.ndarray, quality: np.ndarray | None = None) -> Trajectory:
+    count = len(times)
+    return Trajectory(Path("a.pos"), times, np.zeros(count), np.zeros(count), np.zeros(count),
+                      np.ones(count, int) if quality is None else quality, np.full((count, 3), 0.01))
+
+
+def test_interpolation_follows_a_braking_drone() -> None:
+    times = np.arange(0, 10, 0.2)
+    path = np.column_stack([7 * times - times**2 / 2, 0.5 * times**2, 50 + 0 * times])
+    wanted = np.arange(1.1, 8.0, 0.37)
+    found = interpolate(_track(times), path, wanted)
+    truth = np.column_stack([7 * wanted - wanted**2 / 2, 0.5 * wanted**2, 50 + 0 * wanted])
+    assert np.abs(found.xyz - truth)[:, 0].max() < 0.002
+    assert set(found.quality) == {"fix"}
+
+
+def test_gaps_floats_and_the_outside() -> None:
+    times = np.array([0.0, 0.2, 0.4, 3.4, 3.6, 100.0, 100.2])
+    quality = np.array([1, 1, 2, 1, 1, 1, 1])
+    path = np.column_stack([times, times, times])
+    found = interpolate(_track(times, quality), path, np.array([-1.0, 0.1, 0.3, 2.0, 3.5, 50.0, 100.1, 101.0]))
+    assert found.quality == ["none", "fix", "float", "float", "fix", "none", "fix", "none"]
+    assert np.isnan(found.xyz[[0, 5, 7]]).all() and (found.sd[2] >= 0.2).all()
+    assert found.sd[3].max() > found.sd[2].max(), "a gap costs more than a float epoch"
+
+
+@pytest.mark.parametrize("plot", ["plot_a", "plot_e"])
+def test_camera_centres_against_truth(plot: str) -> None:
+    folder = needs_shared(plot)
+    stations = read_stations(folder / "images", folder, "EPSG:6344", check_photos=False)
+    with open(folder / "truth" / "cameras.csv", newline="") as stream:
+        truth = {row["image"]: row for row in csv.DictReader(stream)}
+    true = np.array([[float(truth[name][key]) for key in "ENh"] for name in stations.names])
+    fixed = np.array([quality == "fix" for quality in stations.quality])
+    rms = np.sqrt(np.mean((stations.xyz - true)[fixed] ** 2, axis=0))
+    assert rms[0] < 0.03 and rms[1] < 0.03 and rms[2] < 0.05
+    spoilt = np.array([truth[name]["ppk_float"] == "1" for name in stations.names])
+    assert not (spoilt & fixed).any(), "every float epoch is flagged"
+    assert stations.flight.max() == 1
+    raw = read_stations(folder / "images", None, "EPSG:6344", check_photos=False)
+    assert np.sqrt(np.mean((raw.xyz - true)[:, :2] ** 2)) > 0.5 and set(raw.quality) == {"exif"}
+
+
+def test_missing_first_photo_and_extra_mark(tmp_path: Path) -> None:
+    folder = needs_shared("plot_a")
+    whole = read_stations(folder / "images", folder, "EPSG:6344", check_photos=False)
+    for path in sorted((folder / "images").iterdir())[2:20]:
+        shutil.copy(path, tmp_path / path.name)
+    part = read_stations(tmp_path, folder, "EPSG:6344", check_photos=False)
+    np.testing.assert_allclose(part.xyz, whole.xyz[2:20])
+
+
+def test_renamed_photos_pair_by_time(tmp_path: Path) -> None:
+    folder = needs_shared("plot_a")
+    whole = read_stations(folder / "images", folder, "EPSG:6344", check_photos=False)
+    for number, path in enumerate(sorted((folder / "images").iterdir())[5:17]):
+        shutil.copy(path, tmp_path / f"photo_{chr(97 + number)}.JPG")
+    part = read_stations(tmp_path, folder, "EPSG:6344", check_photos=False)
+    np.testing.assert_allclose(part.xyz, whole.xyz[5:17])
+
+
+def test_refusals(tmp_path: Path) -> None:
+    folder, other = needs_shared("plot_a"), needs_shared("plot_e")
+    with pytest.raises(GeotagError, match="do not belong"):
+        read_stations(folder / "images", other, "EPSG:6344", check_photos=False)
+    with pytest.raises(CRSError, match="EPSG:32615"):
+        read_stations(folder / "images", folder, "EPSG:4326", check_photos=False)
+    with pytest.raises(CRSError, match="made for"):
+        read_stations(folder / "images", folder, "EPSG:32633", check_photos=False)
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match="holds no photos"):
+        read_stations(tmp_path / "empty", None, "EPSG:6344")
+    with pytest.raises(GeotagError, match="holds no geotags"):
+        read_stations(folder / "images", tmp_path / "empty", "EPSG:6344", check_photos=False)
+    from PIL import Image
+
+    rng = np.random.default_rng(0)
+    Image.fromarray(rng.integers(0, 255, (300, 400, 3), np.uint8)).save(tmp_path / "a.jpg")
+    with pytest.raises(GeotagError, match="none of the 1 photos has a GPS position"):
+        read_stations(tmp_path, None, "EPSG:6344")
+
+
+def test_two_solutions_are_not_guessed_between(tmp_path: Path) -> None:
+    folder = needs_shared("plot_a")
+    for path in folder.glob("*.MRK"):
+        shutil.copy(path, tmp_path)
+    for name in ("one.pos", "two.pos"):
+        shutil.copy(folder / "plot_a_ppk.pos", tmp_path / name)
+    with pytest.raises(GeotagError, match="one.pos, two.pos"):
+        read_stations(folder / "images", tmp_path, "EPSG:6344", check_photos=False)
+
+
+def test_bad_frames_are_left_out() -> None:
+    found = find_defects(sorted(needs_shared("drone_agung_badframes").glob("*.JPG")))
+    reasons = {path.name[24:]: reason for path, reason in found.items()}
+    assert "blurred" in reasons["D_POOR_SHARPNESS.JPG"] and "lens cap" in reasons["D_LENS_CAP.JPG"]
+    good = sorted((needs_shared("drone_brighton_beach") / "images").glob("*.JPG"))[:4]
+    assert not find_defects(good)
+
+
+def test_layer_round_trip(tmp_path: Path) -> None:
+    folder = needs_shared("plot_a")
+    listening = Listening()
+    stations = read_stations(folder / "images", folder, "EPSG:6344", check_photos=False, reporter=listening)
+    assert not listening.warnings
+    write_stations(tmp_path / "stations.gpkg", stations)
+    again = read_stations_layer(tmp_path / "stations.gpkg")
+    np.testing.assert_array_equal(again.xyz, stations.xyz)
+    np.testing.assert_array_equal(again.sd, stations.sd)
+    assert again.names == stations.names and again.quality == stations.quality and again.crs == stations.crs
+    with pytest.raises(InputError, match="stations"):
+        read_stations_layer(tmp_path / "missing.gpkg")
