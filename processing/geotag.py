@@ -9,4 +9,5 @@ class Algorithm(EngineAlgorithm):
     """The verb ``geotag``."""
 
     COMMAND = "geotag"
+    LAYER_NAME = "Camera stations"
     TAGS = ("ppk", "rtk", "mrk", "exif", "camera", "photo")

@@ -9,4 +9,5 @@ class Algorithm(EngineAlgorithm):
     """The verb ``match-plots``."""
 
     COMMAND = "match-plots"
+    LAYER_NAME = "Pairs"
     TAGS = ("field", "tally", "pair", "stem map", "inventory")

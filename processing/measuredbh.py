@@ -9,4 +9,5 @@ class Algorithm(EngineAlgorithm):
     """The verb ``measure-dbh``."""
 
     COMMAND = "measure-dbh"
+    LAYER_NAME = "Trees"
     TAGS = ("taper", "circle", "cylinder", "slice")

@@ -15,6 +15,7 @@ class Algorithm(EngineAlgorithm):
     """The verb ``photos-to-dbh``."""
 
     COMMAND = "photos-to-dbh"
+    LAYER_NAME = "Trees"
     TAGS = ("drone", "uav", "photo", "photogrammetry", "gaussian", "splatting", "inventory")
 
     def needs(self, parameters, context):

@@ -11,6 +11,7 @@ class Algorithm(EngineAlgorithm):
     """The verb ``pointcloud-to-dbh``."""
 
     COMMAND = "pointcloud-to-dbh"
+    LAYER_NAME = "Trees"
     TAGS = ("lidar", "las", "laz", "tls", "point cloud", "inventory")
 
     def needs(self, parameters, context):

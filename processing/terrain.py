@@ -9,4 +9,5 @@ class Algorithm(EngineAlgorithm):
     """The verb ``terrain``."""
 
     COMMAND = "terrain"
+    LAYER_NAME = "Terrain model"
     TAGS = ("dtm", "dem", "ground", "csf", "lidar", "height")

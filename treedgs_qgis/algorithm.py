@@ -7,15 +7,17 @@ import html
 import os
 import time
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import qgis.utils
 from qgis.core import (
     QgsCoordinateReferenceSystem,
+    QgsMapLayer,
     QgsProcessingAlgorithm,
     QgsProcessingContext,
     QgsProcessingException,
     QgsProcessingFeedback,
+    QgsProcessingLayerPostProcessorInterface,
     QgsSettings,
 )
 from qgis.PyQt.QtCore import QCoreApplication
@@ -85,6 +87,8 @@ class EngineAlgorithm(BaseAlgorithm):
     """One verb. A subclass names :attr:`COMMAND` and adds its own checks in :meth:`needs`."""
 
     COMMAND = ""
+    #: What the layer is called in the project; empty: as QGIS would.
+    LAYER_NAME = ""
     #: Search words beside those in the title.
     TAGS: tuple[str, ...] = ()
 
@@ -138,7 +142,8 @@ class EngineAlgorithm(BaseAlgorithm):
 
     def initAlgorithm(self, configuration: Any = None) -> None:  # noqa: N802
         """Declare parameters and outputs."""
-        for entry in self.declaration["parameters"]:
+        # What has to be given comes first; otherwise the verb's own order.
+        for entry in sorted(self.declaration["parameters"], key=lambda entry: not entry["required"]):
             self.addParameter(make_parameter(entry))
         for output in make_outputs(self.declaration):
             self.addOutput(output)
@@ -194,6 +199,8 @@ class EngineAlgorithm(BaseAlgorithm):
             return f"{name}: found {given!r}, expected one of {', '.join(entry['choices'])}."
         elif kind == "crs":
             return self._crs_problem(name, given, parameters, context)
+        elif kind == "output_file" and isinstance(given, str) and given.startswith("memory:"):
+            return f"{name}: a layer in memory cannot be written; give a file name."
         elif kind == "output_file" and isinstance(given, str) and entry.get("suffixes"):
             suffix = os.path.splitext(given.split("|")[0])[1].lower()
             if suffix and suffix not in entry["suffixes"] and not given.startswith("ogr:"):
@@ -244,8 +251,35 @@ class EngineAlgorithm(BaseAlgorithm):
         except engine.EngineError as problem:
             raise QgsProcessingException(str(problem)) from None
         results = result_values(self.declaration, values, outcome.result)
+        for value in results.values():
+            if isinstance(value, str) and context.willLoadLayerOnCompletion(value):
+                details = context.layerToLoadOnCompletionDetails(value)
+                details.setPostProcessor(DefaultStyle.make())
+                if self.LAYER_NAME:
+                    details.name = self.LAYER_NAME
         feedback.pushInfo(f"Done in {outcome.seconds:.0f} s.")
         return results
+
+
+class DefaultStyle(QgsProcessingLayerPostProcessorInterface):
+    """Gives a loaded layer the style that came in its file: Processing itself opens layers without it."""
+
+    #: QGIS does not own post-processors; without this they are gone before they are used.
+    _kept: ClassVar[list[DefaultStyle]] = []
+
+    @classmethod
+    def make(cls) -> DefaultStyle:
+        """A new one for each layer."""
+        made = cls()
+        cls._kept = [*cls._kept[-20:], made]
+        return made
+
+    def postProcessLayer(  # noqa: N802
+        self, layer: QgsMapLayer, context: QgsProcessingContext, feedback: QgsProcessingFeedback
+    ) -> None:
+        """Apply the style."""
+        layer.loadDefaultStyle()
+        layer.triggerRepaint()
 
 
 def is_cancelled(feedback: QgsProcessingFeedback) -> bool:

@@ -48,7 +48,9 @@ def test_a_missing_library_and_a_broken_one_are_named(monkeypatch):
         return real(name, *more)
 
     monkeypatch.setattr(importlib, "import_module", broken)
-    versions, problems = check_libraries({"pycolmap": "pycolmap", "open3d": "open3d", "numpy": "numpy"}, Reporter())
+    few = {"pycolmap": "pycolmap", "open3d": "open3d", "numpy": "numpy"}
+    monkeypatch.setattr("treedgs_geo.commands.doctor.PACKAGES", few)
+    versions, problems = check_libraries(few, Reporter())
     assert set(versions) == {"numpy"}
     assert problems["pycolmap"] == "not installed" and "libGL.so.1" in problems["open3d"]
     with pytest.raises(MissingComponentError) as caught:

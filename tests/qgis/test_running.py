@@ -281,3 +281,17 @@ def test_a_truncated_cloud_is_refused(qgis, tmp_path):
     done = qgis.run("pointcloudtodbh", INPUT=tmp_path / "cut.laz", OUTPUT=tmp_path / "trees.gpkg")
     refused(done, "cut.laz")
     assert not (tmp_path / "trees.gpkg").exists()
+
+
+def test_a_layer_that_processing_loads_is_styled(qgis, tmp_path):
+    stems_cloud(tmp_path / "cloud.laz", (0.15,))
+    done = qgis.python(
+        """
+from qgis.core import QgsProject
+processing.runAndLoadResults("treedgs:pointcloudtodbh", {"INPUT": sys.argv[1], "OUTPUT": "TEMPORARY_OUTPUT"})
+layer, = QgsProject.instance().mapLayers().values()
+print("LAYER", layer.name(), layer.featureCount(), layer.renderer().type(), layer.crs().authid())
+""",
+        tmp_path / "cloud.laz",
+    )
+    assert "LAYER Trees 1 categorizedSymbol EPSG:32617" in done.stdout, done.stdout + done.stderr
