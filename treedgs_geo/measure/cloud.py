@@ -18,7 +18,7 @@ from .circles import SolidCircle
 from .cylinder import fit_cylinder
 from .heights import tree_heights
 from .options import MeasureOptions
-from .published import PublishedOptions, measure_published
+from .published import PublishedOptions, measure_filled, measure_published
 from .stem import StemMeasure, measure_points, rebased, refuse
 from .trees import Tree
 
@@ -30,6 +30,8 @@ USUAL_TAPER_CM_M = 1.0
 MOST_POINTS = 8000
 #: Stems thicker than this are expected to be seen above the band too, in a cloud that reaches the crowns.
 SHOULD_GO_ON_CM = 18.0
+#: Error of stems that their points fill: what splat samples of rendered plots gave (sd, and share of the diameter).
+FILLED_SE_CM, FILLED_SE_SHARE = 2.0, 0.07
 #: Bark of two stems closer than this may be one stem with a branch, or two in one another.
 TOUCHING_M = 0.05
 
@@ -77,6 +79,8 @@ def measure_stems(cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm, options: Mea
     frames = [_TreeFrame.of(cloud, group, dtm) for group in groups]
     if options.method == "paper" and options.fit == "circle":
         results = _by_the_paper(cloud, groups, frames, weights, options)
+    elif sensor.solid and options.fit == "circle":
+        results = _filled(groups, frames, weights, options)
     else:
         results = []
         around = _Surroundings.of(cloud, tree_id, dtm)
@@ -221,12 +225,7 @@ def _by_the_paper(cloud: PointCloud, groups: list[np.ndarray], frames: list[_Tre
     # Unweighted points use the exponent of their own kind: surface samples fill the stem, LiDAR lies on it.
     kind = options.weights if options.weights != "none" else "opacity" if "opacity" in cloud.attributes else "intensity"
     published = PublishedOptions(circle=SolidCircle(power=PAPER_POWER[kind]))
-    stems = []
-    for group, frame in zip(groups, frames, strict=True):
-        known = np.isfinite(frame.points[:, 2])
-        weight = np.ones(len(group)) if weights is None else weights[group]
-        stems.append((frame.points[known], weight[known]))
-    results = measure_published(stems, options.bh_m, published, options.seed)
+    results = measure_published(_weighted(groups, frames, weights), options.bh_m, published, options.seed)
     measures = []
     for frame, group, result in zip(frames, groups, results, strict=True):
         if not np.isfinite(frame.ground):
@@ -245,6 +244,42 @@ def _by_the_paper(cloud: PointCloud, groups: list[np.ndarray], frames: list[_Tre
             measured = StemMeasure(cone, taper.at_bh_cm, None, "ok", (), 0.0, len(group), int(taper.inliers.sum()),
                                    taper.slope_cm_m)
         measures.append(measured)
+    return measures
+
+
+def _weighted(groups: list[np.ndarray], frames: list[_TreeFrame],
+              weights: np.ndarray | None) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Points with a known height and their weights, per tree."""
+    stems = []
+    for group, frame in zip(groups, frames, strict=True):
+        known = np.isfinite(frame.points[:, 2])
+        weight = np.ones(len(group)) if weights is None else weights[group]
+        stems.append((frame.points[known], weight[known]))
+    return stems
+
+
+def _filled(groups: list[np.ndarray], frames: list[_TreeFrame], weights: np.ndarray | None,
+            options: MeasureOptions) -> list[StemMeasure]:
+    """Stems that their points fill. The error is what such points gave on rendered plots, not less."""
+    measures = []
+    results = measure_filled(_weighted(groups, frames, weights), options.bh_m, seed=options.seed)
+    for frame, group, (result, slope) in zip(frames, groups, results, strict=True):
+        taper = result.taper
+        if not np.isfinite(frame.ground):
+            measures.append(refuse("no_ground", points=len(group)))
+        elif taper is None:
+            measures.append(refuse("no_taper" if len(result.slices) >= 10 else "few_slices", points=len(group)))
+        else:
+            used = result.slices[taper.inliers]
+            middle = np.median(used[:, 1:3], axis=0)
+            cone = Cone(float(middle[0]), float(middle[1]), float(slope[0]), float(slope[1]), taper.at_bh_cm / 200,
+                        taper.slope_cm_m / 200, options.bh_m)
+            se = float(np.sqrt(taper.se_cm ** 2 + FILLED_SE_CM ** 2 + (FILLED_SE_SHARE * taper.at_bh_cm) ** 2))
+            # The slices that agree should surround breast height.
+            near = bool((np.abs(used[:, 0] - options.bh_m) < 0.3).any())
+            reason = "wide_error" if near else "no_taper"
+            measures.append(StemMeasure(cone, taper.at_bh_cm, se, "check", (reason,), 0.0, len(group), len(used),
+                                        taper.slope_cm_m))
     return measures
 
 
