@@ -120,6 +120,8 @@ def build(
     if is_ready(target, key):
         say(f"The engine environment {target} is complete.")
         return
+    if wheels is not None and not any(wheels.glob("*.whl")):
+        raise SetupError(f"{wheels}: holds no .whl files, expected the wheels of the engine's libraries.")
     target.parent.mkdir(parents=True, exist_ok=True)
     free = shutil.disk_usage(target.parent).free / 1e9
     if free < NEEDED_DISK_GB and not (target / READY).exists():
@@ -138,8 +140,6 @@ def build(
     (target / READY).unlink(missing_ok=True)
     pip = [str(inside), "-m", "pip", "install", "--no-input", "--disable-pip-version-check", "--progress-bar", "off"]
     if wheels is not None:
-        if not any(wheels.glob("*.whl")):
-            raise SetupError(f"{wheels}: holds no .whl files, expected the wheels of the engine's libraries.")
         pip += ["--no-index", "--find-links", str(wheels)]
     for group in packages:
         say(f"Installing {', '.join(group)}")

@@ -295,3 +295,10 @@ print("LAYER", layer.name(), layer.featureCount(), layer.renderer().type(), laye
         tmp_path / "cloud.laz",
     )
     assert "LAYER Trees 1 categorizedSymbol EPSG:32617" in done.stdout, done.stdout + done.stderr
+
+
+def test_setting_up_from_an_empty_folder_of_wheels_is_refused(qgis, tmp_path):
+    (tmp_path / "roues").mkdir()
+    done = qgis.run("setupengine", {"TREEDGS_HOME": tmp_path / "home"}, WHEELS=tmp_path / "roues")
+    refused(done, "roues: holds no .whl files")
+    assert not (tmp_path / "home").exists()
