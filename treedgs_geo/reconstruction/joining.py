@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from ..core.progress import Reporter
 from ..geotags.photos import shorten
 from ..geotags.stations import Stations
 from .adjustment import adjust, prune
-from .bands import band_matches, verify_pair
 from .cameras import Camera
 from .features import FeatureStore
 from .georeference import Placement
 from .guided import find_points, turn_to_points
-from .poses import rotation_angle_deg
-from .settle import ground_surface, settle_rotations
+from .ties import GreyPhotos, ground_surface, tie_photo
 from .tracks import Block, build_tracks, triangulate
 
 #: A photo with fewer observations than this after the adjustment counts as not registered.
@@ -25,15 +21,15 @@ MIN_OBSERVATIONS = 12
 GIMBAL_REACH_DEG = 1.5
 
 
-def join_photos(placement: Placement, store: FeatureStore, stations: Stations, xyz: np.ndarray, pairs: np.ndarray, free: dict[str, bool],
-                threads: int, reporter: Reporter) -> Block:
+def join_photos(placement: Placement, store: FeatureStore, stations: Stations, xyz: np.ndarray, free: dict[str, bool], threads: int,
+                reporter: Reporter) -> Block:
     """Adjust the mapped photos, tie in the others through predicted geometry, look for every point in every photo, adjust.
 
-    Where shadows moved between two flights plain SIFT finds no match across them; with both in the frame of the geotags the guided
-    search does, and one adjustment makes them agree.
+    Where shadows moved between two flights SIFT finds no match across them; the texture of the ground, looked for where the geotags and the
+    gimbal predict it, does, and one adjustment makes them agree.
 
     Args:
-        xyz: (N, 3) local geotags, NaN unknown. pairs: (P, 2) photos that overlap. free: which intrinsics are adjusted.
+        xyz: (N, 3) local geotags, NaN unknown. free: which intrinsics are adjusted.
     """
     names, sd = stations.names, stations.sd
     full = {"free_focal": free["focal"], "free_principal_point": free["principal_point"], "free_distortion": free["distortion"],
@@ -50,12 +46,13 @@ def join_photos(placement: Placement, store: FeatureStore, stations: Stations, x
     _refine(block, xyz, sd, 4.0, full)
     reporter.progress(0.3)
     guess = placement.rotations.copy()
+    greys = GreyPhotos(stations.paths)
     for _ in range(6):
         if not loose.any():
             break
         joined = _resect(block, store, loose, guess, xyz, sd, rng)
         if not joined.any():
-            joined = _settle(block, store, loose, guess, xyz, sd, pairs)
+            joined = _tie(block, store, loose, guess, xyz, sd, greys, rng)
         if not joined.any():
             break
         loose &= ~joined
@@ -126,9 +123,7 @@ def _resect(block: Block, store: FeatureStore, loose: np.ndarray, guess: np.ndar
             x, y = block.camera.undistort(pixels[:, 0], pixels[:, 1])
             rays = np.column_stack([x, y, np.ones_like(x)])
             rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-            # A float position moves the picture too; the adjustment frees the position later.
-            slack = 0.5 * focal * float(np.linalg.norm(sd[i])) / max(float(np.median(np.linalg.norm(block.points - xyz[i], axis=1))), 1.0)
-            tolerance = (tolerance_px + min(slack, 30.0)) / focal
+            tolerance = (tolerance_px + _slack_px(block, xyz[i], sd[i])) / focal
             turned = turn_to_points(block.points[found.point], rays, xyz[i], tolerance, rng, near=guess[i], max_turn_deg=2 * GIMBAL_REACH_DEG)
             inliers = np.zeros(0, bool) if turned is None else turned[1]
             if turned is None or inliers.sum() < 6 or inliers.mean() < share:
@@ -142,46 +137,46 @@ def _resect(block: Block, store: FeatureStore, loose: np.ndarray, guess: np.ndar
     return joined
 
 
-def _settle(block: Block, store: FeatureStore, loose: np.ndarray, guess: np.ndarray, xyz: np.ndarray, sd: np.ndarray, pairs: np.ndarray,
-            ) -> np.ndarray:
-    """Turn loose photos among themselves, positions held by the geotags; returns who succeeded.
-
-    For a flight that shares no match with the others (moved shadows). The gimbal is half a degree off, some thirty pixels: matches are
-    sought in bands that wide, then again in narrow ones once the rotations have settled.
-    """
-    focal = block.camera.fx
-    none = np.zeros(len(loose), bool)
-    low, high = height_range(block)
+def _tie(block: Block, store: FeatureStore, loose: np.ndarray, guess: np.ndarray, xyz: np.ndarray, sd: np.ndarray, greys: GreyPhotos,
+         rng: np.random.Generator) -> np.ndarray:
+    """Tie loose photos through the texture of the ground (moved shadows leave no feature in common); returns who succeeded."""
+    joined = np.zeros(len(loose), bool)
     ground = ground_surface(block.points)
-    own = pairs[loose[pairs].all(axis=1)]
-    apart = replace(block, rotations=np.where(loose[:, None, None], guess, np.nan), translations=np.full_like(block.translations, np.nan))
-    matches: dict[tuple[int, int], np.ndarray] = {}
-    for radius, scale_px, scale_m in ((np.tan(np.radians(0.75 * GIMBAL_REACH_DEG)) * focal, 4.0, 0.5), (12.0, 2.0, 0.25)):
-        apart.translations = -np.einsum("nij,nj->ni", apart.rotations, xyz)
-        matches = band_matches(apart, store.descriptors, own, low, high, radius)
-        if not matches:
-            return none
-        apart.rotations = settle_rotations(apart, matches, xyz, guess, ground, scale_px, scale_m)
-    apart.translations = -np.einsum("nij,nj->ni", apart.rotations, xyz)
-    matches = band_matches(apart, store.descriptors, own, low, high, 6.0)
-    image, key, track = build_tracks(store.keypoints, matches, apart.is_posed)
-    apart = Block(apart.camera, apart.rotations, apart.translations, store.keypoints, np.zeros((int(track.max(initial=-1)) + 1, 3)), image, key, track)
-    triangulate(apart, 8.0)
-    off = np.linalg.norm(apart.centres - xyz, axis=1)
-    good = loose & (np.bincount(apart.image, minlength=len(loose)) >= MIN_OBSERVATIONS)
-    with np.errstate(invalid="ignore"):
-        good &= (off <= 4 * np.linalg.norm(sd, axis=1) + 0.1) & (rotation_angle_deg(apart.rotations @ guess.transpose(0, 2, 1)) <= GIMBAL_REACH_DEG)
-    apart.rotations[~good], apart.translations[~good] = np.nan, np.nan
-    block.rotations[good], block.translations[good] = apart.rotations[good], apart.translations[good]
-    apart.keep(good[apart.image])
-    _append(block, apart)
-    return good
+    posed = np.flatnonzero(block.is_posed)
+    for i in np.flatnonzero(loose):
+        tied = tie_photo(block, greys, i, guess[i], xyz[i], posed, ground, GIMBAL_REACH_DEG, _slack_px(block, xyz[i], sd[i]), rng)
+        if tied is None:
+            continue
+        rotation, ties = tied
+        joined[i] = True
+        block.rotations[i], block.translations[i] = rotation, -rotation @ xyz[i]
+        # One point a window, seen in this photo and in every reference that showed it.
+        spots, window = np.unique(ties.points.round(6), axis=0, return_inverse=True)
+        window = window.ravel()
+        pixels = np.column_stack([np.bincount(window, ties.pixels[:, k]) for k in range(2)]) / np.bincount(window)[:, None]
+        numbers = len(block.points) + np.arange(len(spots))
+        block.points = np.concatenate([block.points, spots])
+        _add(block, i, numbers, _new_keypoints(store, i, pixels, rng))
+        for r in np.unique(ties.reference):
+            own = np.flatnonzero(ties.reference == r)
+            _, first = np.unique(window[own], return_index=True)
+            own = own[first]
+            _add(block, int(r), numbers[window[own]], _new_keypoints(store, int(r), ties.reference_pixels[own], rng))
+    return joined
 
 
-def height_range(block: Block) -> tuple[float, float]:
-    """Local heights between which most of the scene lies, from the points so far."""
-    low, high = np.percentile(block.points[:, 2], [1, 90])
-    return float(low - 1), float(high + 2)
+def _new_keypoints(store: FeatureStore, i: int, pixels: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Append keypoints that are not SIFT features; their random descriptors match nothing."""
+    first = len(store.keypoints[i])
+    store.keypoints[i] = np.vstack([store.keypoints[i], pixels])
+    store.descriptors[i] = np.vstack([store.descriptors[i], rng.integers(0, 256, (len(pixels), 128), dtype=np.uint8)])
+    return first + np.arange(len(pixels))
+
+
+def _slack_px(block: Block, xyz: np.ndarray, sd: np.ndarray) -> float:
+    """Pixels by which an uncertain position moves the picture, beyond what a rotation takes up."""
+    distance = max(float(np.median(np.linalg.norm(block.points - xyz, axis=1))), 1.0)
+    return min(0.5 * block.camera.fx * float(np.linalg.norm(sd)) / distance, 30.0)
 
 
 def _append(block: Block, other: Block) -> None:

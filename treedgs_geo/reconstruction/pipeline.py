@@ -85,7 +85,7 @@ def reconstruct_photos(stations: Stations, options: ReconstructOptions, sfm_fold
                                  reporter)
     timing["mapping"] = time.monotonic() - began - sum(timing.values())
     with reporter.stage("adjustment", 0.85, 1.0):
-        block = join_photos(placement, store, stations, xyz, pairs, free, threads, reporter)
+        block = join_photos(placement, store, stations, xyz, free, threads, reporter)
     timing["adjustment"] = time.monotonic() - began - sum(timing.values())
 
     report = check_block(block, stations, xyz, calibration, ground, free, reporter)
