@@ -96,7 +96,10 @@ def judge(scene: Scene, options: PairingOptions) -> dict:
     """Pair one plot and count: pairs made, right ones, trees and whether the plot was left to a person."""
     began = time.perf_counter()
     placed = register(scene.field, scene.measured, options)
-    pairs = assign(move_all(scene, placed), scene.measured, placed.sigma_m, options.gate_m)
+    moved = move_all(scene, placed)
+    reach = np.linalg.norm(scene.field, axis=1).max()
+    inside = int((np.linalg.norm(scene.measured - placed.offset_m, axis=1) <= reach).sum())
+    pairs = assign(moved, scene.measured, placed.sigma_m, options.gate_m, inside)
     seconds = time.perf_counter() - began
     sure = pairs.margin >= options.min_margin if placed.status == "auto" else np.zeros(len(pairs.margin), bool)
     right = scene.truth[pairs.index[:, 0]] == pairs.index[:, 1]

@@ -16,17 +16,25 @@ from qgis.core import (  # noqa: E402
     QgsApplication,
     QgsCategorizedSymbolRenderer,
     QgsEditorWidgetSetup,
+    QgsFillSymbol,
+    QgsGraduatedSymbolRenderer,
+    QgsLineSymbol,
     QgsMapLayer,
+    QgsMarkerLineSymbolLayer,
     QgsMarkerSymbol,
     QgsPalLayerSettings,
     QgsProperty,
     QgsRendererCategory,
+    QgsRendererRange,
+    QgsSingleSymbolRenderer,
     QgsSymbolLayer,
+    QgsTemplatedLineSymbolLayerBase,
     QgsTextBufferSettings,
     QgsTextFormat,
     QgsUnitTypes,
     QgsVectorLayer,
     QgsVectorLayerSimpleLabeling,
+    QgsWkbTypes,
 )
 from qgis.PyQt.QtGui import QColor, QFont  # noqa: E402
 
@@ -74,6 +82,73 @@ STATIONS = {
     "roll_deg": ("double", "Roll [°]"),
     "rel_alt_m": ("double", "Height above take-off [m]"),
 }
+#: Also the layer of suggestions.
+PAIRS = {
+    "plot_id": ("string", "Plot"),
+    "field_id": ("string", "Field tree"),
+    "tree_id": ("integer", "Measured tree"),
+    "field_cm": ("double", "Field DBH [cm]"),
+    "dbh_cm": ("double", "Measured DBH [cm]"),
+    "delta_cm": ("double", "Measured - field DBH [cm]"),
+    "dbh_lo_cm": ("double", "DBH, lower end of 90 % interval [cm]"),
+    "dbh_hi_cm": ("double", "DBH, upper end of 90 % interval [cm]"),
+    "qc_flag": ("string", "Quality"),
+    "dist_m": ("double", "Distance after co-registration [m]"),
+    "margin": ("double", "Log-odds against the next best pairing"),
+    "pair_status": ("string", "Pair status"),
+    "note": ("string", "Note"),
+}
+FIELD_TREES = {
+    "plot_id": ("string", "Plot"),
+    "field_id": ("string", "Field tree"),
+    "dbh_cm": ("double", "Field DBH [cm]"),
+    "status": ("string", "Status"),
+    "species": ("string", "Species"),
+    "x": ("double", "Easting, co-registered [m]"),
+    "y": ("double", "Northing, co-registered [m]"),
+    "x_field": ("double", "Easting as surveyed [m]"),
+    "y_field": ("double", "Northing as surveyed [m]"),
+    "paired": ("string", "Paired"),
+    "tree_id": ("integer", "Measured tree"),
+}
+MEASURED_TREES = {
+    "tree_id": ("integer", "Measured tree"),
+    "plot_id": ("string", "Plot"),
+    "field_id": ("string", "Field tree"),
+    "x": ("double", "Easting [m]"),
+    "y": ("double", "Northing [m]"),
+    "dbh_cm": ("double", "Measured DBH [cm]"),
+    "qc_flag": ("string", "Quality"),
+    "paired": ("string", "Paired"),
+    "in_plot": ("string", "In the plot's circle"),
+}
+PLOTS = {
+    "plot_id": ("string", "Plot"),
+    "status": ("string", "Status"),
+    "reason": ("string", "Reason"),
+    "offset_e_m": ("double", "Moved east [m]"),
+    "offset_n_m": ("double", "Moved north [m]"),
+    "rot_deg": ("double", "Turned clockwise [°]"),
+    "ratio": ("double", "Score over the next best placing"),
+    "margin": ("double", "Log-likelihood over the next best placing"),
+    "residual_m": ("double", "Residual of the pairs [m]"),
+    "share": ("double", "Share of trees with a partner within 1 m"),
+    "n_field": ("integer", "Field trees"),
+    "n_measured": ("integer", "Measured trees in the circle"),
+    "n_pairs": ("integer", "Pairs"),
+    "n_sugg": ("integer", "Suggestions"),
+    "radius_m": ("double", "Radius [m]"),
+    "x": ("double", "Easting of the centre, co-registered [m]"),
+    "y": ("double", "Northing of the centre, co-registered [m]"),
+}
+#: Measured - field DBH in cm: vermilion is too thick, blue too thin; told apart by colour-blind readers.
+DELTAS = (
+    (-1000, -4, "below -4 cm", "#0b3c6e"),
+    (-4, -2, "-4 to -2 cm", "#4f95cf"),
+    (-2, 2, "within 2 cm", "#9a9a9a"),
+    (2, 4, "2 to 4 cm", "#e9a06b"),
+    (4, 1000, "above 4 cm", "#b5420c"),
+)
 GREEN, AMBER, RED, GREY = "#2e8b3d", "#f2a10d", "#c62828", "#7a7a7a"
 
 #: True size on the map (1 cm of DBH = 10 / scale mm), never smaller than what can be told apart on a screen.
@@ -89,10 +164,10 @@ def reasons() -> dict[str, tuple[str, str]]:
     return module.REASONS
 
 
-def memory_layer(fields: dict[str, tuple[str, str]], name: str) -> QgsVectorLayer:
+def memory_layer(fields: dict[str, tuple[str, str]], name: str, geometry: str = "PointZ") -> QgsVectorLayer:
     """An empty layer with the fields and their aliases."""
     columns = "&".join(f"field={field}:{kind}" for field, (kind, _) in fields.items())
-    layer = QgsVectorLayer(f"PointZ?crs=EPSG:32615&{columns}", name, "memory")
+    layer = QgsVectorLayer(f"{geometry}?crs=EPSG:32615&{columns}", name, "memory")
     for index, (_, alias) in enumerate(fields.values()):
         layer.setFieldAlias(index, alias)
     return layer
@@ -108,8 +183,8 @@ def marker(size_property: str | None = None, **properties: str) -> QgsMarkerSymb
     return symbol
 
 
-def labels(expression: str, colour: str, least_scale: int) -> QgsVectorLayerSimpleLabeling:
-    """Labels with a white halo, from ``1:least_scale`` inwards."""
+def labels(expression: str, colour: str, least_scale: int, middle: bool = False) -> QgsVectorLayerSimpleLabeling:
+    """Labels with a white halo, from ``1:least_scale`` inwards; ``middle``: under the middle of a line."""
     text = QgsTextFormat()
     text.setFont(QFont("Sans"))
     text.setSize(8)
@@ -124,6 +199,14 @@ def labels(expression: str, colour: str, least_scale: int) -> QgsVectorLayerSimp
     settings.fieldName = expression
     settings.isExpression = True
     settings.placement = QgsPalLayerSettings.OrderedPositionsAroundPoint
+    if middle:
+        # Most lines are shorter than their label.
+        settings.geometryGenerator = "centroid($geometry)"
+        settings.geometryGeneratorEnabled = True
+        settings.geometryGeneratorType = QgsWkbTypes.PointGeometry
+        settings.placement = QgsPalLayerSettings.OverPoint
+        settings.quadOffset = QgsPalLayerSettings.QuadrantBelow
+        settings.yOffset = -1.6
     settings.dist = 0.6
     settings.offsetType = QgsPalLayerSettings.FromSymbolBounds
     settings.scaleVisibility = True
@@ -215,6 +298,138 @@ def stations() -> QgsVectorLayer:
     return layer
 
 
+def pairs() -> QgsVectorLayer:
+    """Pairs: lines from the field tree to the measured one, coloured by the DBH difference, status editable."""
+    layer = memory_layer(PAIRS, "pairs", "LineString")
+    ranges = []
+    for low, high, text, colour in DELTAS:
+        symbol = QgsLineSymbol.createSimple({"line_color": colour, "line_width": "0.9", "capstyle": "round"})
+        dot = QgsMarkerLineSymbolLayer()
+        dot.setPlacement(QgsTemplatedLineSymbolLayerBase.CentralPoint)
+        dot.setSubSymbol(marker(color=colour, outline_color="#ffffff", outline_width="0.2", size="3"))
+        symbol.appendSymbolLayer(dot)
+        # Rejected pairs stay visible, thin and dotted.
+        symbol.symbolLayer(0).setDataDefinedProperty(
+            QgsSymbolLayer.PropertyStrokeStyle,
+            QgsProperty.fromExpression("if(\"pair_status\" = 'rejected', 'dot', 'solid')"),
+        )
+        ranges.append(QgsRendererRange(low, high, symbol, text))
+    # A pair without a difference (no DBH on one side) is drawn as no difference; its label says so.
+    layer.setRenderer(QgsGraduatedSymbolRenderer('coalesce("delta_cm", 0)', ranges))
+    layer.setLabeling(
+        labels(
+            """CASE WHEN "pair_status" = 'rejected' THEN 'rejected' WHEN "delta_cm" IS NULL THEN 'no DBH' """
+            """ELSE if("delta_cm" > 0, '+', '') || format_number("delta_cm", 1) END""",
+            "#1b1b1b",
+            1000,
+            middle=True,
+        )
+    )
+    layer.setLabelsEnabled(True)
+    layer.setDisplayExpression('"plot_id" || \': \' || "field_id" || \' - \' || "tree_id"')
+    layer.setMapTipTemplate(
+        """<b>Field tree [% "field_id" %], measured tree [% "tree_id" %]</b> ([% "pair_status" %])<br>"""
+        """field [% coalesce(format_number("field_cm", 1), '-') %] cm, """
+        """measured [% coalesce(format_number("dbh_cm", 1), '-') %] cm<br>"""
+        """[% format_number("dist_m", 2) %] m apart[% coalesce('<br>' || "note", '') %]"""
+    )
+    words = {"automatic": "auto", "confirmed": "ok", "moved by hand": "moved", "rejected": "rejected"}
+    layer.setEditorWidgetSetup(
+        list(PAIRS).index("pair_status"),
+        QgsEditorWidgetSetup("ValueMap", {"map": [{k: v} for k, v in words.items()]}),
+    )
+    return layer
+
+
+def suggested() -> QgsVectorLayer:
+    """Suggestions that were left to a person: dashed."""
+    layer = memory_layer(PAIRS, "suggested", "LineString")
+    symbol = QgsLineSymbol.createSimple({"line_color": "#6a3d9a", "line_width": "0.6", "line_style": "dash"})
+    layer.setRenderer(QgsSingleSymbolRenderer(symbol))
+    layer.setDisplayExpression('"plot_id" || \': \' || "field_id" || \' - \' || "tree_id"')
+    layer.setMapTipTemplate("""Field tree [% "field_id" %], measured tree [% "tree_id" %]?<br>[% "note" %]""")
+    return layer
+
+
+def field_trees() -> QgsVectorLayer:
+    """Field trees where they stand after co-registration: squares, hollow without a partner."""
+    layer = memory_layer(FIELD_TREES, "field_trees", "Point")
+    looks = {
+        "yes": ("paired", "#333333", "#333333"),
+        "no": ("not paired", "255,255,255,0", RED),
+        "check": ("plot needs a hand check", "255,255,255,0", "#6a3d9a"),
+        "rejected": ("pair rejected", "255,255,255,0", GREY),
+    }
+    layer.setRenderer(
+        QgsCategorizedSymbolRenderer(
+            "paired",
+            [
+                QgsRendererCategory(
+                    value, marker(name="square", color=fill, outline_color=edge, outline_width="0.5", size="2.2"), text
+                )
+                for value, (text, fill, edge) in looks.items()
+            ],
+        )
+    )
+    layer.setLabeling(labels('"field_id"', "#333333", 500))
+    layer.setLabelsEnabled(True)
+    layer.setDisplayExpression('"plot_id" || \': \' || "field_id"')
+    return layer
+
+
+def measured_trees() -> QgsVectorLayer:
+    """Measured trees: discs, hollow without a partner."""
+    layer = memory_layer(MEASURED_TREES, "measured_trees", "PointZ")
+    looks = {"yes": ("paired", GREEN, "#12401a"), "no": ("not paired", "255,255,255,0", AMBER)}
+    layer.setRenderer(
+        QgsCategorizedSymbolRenderer(
+            "paired",
+            [
+                QgsRendererCategory(
+                    value, marker(color=fill, outline_color=edge, outline_width="0.5", size="2.4"), text
+                )
+                for value, (text, fill, edge) in looks.items()
+            ],
+        )
+    )
+    layer.setDisplayExpression('"tree_id"')
+    return layer
+
+
+def plots() -> QgsVectorLayer:
+    """Plot circles at their co-registered centres; those left to a person stand out."""
+    layer = memory_layer(PLOTS, "plots", "Polygon")
+    looks = {
+        "auto": ("placed", "#555555", "0.4"),
+        "ok": ("confirmed by hand", GREEN, "0.6"),
+        "check": ("needs a hand check", "#6a3d9a", "0.9"),
+    }
+    layer.setRenderer(
+        QgsCategorizedSymbolRenderer(
+            "status",
+            [
+                QgsRendererCategory(
+                    value,
+                    QgsFillSymbol.createSimple({"style": "no", "outline_color": colour, "outline_width": width}),
+                    text,
+                )
+                for value, (text, colour, width) in looks.items()
+            ],
+        )
+    )
+    layer.setDisplayExpression('"plot_id"')
+    layer.setMapTipTemplate(
+        """<b>Plot [% "plot_id" %]</b> ([% "status" %])<br>[% "n_pairs" %] of [% "n_field" %] field trees paired<br>"""
+        """moved [% format_number("offset_e_m", 2) %] m east, [% format_number("offset_n_m", 2) %] m north, """
+        """turned [% format_number("rot_deg", 1) %]°[% coalesce('<br>' || "reason", '') %]"""
+    )
+    layer.setEditorWidgetSetup(
+        list(PLOTS).index("status"),
+        QgsEditorWidgetSetup("ValueMap", {"map": [{text: value} for value, (text, *_) in looks.items()]}),
+    )
+    return layer
+
+
 def main() -> int:
     """Write every style."""
     application = QgsApplication([], False)
@@ -229,7 +444,7 @@ def main() -> int:
         | QgsMapLayer.AttributeTable
         | QgsMapLayer.LayerConfiguration
     )
-    for layer in (trees(), stations()):
+    for layer in (trees(), stations(), pairs(), suggested(), field_trees(), measured_trees(), plots()):
         path = STYLES / f"{layer.name()}.qml"
         message, ok = layer.saveNamedStyle(str(path), categories)
         if not ok:

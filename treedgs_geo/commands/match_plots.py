@@ -30,6 +30,13 @@ class MatchPlotsSettings(PairingOptions, FieldProtocol):
     plots: Path = param(
         kind="file", help="plot centres: plot_id, easting, northing, epsg (or lon, lat), radius_m", suffixes=("csv",)
     )
+    trees_dbh_unit: str = param(
+        "auto",
+        kind="choice",
+        choices=("auto", "cm", "mm", "m", "in"),
+        advanced=True,
+        help="unit of a DBH column in a CSV of measured trees that does not say it (auto: from a name like dbh_cm)",
+    )
     crs: str | None = param(None, kind="crs", help="CRS of measured trees in a CSV, or of a layer without one")
     output: Path = param(
         kind="output_file", help="pairs layer; pairs locked in an existing file are kept", suffixes=("gpkg",)
@@ -48,7 +55,7 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
 
     ensure_writable(settings.output)
     crs = project_crs(settings.crs) if settings.crs else None
-    measured = read_measured(settings.trees, crs)
+    measured = read_measured(settings.trees, crs, settings.trees_dbh_unit)
     if measured.crs is None:
         if crs is None:
             raise CRSError(f"{settings.trees}: holds no CRS; give it with --crs.")

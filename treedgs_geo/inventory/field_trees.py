@@ -129,11 +129,11 @@ def read_field_trees(path: Path, protocol: FieldProtocol) -> pd.DataFrame:
             f"{path}, line {_line(twice)}: tree {found['field_id'][twice.idxmax()]} appears twice in its plot; "
             "give every tree of a plot its own tree_id."
         )
-    found["dbh_cm"] = _dbh_cm(path, table, column["dbh"], protocol.dbh_unit)
+    found["dbh_cm"] = dbh_in_cm(path, table, protocol.dbh_unit)
     if not polar:
-        found["x"], found["y"] = (_numbers(path, table, column[axis], required=True) for axis in "xy")
+        found["x"], found["y"] = (numbers(path, table, column[axis], required=True) for axis in "xy")
         return found
-    azimuth = _numbers(path, table, column["azimuth"], required=True)
+    azimuth = numbers(path, table, column["azimuth"], required=True)
     bad = (azimuth < 0) | (azimuth > 360)
     if bad.any():
         raise InputError(f"{path}, line {_line(bad)}: bearing {azimuth[bad.idxmax()]:g}, expected 0 to 360 degrees.")
@@ -153,7 +153,7 @@ def _horizontal_m(
             f"{path}: column {name!r} does not say its unit; rename it distance_m or distance_ft, or give "
             "--distance-unit."
         )
-    distance = _numbers(path, table, name, required=True) * _TO_M[unit]
+    distance = numbers(path, table, name, required=True) * _TO_M[unit]
     bad = (distance < 0) | (distance > 200)
     if bad.any():
         raise InputError(
@@ -166,7 +166,7 @@ def _horizontal_m(
                 f"{path}: has no slope_deg or slope_pct column, which slope distances need; add it, or use "
                 "--distance horizontal."
             )
-        slope = _numbers(path, table, column["slope"], required=True)
+        slope = numbers(path, table, column["slope"], required=True)
         angle = np.radians(slope) if column["slope"] == "slope_deg" else np.arctan(slope / 100)
         if (np.abs(angle) > np.radians(60)).any():
             raise InputError(
@@ -184,30 +184,31 @@ def _horizontal_m(
     return distance
 
 
-def _dbh_cm(path: Path, table: pd.DataFrame, name: str | None, unit: str) -> pd.Series:
-    """DBH in cm; refuses a unit that is unknown or that the values contradict."""
+def dbh_in_cm(path: Path, table: pd.DataFrame, unit: str, option: str = "--dbh-unit") -> pd.Series:
+    """The DBH column of a text table in cm, NaN where empty; all NaN without such a column.
+
+    Raises:
+        InputError: the unit is nowhere stated, or the values contradict it (metres taken for centimetres).
+    """
+    name = next((n for n in NAMES["dbh"] if n in table.columns), None)
     if name is None:
         return pd.Series(np.full(len(table), np.nan))
     if "_" in name:
         unit = name.rpartition("_")[2]
-    values = _numbers(path, table, name, required=False)
+    values = numbers(path, table, name, required=False)
     if unit == "auto":
         raise InputError(
             f"{path}: column {name!r} does not say its unit (values {values.min():g} to {values.max():g}); "
-            "rename it dbh_cm, dbh_mm, dbh_m or dbh_in, or give --dbh-unit."
+            f"rename it dbh_cm, dbh_mm, dbh_m or dbh_in, or give {option}."
         )
-    return checked_dbh_cm(path, values * _TO_CM[unit], f"{name} read as {unit}")
-
-
-def checked_dbh_cm(path: Path, dbh_cm: pd.Series, said: str) -> pd.Series:
-    """Refuse diameters that no stand has: the usual cause is metres or millimetres taken for centimetres."""
-    known = dbh_cm.dropna()
+    dbh = values * _TO_CM[unit]
+    known = dbh.dropna()
     if len(known) and (known.max() < 2.5 or known.median() > 250 or known.min() <= 0):
         raise InputError(
-            f"{path}: {said} gives DBHs of {known.min():.3g} to {known.max():.3g} cm, expected trees of about "
-            "5 to 100 cm; name the right unit in the column name or with --dbh-unit."
+            f"{path}: {name} read as {unit} gives DBHs of {known.min():.3g} to {known.max():.3g} cm, expected trees of "
+            f"about 5 to 100 cm; name the right unit in the column name or with {option}."
         )
-    return dbh_cm
+    return dbh
 
 
 def place(
@@ -266,8 +267,8 @@ def bearing_to_grid_deg(plot: Plot, crs: pyproj.CRS, protocol: FieldProtocol) ->
     return grid_convergence_deg(crs, *to_degrees.transform(plot.x, plot.y)) - float(declination or 0.0)
 
 
-def _numbers(path: Path, table: pd.DataFrame, name: str, required: bool) -> pd.Series:
-    """A column as float64; the first cell that is no finite number is named."""
+def numbers(path: Path, table: pd.DataFrame, name: str, required: bool) -> pd.Series:
+    """A column as float64 (NaN where empty); the first cell that is no finite number is named."""
     cells = table[name]
     values = pd.to_numeric(cells, errors="coerce").astype(float)
     bad = (cells.notna() | required) & ~np.isfinite(values)

@@ -9,10 +9,11 @@ from pathlib import Path
 import geopandas as gpd
 import numpy as np
 import pandas as pd
+import pyproj
 
 from ..core.errors import InputError
 from ..core.plots import Plot
-from .field_trees import checked_dbh_cm, read_table
+from .field_trees import NAMES, dbh_in_cm, numbers, read_table
 from .pairing import PairingOptions, Registration, assign, confirmed, register
 from .pairs_layer import SNAP_M, Locked
 from .tree_layer import read_trees
@@ -33,29 +34,33 @@ class Matched:
     warnings: list[str]
 
 
-def read_measured(path: Path, crs) -> gpd.GeoDataFrame:
+def read_measured(path: Path, crs: pyproj.CRS | None, dbh_unit: str = "auto") -> gpd.GeoDataFrame:
     """A tree layer, or a CSV with ``tree_id, x, y, dbh_cm`` (``crs`` is then the CRS of x and y).
 
     Raises:
-        InputError: not readable, columns missing, doubled ids, positions that are no numbers.
+        InputError: not readable, columns missing, doubled ids, positions that are no numbers, an unclear DBH unit.
     """
     path = Path(path)
     if path.suffix.lower() == ".csv":
         table = read_table(path)
-        missing = {"tree_id", "x", "y", "dbh_cm"} - set(table.columns)
-        if missing:
-            raise InputError(f"{path}: lacks the columns {', '.join(sorted(missing))}; expected tree_id, x, y, dbh_cm.")
-        for name in {"tree_id", "x", "y", "dbh_cm", "dbh_se_cm", "dbh_lo_cm", "dbh_hi_cm"} & set(table.columns):
-            values = pd.to_numeric(table[name], errors="coerce")
-            bad = values.isna() & (table[name].notna() | (name in ("tree_id", "x", "y")))
-            if bad.any():
-                raise InputError(
-                    f"{path}, line {int(np.flatnonzero(bad)[0]) + 2}: {name} is {table[name][bad.idxmax()]!r}, "
-                    "expected a number; correct it."
-                )
-            table[name] = values
-        trees = gpd.GeoDataFrame(table, geometry=gpd.points_from_xy(table["x"], table["y"]), crs=crs)
-        checked_dbh_cm(path, trees["dbh_cm"], "dbh_cm read as cm")
+        keys = ("field_id", "x", "y", "dbh")
+        found = {key: next((n for n in NAMES[key] if n in table.columns), None) for key in keys}
+        if None in found.values():
+            raise InputError(f"{path}: found columns {', '.join(table.columns)}; expected tree_id, x, y, dbh_cm.")
+        trees = pd.DataFrame(
+            {
+                "tree_id": numbers(path, table, found["field_id"], required=True),
+                "x": numbers(path, table, found["x"], required=True),
+                "y": numbers(path, table, found["y"], required=True),
+                "dbh_cm": dbh_in_cm(path, table, dbh_unit, "--trees-dbh-unit"),
+            }
+        )
+        for name in ("dbh_se_cm", "dbh_lo_cm", "dbh_hi_cm"):
+            if name in table:
+                trees[name] = numbers(path, table, name, required=False)
+        if "qc_flag" in table:
+            trees["qc_flag"] = table["qc_flag"]
+        trees = gpd.GeoDataFrame(trees, geometry=gpd.points_from_xy(trees["x"], trees["y"]), crs=crs)
     else:
         trees = read_trees(path)
         trees["x"], trees["y"] = trees.geometry.x, trees.geometry.y
@@ -194,7 +199,9 @@ def _pair_plot(
     done = {d["row"] for d in mine}
     free_f = np.array([k for k, row in enumerate(rows) if row not in done], int)
     free_m = around[~taken[around]]
-    found = assign(moved[free_f], xy[free_m], placed.sigma_m, options.gate_m)
+    middle = np.array([plot.x, plot.y]) + placed.offset_m
+    inside = int((np.linalg.norm(xy[free_m] - middle, axis=1) <= plot.radius_m).sum())
+    found = assign(moved[free_f], xy[free_m], placed.sigma_m, options.gate_m, inside)
     for (i, j), margin in zip(found.index, found.margin, strict=True):
         k, stem = free_f[i], free_m[j]
         sure = placed.status in ("auto", "ok") and margin >= options.min_margin

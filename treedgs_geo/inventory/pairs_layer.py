@@ -205,7 +205,12 @@ def _typed(table: pd.DataFrame) -> pd.DataFrame:
 
 def _write(path: Path, layer: str, table: gpd.GeoDataFrame, geometry: str | None) -> None:
     more = {"geometry_type": geometry} if geometry else {}
-    table.to_file(path, layer=layer, driver="GPKG", engine="pyogrio", mode="a" if path.exists() else "w", **more)
+    if path.exists():
+        more["mode"] = "a"
+    else:
+        # Version 1.2 is what the oldest supported QGIS reads without a warning.
+        more["dataset_options"] = {"VERSION": "1.2"}
+    table.to_file(path, layer=layer, driver="GPKG", engine="pyogrio", **more)
 
 
 def _text(value) -> str | None:

@@ -1,0 +1,109 @@
+"""The field tally: units, north, slope and face, and the mistakes that must be told."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyproj
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from treedgs_geo.core.errors import InputError
+from treedgs_geo.core.plots import Plot
+from treedgs_geo.inventory.field_trees import FieldProtocol, place, read_field_trees
+
+UTM = pyproj.CRS.from_epsg(6344)
+PLOT = Plot("a", 611337.0, 3718451.0, 10.0)
+HEAD = "plot_id,tree_id,azimuth_deg,distance_m,dbh_cm\n"
+
+
+def tally(tmp_path, text, **protocol):
+    path = tmp_path / "field.csv"
+    path.write_text(text, encoding="utf-8")
+    return read_field_trees(path, FieldProtocol(**protocol))
+
+
+def test_bearing_and_distance_by_every_north(tmp_path):
+    trees = tally(tmp_path, HEAD + "a,1,90,10,20\n")
+    grid = place(trees, [PLOT], UTM, FieldProtocol(north="grid"))
+    assert grid.loc[0, ["x", "y"]].tolist() == pytest.approx([PLOT.x + 10, PLOT.y])
+    # East of the central meridian true north lies to the left of grid north here: convergence +0.66 degrees.
+    true = place(trees, [PLOT], UTM, FieldProtocol(north="true"))
+    assert np.degrees(np.arctan2(true.y[0] - PLOT.y, true.x[0] - PLOT.x)) == pytest.approx(0.664, abs=0.01)
+    magnetic = place(trees, [PLOT], UTM, FieldProtocol(north="magnetic", declination_deg=-8.29))
+    turned = np.degrees(np.arctan2(magnetic.y[0] - PLOT.y, magnetic.x[0] - PLOT.x))
+    assert turned == pytest.approx(0.664 + 8.29, abs=0.01)
+    with pytest.raises(InputError, match="declination"):
+        place(trees, [PLOT], UTM, FieldProtocol(north="magnetic"))
+
+
+def test_convergence_agrees_with_a_point_due_north():
+    """A target a little further north on the same meridian must get the grid bearing that ``place`` gives 0 degrees."""
+    import pandas as pd
+
+    to_degrees = pyproj.Transformer.from_crs(UTM, UTM.geodetic_crs.to_2d(), always_xy=True)
+    lon, lat = to_degrees.transform(PLOT.x, PLOT.y)
+    x, y = to_degrees.transform(lon, lat + 1e-4, direction="INVERSE")
+    row = pd.DataFrame({"plot_id": ["a"], "field_id": ["1"], "azimuth_deg": [0.0], "distance_m": [10.0]})
+    put = place(row, [PLOT], UTM, FieldProtocol())
+    assert np.arctan2(put.x[0] - PLOT.x, put.y[0] - PLOT.y) == pytest.approx(
+        np.arctan2(x - PLOT.x, y - PLOT.y), abs=1e-5
+    )
+
+
+def test_slope_face_feet_and_inches(tmp_path):
+    trees = tally(
+        tmp_path,
+        "plot,tree,azimuth,dist_ft,dbh_in,slope_pct\na,1,0,50,10,100\n",
+        distance="slope",
+        to="face",
+    )
+    assert trees.dbh_cm[0] == pytest.approx(25.4)
+    assert trees.distance_m[0] == pytest.approx(50 * 0.3048 * np.cos(np.pi / 4) + 0.127)
+
+
+@pytest.mark.parametrize(
+    ("text", "protocol", "message"),
+    [
+        (HEAD + "a,1,370,5,20\n", {}, "line 2: bearing 370"),
+        (HEAD + "a,1,10,5,20\na,1,20,5,20\n", {}, "line 3: tree 1 appears twice"),
+        (HEAD + "a,1,10,,20\n", {}, "line 2: distance_m"),
+        (HEAD + "a,1,10,nan,20\n", {}, "distance_m"),
+        (HEAD + "a,1,10,5,inf\n", {}, "dbh_cm"),
+        (HEAD + "a,1,10,5,0.20\na,2,20,5,0.31\n", {}, "0.2 to 0.31 cm"),
+        (HEAD.replace("dbh_cm", "DBH") + "a,1,10,5,0.20\n", {}, "--dbh-unit"),
+        (HEAD.replace("distance_m", "Dist") + "a,1,10,5,20\n", {}, "--distance-unit"),
+        (HEAD + "a,1,10,5,20\n", {"distance": "slope"}, "slope_deg or slope_pct"),
+        (HEAD + "a,1,10,5,\n", {"to": "face"}, "--to pith"),
+        (HEAD + "a,1,10,500,20\n", {}, "0 to 200 m"),
+        (HEAD, {}, "holds no row"),
+        ("", {}, "cannot be read"),
+        ("plot_id,tree_id,dbh_cm\na,1,20\n", {}, "found columns"),
+    ],
+)
+def test_mistakes_are_told(tmp_path, text, protocol, message):
+    with pytest.raises(InputError, match=message.replace("(", r"\(")):
+        tally(tmp_path, text, **protocol)
+
+
+def test_unknown_plot_is_told(tmp_path):
+    trees = tally(tmp_path, HEAD + "b,1,10,5,20\n")
+    with pytest.raises(InputError, match="plot b is not in the plots table"):
+        place(trees, [PLOT], UTM, FieldProtocol())
+
+
+def test_a_tree_without_dbh_is_kept(tmp_path):
+    trees = tally(tmp_path, HEAD + "a,1,10,5,\na,2,20,5,30\n")
+    assert np.isnan(trees.dbh_cm[0]) and trees.dbh_cm[1] == 30
+
+
+@given(st.text(max_size=200))
+def test_any_text_is_parsed_or_told(tmp_path_factory, text):
+    path = tmp_path_factory.mktemp("fuzz") / "field.csv"
+    path.write_text(HEAD + text, encoding="utf-8", errors="replace")
+    try:
+        trees = read_field_trees(path, FieldProtocol())
+    except InputError as problem:
+        assert str(path) in str(problem)
+    else:
+        assert np.isfinite(trees[["azimuth_deg", "distance_m"]].to_numpy(float)).all()

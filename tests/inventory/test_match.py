@@ -1,0 +1,265 @@
+"""``match-plots`` end to end: layers, styles, what a person locked, and mistakes."""
+
+from __future__ import annotations
+
+import sqlite3
+
+import geopandas as gpd
+import numpy as np
+import pandas as pd
+import pyproj
+import pytest
+from shapely.geometry import LineString
+from shared_data import needs_shared
+
+from treedgs_geo.commands.match_plots import MatchPlotsSettings, run
+from treedgs_geo.core.errors import InputError
+from treedgs_geo.core.progress import Reporter
+from treedgs_geo.inventory.pairs_layer import FIELD, MEASURED, PAIR_COLUMNS, PAIRS, PLOTS, SUGGESTED
+from treedgs_geo.inventory.tree_layer import write_trees
+from treedgs_geo.measure.trees import Tree
+
+CENTRE = np.array([611337.0, 3718451.0])
+OFFSET = np.array([2.1, -1.3])
+
+
+class Ears(Reporter):
+    """Remembers warnings."""
+
+    def __init__(self):
+        super().__init__()
+        self.warnings: list[str] = []
+
+    def warn(self, message):
+        self.warnings.append(message)
+
+
+@pytest.fixture
+def survey(tmp_path):
+    """15 field trees whose plot centre is 2.5 m off; tree 3 was missed, one measured tree is false, one has no DBH."""
+    rng = np.random.default_rng(4)
+    xy = np.array([[0.0, 0.0]])
+    while len(xy) < 15:
+        point = rng.uniform(-8, 8, 2)
+        if np.hypot(*point) < 8 and np.hypot(*(xy - point).T).min() > 1.5:
+            xy = np.vstack([xy, point])
+    dbh = rng.uniform(12, 40, 15)
+    azimuth = np.degrees(np.arctan2(*xy.T)) % 360
+    pd.DataFrame(
+        {
+            "plot_id": "p",
+            "tree_id": range(1, 16),
+            "azimuth_deg": azimuth.round(2),
+            "distance_m": np.hypot(*xy.T).round(3),
+            "dbh_cm": dbh.round(1),
+        }
+    ).to_csv(tmp_path / "field.csv", index=False)
+    pd.DataFrame({"plot_id": ["p"], "easting": CENTRE[0], "northing": CENTRE[1], "epsg": 6344, "radius_m": 9.0}).to_csv(
+        tmp_path / "plots.csv", index=False
+    )
+    stand = xy + CENTRE + OFFSET + rng.normal(0, 0.05, (15, 2))
+    trees = [
+        Tree(100 + k, *stand[k], z_ground=38.0, dbh_cm=dbh[k] + 0.5, dbh_se_cm=0.4, method="test")
+        for k in range(15)
+        if k != 2
+    ]
+    trees[5] = Tree(105 + 1, *stand[6], qc_flag="reject", qc_reason="few_points", method="test")
+    free = np.array([9.0, 0.0]) / 2 + CENTRE + OFFSET
+    assert np.hypot(*(stand - free).T).min() > 1.0
+    trees.append(Tree(200, *free, z_ground=38.0, dbh_cm=20.0, dbh_se_cm=0.4, method="test"))
+    write_trees(tmp_path / "trees.gpkg", trees, pyproj.CRS.from_epsg(6344))
+    return tmp_path
+
+
+def match(folder, **more):
+    ears = Ears()
+    settings = MatchPlotsSettings(
+        **{
+            "trees": folder / "trees.gpkg",
+            "field": folder / "field.csv",
+            "plots": folder / "plots.csv",
+            "output": folder / "pairs.gpkg",
+            "north": "grid",
+            **more,
+        }
+    )
+    return run(settings, ears), ears.warnings
+
+
+def edit(path, change):
+    """What a person does in QGIS: change the pairs layer in place."""
+    layers = {name: gpd.read_file(path, layer=name) for name in (PAIRS, SUGGESTED, FIELD, MEASURED, PLOTS)}
+    change(layers)
+    path.unlink()
+    for name, table in layers.items():
+        table.to_file(path, layer=name, driver="GPKG", mode="a" if path.exists() else "w")
+
+
+def test_pairs_are_found_and_every_tree_is_kept(survey):
+    result, _ = match(survey)
+    pairs = gpd.read_file(survey / "pairs.gpkg", layer=PAIRS)
+    assert result["n_pairs"] == len(pairs) == 14 and list(pairs.columns) == [*PAIR_COLUMNS, "geometry"]
+    assert (pairs.tree_id == pairs.field_id.astype(int) + 99).all() and set(pairs.pair_status) == {"auto"}
+    done = pairs[pairs.dbh_cm.notna()]
+    assert len(done) == 13 and done.delta_cm.to_numpy() == pytest.approx(0.5, abs=0.06)
+    field = gpd.read_file(survey / "pairs.gpkg", layer=FIELD)
+    assert len(field) == 15 and field.loc[field.paired == "no", "field_id"].tolist() == ["3"]
+    measured = gpd.read_file(survey / "pairs.gpkg", layer=MEASURED)
+    assert measured.loc[measured.paired == "no", "tree_id"].tolist() == [200]
+    plot = gpd.read_file(survey / "pairs.gpkg", layer=PLOTS).iloc[0]
+    assert [plot.offset_e_m, plot.offset_n_m] == pytest.approx(OFFSET, abs=0.08) and plot.status == "auto"
+    with sqlite3.connect(survey / "pairs.gpkg") as connection:
+        styled = {name for (name,) in connection.execute("SELECT f_table_name FROM layer_styles")}
+    assert styled == {PAIRS, SUGGESTED, FIELD, MEASURED, PLOTS}
+
+
+def test_dbh_never_decides(survey):
+    match(survey)
+    first = gpd.read_file(survey / "pairs.gpkg", layer=PAIRS)
+    field = pd.read_csv(survey / "field.csv")
+    field["dbh_cm"] = field.dbh_cm.to_numpy()[::-1]
+    field.to_csv(survey / "field.csv", index=False)
+    match(survey, output=survey / "other.gpkg")
+    second = gpd.read_file(survey / "other.gpkg", layer=PAIRS)
+    assert first[["field_id", "tree_id", "margin"]].equals(second[["field_id", "tree_id", "margin"]])
+
+
+def test_what_a_person_locked_survives(survey):
+    match(survey)
+    path = survey / "pairs.gpkg"
+
+    def change(layers):
+        pairs, measured = layers[PAIRS], layers[MEASURED].set_index("tree_id")
+        pairs.loc[pairs.field_id == "1", "pair_status"] = "ok"
+        pairs.loc[pairs.field_id == "4", "pair_status"] = "rejected"
+        row = pairs.index[pairs.field_id == "8"][0]
+        start = pairs.geometry[row].coords[0]
+        end = measured.geometry[200]
+        pairs.loc[row, "geometry"] = LineString([start, (end.x + 0.1, end.y)])
+        pairs.loc[row, "pair_status"] = "moved"
+
+    edit(path, change)
+    for _ in range(2):  # and once more: locking does not wear off
+        match(survey)
+        pairs = gpd.read_file(path, layer=PAIRS).set_index("field_id")
+        assert pairs.pair_status[["1", "4", "8"]].tolist() == ["ok", "rejected", "moved"]
+        assert pairs.tree_id["8"] == 200 and pairs.dbh_cm["8"] == 20.0
+        assert set(pairs.pair_status.drop(["1", "4", "8"])) == {"auto"} and len(pairs) == 14
+        field = gpd.read_file(path, layer=FIELD).set_index("field_id")
+        assert field.paired["4"] == "rejected" and field.paired["1"] == "yes"
+
+
+def test_locked_pairs_follow_a_new_measurement(survey):
+    """Measured again, the trees have other numbers: a locked pair means the tree at its end."""
+    match(survey)
+    edit(survey / "pairs.gpkg", lambda layers: layers[PAIRS].__setitem__("pair_status", "ok"))
+    before = gpd.read_file(survey / "pairs.gpkg", layer=PAIRS).set_index("field_id")
+    trees = gpd.read_file(survey / "trees.gpkg", layer="trees")
+    trees["tree_id"] = 500 - trees.tree_id
+    trees[trees.tree_id != 500 - 101].to_file(survey / "trees.gpkg", layer="trees", driver="GPKG")
+    _, warnings = match(survey)
+    after = gpd.read_file(survey / "pairs.gpkg", layer=PAIRS).set_index("field_id")
+    rest = after.index.drop("2")
+    assert (after.tree_id[rest] == 500 - before.tree_id[rest]).all()
+    assert pd.isna(after.tree_id["2"]) and after.pair_status["2"] == "ok"
+    assert any("no measured tree within" in text for text in warnings)
+
+
+def test_a_line_drawn_by_hand_is_a_pair(survey):
+    match(survey)
+
+    def change(layers):
+        field, measured = layers[FIELD].set_index("field_id"), layers[MEASURED].set_index("tree_id")
+        start, end = field.geometry["3"], measured.geometry[200]
+        line = LineString([(start.x, start.y), (end.x, end.y)])
+        layers[PAIRS] = pd.concat(
+            [layers[PAIRS], gpd.GeoDataFrame({"plot_id": [None]}, geometry=[line], crs=field.crs)]
+        )
+
+    edit(survey / "pairs.gpkg", change)
+    match(survey)
+    pairs = gpd.read_file(survey / "pairs.gpkg", layer=PAIRS).set_index("field_id")
+    assert pairs.tree_id["3"] == 200 and pairs.pair_status["3"] == "moved"
+
+
+def test_a_plot_left_to_a_person_is_paired_once_confirmed(survey):
+    result, warnings = match(survey, min_ratio=10.0)
+    assert result["n_pairs"] == 0 and result["n_plots_to_check"] == 1 and result["n_suggested"] == 14
+    assert any("hand check" in text for text in warnings)
+    edit(survey / "pairs.gpkg", lambda layers: layers[PLOTS].__setitem__("status", "ok"))
+    result, _ = match(survey, min_ratio=10.0)
+    assert result["n_pairs"] == 14 and result["n_plots_to_check"] == 0
+    result, _ = match(survey, min_ratio=10.0)
+    assert result["n_pairs"] == 14
+
+
+def test_an_unknown_status_and_a_foreign_file_are_told_and_kept(survey):
+    match(survey)
+    path = survey / "pairs.gpkg"
+    edit(path, lambda layers: layers[PAIRS].__setitem__("pair_status", "yes"))
+    before = path.read_bytes()
+    with pytest.raises(InputError, match="pair_status 'yes' is unknown"):
+        match(survey)
+    assert path.read_bytes() == before
+    with pytest.raises(InputError, match="expected 'pairs'"):
+        match(survey, output=survey / "trees.gpkg")
+    with pytest.raises(InputError, match="expected .gpkg"):
+        match(survey, output=survey / "pairs.shp")
+    assert not list(survey.glob(".*"))
+
+
+def test_csv_of_measured_trees_needs_a_unit(survey):
+    trees = gpd.read_file(survey / "trees.gpkg", layer="trees")
+    table = pd.DataFrame({"tree_id": trees.tree_id, "X": trees.x, "Y": trees.y, "DBH": trees.dbh_cm / 100})
+    table.to_csv(survey / "trees.csv", index=False)
+    more = {"trees": survey / "trees.csv", "crs": "EPSG:6344"}
+    for unit, message in (("auto", "--trees-dbh-unit"), ("cm", "expected trees of about")):
+        with pytest.raises(InputError, match=message):
+            match(survey, **more, trees_dbh_unit=unit)
+    assert match(survey, **more, trees_dbh_unit="m")[0]["n_pairs"] == 14
+
+
+def test_no_measured_tree_at_all(survey):
+    write_trees(survey / "trees.gpkg", [], pyproj.CRS.from_epsg(6344))
+    result, warnings = match(survey)
+    assert result["n_pairs"] == 0 and result["n_plots_to_check"] == 1 and warnings
+    assert len(gpd.read_file(survey / "pairs.gpkg", layer=FIELD)) == 15
+
+
+@pytest.mark.parametrize("name", ["plot_a", "plot_e"])
+def test_rendered_plots(name, tmp_path):
+    """Real noise of tape and compass: true stems as measured trees, the tally and the centre as surveyed."""
+    import json
+
+    folder = needs_shared(name)
+    truth = pd.read_csv(folder / "truth" / "trees.csv")
+    trees = [Tree(k, r.E_bh, r.N_bh, dbh_cm=r.dbh_cm, dbh_se_cm=0.5, method="true") for k, r in truth.iterrows()]
+    write_trees(tmp_path / "trees.gpkg", trees, pyproj.CRS.from_epsg(6344))
+    result, _ = match(tmp_path, field=folder / "field_trees.csv", plots=folder / "plots.csv", north="true")
+    key = json.loads((folder / "truth" / "field_key.json").read_text())["field_tree_id_to_truth"]
+    pairs = gpd.read_file(tmp_path / "pairs.gpkg", layer=PAIRS)
+    assert len(pairs) == len(key) == result["n_field"]
+    assert all(truth.tree_id[row.tree_id] == key[row.field_id] for row in pairs.itertuples())
+    assert abs(gpd.read_file(tmp_path / "pairs.gpkg", layer=PLOTS).rot_deg[0]) < 1
+
+
+def test_a_real_plot_pairs(tmp_path):
+    """Petawawa PRF025: 62 tallied stems, a mobile-LiDAR map with DBH in metres; 58 pair by a shift alone."""
+    folder = needs_shared("field_prf025")
+    (tmp_path / "plots.csv").write_text(
+        "plot_id,easting,northing,epsg,radius_m\nPRF025,312029.5177,5096039.418,2959,11.28\n"
+    )
+    result, _ = match(
+        tmp_path,
+        trees=folder / "PRF025_mls_treemap.csv",
+        field=folder / "PRF025_field.csv",
+        crs="EPSG:2959",
+        dbh_unit="cm",
+        distance_unit="m",
+        trees_dbh_unit="m",
+    )
+    assert result["n_pairs"] >= 52 and result["n_pairs"] + result["n_suggested"] >= 56
+    pairs = gpd.read_file(tmp_path / "pairs.gpkg", layer=PAIRS)
+    assert np.sqrt((pairs.delta_cm**2).mean()) < 1.2 and pairs.delta_cm.abs().max() < 4
+    plot = gpd.read_file(tmp_path / "pairs.gpkg", layer=PLOTS).iloc[0]
+    assert plot.offset_e_m == pytest.approx(-0.59, abs=0.3) and plot.offset_n_m == pytest.approx(0.18, abs=0.3)
