@@ -1,0 +1,226 @@
+"""Poses, pairs, tracks, images, dense: on small synthetic blocks with exact answers."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from treedgs_geo.core.crs import LocalFrame
+from treedgs_geo.reconstruction.adjustment import adjust
+from treedgs_geo.reconstruction.cameras import Camera, View
+from treedgs_geo.reconstruction.dense import densify_band, vote
+from treedgs_geo.reconstruction.guided import find_points, turn_to_points
+from treedgs_geo.reconstruction.images import pinhole_crop, undistort_view
+from treedgs_geo.reconstruction.model import load_points, load_views, save_model
+from treedgs_geo.reconstruction.pairs import select_pairs
+from treedgs_geo.reconstruction.poses import fit_similarity_robust, rotation_angle_deg, rotation_from_gimbal
+from treedgs_geo.reconstruction.tracks import Block, build_tracks, triangulate
+
+CAMERA = Camera(1280, 960, 1900.0, 1900.0, 645.0, 476.0, -0.02, 0.01)
+
+
+def ring(count: int = 10, height: float = 60.0, pitch: float = -60.0, camera: Camera = CAMERA) -> list[View]:
+    """Views that look at the origin from all sides."""
+    views = []
+    for k in range(count):
+        yaw = 360.0 * k / count
+        back = height / np.tan(np.radians(-pitch))
+        centre = np.array([-np.sin(np.radians(yaw)) * back, -np.cos(np.radians(yaw)) * back, height])
+        rotation = rotation_from_gimbal(yaw, pitch, 0.0)
+        views.append(View(f"{k}.png", Path(f"{k}.png"), camera, rotation, -rotation @ centre))
+    return views
+
+
+def block_of(views: list[View], points: np.ndarray, noise_px: float, rng: np.random.Generator) -> Block:
+    """Every point seen by every view that frames it."""
+    keypoints, image, key, point = [], [], [], []
+    for i, view in enumerate(views):
+        pixels, _ = view.project(points)
+        seen = np.flatnonzero(view.contains(pixels))
+        keypoints.append(pixels[seen] + rng.normal(0, noise_px, (len(seen), 2)))
+        image.append(np.full(len(seen), i))
+        key.append(np.arange(len(seen)))
+        point.append(seen)
+    return Block(views[0].camera, np.array([v.rotation for v in views]), np.array([v.translation for v in views]), keypoints, points.copy(),
+                 np.concatenate(image), np.concatenate(key), np.concatenate(point))
+
+
+def test_gimbal_angles() -> None:
+    down = rotation_from_gimbal(0, -90, 0)
+    np.testing.assert_allclose(down[2], [0, 0, -1], atol=1e-12)
+    np.testing.assert_allclose(down[0], [1, 0, 0], atol=1e-12)
+    east = rotation_from_gimbal(90, 0, 0)
+    np.testing.assert_allclose(east[2], [1, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(east[1], [0, 0, -1], atol=1e-12)
+
+
+def test_similarity_ignores_wrong_tags() -> None:
+    rng = np.random.default_rng(3)
+    target = rng.normal(0, 20, (20, 3)) + [0, 0, 60]
+    turn = rotation_from_gimbal(33, -40, 10)
+    source = (target - [1, 2, 3]) @ turn / 7.5
+    target = target + rng.normal(0, 0.02, target.shape)
+    target[4] += [5, 0, 0]
+    target[9] += [0, 3, 2]
+    fitted, inliers = fit_similarity_robust(source, target, np.full(20, 0.03), rng)
+    assert inliers.sum() == 18 and not inliers[[4, 9]].any()
+    assert fitted.scale == pytest.approx(7.5, rel=1e-3)
+    line = np.arange(12)[:, None] * np.array([[1.0, 2.0, 0.0]])
+    assert fit_similarity_robust(line, line, np.full(12, 0.03), rng) is None
+
+
+def test_pairs_prefer_overlap() -> None:
+    views = ring(36)
+    rotations = np.array([v.rotation for v in views])
+    xyz = np.array([v.centre for v in views])
+    pairs = select_pairs(xyz, rotations, 0.0, 0.34, neighbours=6)
+    apart = np.abs(pairs[:, 0] - pairs[:, 1])
+    assert np.minimum(apart, 36 - apart).max() <= 4 and set(pairs.ravel()) == set(range(36))
+    xyz[5] = np.nan
+    assert 5 in select_pairs(xyz, rotations, 0.0, 0.34, neighbours=6), "a photo without position is still matched"
+
+
+def test_tracks_drop_contradictions() -> None:
+    keypoints = [np.zeros((4, 2)) for _ in range(3)]
+    matches = {(0, 1): np.array([[0, 0], [1, 1]]), (1, 2): np.array([[0, 0], [1, 1]]), (0, 2): np.array([[0, 0], [2, 1]])}
+    image, key, track = build_tracks(keypoints, matches, np.ones(3, bool))
+    full = track[(image == 0) & (key == 0)][0]
+    assert (track == full).sum() == 3
+    assert not ((image == 0) & np.isin(key, [1, 2])).any(), "two keypoints of one photo in one track: neither is kept"
+
+
+def test_triangulation_and_outliers() -> None:
+    rng = np.random.default_rng(0)
+    points = rng.uniform([-15, -15, 0], [15, 15, 8], (200, 3))
+    block = block_of(ring(), points, 0.2, rng)
+    wrong = rng.choice(len(block.image), 60, replace=False)
+    for row in wrong:
+        block.keypoints[block.image[row]][block.key[row]] += rng.choice([-1, 1], 2) * rng.uniform(20, 60, 2)
+    block.points[:] = 0
+    before = len(block.image)
+    triangulate(block, 3.0)
+    assert len(block.image) >= before - 80
+    nearest = np.linalg.norm(block.points[:, None] - points[None], axis=2).min(axis=1)
+    assert np.median(nearest) < 0.02 and nearest.max() < 0.3
+
+
+def test_adjustment_frees_focal_and_principal_point() -> None:
+    rng = np.random.default_rng(1)
+    views = ring(12) + ring(9, 80.0, -75.0)
+    points = rng.uniform([-15, -15, 0], [15, 15, 6], (400, 3))
+    block = block_of(views, points, 0.2, rng)
+    truth = block.centres.copy()
+    tags = truth + rng.normal(0, 0.02, truth.shape)
+    tags[3] += [1.5, 0, 0]
+    sd = np.full(truth.shape, 0.02)
+    for i in range(len(views)):
+        wobble = rotation_from_gimbal(*rng.normal(0, 0.2, 3)) @ rotation_from_gimbal(0, 0, 0).T
+        block.rotations[i] = wobble @ block.rotations[i]
+        block.translations[i] = -block.rotations[i] @ tags[i]
+    block.camera = Camera(1280, 960, 1880.0, 1880.0, 640.0, 480.0)
+    for loss in (5.0, 1.0):
+        rms = adjust(block, tags, sd, free_focal=True, free_principal_point=True, free_distortion=True, loss_px=loss)
+    assert rms < 0.4
+    assert block.camera.fx == pytest.approx(1900, abs=1.5) and block.camera.cx == pytest.approx(645, abs=1.5)
+    error = np.linalg.norm(block.centres - truth, axis=1)
+    assert error[3] < 0.1 and np.sqrt(np.mean(error**2)) < 0.05
+
+
+def test_turn_to_points_with_a_tenth_right() -> None:
+    rng = np.random.default_rng(5)
+    view = ring()[2]
+    points = rng.uniform([-15, -15, 0], [15, 15, 6], (120, 3))
+    rays = (points - view.centre) @ view.rotation.T
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    rays[18:] = rays[rng.permutation(np.arange(18, 120))]
+    guess = rotation_from_gimbal(1, 0, 1) @ rotation_from_gimbal(0, 0, 0).T @ view.rotation
+    found, inliers = turn_to_points(points, rays, view.centre, 3 / 1900, rng, trials=4000, near=guess, max_turn_deg=3)
+    assert rotation_angle_deg(found @ view.rotation.T) < 0.1 and inliers[:18].all()
+
+
+def test_known_points_are_found_again() -> None:
+    rng = np.random.default_rng(2)
+    points = rng.uniform([-15, -15, 0], [15, 15, 3], (300, 3))
+    block = block_of(ring(), points, 0.2, rng)
+    code = rng.integers(0, 60, (300, 128), dtype=np.uint8)
+    descriptors = [code[block.point[block.image == i]] for i in range(10)]
+    rotation = rotation_from_gimbal(0.3, 0, 0) @ rotation_from_gimbal(0, 0, 0).T @ block.rotations[4]
+    found = find_points(block, descriptors, 4, rotation, -rotation @ block.centres[4], 40.0, 0.8)
+    own = block.point[block.image == 4]
+    assert len(found.point) > 0.9 * len(own) and (own[found.key] == found.point).mean() > 0.99
+
+
+def test_undistortion_keeps_the_pixel_convention(tmp_path: Path) -> None:
+    camera = Camera(400, 300, 350.0, 352.0, 203.3, 148.1, -0.12, 0.03, 0.001, -0.002)
+    view = View("a.png", tmp_path / "a.png", camera, np.eye(3), np.zeros(3))
+    target = np.array([[0.3, -0.2, 1.0], [-0.35, 0.25, 1.0], [0.0, 0.0, 1.0]])
+    pixels, _ = view.project(target)
+    v, u = np.mgrid[:300, :400] + 0.5
+    image = np.zeros((300, 400))
+    for x, y in pixels:
+        image += 255 * np.exp(-((u - x) ** 2 + (v - y) ** 2) / 18)
+    image = np.repeat(np.clip(image, 0, 255).astype(np.uint8)[:, :, None], 3, axis=2)
+    flat, plain = undistort_view(view, image)
+    crop, k = pinhole_crop(view, (50, 40, 390, 290), image, scale=2.0)
+    for wanted, picture, matrix in ((target, flat, plain.camera.matrix), (target[:1], crop, k)):
+        expected = (wanted @ matrix.T)[:, :2]
+        for x, y in expected:
+            c, r = int(x), int(y)
+            patch = picture[max(r - 9, 0):r + 10, max(c - 9, 0):c + 10, 0].astype(float)
+            rows, columns = np.mgrid[:patch.shape[0], :patch.shape[1]]
+            assert (columns * patch).sum() / patch.sum() + max(c - 9, 0) + 0.5 == pytest.approx(x, abs=0.35)
+            assert (rows * patch).sum() / patch.sum() + max(r - 9, 0) + 0.5 == pytest.approx(y, abs=0.35)
+
+
+def test_model_round_trip(tmp_path: Path) -> None:
+    import pyproj
+
+    rng = np.random.default_rng(0)
+    views = ring(4)
+    points = rng.uniform([-10, -10, 0], [10, 10, 3], (30, 3))
+    block = block_of(views, points, 0.0, rng)
+    for view in views:
+        cv2.imwrite(str(tmp_path / view.name), np.full((960, 1280, 3), (10, 20, 200), np.uint8))
+    frame = LocalFrame(pyproj.CRS.from_epsg(6344), np.array([611337.0, 3718451.0, 38.0]))
+    block.rotations[3], block.translations[3] = np.nan, np.nan
+    block.keep(block.image != 3)
+    save_model(tmp_path / "sfm", block, [v.name for v in views], [tmp_path / v.name for v in views], np.array([0, 0, 1, 1]), frame, {"a": 1})
+    again, loaded = load_views(tmp_path / "sfm", tmp_path)
+    assert [v.name for v in loaded] == ["0.png", "1.png", "2.png"] and loaded[2].flight == 1
+    np.testing.assert_allclose(loaded[1].rotation, views[1].rotation, atol=1e-9)
+    np.testing.assert_allclose(again.origin, frame.origin)
+    sparse = load_points(tmp_path / "sfm")
+    assert len(sparse.xyz) == len(points) and (sparse.rgb == [200, 20, 10]).all() and sparse.error_px.max() < 1e-6
+
+
+def test_dense_band_finds_a_textured_wall(tmp_path: Path) -> None:
+    rng = np.random.default_rng(4)
+    camera = Camera(640, 480, 900.0, 900.0, 320.0, 240.0)
+    texture = cv2.GaussianBlur(rng.uniform(0, 255, (700, 700)).astype(np.float32), (0, 0), 1.2)
+    texture = np.clip((texture - 127) * 3 + 127, 0, 255)
+    views = []
+    # A slanted plane z = 1 + 0.1 x under three oblique cameras a few metres apart.
+    for k, east in enumerate((-4.0, 0.0, 4.0)):
+        rotation = rotation_from_gimbal(-east * 2, -55, 0)
+        centre = np.array([east, -25.0, 36.0])
+        view = View(f"{k}.png", tmp_path / f"{k}.png", camera, rotation, -rotation @ centre)
+        u, v = np.meshgrid(np.arange(640) + 0.5, np.arange(480) + 0.5)
+        rays = view.rays(np.column_stack([u.ravel(), v.ravel()]))
+        reach = (1 + 0.1 * centre[0] - centre[2]) / (rays[:, 2] - 0.1 * rays[:, 0])
+        spot = centre + reach[:, None] * rays
+        maps = ((spot[:, :2] + 14) * 25).astype(np.float32).reshape(480, 640, 2)
+        picture = cv2.remap(texture, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR)
+        cv2.imwrite(str(view.path), np.repeat(picture.astype(np.uint8)[:, :, None], 3, axis=2))
+        views.append(view)
+    xyz, rgb, votes = densify_band(views, None, lambda x, y: np.zeros_like(np.asarray(x, float)), np.zeros(2), 4.0)
+    assert len(xyz) > 2000 and rgb.dtype == np.uint8 and votes.min() >= 2
+    off = xyz[:, 2] - (1 + 0.1 * xyz[:, 0])
+    assert np.abs(np.median(off)) < 0.03 and np.median(np.abs(off)) < 0.06
+
+
+def test_vote_counts_each_photo_once() -> None:
+    point = np.array([[0.0, 0.0, 0.0], [5.0, 5.0, 5.0]])
+    colour = np.full((2, 3), 9, np.uint8)
+    xyz, _, votes = vote([(0, point, colour), (0, point, colour), (1, point[:1], colour[:1])], 0.1, 2)
+    assert len(xyz) == 3 and (votes == 2).all() and np.abs(xyz).max() == 0
