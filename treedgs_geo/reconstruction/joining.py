@@ -12,7 +12,7 @@ from .cameras import Camera
 from .features import FeatureStore
 from .georeference import Placement
 from .guided import find_points, turn_to_points
-from .ties import GreyPhotos, ground_surface, tie_photo
+from .ties import GreyPhotos, Ties, ground_surface, tie_photo
 from .tracks import Block, build_tracks, triangulate
 
 #: A photo with fewer observations than this after the adjustment counts as not registered.
@@ -67,6 +67,8 @@ def join_photos(placement: Placement, store: FeatureStore, stations: Stations, x
         triangulate(block, reach)
         _refine(block, xyz, sd, reach, full)
         reporter.progress(0.75 if radius > 2 else 0.85)
+    if _strengthen(block, store, xyz, greys, rng):
+        _refine(block, xyz, sd, 3.0, full)
     # Two rays always meet somewhere along an epipolar line: a point needs three to prove itself, where that leaves every photo tied.
     _keep_proven(block)
     _refine(block, xyz, sd, 2.0, full)
@@ -137,6 +139,27 @@ def _resect(block: Block, store: FeatureStore, loose: np.ndarray, guess: np.ndar
     return joined
 
 
+def _strengthen(block: Block, store: FeatureStore, xyz: np.ndarray, greys: GreyPhotos, rng: np.random.Generator, enough: int = 120) -> bool:
+    """More texture ties for posed photos with fewer than ``enough`` observations; True if any was found.
+
+    A photo that hangs on forty features may tip by half a pixel; the ground shows dozens of windows to hold it.
+    """
+    counts = np.bincount(block.image, minlength=len(block.keypoints))
+    posed = np.flatnonzero(block.is_posed)
+    weak = posed[counts[posed] < enough]
+    if not len(weak):
+        return False
+    ground = ground_surface(block.points)
+    before = len(block.image)
+    for i in weak:
+        references = posed[posed != i]
+        centre = -block.rotations[i].T @ block.translations[i]
+        tied = tie_photo(block, greys, int(i), block.rotations[i], centre, references, ground, 0.15, 0.0, rng)
+        if tied is not None:
+            _add_ties(block, store, int(i), tied[1], rng)
+    return len(block.image) > before
+
+
 def _tie(block: Block, store: FeatureStore, loose: np.ndarray, guess: np.ndarray, xyz: np.ndarray, sd: np.ndarray, greys: GreyPhotos,
          rng: np.random.Generator) -> np.ndarray:
     """Tie loose photos through the texture of the ground (moved shadows leave no feature in common); returns who succeeded."""
@@ -150,19 +173,24 @@ def _tie(block: Block, store: FeatureStore, loose: np.ndarray, guess: np.ndarray
         rotation, ties = tied
         joined[i] = True
         block.rotations[i], block.translations[i] = rotation, -rotation @ xyz[i]
-        # One point a window, seen in this photo and in every reference that showed it.
-        spots, window = np.unique(ties.points.round(6), axis=0, return_inverse=True)
-        window = window.ravel()
-        pixels = np.column_stack([np.bincount(window, ties.pixels[:, k]) for k in range(2)]) / np.bincount(window)[:, None]
-        numbers = len(block.points) + np.arange(len(spots))
-        block.points = np.concatenate([block.points, spots])
-        _add(block, i, numbers, _new_keypoints(store, i, pixels, rng))
-        for r in np.unique(ties.reference):
-            own = np.flatnonzero(ties.reference == r)
-            _, first = np.unique(window[own], return_index=True)
-            own = own[first]
-            _add(block, int(r), numbers[window[own]], _new_keypoints(store, int(r), ties.reference_pixels[own], rng))
+        _add_ties(block, store, int(i), ties, rng)
     return joined
+
+
+def _add_ties(block: Block, store: FeatureStore, i: int, ties: Ties, rng: np.random.Generator) -> None:
+    """Ties as observations of new points."""
+    # One point a window, seen in this photo and in every reference that showed it.
+    spots, window = np.unique(ties.points.round(6), axis=0, return_inverse=True)
+    window = window.ravel()
+    pixels = np.column_stack([np.bincount(window, ties.pixels[:, k]) for k in range(2)]) / np.bincount(window)[:, None]
+    numbers = len(block.points) + np.arange(len(spots))
+    block.points = np.concatenate([block.points, spots])
+    _add(block, i, numbers, _new_keypoints(store, i, pixels, rng))
+    for r in np.unique(ties.reference):
+        own = np.flatnonzero(ties.reference == r)
+        _, first = np.unique(window[own], return_index=True)
+        own = own[first]
+        _add(block, int(r), numbers[window[own]], _new_keypoints(store, int(r), ties.reference_pixels[own], rng))
 
 
 def _new_keypoints(store: FeatureStore, i: int, pixels: np.ndarray, rng: np.random.Generator) -> np.ndarray:
