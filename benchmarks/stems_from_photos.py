@@ -36,7 +36,8 @@ def true_views(plot: Path) -> tuple[list[View], LocalFrame]:
     views = []
     for row in csv.DictReader(open(plot / "truth" / "cameras.csv")):
         rotation = np.array([[float(row[f"r{i}{j}"]) for j in range(3)] for i in range(3)])
-        camera = Camera(int(row["width"]), int(row["height"]), *(float(row[k]) for k in ("fx", "fy", "cx", "cy", "k1", "k2")))
+        inner = (float(row[k]) for k in ("fx", "fy", "cx", "cy", "k1", "k2"))
+        camera = Camera(int(row["width"]), int(row["height"]), *inner)
         views.append(View(row["image"], plot / "images" / row["image"], camera, rotation,
                           np.array([float(row[k]) for k in ("tx", "ty", "tz")]), int(row["flight"])))
     return views, frame
@@ -55,7 +56,8 @@ def raster_ground(path: Path, frame: LocalFrame):
 
     def ground(x, y):
         column, row = inverse * (np.asarray(x) + frame.origin[0], np.asarray(y) + frame.origin[1])
-        return map_coordinates(z, [np.asarray(row) - 0.5, np.asarray(column) - 0.5], order=1, cval=np.nan) - frame.origin[2]
+        at = [np.asarray(row) - 0.5, np.asarray(column) - 0.5]
+        return map_coordinates(z, at, order=1, cval=np.nan) - frame.origin[2]
 
     return ground
 
@@ -65,9 +67,9 @@ def score(fits: list, plot: Path, frame: LocalFrame) -> dict:
     truth = list(csv.DictReader(open(plot / "truth" / "trees.csv")))
     stems = json.loads((plot / "truth" / "stems.json").read_text())
     origin = np.array(stems["origin"], float)
-    saplings = np.array([row[:2] for row in stems["saplings_xy_dbhcm"]], float).reshape(-1, 2) + origin[:2] - frame.origin[:2]
-    others = np.array([row[2][2:4] for row in map(lambda s: np.array(s), stems["stems"].values())], float).reshape(-1, 2)
-    others = others + origin[:2] - frame.origin[:2]
+    shift = origin[:2] - frame.origin[:2]
+    saplings = np.array([row[:2] for row in stems["saplings_xy_dbhcm"]], float).reshape(-1, 2) + shift
+    others = np.array([np.array(axis)[2, 2:4] for axis in stems["stems"].values()], float).reshape(-1, 2) + shift
     true_xy = np.array([[float(t["E_bh"]), float(t["N_bh"])] for t in truth]) - frame.origin[:2]
     xy = np.array([fit.axis.p for fit in fits]).reshape(-1, 2)
     pairs, taken = {}, set()
@@ -81,8 +83,8 @@ def score(fits: list, plot: Path, frame: LocalFrame) -> dict:
     every = np.vstack([true_xy, saplings, others])
     false = [j for j, fit in enumerate(fits) if fit.measured and np.linalg.norm(every - xy[j], axis=1).min() > 0.5]
     errors, sigmas, clear_total, clear_measured, found, inside = [], [], 0, 0, 0, 0
-    print(f"{'tree':6} {'kind':11} {'true':>5} {'dbh':>5} {'err':>6} {'se':>5} flag   {'clear':>5} {'views':>5} {'llr':>5} "
-          f"{'gap':>5} {'seed':>5} {'lean':>4} {'xy_cm':>5} r1     reasons")
+    print(f"{'tree':6} {'kind':11} {'true':>5} {'dbh':>5} {'err':>6} {'se':>5} flag   {'clear':>5} {'views':>5} "
+          f"{'llr':>5} {'gap':>5} {'seed':>5} {'lean':>4} {'xy_cm':>5} r1     reasons")
     for i, tree in enumerate(truth):
         if tree["in_plot"] != "True":
             continue
@@ -101,23 +103,23 @@ def score(fits: list, plot: Path, frame: LocalFrame) -> dict:
             errors.append(error)
             sigmas.append(error / fit.se_cm)
             clear_measured += clear >= 3
-        print(f"{tree['tree_id']:6} {tree['kind']:11} {dbh:5.1f} {fit.dbh_cm:5.1f} {error:+6.2f} {fit.se_cm:5.2f} {fit.flag:6} "
-              f"{clear:5d} {fit.n_views:5d} {fit.llr:5.0f} {fit.gap:5.0f} {fit.seed_score:5.0f} {fit.lean_deg:4.1f} "
-              f"{100 * distance[i, j]:5.1f} {100 * fit.r1:+.2f}  {','.join(fit.reasons)}")
+        print(f"{tree['tree_id']:6} {tree['kind']:11} {dbh:5.1f} {fit.dbh_cm:5.1f} {error:+6.2f} {fit.se_cm:5.2f} "
+              f"{fit.flag:6} {clear:5d} {fit.n_views:5d} {fit.llr:5.0f} {fit.gap:5.0f} {fit.seed_score:5.0f} "
+              f"{fit.lean_deg:4.1f} {100 * distance[i, j]:5.1f} {100 * fit.r1:+.2f}  {','.join(fit.reasons)}")
     for j in false:
         fit = fits[j]
         print(f"FALSE at {xy[j].round(2)}: dbh {fit.dbh_cm:.1f} {fit.flag} llr {fit.llr:.0f} gap {fit.gap:.0f} "
               f"seed {fit.seed_score:.0f} views {fit.n_views} {','.join(fit.reasons)}")
     outer = [(i, j) for i, j in pairs.items() if truth[i]["in_plot"] != "True" and fits[j].measured]
     for i, j in outer:
-        print(f"outer {truth[i]['tree_id']} {truth[i]['kind']}: true {float(truth[i]['dbh_cm']):.1f}, dbh {fits[j].dbh_cm:.1f} "
-              f"{fits[j].flag} llr {fits[j].llr:.0f} {','.join(fits[j].reasons)}")
+        print(f"outer {truth[i]['tree_id']} {truth[i]['kind']}: true {float(truth[i]['dbh_cm']):.1f}, "
+              f"dbh {fits[j].dbh_cm:.1f} {fits[j].flag} llr {fits[j].llr:.0f} {','.join(fits[j].reasons)}")
     e = np.array(errors)
     figures = {"in_plot": inside, "found": found, "false": len(false), "measured": len(e), "clear3": clear_total,
                "clear3_measured": clear_measured}
     if len(e):
-        figures |= {"rmse_cm": float(np.sqrt((e**2).mean())), "bias_cm": float(e.mean()), "max_cm": float(np.abs(e).max()),
-                    "z_rms": float(np.sqrt(np.mean(np.square(sigmas)))),
+        figures |= {"rmse_cm": float(np.sqrt((e**2).mean())), "bias_cm": float(e.mean()),
+                    "max_cm": float(np.abs(e).max()), "z_rms": float(np.sqrt(np.mean(np.square(sigmas)))),
                     "in_90": float((np.abs(sigmas) < 1.645).mean())}
     return figures
 
@@ -128,21 +130,24 @@ def main() -> None:
     source = parser.add_mutually_exclusive_group()
     source.add_argument("--workspace", type=Path)
     source.add_argument("--true-poses", action="store_true")
+    parser.add_argument("--seed", type=int, default=7, help="of the random places that chance is measured at")
     parser.add_argument("--repeat", type=int, default=1, help="run again to see the time without compiling")
     args = parser.parse_args()
     if args.workspace:
-        from treedgs_geo.reconstruction import load_views
+        from treedgs_geo.reconstruction.model import load_views
 
-        views, frame = load_views(args.workspace)
+        frame, views = load_views(args.workspace / "sfm", args.plot / "images")
     else:
         views, frame = true_views(args.plot)
-    dtm = args.workspace / "dtm.tif" if args.workspace and (args.workspace / "dtm.tif").exists() else args.plot / "dtm.tif"
+    dtm = args.plot / "dtm.tif"
+    if args.workspace and (args.workspace / "dtm.tif").exists():
+        dtm = args.workspace / "dtm.tif"
     ground = raster_ground(dtm, frame)
     plots = read_plots(args.plot / "plots.csv", frame.crs)
     area = Area.circles(np.array([[p.x, p.y] for p in plots]) - frame.origin[:2], np.array([p.radius_m for p in plots]))
     for _ in range(args.repeat):
         began = time.perf_counter()
-        fits = stems_from_photos(views, frame, ground, area, PhotoStemOptions(), make_reporter("plain"))
+        fits = stems_from_photos(views, frame, ground, area, PhotoStemOptions(seed=args.seed), make_reporter("plain"))
         seconds = time.perf_counter() - began
     figures = score(fits, args.plot, frame) | {"seconds": round(seconds, 1)}
     print(json.dumps({k: round(v, 3) if isinstance(v, float) else v for k, v in figures.items()}))

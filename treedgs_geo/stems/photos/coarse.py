@@ -35,7 +35,7 @@ class Null:
 
 @dataclass(frozen=True)
 class Mode:
-    """One explanation, relative to the strips' axis. x, y: metres. lx, ly: extra lean, m/m. r: metres at breast height."""
+    """One explanation, relative to the strips' axis: x, y, r at breast height (m) and extra lean lx, ly (m/m)."""
 
     x: float
     y: float
@@ -66,7 +66,8 @@ def _pair(e, g, i, j, terminator):
         for k in (m - 2, m - 1, m, m + 1, m + 2):
             if k <= i + 2 or k >= j - 2:
                 continue
-            turn = -0.5 * (g[k, 0] * (g[i, 0] + g[j, 0]) + g[k, 1] * (g[i, 1] + g[j, 1]) + g[k, 2] * (g[i, 2] + g[j, 2]))
+            turn = -0.5 * (g[k, 0] * (g[i, 0] + g[j, 0]) + g[k, 1] * (g[i, 1] + g[j, 1])
+                           + g[k, 2] * (g[i, 2] + g[j, 2]))
             if turn * e[k] > best:
                 best = turn * e[k]
         factor += 2 * SIGN_WEIGHT * dot * best
@@ -280,7 +281,8 @@ def _polish(ridge, unit, q, widen, normal, terminator, u0, du, p, taper, radii, 
                     trial[4] -= 0.015 * scale
                 if trial[4] < r_low or trial[4] > r_high:
                     continue
-                value = _objective(ridge, unit, q, widen, normal, terminator, u0, du, trial, taper, radii, mean, sd, z, prior)
+                value = _objective(ridge, unit, q, widen, normal, terminator, u0, du, trial, taper, radii, mean, sd, z,
+                                   prior)
                 if value > best + 1e-6:
                     best = value
                     p[:] = trial
@@ -341,8 +343,8 @@ class Search:
         offsets = np.arange(-span, span + dc / 2, dc)
         table = np.zeros((len(leans), len(self.ridge), len(offsets), len(radii)), np.float32)
         ridge, unit, q, widen, normal, terminator, u0, du = self._common()
-        _table_kernel(ridge, unit, q, widen, normal, terminator, leans, u0, du, offsets, radii, self.taper, self.null.mean,
-                      self.null.sd, table)
+        _table_kernel(ridge, unit, q, widen, normal, terminator, leans, u0, du, offsets, radii, self.taper,
+                      self.null.mean, self.null.sd, table)
         xs = np.arange(-reach_m, reach_m + 0.01, 0.02)
         score = np.full((len(xs), len(xs), len(radii)), -np.inf, np.float32)
         lean = np.zeros(score.shape, np.int64)
@@ -383,7 +385,8 @@ class Search:
         found.sort(key=lambda m: -m.score)
         kept: list[Mode] = []
         for candidate in found:
-            if all(np.hypot(candidate.x - k.x, candidate.y - k.y) > 0.03 or abs(candidate.r - k.r) > 0.025 for k in kept):
+            if all(np.hypot(candidate.x - k.x, candidate.y - k.y) > 0.03 or abs(candidate.r - k.r) > 0.025
+                   for k in kept):
                 kept.append(candidate)
             if len(kept) == most:
                 break

@@ -1,9 +1,9 @@
 """Stems found without any dense cloud: edge pairs of many photos accumulated on a grid, in layers of height.
 
-Each view's pair scores are turned into normal scores by their own rank (so no threshold on contrast), each into the log
-likelihood ratio of "this view sees a stem here", and these are summed over views per layer. Layers are then added along
-straight, possibly leaning, lines. How high a sum chance reaches is measured on decoys: the same views, each shifted by a
-random offset, so that nothing agrees any more.
+Each view's pair scores are turned into normal scores by their own rank (so no threshold on contrast), each into the
+log likelihood ratio of "this view sees a stem here", and these are summed over views per layer. Layers are then added
+along straight, possibly leaning, lines. How high a sum chance reaches is measured on decoys: the same views, each
+shifted by a random offset, so that nothing agrees any more.
 """
 
 from __future__ import annotations
@@ -26,8 +26,6 @@ SEEN, MEAN_Z, CAP_Z = 0.35, 2.5, 4.2
 N_BINS = 512
 T_MAX = 2.2
 SIGN_WEIGHT, SINGLE_WEIGHT = 0.8, 0.1
-#: Marks what a found stem explains (in a map's ``unit``; real values stay within +-127).
-ERASED = -128
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,6 @@ def _polar_kernel(ridge, unit, azimuth0, step_a, nadir0, step_n, centre, d0, dd,
                   gy0, gcell, score):
     """Pair scores on (distance, layer, radius, azimuth column), mean over the blocks of a layer."""
     n_rows, n_cols = ridge.shape
-    n_layers = heights.size // blocks
     n_r = radii.size
     for k in prange(n_d):
         d = d0 + k * dd
@@ -256,8 +253,8 @@ class Detector:
             llr = np.empty((n_d, plumb.ridge.shape[1], N_LAYERS, len(self.radii)), np.float32)
             _apply_lut(score, lut, llr)
             unknown = np.ascontiguousarray(lut[..., N_BINS])
-            where = (unknown, plumb.azimuth0, plumb.step_a, plumb.centre[0], plumb.centre[1], d0, dd, self.x0, self.y0, self.cell,
-                     self.mask)
+            where = (unknown, plumb.azimuth0, plumb.step_a, plumb.centre[0], plumb.centre[1], d0, dd, self.x0, self.y0,
+                     self.cell, self.mask)
             _accumulate(llr, *where, 0.0, 0.0, total)
             if decoy:
                 angle, far = rng.uniform(0, 2 * np.pi), rng.uniform(0.7, 3.0)
@@ -278,101 +275,3 @@ class Detector:
         order = np.argsort(-values, kind="stable")[:most]
         return [Seed(self.x0 + j * self.cell, self.y0 + i * self.cell, *map(float, leans[lean[i, j]]),
                      float(self.radii[radius[i, j]]), float(best[i, j])) for i, j in peaks[order]]
-
-    def rescore(self, seeds: list[Seed], reach_m: float = 0.05) -> list[Seed]:
-        """Score seeds again on the present maps (after :func:`erase`), each at its best place within ``reach_m``."""
-        if not seeds:
-            return []
-        steps = (-reach_m, 0.0, reach_m)
-        moves = np.array([(a, b, r) for a in steps for b in steps for r in (-1, 0, 1)])
-        base = np.array([(s.x, s.y, s.lx, s.ly, s.r) for s in seeds])
-        trial = np.repeat(base[:, None], len(moves), axis=1)
-        trial[..., :2] += moves[None, :, :2]
-        index = np.abs(self.radii[None] - base[:, 4:]).argmin(axis=1)[:, None] + moves[None, :, 2].astype(int)
-        index = np.clip(index, 0, len(self.radii) - 1)
-        flat = trial.reshape(-1, 5)
-        total = np.zeros(len(flat))
-        g = self.ground
-        base_z = g.at(flat[:, 0], flat[:, 1])
-        for plumb, lut in zip(self.maps, self.luts, strict=True):
-            _score_kernel(plumb.ridge, plumb.unit, plumb.azimuth0, plumb.step_a, plumb.nadir0, plumb.step_n,
-                          plumb.centre, flat, index.ravel(), self.radii, base_z, self.block_heights, BLOCKS, self.bh_m,
-                          lut, total)
-        total = total.reshape(len(seeds), -1) - 60.0 * (base[:, 2] ** 2 + base[:, 3] ** 2)[:, None]
-        best = total.argmax(axis=1)
-        return [Seed(*map(float, trial[k, b, :4]), float(self.radii[index[k, b]]), float(total[k, b]))
-                for k, b in enumerate(best)]
-
-
-@njit(parallel=True, **_FAST)
-def _score_kernel(ridge, unit, azimuth0, step_a, nadir0, step_n, centre, trial, index, radii, base_z, heights, blocks,
-                  bh, lut, total):
-    n_rows, n_cols = ridge.shape
-    n_layers = heights.size // blocks
-    for k in prange(trial.shape[0]):
-        for m in range(n_layers):
-            t = 0.0
-            outside = False
-            erased = False
-            for b in range(m * blocks, m * blocks + blocks):
-                q = heights[b] - bh
-                x = trial[k, 0] + trial[k, 2] * q - centre[0]
-                y = trial[k, 1] + trial[k, 3] * q - centre[1]
-                d = np.sqrt(x * x + y * y)
-                row = int((np.arctan2(d, centre[2] - base_z[k] - heights[b]) - nadir0) / step_n + 0.5)
-                swing = np.arctan2(y, x) - azimuth0
-                swing -= 2 * np.pi * np.floor((swing + 0.2) / (2 * np.pi))
-                half = np.arcsin(radii[index[k]] / d)
-                i = int((swing - half) / step_a + 0.5)
-                j = int((swing + half) / step_a + 0.5)
-                if row < 0 or row >= n_rows or i < 0 or j >= n_cols:
-                    outside = True
-                    break
-                if unit[row, i, 0] == ERASED or unit[row, j, 0] == ERASED:
-                    erased = True
-                    break
-                el = ridge[row, i] / 255.0
-                er = ridge[row, j] / 255.0
-                dot = 0.0
-                for c in range(3):
-                    dot += unit[row, i, c] * unit[row, j, c] / 16129.0
-                t += (el * er * (1 - SIGN_WEIGHT * dot) + SINGLE_WEIGHT * (el + er)) / blocks
-            if outside or erased:
-                total[k] += lut[m, index[k], N_BINS]
-                continue
-            b = min(int(np.sqrt(max(t, 0.0) / T_MAX) * N_BINS), N_BINS - 1)
-            total[k] += lut[m, index[k], b]
-
-
-@njit(**_FAST)
-def _erase_kernel(ridge, unit, azimuth0, step_a, nadir0, step_n, centre, axis, r0, r1, top):
-    n_rows, n_cols = ridge.shape
-    for row in range(n_rows):
-        down = np.tan(nadir0 + row * step_n)
-        # Height where this row meets the axis: two rounds are enough for leans of some degrees.
-        q = 0.0
-        d = 1.0
-        for _ in range(3):
-            bend = min(max(q, -1.5), 2.5)
-            x = axis[0] + axis[2] * q + axis[4] * bend * bend - centre[0]
-            y = axis[1] + axis[3] * q + axis[5] * bend * bend - centre[1]
-            d = np.sqrt(x * x + y * y)
-            q = centre[2] - d / down - axis[6] - axis[7]
-        if q < -axis[7] - 0.2 or q > top:
-            continue
-        swing = np.arctan2(y, x) - azimuth0
-        swing -= 2 * np.pi * np.floor((swing + 0.2) / (2 * np.pi))
-        wide = max(r0 + r1 * q, 0.4 * r0) + 0.025 + 0.012 * max(q, 0.0)
-        half = np.arcsin(min(wide / d, 0.5))
-        low = max(int((swing - half) / step_a), 0)
-        high = min(int((swing + half) / step_a) + 1, n_cols - 1)
-        for j in range(low, high + 1):
-            ridge[row, j] = 0
-            unit[row, j, 0] = ERASED
-
-
-def erase(maps: list[PlumbMap], axis: np.ndarray, r0: float, r1: float, top_m: float = 8.0) -> None:
-    """Explain a stem away: clear its columns in every map. axis: (8,) as :attr:`.strips.Axis.row`. In place."""
-    for plumb in maps:
-        _erase_kernel(plumb.ridge, plumb.unit, plumb.azimuth0, plumb.step_a, plumb.nadir0, plumb.step_n, plumb.centre, axis, r0, r1,
-                      top_m)

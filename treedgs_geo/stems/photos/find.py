@@ -1,4 +1,4 @@
-"""Stems from photos: find them, fit them, explain them away, look again."""
+"""Stems from photos: find them, fit them, explain them away."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ...core.crs import LocalFrame
 from ...core.progress import Reporter
 from ...reconstruction.cameras import View
 from ..area import Area
-from .detect import Detector, Seed, erase, lean_grid
+from .detect import Detector, Seed, lean_grid
 from .fine import NO_STEMS
 from .options import PhotoStemOptions
 from .plumb import make_map
@@ -74,7 +74,7 @@ def split(area: Area, margin_m: float) -> list[tuple[Area, tuple[float, float, f
 
 def _tile(views: list[View], ground: Callable, area: Area, tile: Area, box: tuple, options: PhotoStemOptions,
           reporter: Reporter) -> list[StemFit]:
-    rng = np.random.default_rng(7)
+    rng = np.random.default_rng(options.seed)
     grid = GroundGrid.sample(ground, tile, options.margin_m + 2.0)
     stack = load_stack(views, tile, grid, options.max_views, options.margin_m + 1.0, reporter)
     if len(stack) < 3:
@@ -93,7 +93,7 @@ def _tile(views: list[View], ground: Callable, area: Area, tile: Area, box: tupl
     seeds = [seed for seed, keep in zip(seeds, near, strict=True) if keep]
     fitter = _first_look(stack, grid, tile, seeds, gate, rng, options)
     reporter.progress(0.6)
-    return _pursue(detector, fitter, seeds, gate, reporter)
+    return _pursue(fitter, seeds, gate, reporter)
 
 
 def _first_look(stack: PhotoStack, grid: GroundGrid, tile: Area, seeds: list[Seed], gate: float,
@@ -113,29 +113,21 @@ def _first_look(stack: PhotoStack, grid: GroundGrid, tile: Area, seeds: list[See
     return Fitter(stack, grid, options, null, sun, prior)
 
 
-def _pursue(detector: Detector, fitter: Fitter, seeds: list[Seed], gate: float, reporter: Reporter) -> list[StemFit]:
-    """Fit the strongest seeds, erase what they explain, score the rest again, and so on down to the weakest."""
+def _pursue(fitter: Fitter, seeds: list[Seed], gate: float, reporter: Reporter) -> list[StemFit]:
+    """Fit the seeds, strongest first; what a fitted stem explains is hidden from the later ones."""
     fits: list[StemFit] = []
     known = NO_STEMS
     waiting = [seed for seed in seeds if seed.score > gate - REACH_BELOW][:MOST_SEEDS]
-    tried = 0
-    for level in (4 * gate, 2 * gate, gate, gate - 0.5 * REACH_BELOW, gate - REACH_BELOW):
-        now = sorted((seed for seed in waiting if seed.score >= level), key=lambda seed: -seed.score)
-        waiting = [seed for seed in waiting if seed.score < level]
-        for seed in now:
-            tried += 1
-            if (np.hypot(known[:, 0] - seed.x, known[:, 1] - seed.y) < known[:, 8] + 0.08).any():
-                continue
-            fit = fitter.fit(seed, known)
-            if fit is None or not plausible(fit, gate):
-                continue
-            fits.append(fit)
-            if fit.measured:
-                known = np.vstack([known, fit.row])
-                erase(detector.maps, fit.axis.row, fit.r0, fit.r1)
-            reporter.progress(0.6 + 0.4 * tried / max(tried + len(waiting), 1))
-        if now:
-            waiting = detector.rescore(waiting)
+    for tried, seed in enumerate(waiting):
+        reporter.progress(0.6 + 0.4 * tried / len(waiting))
+        if (np.hypot(known[:, 0] - seed.x, known[:, 1] - seed.y) < known[:, 8] + 0.08).any():
+            continue
+        fit = fitter.fit(seed, known)
+        if fit is None or not plausible(fit, gate):
+            continue
+        fits.append(fit)
+        if fit.measured:
+            known = np.vstack([known, fit.row])
     return fits
 
 
@@ -146,7 +138,8 @@ def plausible(fit: StemFit, gate: float) -> bool:
     return fit.llr >= 60 and fit.measured
 
 
-def _detector(stack: PhotoStack, grid: GroundGrid, area: Area, tile: Area, box: tuple, options: PhotoStemOptions) -> Detector:
+def _detector(stack: PhotoStack, grid: GroundGrid, area: Area, tile: Area, box: tuple,
+              options: PhotoStemOptions) -> Detector:
     outline = np.vstack([tile.outline(options.margin_m + 1.0), tile.centres])
     z = grid.at(outline[:, 0], outline[:, 1])
     points = np.vstack([np.column_stack([outline, z]), np.column_stack([outline, z + 5.2])])

@@ -86,8 +86,8 @@ def edge_candidates(strips: Strips, radius: float, slope: float, window_px: floa
     """(V, B, 2, most) positions in metres from the axis (NaN = none) and their coherence."""
     shape = (*strips.coherence.shape[:2], 2, most)
     place, weight = np.full(shape, np.nan), np.zeros(shape)
-    _candidates_kernel(strips.coherence, strips.gradient, float(strips.u[0]), float(strips.u[1] - strips.u[0]), strips.q,
-                       strips.px_m, strips.widen, radius, slope, window_px, most, place, weight)
+    _candidates_kernel(strips.coherence, strips.gradient, float(strips.u[0]), float(strips.u[1] - strips.u[0]),
+                       strips.q, strips.px_m, strips.widen, radius, slope, window_px, most, place, weight)
     return place, weight
 
 

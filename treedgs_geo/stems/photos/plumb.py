@@ -63,7 +63,8 @@ def _map_kernel(pixels, start, rows, columns, corner, cam, centre, azimuth0, ste
         kv = np.empty(n_knots)
         for k in range(n_knots):
             a = azimuth0 + (k * 16 - half) * step_a
-            u, v, _ = project(cam, centre[0] + 50 * sn * np.cos(a), centre[1] + 50 * sn * np.sin(a), centre[2] - 50 * cn)
+            u, v, _ = project(cam, centre[0] + 50 * sn * np.cos(a), centre[1] + 50 * sn * np.sin(a),
+                              centre[2] - 50 * cn)
             ku[k] = u - 0.5 - corner[1]
             kv[k] = v - 0.5 - corner[0]
         line = np.zeros((3, wide), np.float32)

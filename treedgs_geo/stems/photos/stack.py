@@ -66,7 +66,8 @@ class GroundGrid:
         z = np.asarray(ground(gx.ravel(), gy.ravel()), float).reshape(gx.shape)
         hole = ~np.isfinite(z)
         if hole.all():
-            raise InputError("The terrain model has no height in the plot; expected one that covers it, give another DTM.")
+            raise InputError("The terrain model has no height in the plot; expected one that covers it, "
+                             "give another DTM.")
         if hole.any():
             from scipy.ndimage import distance_transform_edt
 

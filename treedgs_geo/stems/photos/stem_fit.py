@@ -20,6 +20,8 @@ FINE_BAND = 0.3, 3.5
 CLEAR_Z = 2.5
 #: Grid score below which a seed is not worth refining.
 MIN_RAW = 30.0
+#: Log likelihood ratio from which a stem is measured, and from which without doubt (chance reaches about 45).
+LLR_MEASURED, LLR_OK = 52.0, 60.0
 
 
 @dataclass(frozen=True)
@@ -127,7 +129,7 @@ class Fitter:
         azimuth = np.arctan2(fine.axis.p[1] - self.stack.centre[clear, 1], fine.axis.p[0] - self.stack.centre[clear, 0])
         dbh = 200 * fine.r0
         flag, reasons = verdict(dbh, 200 * mode.r, fine.r1, float(np.hypot(*fine.axis.s)), score, gap, int(clear.sum()),
-                                kish, se, self.options)
+                                kish, se, fine.rms_px, self.options)
         return StemFit(axis=fine.axis, r0=fine.r0, r1=fine.r1, dbh_cm=dbh, se_cm=se, flag=flag, reasons=reasons,
                        seed_score=seed.score, llr=score, gap=gap, n_views=int(clear.sum()), kish=kish,
                        arc_deg=azimuth_spread(azimuth), rms_px=fine.rms_px, polish_cm=200 * mode.r,
@@ -219,8 +221,8 @@ def azimuth_spread(azimuth: np.ndarray) -> float:
 
 
 def verdict(dbh_cm: float, polish_cm: float, r1: float, lean: float, score: float, gap: float, n_views: int,
-            kish: float, se_cm: float, options: PhotoStemOptions) -> tuple[str, tuple[str, ...]]:
-    """Accept, doubt or refuse."""
+            kish: float, se_cm: float, rms_px: float, options: PhotoStemOptions) -> tuple[str, tuple[str, ...]]:
+    """Accept, doubt or refuse. Wrong explanations show in a low likelihood, close rivals and ragged edges."""
     refuse, doubt = [], []
     if dbh_cm < options.dbh_min_cm:
         refuse.append("too_small")
@@ -228,10 +230,14 @@ def verdict(dbh_cm: float, polish_cm: float, r1: float, lean: float, score: floa
         doubt.append("too_small")
     if dbh_cm > options.dbh_max_cm:
         refuse.append("too_large")
-    if n_views < 3 or kish < 2.5 or score < 20:
+    if n_views < 3 or kish < 2.5 or score < LLR_MEASURED:
         refuse.append("few_views")
-    elif n_views < 5 or kish < 4 or score < 35:
+    elif n_views < 5 or kish < 4 or score < LLR_OK:
         doubt.append("few_views")
+    if rms_px > 0.555 and score < 100 or rms_px > 0.535 and score < 50:
+        refuse.append("occluded")
+    elif rms_px > 0.535 and score < 100:
+        doubt.append("occluded")
     if gap < 4:
         refuse.append("ambiguous")
     elif gap < 10:
@@ -242,12 +248,13 @@ def verdict(dbh_cm: float, polish_cm: float, r1: float, lean: float, score: floa
         doubt.append("no_taper")
     if abs(dbh_cm - polish_cm) > 4:
         refuse.append("disagree")
-    elif abs(dbh_cm - polish_cm) > 2.5:
+    elif abs(dbh_cm - polish_cm) > 2.8:
         doubt.append("disagree")
     if lean > np.tan(np.radians(25)):
         refuse.append("lean")
     if se_cm > 0.25 * dbh_cm:
         refuse.append("wide_error")
-    if refuse:
-        return "reject", tuple(refuse)
+    # One doubt is for the forester to look at; several together are how wrong explanations look.
+    if refuse or len(doubt) >= 2:
+        return "reject", tuple(dict.fromkeys(refuse + doubt))
     return ("check" if doubt else "ok"), tuple(doubt)

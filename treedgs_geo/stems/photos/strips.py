@@ -223,8 +223,8 @@ def cut_strips(stack: PhotoStack, axis: Axis, low_m: float, high_m: float, block
     normal, px_m, widen = np.zeros((n, 2)), np.full(n, 0.02), np.ones(n)
     lut = LUT_LINEAR if linear else LUT_GAMMA
     wanted = np.ones(n, bool) if wanted is None else wanted
-    _strips_kernel(*stack.arrays, wanted, axis.row, heights, per_block, u0, du_m, n_u, sigma_px, tau * (0.7 if linear else 1.0),
-                   lut, coherence, gradient, normal, px_m, widen)
+    _strips_kernel(*stack.arrays, wanted, axis.row, heights, per_block, u0, du_m, n_u, sigma_px,
+                   tau * (0.7 if linear else 1.0), lut, coherence, gradient, normal, px_m, widen)
     q = heights.reshape(n_blocks, per_block).mean(axis=1) - axis.bh_m
     return Strips(u0 + du_m * np.arange(n_u), q, coherence, gradient, normal, px_m, widen)
 

@@ -1,8 +1,8 @@
 """Where the sun stood, read from the stems themselves: upright bark is brighter on the side that faces the sun.
 
-The difference of brightness between the right and the left half of a stem, seen from many sides, follows the component of
-the sun's direction across the view: two numbers a flight, by least squares over photos and stems. No clock, no time zone
-and no ephemeris is needed, and an overcast flight is recognised (no significant direction).
+The difference of brightness between the right and the left half of a stem, seen from many sides, follows the component
+of the sun's direction across the view: two numbers a flight, by least squares over photos and stems. No clock, no time
+zone and no ephemeris is needed, and an overcast flight is recognised (no significant direction).
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ def sun_azimuths(stack: PhotoStack, stems: list[tuple[Axis, float, np.ndarray]])
     for axis, radius, seen in stems:
         if radius < MIN_RADIUS_M:
             continue
-        strips = cut_strips(stack, axis, 0.5, 3.3, 0.28, 0.04, radius + 0.05, 0.01, 1.0, linear=False, wanted=seen > 0.5)
+        strips = cut_strips(stack, axis, 0.5, 3.3, 0.28, 0.04, radius + 0.05, 0.01, 1.0, linear=False,
+                            wanted=seen > 0.5)
         contrast = right_minus_left(strips, radius)
         border += (seen > 0.5)[:, None] * border_score(strips, radius, angles)
         good = (seen > 0.5) & np.isfinite(contrast)
