@@ -17,6 +17,7 @@ from treedgs_geo.gaussians.crops import (
     foliage_rule,
     gather_texture,
     median_texture,
+    near_axis,
     sample_texture,
 )
 from treedgs_geo.gaussians.loss import d_ssim, l1, normal_consistency, robust_weight
@@ -92,7 +93,8 @@ def nadir_crops(colour_of) -> tuple[GroundPlane, list[Crop]]:
         image = colour_of(xy[..., 0], xy[..., 1]).astype(np.float32)
         if number == 1:
             image[30:50, 30:50] = 0.9
-        crops.append(Crop(view, image, np.ones((80, 80), np.float32), texels, number, 0))
+        clear = np.ones((80, 80), np.float32)
+        crops.append(Crop(view, image, clear, texels, clear, number, 0))
     return plane, crops
 
 
@@ -106,6 +108,24 @@ def test_the_median_ground_looks_behind_what_stands_in_one_view():
     points = plane.points(columns.ravel(), rows.ravel())
     np.testing.assert_allclose(texture[rows.ravel(), columns.ravel()], paint(points[:, 0], points[:, 1]), atol=0.02)
     assert np.isfinite(texture).all()
+
+
+def test_the_ground_learns_nothing_where_the_stem_may_stand():
+    plane, crops = nadir_crops(lambda x, y: np.stack([0.5 + 0 * x] * 3, -1))
+    for crop in crops:  # a stem that every view shows at the same place on the ground
+        crop.image[:] = 0.5
+        crop.image[35:45, 35:45] = 0.1
+        crop.ground[35:45, 35:45] = 0
+    np.testing.assert_allclose(median_texture(plane, crops)[15:25, 15:25], 0.5, atol=1e-6)
+
+
+def test_rays_near_an_axis():
+    near = CropCamera(200, 200, 400.0, 400.0, 100.0, -50.0, DOWN, -DOWN @ np.array([0.0, 3.0, 10.0]))
+    shadow = near_axis(near, 0.2, 0.0, 2.0)
+    on, _ = near.project(np.array([[0.0, 0.0, 0.1], [0.0, 0.0, 1.0], [0.0, 0.0, 1.9]]))
+    off, _ = near.project(np.array([[0.5, 0.0, 0.1], [0.0, 0.0, 3.0], [0.0, 0.6, 0.0]]))
+    assert all(shadow[int(v), int(u)] for u, v in on)
+    assert not any(shadow[int(v), int(u)] for u, v in off)
 
 
 def test_texels_of_a_sloping_plane():

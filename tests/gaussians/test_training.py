@@ -187,7 +187,8 @@ def stem_crops(factor: float) -> tuple[list[Crop], GroundPlane, Volume]:
         crop = crop_camera(view, origin, band_outline(0.8, -0.1, 3.0))
         image, inside = cut_out(photos[view.name], view, crop)
         camera = replace(crop, translation=crop.translation * factor)
-        crops.append(Crop(camera, image.astype(np.float32) / 255, inside, plane.texels(camera), number, view.flight))
+        pixels = image.astype(np.float32) / 255
+        crops.append(Crop(camera, pixels, inside, plane.texels(camera), inside, number, view.flight))
     return crops, plane, Volume(0.5 * factor, -0.1 * factor, 3.4 * factor, 0.008 * factor, 0.15 * factor)
 
 

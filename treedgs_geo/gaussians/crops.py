@@ -24,13 +24,15 @@ class Crop:
 
     camera: pinhole, in the stem's own frame (origin at the seed on the ground). image: (H, W, 3) float32, 0..1, gamma
     space. weight: (H, W) float32, 0 where the photo shows something the band model does not explain. texels: (H, W, 2)
-    float32, column and row in the ground texture. view: index of the photo. flight: index of the flight.
+    float32, column and row in the ground texture. ground: (H, W) float32, weight as a picture of the ground: 0 where
+    the stem may stand in front of it. view: index of the photo. flight: index of the flight.
     """
 
     camera: CropCamera
     image: np.ndarray
     weight: np.ndarray
     texels: np.ndarray
+    ground: np.ndarray
     view: int
     flight: int
 
@@ -73,17 +75,29 @@ def crop_camera(view: View, origin: np.ndarray, outline: np.ndarray, margin_px: 
 
 
 def cut_out(photo: np.ndarray, view: View, crop: CropCamera) -> tuple[np.ndarray, np.ndarray]:
-    """Resample a photo (H, W, 3 uint8 RGB) into a crop, lens distortion removed.
+    """Resample a photo (H, W, 3 uint8 RGB) into a crop of the same or a lower resolution, lens distortion removed.
 
     Cubic, because a linear resampling would blur edges that are measured to a tenth of a pixel. Returns (h, w, 3)
     uint8 and (h, w) float32, 1 where the pixel lies inside the photo.
     """
     camera = view.camera
-    left, top = camera.cx - crop.cx, camera.cy - crop.cy
-    map_u, map_v, _ = pinhole_maps(camera, (left, top, left + crop.width, top + crop.height))
+    scale = crop.fx / camera.fx
+    left, top = camera.cx - crop.cx / scale, camera.cy - crop.cy / scale
+    map_u, map_v, _ = pinhole_maps(camera, (left, top, left + crop.width / scale, top + crop.height / scale), scale)
     inside = (map_u >= 0) & (map_u <= camera.width - 1) & (map_v >= 0) & (map_v <= camera.height - 1)
     image = cv2.remap(photo, map_u, map_v, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
     return image, inside.astype(np.float32)
+
+
+def near_axis(camera: CropCamera, radius_m: float, low_m: float, high_m: float) -> np.ndarray:
+    """(H, W) bool: the pixel's ray passes within ``radius_m`` of the vertical through the origin, low to high."""
+    centre, rays = camera.centre, camera.pixel_rays() @ camera.rotation
+    flat = np.maximum(np.einsum("hwc,hwc->hw", rays[..., :2], rays[..., :2]), 1e-12)
+    down = np.where(np.abs(rays[..., 2]) > 1e-9, rays[..., 2], 1e-9)
+    ends = np.sort([(low_m - centre[2]) / down, (high_m - centre[2]) / down], axis=0)
+    t = np.clip(-(rays[..., :2] @ centre[:2]) / flat, *np.maximum(ends, 0))
+    closest = centre[:2] + t[..., None] * rays[..., :2]
+    return np.hypot(closest[..., 0], closest[..., 1]) < radius_m
 
 
 @dataclass(frozen=True)
@@ -195,8 +209,9 @@ def _median_rows(values, out):
 def median_texture(plane: GroundPlane, crops: list[Crop], minimum: int = 2) -> np.ndarray:
     """(S, S, 3) float32 ground colours: per cell the median over the crops that show it, well-weighted pixels only.
 
-    A stem stands in front of a given cell in few views only, so the median looks behind it. Cells that fewer than
-    ``minimum`` crops show take the colour of their nearest known neighbours.
+    A given cell is hidden by the stem in few views only, and those pixels are left out (``Crop.ground``): otherwise
+    the ground would learn a picture of the stem, and nothing would be left for the Gaussians to explain. Cells that
+    fewer than ``minimum`` crops show take the colour of their nearest known neighbours.
     """
     size = plane.cells
     used = np.zeros((size, size), bool)
@@ -208,7 +223,7 @@ def median_texture(plane: GroundPlane, crops: list[Crop], minimum: int = 2) -> n
     for j, crop in enumerate(crops):
         pixels, _ = crop.camera.project(points)
         map_u, map_v = (pixels - 0.5).T.astype(np.float32)
-        masked = np.where(crop.weight[..., None] > 0.5, crop.image, np.nan).astype(np.float32)
+        masked = np.where(crop.ground[..., None] > 0.5, crop.image, np.nan).astype(np.float32)
         seen[:, j] = cv2.remap(
             masked,
             map_u[:, None],

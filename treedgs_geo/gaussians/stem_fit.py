@@ -93,18 +93,24 @@ def initial_parameters(
 class StemModel:
     """Parameters, background and exposure of one stem while it is being fitted."""
 
-    def __init__(self, crops: list[Crop], plane: GroundPlane, parameters: np.ndarray, settings: FitSettings) -> None:
+    def __init__(
+        self,
+        crops: list[Crop],
+        plane: GroundPlane,
+        parameters: np.ndarray,
+        settings: FitSettings,
+        around: list[Crop],
+    ) -> None:
         self.crops, self.plane, self.parameters, self.settings = crops, plane, parameters, settings
         self.rasteriser = Rasteriser(1, settings.dilation_px2)
         self.pairs = 0
         self.gain = {crop.view: np.ones(3, np.float32) for crop in crops}
         # Shadows move between flights: each flight with enough crops has its own ground.
-        by_flight = {crop.flight: [c for c in crops if c.flight == crop.flight] for crop in crops}
-        pooled = median_texture(plane, crops)
-        self.texture = {
-            flight: median_texture(plane, own) if len(own) >= 4 and len(own) < len(crops) else pooled.copy()
-            for flight, own in by_flight.items()
-        }
+        pooled = median_texture(plane, around)
+        self.texture = {}
+        for flight in {crop.flight for crop in crops}:
+            own = [crop for crop in around if crop.flight == flight]
+            self.texture[flight] = median_texture(plane, own) if 6 <= len(own) < len(around) else pooled.copy()
         self._reset_sums()
 
     def _reset_sums(self) -> None:
@@ -158,7 +164,7 @@ class StemModel:
         # Ground: weighted least squares of I / gain = C + T B over the epoch, cell by cell.
         trans = planes[3]
         residual = crop.image / self.gain[crop.view] - np.moveaxis(planes[:3], 0, -1) - trans[..., None] * ground
-        clear = cv2.erode(weight, np.ones((3, 3), np.uint8)) * trans
+        clear = cv2.erode(weight, np.ones((3, 3), np.uint8)) * trans * crop.ground
         gather_texture(crop.texels, residual, clear, self._total[crop.flight], self._mass[crop.flight])
         top = np.einsum("hw,hwc,hwc->c", weight, composite, crop.image)
         self._exposure[crop.view] = np.stack([top, np.einsum("hw,hwc,hwc->c", weight, composite, composite)])
@@ -189,6 +195,7 @@ def fit_stem(
     pixel_m: float,
     dense: np.ndarray | None = None,
     controller: Controller | None = None,
+    around: list[Crop] | None = None,
 ) -> StemFit:
     """Fit one stem's Gaussians: half resolution first, then full, dead Gaussians moved every epoch.
 
@@ -202,7 +209,7 @@ def fit_stem(
     taught = [crop for crop in crops if not any(crop is other for other in held)]
     coarse = [halved(crop, plane) for crop in taught]
     parameters = initial_parameters(coarse, volume, settings.gaussians, dense, rng)
-    model = StemModel(coarse, plane, parameters, settings)
+    model = StemModel(coarse, plane, parameters, settings, around or coarse)
     adam = Adam.start(len(parameters), learning_rates(pixel_m))
     epochs = settings.coarse_epochs + settings.fine_epochs
     run = 0
@@ -269,5 +276,6 @@ def halved(crop: Crop, plane: GroundPlane) -> Crop:
         camera=camera,
         image=cv2.resize(crop.image, size, interpolation=cv2.INTER_AREA),
         weight=cv2.resize(crop.weight, size, interpolation=cv2.INTER_AREA),
+        ground=cv2.resize(crop.ground, size, interpolation=cv2.INTER_AREA),
         texels=plane.texels(camera),
     )

@@ -20,7 +20,17 @@ from ..core.progress import Reporter
 from ..core.settings import param
 from ..reconstruction.cameras import View
 from ..reconstruction.images import load_image
-from .crops import Crop, CropCamera, FoliageRule, GroundPlane, band_outline, crop_camera, cut_out, foliage_rule
+from .crops import (
+    Crop,
+    CropCamera,
+    FoliageRule,
+    GroundPlane,
+    band_outline,
+    crop_camera,
+    cut_out,
+    foliage_rule,
+    near_axis,
+)
 from .field import LARGEST_COORDINATE_M, MEAN, GaussianField, merge_fields
 from .optimise import Volume
 from .stem_fit import FitSettings, StemFit, fit_stem
@@ -64,6 +74,10 @@ PRESETS: dict[str, dict[str, float]] = {
         "fog": 0.0,
     },
 }
+
+
+#: Ground is modelled to this many band heights from a stem: as far as an oblique ray through the band's top goes.
+_BEHIND = 1.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -189,6 +203,7 @@ class _Job:
     view: int
     flight: int
     camera: CropCamera
+    wide: bool = False
 
 
 def fit_gaussians(
@@ -244,12 +259,18 @@ def fit_with_report(
     origins = _origins(seeds, ground, warnings)
     low, high = -0.15, options.band_m + 0.4
     outline = band_outline(options.radius_m + 0.3, low, options.band_m)
+    surround = band_outline(_BEHIND * options.band_m, 0.0, 0.1)
     jobs: dict[int, list[_Job]] = {}
     for stem, origin in origins.items():
         for view in choose_views(views, origin, int(options.value("max_views"))):
             camera = crop_camera(views[view], origin, outline)
             if camera is not None:
                 jobs.setdefault(view, []).append(_Job(stem, view, views[view].flight, camera))
+        # The ground behind the stem, from every photo: half the resolution is plenty for a background.
+        for view in range(len(views)):
+            camera = crop_camera(views[view], origin, surround)
+            if camera is not None:
+                jobs.setdefault(view, []).append(_Job(stem, view, views[view].flight, camera.scaled(0.5), True))
     with reporter.stage("cut crops", 0.0, 0.15):
         cut, rule = _cut_crops(views, jobs, options.mask_foliage, load, reporter, warnings)
     reporter.info(
@@ -270,7 +291,11 @@ def fit_with_report(
     )
 
     def work(stem: int) -> tuple[int, StemFit | None]:
-        return stem, _fit_one(stem, origins[stem], cut.get(stem, []), ground, settings, options, (low, high), dense)
+        near = [other - origins[stem] for key, other in origins.items() if key != stem]
+        near = [offset for offset in near if np.hypot(offset[0], offset[1]) < 2 * _BEHIND * options.band_m]
+        return stem, _fit_one(
+            stem, origins[stem], cut.get(stem, []), near, ground, settings, options, (low, high), dense
+        )
 
     fits: dict[int, StemFit] = {}
     with reporter.stage("fit stems", 0.15, 1.0), ThreadPoolExecutor(options.threads) as pool:
@@ -354,7 +379,8 @@ def _cut_crops(
         for job in wanted:
             image, inside = cut_out(photo, views[view], job.camera)
             cut.setdefault(job.stem, []).append((job, image, inside))
-            samples.append(image.reshape(-1, 3)[::29])
+            if not job.wide:
+                samples.append(image.reshape(-1, 3)[::29])
         reporter.progress(done / len(jobs))
     rule = foliage_rule(np.concatenate(samples)) if mask and samples else None
     if rule is not None:
@@ -368,35 +394,46 @@ def _fit_one(
     stem: int,
     origin: np.ndarray,
     cut: Iterable[tuple[_Job, np.ndarray, np.ndarray]],
+    neighbours: list[np.ndarray],
     ground: Callable,
     settings: FitSettings,
     options: GaussianOptions,
     band: tuple[float, float],
     dense: tuple[np.ndarray, np.ndarray | None] | None,
 ) -> StemFit | None:
+    everything = list(cut)
     # A crop that is almost all foliage has nothing to teach.
-    cut = [item for item in cut if item[2].mean() > 0.15]
-    if not cut:
+    own = [item for item in everything if not item[0].wide and item[2].mean() > 0.15]
+    if not own:
         return None
-    footprint = float(np.median([np.linalg.norm(job.camera.centre) / job.camera.fx for job, _, _ in cut]))
-    reach = max(4.0, 2.0 * options.band_m)
-    plane = GroundPlane.around(ground, origin, reach, max(0.04, 2 * footprint))
-    crops = [
-        Crop(
-            job.camera,
-            image.astype(np.float32) / np.float32(255),
-            weight,
-            plane.texels(job.camera),
-            job.view,
-            job.flight,
-        )
-        for job, image, weight in cut
-    ]
+    footprint = float(np.median([np.linalg.norm(job.camera.centre) / job.camera.fx for job, _, _ in own]))
+    plane = GroundPlane.around(ground, origin, _BEHIND * options.band_m + 1, max(0.04, 2 * footprint))
     volume = Volume(options.radius_m, band[0], band[1], 0.3 * footprint, max(0.15, 4 * footprint))
-    near = None
+
+    def crop(job: _Job, image: np.ndarray, weight: np.ndarray) -> Crop:
+        camera = job.camera
+        stem = near_axis(camera, 0.9 * options.radius_m, 0.0, 2 * options.band_m)
+        for offset in neighbours:
+            stem |= near_axis(camera.moved(offset), 0.6 * options.radius_m, 0.0, 2 * options.band_m)
+        # The stem goes on above the band, where neither Gaussians nor ground can explain it.
+        above = near_axis(camera, 0.7 * options.radius_m, band[1], 3 * options.band_m)
+        above &= ~near_axis(camera, options.radius_m, band[0], band[1])
+        pixels = image.astype(np.float32) / np.float32(255)
+        clear = (weight * ~stem).astype(np.float32)
+        return Crop(camera, pixels, weight * ~above, plane.texels(camera), clear, job.view, job.flight)
+
+    crops = [crop(*item) for item in own]
+    around = [crop(*item) for item in everything if item[0].wide]
+    points = None
     if dense is not None and len(dense[0]):
         local = np.asarray(dense[0], float) - origin
-        near = local[volume.contains(local) & (local[:, 2] > 0.1)]
+        points = local[volume.contains(local) & (local[:, 2] > 0.1)]
     return fit_stem(
-        crops, plane, volume, replace(settings, seed=settings.seed + 1000003 * stem % (2**31 - 1)), footprint, near
+        crops,
+        plane,
+        volume,
+        replace(settings, seed=settings.seed + 1000003 * stem % (2**31 - 1)),
+        footprint,
+        points,
+        around=around,
     )
