@@ -30,6 +30,13 @@ class EvaluateSettings:
         advanced=True,
         help="with --truth: only stems with at least this many clear views count",
     )
+    min_dbh_cm: float = param(
+        0.0,
+        kind="number",
+        unit="cm",
+        minimum=0,
+        help="smallest DBH that the field crew tallied; thinner measured trees are not counted as false",
+    )
     output: Path = param(kind="output_folder", help="folder for metrics.json, tables, charts and evaluation.html")
     repeats: int = param(2000, kind="integer", minimum=100, maximum=100000, advanced=True, help="bootstrap resamples")
     seed: int = param(0, kind="integer", minimum=0, advanced=True, help="seed of the bootstrap")
@@ -50,7 +57,7 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
     with reporter.stage("read", 0.0, 0.2):
         if settings.pairs is not None:
             inputs = [settings.pairs]
-            evidence = evidence_from_pairs(settings.pairs)
+            evidence = evidence_from_pairs(settings.pairs, settings.min_dbh_cm)
         else:
             assert settings.trees is not None and settings.truth is not None
             inputs = [settings.trees, settings.truth]

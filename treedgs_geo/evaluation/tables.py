@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from ..core.errors import InputError
-from ..inventory.pairs_layer import FIELD, MEASURED, PAIRS, PLOTS, STATUSES, read_layer
+from ..inventory.pairs_layer import FIELD, MEASURED, PAIRS, PLOTS, SNAP_M, STATUSES, SUGGESTED, read_layer
 from .accuracy import Accuracy, score, score_against_truth
 
 #: Statuses that count as a pair; ``rejected`` never does.
@@ -34,8 +34,8 @@ class Evidence:
     notes: list[str]
 
 
-def evidence_from_pairs(path: Path) -> Evidence:
-    """Read a pairs layer.
+def evidence_from_pairs(path: Path, min_dbh_cm: float = 0.0) -> Evidence:
+    """Read a pairs layer. min_dbh_cm: the tally's limit; thinner measured trees without a partner are not false.
 
     Left out, and said so: plots left to a hand check, trees whose pair a person rejected, field trees without a DBH.
 
@@ -52,9 +52,8 @@ def evidence_from_pairs(path: Path) -> Evidence:
         )
     notes = []
     used = pairs[pairs["pair_status"].isin(COUNTED)]
-    unplaced = sorted(
-        set(plots.loc[plots["status"] == "check", "plot_id"].astype(str)) - set(used["plot_id"].astype(str))
-    )
+    _refuse_stale(path, used, measured, plots)
+    unplaced = sorted(plots.loc[plots["status"] == "check", "plot_id"].astype(str))
     if unplaced:
         notes.append(
             f"{len(unplaced)} of {len(plots)} plots are left to a hand check and do not count: {', '.join(unplaced)}."
@@ -93,10 +92,30 @@ def evidence_from_pairs(path: Path) -> Evidence:
     if n_blank:
         notes.append(f"{n_blank} field trees without a DBH do not count.")
     extra = measured[(measured["paired"] == "no") & measured["dbh_cm"].notna()]
-    if "in_plot" in extra:
-        extra = extra[extra["in_plot"] == "in"]
+    extra = extra[(extra["in_plot"] == "in") & (extra["dbh_cm"] >= min_dbh_cm) & ~extra["plot_id"].isin(unplaced)]
     counts = extra["plot_id"].astype(str).value_counts().to_dict()
     return _checked(Evidence(_table(rows), {str(k): int(v) for k, v in counts.items()}, "field DBH", notes), path)
+
+
+def _refuse_stale(path: Path, used: gpd.GeoDataFrame, measured: gpd.GeoDataFrame, plots: gpd.GeoDataFrame) -> None:
+    """Refuse a layer edited since match-plots wrote it: the DBHs beside its lines would be those of other trees."""
+    place = {int(t): (g.x, g.y) for t, g in zip(measured["tree_id"], measured.geometry, strict=True)}
+    for _, row in used[used["tree_id"].notna()].iterrows():
+        end = np.asarray(
+            row.geometry.coords if row.geometry.geom_type == "LineString" else row.geometry.geoms[0].coords
+        )
+        x, y = place.get(int(row["tree_id"]), (np.inf, np.inf))
+        if np.hypot(end[-1, 0] - x, end[-1, 1] - y) > SNAP_M:
+            raise InputError(
+                f"{path}: the line of field tree {row['plot_id']}/{row['field_id']} no longer ends at tree "
+                f"{int(row['tree_id'])}; run match-plots again onto this file, which reads the edit in."
+            )
+    suggested = set(read_layer(path, SUGGESTED)["plot_id"])
+    for plot in plots.loc[plots["status"] == "ok", "plot_id"]:
+        if plot in suggested and plot not in set(used["plot_id"]):
+            raise InputError(
+                f"{path}: plot {plot} was confirmed but is not paired yet; run match-plots again onto this file."
+            )
 
 
 def evidence_from_truth(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import geopandas as gpd
@@ -14,7 +14,7 @@ import pyproj
 from ..core.errors import InputError
 from ..core.plots import Plot
 from .field_trees import NAMES, dbh_in_cm, numbers, read_table
-from .pairing import PairingOptions, Registration, assign, confirmed, register
+from .pairing import PairingOptions, Registration, assign, confirmed, fit_rigid, register
 from .pairs_layer import SNAP_M, Locked
 from .tree_layer import read_trees
 
@@ -161,7 +161,12 @@ def _place(
     ).reshape(-1, 2)
     if typed is not None:
         return confirmed(field_xy, measured_xy, np.array(typed[:2]), typed[2])
-    return register(field_xy, measured_xy, options, anchors if len(anchors) >= 2 else None)
+    placed = register(field_xy, measured_xy, options, anchors if len(anchors) >= 2 else None)
+    if placed.status == "check" and len(anchors) >= 2 and 2 * len(mine) >= len(rows):
+        # A person paired most of the plot: as good as it gets, however badly the tally fits.
+        fit = fit_rigid(field_xy[anchors[:, 0]], measured_xy[anchors[:, 1]])
+        return replace(confirmed(field_xy, measured_xy, *fit), reason="paired by hand")
+    return placed
 
 
 def _pair_plot(

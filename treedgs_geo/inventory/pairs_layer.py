@@ -136,7 +136,7 @@ def read_layer(path: Path, layer: str) -> gpd.GeoDataFrame:
     needed = {
         PAIRS: {"plot_id", "field_id", "tree_id", "field_cm", "dbh_cm", "pair_status"},
         FIELD: {"plot_id", "field_id", "dbh_cm"},
-        MEASURED: {"tree_id", "dbh_cm", "paired"},
+        MEASURED: {"tree_id", "dbh_cm", "paired", "in_plot"},
         PLOTS: {"plot_id", "status"},
     }.get(layer, set())
     if needed - set(table.columns):
