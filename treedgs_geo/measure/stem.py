@@ -252,6 +252,9 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
         reject.append("wide_error")
     elif se > max(1.0, 0.06 * dbh):
         check.append("wide_error")
+    if len(set(check)) >= 3:
+        # Three doubts at once were gross errors on sparse clouds more often than not.
+        reject.append(check[0])
     flag: Literal["ok", "check", "reject"] = "reject" if reject else "check" if check else "ok"
     reasons = tuple(dict.fromkeys([*reject, *check]))
     details = {"fit_se": fit_se, "lobes": lobes, "height_se": height_se, "shape_se": shape_se, "purity": purity,

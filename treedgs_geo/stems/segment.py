@@ -41,7 +41,7 @@ class Sensor:
 
 SENSORS = {
     "tls": Sensor(0.004, 0.02, 0.015, 60, False, 0.010),
-    "uls": Sensor(0.007, 0.025, 0.0, 18, False, 0.012),
+    "uls": Sensor(0.007, 0.025, 0.0, 16, False, 0.012),
     "splat": Sensor(0.010, 0.05, 0.015, 40, True, 0.03),
 }
 
@@ -225,15 +225,19 @@ def _fit_candidate(near: np.ndarray, weights: np.ndarray | None, xy: np.ndarray,
     band = (near[:, 2] >= options.low_m - 0.1) & (near[:, 2] <= min(options.high_m, 4.25))
     if layer.sum() < 6 or band.sum() < sensor.least_points:
         return None
+    # A few thousand points settle a fit; the judging counts them all.
+    some = np.zeros(len(near), bool)
+    some[::max(len(near) // 3000, 1)] = True
+    layer_fit, band_fit = layer & some, band & some
     for factor in (1.0, 0.7, 1.4, 0.45):
         start = Cone(float(xy[0]), float(xy[1]), 0.0, 0.0, radius * factor, TAPER_PRIOR, float(h))
         coarse = min(0.05, 0.5 * start.r)
-        cone = fit_cone(near[layer], start, None if weights is None else weights[layer], (coarse, 0.6 * coarse),
+        cone = fit_cone(near[layer_fit], start, None if weights is None else weights[layer_fit], (coarse, 0.6 * coarse),
                         sensor.floor_m, sensor.cap_m, lean_sd=0.08)
         if cone is None:
             continue
-        cone = fit_cone(near[band], cone, None if weights is None else weights[band], (1.2 * coarse, 0.7 * coarse),
-                        sensor.floor_m, sensor.cap_m)
+        cone = fit_cone(near[band_fit], cone, None if weights is None else weights[band_fit],
+                        (1.2 * coarse, 0.7 * coarse), sensor.floor_m, sensor.cap_m)
         if cone is None or cone.lean_deg > options.max_lean_deg:
             continue
         if np.hypot(*(cone.centre(h) - xy)) > 0.25 + 0.5 * radius:
@@ -264,7 +268,7 @@ def judge(cone: Cone, band: np.ndarray, sensor: Sensor, options: SegmentOptions,
     row = np.floor((band[:, 2] - lowest) / _ROW_M).astype(int)
     rows = int(np.ceil((highest - lowest) / _ROW_M))
     row = np.clip(row, 0, rows - 1)
-    need = 2 if sensor.least_points < 30 else 4
+    need = 1 if sensor.least_points < 30 else 4
     filled = np.bincount(row[on], minlength=rows) >= need
     sector = np.floor((cone.azimuths(band) + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
     arc = 360 / _SECTORS * len(np.unique(sector[on]))
@@ -282,7 +286,8 @@ def judge(cone: Cone, band: np.ndarray, sensor: Sensor, options: SegmentOptions,
     core = len(np.unique(row[sharp] * _SECTORS + sector[sharp]))
     fringe = len(np.unique(row[blurred] * _SECTORS + sector[blurred]))
     score = share * (core - 0.5 * fringe - inner * cells)
-    pure = score >= max(0.5 * share * cells, 18)
+    # Few points have to be the cleaner: nothing inside, hardly anything around.
+    pure = score >= max(0.5 * share * cells, 18) or score >= max(0.6 * share * cells, 10) and inner + outer < 0.2
     # Rough bark or a noisy scanner: not sharp, but empty inside, clean outside and continuous.
     clean = inner <= 0.04 and outer <= 0.2 and share >= 0.85 and arc >= 150
     if strict and (not (pure or clean or sensor.solid) or cone.sigma > 0.35 * cone.radius(1.3)):
@@ -336,7 +341,7 @@ def _follow(points: np.ndarray, tree: cKDTree, weights: np.ndarray | None, cone:
         middle = current.centre(h)
         near = np.asarray(tree.query_ball_point(middle, float(current.radius(h)) + 0.15), dtype=int)
         near = near[np.abs(points[near, 2] - h) < 0.75]
-        if len(near) < sensor.least_points // 2:
+        if len(near) < sensor.least_points // 3:
             break
         start = Cone(float(middle[0]), float(middle[1]), current.dx, current.dy, float(current.radius(h)),
                      TAPER_PRIOR, h, current.sigma)
