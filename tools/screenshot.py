@@ -94,7 +94,7 @@ def _shrink(picture: Path) -> None:
     """A palette is enough for a window and makes the file a third as large."""
     from PIL import Image
 
-    Image.open(picture).convert("RGB").quantize(128).save(picture, optimize=True)
+    Image.open(picture).convert("RGB").quantize(256, Image.Quantize.MAXCOVERAGE).save(picture, optimize=True)
 
 
 if __name__ == "__main__":
