@@ -17,7 +17,7 @@ from ..treedgs_qgis import compat, engine, environment
 from ..treedgs_qgis.algorithm import BaseAlgorithm, is_cancelled
 
 HELP = """<p><b>Install the libraries that the TreeDGS algorithms need, in an environment of their own.</b></p>
-<p>Makes a Python environment in your data folder (or in TREEDGS_HOME), about 2 GB, and installs the pinned list of
+<p>Makes a Python environment in your data folder (or in TREEDGS_HOME), about 3 GB, and installs the pinned list of
 libraries with pip. QGIS and its Python are not touched. It needs Python 3.10 or newer with venv on this computer, and
 the network or a folder of wheels. What was cut short is taken up by running it again.</p>
 <p>On a machine with <code>make</code>, <code>make setup</code> does the same for the repository.</p>"""
