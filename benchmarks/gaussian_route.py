@@ -88,7 +88,7 @@ def read_out(points: SurfacePoints, frame: LocalFrame, dtm: Dtm, how: str) -> di
         own = points.groups == tree.tree_id - 1
         local = np.column_stack([xyz[own, 0] - tree.x, xyz[own, 1] - tree.y, height[own]])
         dbh = half_level(local, points.opacity[own], np.zeros(2), 1.37)
-        if dbh is not None:
+        if dbh is not None and np.isfinite(dbh):
             found[tree.tree_id - 1] = dbh
     return found
 
