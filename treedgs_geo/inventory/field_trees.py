@@ -110,9 +110,9 @@ def read_field_trees(path: Path, protocol: FieldProtocol) -> pd.DataFrame:
     """
     path = Path(path)
     table = read_table(path)
-    column = {key: next((n for n in names if n in table.columns), None) for key, names in NAMES.items()}
-    polar = column["azimuth"] is not None and column["distance"] is not None
-    if column["field_id"] is None or not (polar or (column["x"] is not None and column["y"] is not None)):
+    column = {key: next((n for n in names if n in table.columns), "") for key, names in NAMES.items()}
+    polar = column["azimuth"] and column["distance"]
+    if not column["field_id"] or not (polar or (column["x"] and column["y"])):
         raise InputError(
             f"{path}: found columns {', '.join(table.columns)}; expected tree_id, dbh_cm and azimuth_deg, "
             "distance_m (or easting, northing)."
@@ -161,7 +161,7 @@ def _horizontal_m(
             "plot centre."
         )
     if protocol.distance == "slope":
-        if column["slope"] is None:
+        if not column["slope"]:
             raise InputError(
                 f"{path}: has no slope_deg or slope_pct column, which slope distances need; add it, or use "
                 "--distance horizontal."

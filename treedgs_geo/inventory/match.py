@@ -44,8 +44,8 @@ def read_measured(path: Path, crs: pyproj.CRS | None, dbh_unit: str = "auto") ->
     if path.suffix.lower() == ".csv":
         table = read_table(path)
         keys = ("field_id", "x", "y", "dbh")
-        found = {key: next((n for n in NAMES[key] if n in table.columns), None) for key in keys}
-        if None in found.values():
+        found = {key: next((n for n in NAMES[key] if n in table.columns), "") for key in keys}
+        if "" in found.values():
             raise InputError(f"{path}: found columns {', '.join(table.columns)}; expected tree_id, x, y, dbh_cm.")
         trees = pd.DataFrame(
             {
@@ -183,7 +183,8 @@ def _pair_plot(
 ) -> tuple[list[dict], list[dict]]:
     """Pairs and suggestions of one plot; ``taken`` marks measured trees that already have a partner."""
     xy = measured[["x", "y"]].to_numpy(float)
-    pairs, suggested = [], []
+    pairs: list[dict] = []
+    suggested: list[dict] = []
     for decision in mine:
         k, stem = int(np.flatnonzero(rows == decision["row"])[0]), decision["stem"]
         end = xy[stem] if stem is not None else np.array([decision["mx"], decision["my"]])

@@ -179,7 +179,7 @@ def register(
         reason = f"only {share:.0%} of the trees find a partner within 1 m"
     elif ratio < options.min_ratio + _doubt(moved, measured_xy, sigma, options) or margin < _MIN_NATS:
         reason = f"another placing explains the trees almost as well (ratio {ratio:.2f})"
-    elif np.hypot(*offset) > 3 * options.centre_error_m:
+    elif np.hypot(*offset) > 3 * _centre_sd(options):
         reason = f"the best placing is {np.hypot(*offset):.1f} m off, beyond the search"
     return Registration(offset, turn, sigma, ratio, margin, share, "check" if reason else "auto", reason)
 
@@ -216,6 +216,7 @@ _SIGMA_START = 0.35
 _SIGMA_LIMITS = (0.12, 0.6)
 _MIN_NATS = 6.0
 _ANCHOR_M = 1.0
+_MAP_ERROR_M = 0.3
 
 
 def _costs(
@@ -264,19 +265,24 @@ def _candidates(
     field_xy: np.ndarray, measured_xy: np.ndarray, options: PairingOptions, most: int = 30
 ) -> list[tuple[np.ndarray, float]]:
     """Placings with the most votes: every (field, measured) pair votes for the shift that joins it."""
-    reach = 3 * options.centre_error_m + 1.0
+    reach = 3 * _centre_sd(options) + 1.0
     turns = _angles(field_xy, options.rotation_deg)
     size = int(np.ceil(2 * reach / _CELL_M))
     votes = np.zeros((len(turns), size, size))
-    edges = [[-reach, -reach + size * _CELL_M]] * 2
+    edges = -reach + _CELL_M * np.arange(size + 1)
     for k, turn in enumerate(turns):
         shifts = (measured_xy[None] - move(field_xy, np.zeros(2), turn)[:, None]).reshape(-1, 2)
-        votes[k] = np.histogram2d(*shifts.T, bins=size, range=edges)[0]
+        votes[k] = np.histogram2d(shifts[:, 0], shifts[:, 1], bins=[edges, edges])[0]
     votes = gaussian_filter(votes, (0, 0.42 / _CELL_M, 0.42 / _CELL_M), mode="constant")
     peaks = (votes == maximum_filter(votes, size=(3, 5, 5))) & (votes > 0)
     where = np.argwhere(peaks)
     where = where[np.argsort(-votes[peaks], kind="stable")][:most]
     return [((cell[1:] + 0.5) * _CELL_M - reach, float(turns[cell[0]])) for cell in where]
+
+
+def _centre_sd(options: PairingOptions) -> float:
+    """Standard error of a plot's offset, m: the centre's, and some decimetres of the measured map's own."""
+    return float(np.hypot(options.centre_error_m, _MAP_ERROR_M))
 
 
 def _angles(field_xy: np.ndarray, limit_deg: float) -> np.ndarray:
@@ -321,7 +327,7 @@ def _score(
 ) -> float:
     """Log-likelihood of a placing against "no tree has a partner", with the centre's error as a prior."""
     cost = _costs(move(field_xy, *place), measured_xy, sigma, options.gate_m)
-    return -_solve(cost)[2] - float((place[0] ** 2).sum()) / (2 * options.centre_error_m**2)
+    return -_solve(cost)[2] - float((place[0] ** 2).sum()) / (2 * _centre_sd(options) ** 2)
 
 
 def _spread(field_xy: np.ndarray, measured_xy: np.ndarray, offset: np.ndarray, turn: float) -> float:

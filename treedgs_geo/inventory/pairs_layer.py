@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import geopandas as gpd
 import numpy as np
@@ -204,7 +205,7 @@ def _typed(table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _write(path: Path, layer: str, table: gpd.GeoDataFrame, geometry: str | None) -> None:
-    more = {"geometry_type": geometry} if geometry else {}
+    more: dict[str, Any] = {"geometry_type": geometry} if geometry else {}
     if path.exists():
         more["mode"] = "a"
     else:
