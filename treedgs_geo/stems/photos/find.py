@@ -21,7 +21,7 @@ from .sun import sun_azimuths
 #: Widest piece of ground searched at once, metres (bounds memory).
 TILE_M = 26.0
 #: Seeds this far below what chance reaches are still fitted (log likelihood units), and how many at most.
-REACH_BELOW = 30.0
+REACH_BELOW = 22.0
 MOST_SEEDS = 90
 #: Stems fitted quickly at first, to learn the sun's direction and the stand's diameters.
 FIRST_LOOK = 30

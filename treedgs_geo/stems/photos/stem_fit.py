@@ -18,8 +18,8 @@ COARSE_BAND = 0.5, 3.3
 FINE_BAND = 0.3, 3.5
 #: A view counts as seeing the stem above this z-score.
 CLEAR_Z = 2.5
-#: Grid score below which a seed is not worth refining.
-MIN_RAW = 30.0
+#: Scores on the grid and after polishing below which a seed is not worth refining.
+MIN_RAW, MIN_POLISHED = 38.0, 50.0
 #: Log likelihood ratio from which a stem is measured, and from which without doubt (chance reaches about 45).
 LLR_MEASURED, LLR_OK = 52.0, 60.0
 
@@ -95,6 +95,8 @@ class Fitter:
             return None
         share = 0.8 if quick else 0.4
         modes = sorted((search.polish(m) for m in raw if m.score > share * raw[0].score), key=lambda m: -m.score)
+        if modes[0].score < MIN_POLISHED:
+            return None
         tried = []
         finalists = [mode for mode in distinct(modes)[:4] if mode.score > 0.5 * modes[0].score]
         finalists = finalists[:1] if quick else distinct(finalists + search.wholes(modes[0]), 0.012, 0.006)
@@ -254,6 +256,8 @@ def verdict(dbh_cm: float, polish_cm: float, r1: float, lean: float, score: floa
         refuse.append("lean")
     if se_cm > 0.25 * dbh_cm:
         refuse.append("wide_error")
+    elif se_cm > 0.06 * dbh_cm:
+        doubt.append("wide_error")
     # One doubt is for the forester to look at; several together are how wrong explanations look.
     if refuse or len(doubt) >= 2:
         return "reject", tuple(dict.fromkeys(refuse + doubt))
