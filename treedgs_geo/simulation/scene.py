@@ -116,8 +116,11 @@ def grow_stem(rng: np.random.Generator, ground: Ground, xy: np.ndarray, dbh_m: f
 
 
 def grow_stand(rng: np.random.Generator, settings: SimulateSettings, sizes: Sizes, ground: Ground,
-               stand_radius_m: float) -> list[Stem]:
-    """Every stem of the stand, the plot's own first (T001 is nearest the centre); saplings carry ids S001 ..."""
+               near_m: float, stand_radius_m: float) -> list[Stem]:
+    """Every stem of the stand, the plot's own first (T001 is nearest the centre); saplings carry ids S001 ...
+
+    near_m: beyond this distance from the centre no crown shows in a photo, and coarse ones will do.
+    """
     xy = plant(rng, settings.stems_per_ha, sizes.radius_m, stand_radius_m)
     xy = xy[np.argsort(np.hypot(*xy.T))]
     count = len(xy)
@@ -139,7 +142,7 @@ def grow_stand(rng: np.random.Generator, settings: SimulateSettings, sizes: Size
     stems: list[Stem] = []
     for k in range(count):
         distance = float(np.hypot(*xy[k]))
-        detail = 2 if distance < sizes.radius_m + 5 else 1 if distance < sizes.radius_m + 14 else 0
+        detail = 2 if distance < sizes.radius_m + 5 else 1 if distance < near_m else 0
         common = dict(tree_id=f"T{k + 1:03d}", kind=kinds[k], status="dead" if kinds[k] == "dead" else "live",
                       in_plot=distance < sizes.radius_m, detail=detail,
                       crown_base_m=height[k] * rng.uniform(0.46, 0.56))

@@ -100,7 +100,7 @@ def _grow(rng: dict[str, np.random.Generator], settings: SimulateSettings, sizes
     footprint = np.hypot(sizes.image_width, sizes.image_height) / 2 * settings.gsd_cm / 100 * 1.5
     reach = footprint + sizes.target_off_m + 2
     ground = make_ground(rng["site"], sizes.stand_radius_m + 12, settings.slope_pct, settings.roughness_m)
-    stems = grow_stand(rng["stand"], settings, sizes, ground, max(sizes.stand_radius_m, reach + 12))
+    stems = grow_stand(rng["stand"], settings, sizes, ground, reach + 6, max(sizes.stand_radius_m, reach + 12))
     mesh = mesh_stems(rng["stand"], stems)
     reporter.progress(0.2)
     faces = all_foliage(rng["leaves"], settings, ground, stems, reach)
