@@ -22,6 +22,8 @@ CLEAR_Z = 2.5
 MIN_RAW, MIN_POLISHED = 38.0, 50.0
 #: Log likelihood ratio from which a stem is measured, and from which without doubt (chance reaches about 45).
 LLR_MEASURED, LLR_OK = 52.0, 60.0
+#: Lead over the next explanation that still leaves a doubt.
+DOUBTED_GAP = 9.0
 
 
 @dataclass(frozen=True)
@@ -114,10 +116,12 @@ class Fitter:
         tried.sort(key=lambda item: -item[0])
         best = prefer_whole(tried, self.sun)
         score, mode, fine, vector = best
-        # A part of the chosen stem is no rival of the whole, unless it won by far.
-        rivals = [item[0] for item in tried if different(item[3], vector)
-                  and not (contains(vector, item[3]) and item[0] < 1.25 * score)]
-        gap = score - max(rivals, default=0.0)
+        # A part of the chosen stem is no rival of the whole; where it won by far there is doubt all the same.
+        others = [item for item in tried if different(item[3], vector)]
+        parts = [item[0] for item in others if contains(vector, item[3])]
+        gap = score - max([item[0] for item in others if not contains(vector, item[3])], default=0.0)
+        if parts and max(parts) > 1.25 * score:
+            gap = min(gap, DOUBTED_GAP)
         z = search.z(vector)
         final = None if quick else refine(self.stack, fine.axis, fine.r0, fine.r1, seen_probability(z), *FINE_BAND,
                        self.options.offset_sd_px, cuts=1, windows_px=(2.2,), known=known)
@@ -242,7 +246,7 @@ def verdict(dbh_cm: float, polish_cm: float, r1: float, lean: float, score: floa
         doubt.append("occluded")
     if gap < 4:
         refuse.append("ambiguous")
-    elif gap < 10:
+    elif gap < 1 + DOUBTED_GAP:
         doubt.append("ambiguous")
     if abs(r1 + 0.0045) > 0.008:
         refuse.append("no_taper")
