@@ -86,7 +86,10 @@ def test_pos_time_systems_agree(tmp_path: Path) -> None:
     for system, rows in (
         ("GPST", ROWS),
         ("UTC ", ROWS.replace("15:15:14", "15:14:56")),
-        ("GPST", ROWS.replace("2026/03/12 15:15:14.2", "2409 400514.2").replace("2026/03/12 15:15:14.4", "2409 400514.4")),
+        (
+            "GPST",
+            ROWS.replace("2026/03/12 15:15:14.2", "2409 400514.2").replace("2026/03/12 15:15:14.4", "2409 400514.4"),
+        ),
     ):
         path = tmp_path / "a.pos"
         path.write_text(HEAD.format(system=system) + rows)
@@ -98,14 +101,23 @@ def test_pos_time_systems_agree(tmp_path: Path) -> None:
 
 def test_pos_layouts(tmp_path: Path) -> None:
     path = tmp_path / "a.pos"
-    path.write_text(HEAD.format(system="GPST").replace("(deg)", "(d'\")", 2) + ROWS.replace(
-        "33.599840069  -91.800149874", "33 35 59.4242484 -91 48 00.5395464").replace("33.599844264  -91.800148401", "33 36 0 -0 30 0.0"))
+    path.write_text(
+        HEAD.format(system="GPST").replace("(deg)", "(d'\")", 2)
+        + ROWS.replace("33.599840069  -91.800149874", "33 35 59.4242484 -91 48 00.5395464").replace(
+            "33.599844264  -91.800148401", "33 36 0 -0 30 0.0"
+        )
+    )
     track = read_pos(path)
-    assert track.lat_deg[0] == pytest.approx(33.599840069, abs=1e-9) and track.lon_deg[0] == pytest.approx(-91.800149874, abs=1e-9)
+    assert track.lat_deg[0] == pytest.approx(33.599840069, abs=1e-9) and track.lon_deg[0] == pytest.approx(
+        -91.800149874, abs=1e-9
+    )
     assert track.lon_deg[1] == -0.5
     ecef = pyproj.Transformer.from_crs("EPSG:4979", "EPSG:4978", always_xy=True).transform(-91.8, 33.6, 108.0)
     row = "2026/03/12 15:15:1{}.0 {:.4f} {:.4f} {:.4f} 1 16 0.01 0.01 0.02\n"
-    path.write_text("%  GPST  x-ecef(m)  y-ecef(m)  z-ecef(m)   Q  ns   sdx(m)   sdy(m)   sdz(m)\n" + "".join(row.format(i, *ecef) for i in (1, 2)))
+    path.write_text(
+        "%  GPST  x-ecef(m)  y-ecef(m)  z-ecef(m)   Q  ns   sdx(m)   sdy(m)   sdz(m)\n"
+        + "".join(row.format(i, *ecef) for i in (1, 2))
+    )
     track = read_pos(path)
     np.testing.assert_allclose([track.lon_deg[0], track.lat_deg[0], track.height_m[0]], [-91.8, 33.6, 108.0], atol=1e-3)
 

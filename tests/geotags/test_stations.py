@@ -29,8 +29,15 @@ class Listening(Reporter):
 
 def _track(times: np.ndarray, quality: np.ndarray | None = None) -> Trajectory:
     count = len(times)
-    return Trajectory(Path("a.pos"), times, np.zeros(count), np.zeros(count), np.zeros(count),
-                      np.ones(count, int) if quality is None else quality, np.full((count, 3), 0.01))
+    return Trajectory(
+        Path("a.pos"),
+        times,
+        np.zeros(count),
+        np.zeros(count),
+        np.zeros(count),
+        np.ones(count, int) if quality is None else quality,
+        np.full((count, 3), 0.01),
+    )
 
 
 def test_interpolation_follows_a_braking_drone() -> None:

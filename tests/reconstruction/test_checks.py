@@ -8,7 +8,7 @@ import numpy as np
 import pyproj
 import pytest
 from shared_data import needs_shared
-from test_geometry import CAMERA, block_of, ring
+from synthetic_block import CAMERA, block_of, ring
 
 from treedgs_geo.core.errors import ReconstructionError
 from treedgs_geo.core.progress import Reporter
@@ -28,9 +28,20 @@ def _case() -> tuple:
     block = block_of(ring(), rng.uniform([-15, -15, 0], [15, 15, 3], (300, 3)), 0.2, rng)
     count = len(block.keypoints)
     xyz = block.centres + rng.normal(0, 0.02, (count, 3))
-    stations = Stations([f"{i}.jpg" for i in range(count)], [Path(f"{i}.jpg") for i in range(count)], xyz, np.full((count, 3), 0.02),
-                        ["fix"] * count, np.arange(count, dtype=float), np.zeros(count, int), np.zeros(count), np.full(count, -60.0),
-                        np.zeros(count), np.full(count, 60.0), pyproj.CRS.from_epsg(6344))
+    stations = Stations(
+        [f"{i}.jpg" for i in range(count)],
+        [Path(f"{i}.jpg") for i in range(count)],
+        xyz,
+        np.full((count, 3), 0.02),
+        ["fix"] * count,
+        np.arange(count, dtype=float),
+        np.zeros(count, int),
+        np.zeros(count),
+        np.full(count, -60.0),
+        np.zeros(count),
+        np.full(count, 60.0),
+        pyproj.CRS.from_epsg(6344),
+    )
     return block, stations, xyz, Calibration(CAMERA, "xmp", 0.04)
 
 
@@ -43,12 +54,22 @@ def test_a_good_block_passes() -> None:
 def test_contradictions_are_refused() -> None:
     block, stations, xyz, calibration = _case()
     with pytest.raises(ReconstructionError, match="from their geotags"):
-        check_block(block, stations, xyz + np.random.default_rng(1).normal(0, 0.4, xyz.shape), calibration, 0.0, FREE, Reporter())
+        check_block(
+            block,
+            stations,
+            xyz + np.random.default_rng(1).normal(0, 0.4, xyz.shape),
+            calibration,
+            0.0,
+            FREE,
+            Reporter(),
+        )
     wrong = replace(calibration, camera=replace(CAMERA, fx=1700.0, fy=1700.0))
     with pytest.raises(ReconstructionError, match="focal length came out as 1900 px"):
         check_block(block, stations, xyz, wrong, 0.0, FREE, Reporter())
     with pytest.raises(ReconstructionError, match="flying height"):
-        check_block(block, replace(stations, relative_altitude_m=np.full(10, 100.0)), xyz, calibration, 0.0, FREE, Reporter())
+        check_block(
+            block, replace(stations, relative_altitude_m=np.full(10, 100.0)), xyz, calibration, 0.0, FREE, Reporter()
+        )
     block.rotations[:5], block.translations[:5] = np.nan, np.nan
     block.keep(block.image >= 5)
     with pytest.raises(ReconstructionError, match="5 of 10 photos"):
@@ -68,17 +89,17 @@ def test_calibration_sources(tmp_path: Path) -> None:
 
 
 def test_part_of_plot_a(tmp_path: Path) -> None:
-    """Fourteen neighbouring photos end to end: cameras within centimetres, a model that loads."""
+    """Twelve neighbouring photos end to end: cameras within centimetres, a model that loads."""
     import csv
 
     plot = needs_shared("plot_a")
     photos = tmp_path / "photos"
     photos.mkdir()
-    for path in sorted((plot / "images").iterdir())[:14]:
+    for path in sorted((plot / "images").iterdir())[:12]:
         shutil.copy(path, photos)
     stations = read_stations(photos, plot, "EPSG:6344", check_photos=False)
-    report = reconstruct_photos(stations, ReconstructOptions(max_features=3000), tmp_path / "sfm")
-    assert report["registered"] == 14 and not (tmp_path / "cache").exists()
+    report = reconstruct_photos(stations, ReconstructOptions(max_features=2500), tmp_path / "sfm")
+    assert report["registered"] == 12 and not (tmp_path / "cache").exists()
     frame, views = load_views(tmp_path / "sfm", photos)
     with open(plot / "truth" / "cameras.csv", newline="") as stream:
         truth = {row["image"]: [float(row[key]) for key in "ENh"] for row in csv.DictReader(stream)}

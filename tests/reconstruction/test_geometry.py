@@ -5,6 +5,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from synthetic_block import block_of, ring
 
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.reconstruction.adjustment import adjust
@@ -15,35 +16,7 @@ from treedgs_geo.reconstruction.images import pinhole_crop, undistort_view
 from treedgs_geo.reconstruction.model import load_points, load_views, save_model
 from treedgs_geo.reconstruction.pairs import select_pairs
 from treedgs_geo.reconstruction.poses import fit_similarity_robust, rotation_angle_deg, rotation_from_gimbal
-from treedgs_geo.reconstruction.tracks import Block, build_tracks, triangulate
-
-CAMERA = Camera(1280, 960, 1900.0, 1900.0, 645.0, 476.0, -0.02, 0.01)
-
-
-def ring(count: int = 10, height: float = 60.0, pitch: float = -60.0, camera: Camera = CAMERA) -> list[View]:
-    """Views that look at the origin from all sides."""
-    views = []
-    for k in range(count):
-        yaw = 360.0 * k / count
-        back = height / np.tan(np.radians(-pitch))
-        centre = np.array([-np.sin(np.radians(yaw)) * back, -np.cos(np.radians(yaw)) * back, height])
-        rotation = rotation_from_gimbal(yaw, pitch, 0.0)
-        views.append(View(f"{k}.png", Path(f"{k}.png"), camera, rotation, -rotation @ centre))
-    return views
-
-
-def block_of(views: list[View], points: np.ndarray, noise_px: float, rng: np.random.Generator) -> Block:
-    """Every point seen by every view that frames it."""
-    keypoints, image, key, point = [], [], [], []
-    for i, view in enumerate(views):
-        pixels, _ = view.project(points)
-        seen = np.flatnonzero(view.contains(pixels))
-        keypoints.append(pixels[seen] + rng.normal(0, noise_px, (len(seen), 2)))
-        image.append(np.full(len(seen), i))
-        key.append(np.arange(len(seen)))
-        point.append(seen)
-    return Block(views[0].camera, np.array([v.rotation for v in views]), np.array([v.translation for v in views]), keypoints, points.copy(),
-                 np.concatenate(image), np.concatenate(key), np.concatenate(point))
+from treedgs_geo.reconstruction.tracks import build_tracks, triangulate
 
 
 def test_gimbal_angles() -> None:
@@ -83,7 +56,11 @@ def test_pairs_prefer_overlap() -> None:
 
 def test_tracks_drop_contradictions() -> None:
     keypoints = [np.zeros((4, 2)) for _ in range(3)]
-    matches = {(0, 1): np.array([[0, 0], [1, 1]]), (1, 2): np.array([[0, 0], [1, 1]]), (0, 2): np.array([[0, 0], [2, 1]])}
+    matches = {
+        (0, 1): np.array([[0, 0], [1, 1]]),
+        (1, 2): np.array([[0, 0], [1, 1]]),
+        (0, 2): np.array([[0, 0], [2, 1]]),
+    }
     image, key, track = build_tracks(keypoints, matches, np.ones(3, bool))
     full = track[(image == 0) & (key == 0)][0]
     assert (track == full).sum() == 3
@@ -167,8 +144,8 @@ def test_undistortion_keeps_the_pixel_convention(tmp_path: Path) -> None:
         expected = (wanted @ matrix.T)[:, :2]
         for x, y in expected:
             c, r = int(x), int(y)
-            patch = picture[max(r - 9, 0):r + 10, max(c - 9, 0):c + 10, 0].astype(float)
-            rows, columns = np.mgrid[:patch.shape[0], :patch.shape[1]]
+            patch = picture[max(r - 9, 0) : r + 10, max(c - 9, 0) : c + 10, 0].astype(float)
+            rows, columns = np.mgrid[: patch.shape[0], : patch.shape[1]]
             assert (columns * patch).sum() / patch.sum() + max(c - 9, 0) + 0.5 == pytest.approx(x, abs=0.35)
             assert (rows * patch).sum() / patch.sum() + max(r - 9, 0) + 0.5 == pytest.approx(y, abs=0.35)
 
@@ -185,7 +162,15 @@ def test_model_round_trip(tmp_path: Path) -> None:
     frame = LocalFrame(pyproj.CRS.from_epsg(6344), np.array([611337.0, 3718451.0, 38.0]))
     block.rotations[3], block.translations[3] = np.nan, np.nan
     block.keep(block.image != 3)
-    save_model(tmp_path / "sfm", block, [v.name for v in views], [tmp_path / v.name for v in views], np.array([0, 0, 1, 1]), frame, {"a": 1})
+    save_model(
+        tmp_path / "sfm",
+        block,
+        [v.name for v in views],
+        [tmp_path / v.name for v in views],
+        np.array([0, 0, 1, 1]),
+        frame,
+        {"a": 1},
+    )
     again, loaded = load_views(tmp_path / "sfm", tmp_path)
     assert [v.name for v in loaded] == ["0.png", "1.png", "2.png"] and loaded[2].flight == 1
     np.testing.assert_allclose(loaded[1].rotation, views[1].rotation, atol=1e-9)

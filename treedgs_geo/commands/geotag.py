@@ -18,30 +18,58 @@ class GeotagSettings:
     """Parameters of ``geotag``."""
 
     photos: Path = param(kind="folder", help="Folder with the original drone photos (searched with its subfolders).")
-    geotags: Path | None = param(None, kind="files", help="Folder or file with MRK and RTKLIB .pos (PPK), or a CSV with name, lat, lon, h; "
-                                 "without it EXIF/XMP positions are used.")
-    crs: str = param(kind="crs", help="Project CRS, projected and in metres, for example EPSG:6344; its datum is that of the geotags.")
+    geotags: Path | None = param(
+        None,
+        kind="files",
+        help="Folder or file with MRK and RTKLIB .pos (PPK), or a CSV with name, lat, lon, h; "
+        "without it EXIF/XMP positions are used.",
+    )
+    crs: str = param(
+        kind="crs",
+        help="Project CRS, projected and in metres, for example EPSG:6344; its datum is that of the geotags.",
+    )
     output: Path = param(kind="output_file", help="Camera stations layer to write.", suffixes=(".gpkg",))
-    camera_delay_ms: float = param(0.0, kind="number", help="Exposure minus mark time, for cameras triggered by cable.", unit="ms",
-                                   minimum=-1000, maximum=1000, advanced=True)
+    camera_delay_ms: float = param(
+        0.0,
+        kind="number",
+        help="Exposure minus mark time, for cameras triggered by cable.",
+        unit="ms",
+        minimum=-1000,
+        maximum=1000,
+        advanced=True,
+    )
     check_photos: bool = param(True, kind="flag", help="Leave out blurred and empty photos.", advanced=True)
 
 
 def run(settings: GeotagSettings, reporter: Reporter) -> dict[str, Any]:
     """Read, pair, interpolate, write."""
     if settings.output.suffix.lower() != ".gpkg":
-        raise InputError(f"{settings.output}: found the ending {settings.output.suffix!r}, expected .gpkg; rename the output.")
+        raise InputError(
+            f"{settings.output}: found the ending {settings.output.suffix!r}, expected .gpkg; rename the output."
+        )
     ensure_writable(settings.output)
     from ..geotags import read_stations, write_stations
 
     with reporter.stage("geotags"):
-        stations = read_stations(settings.photos, settings.geotags, settings.crs, check_photos=settings.check_photos,
-                                 camera_delay_ms=settings.camera_delay_ms, reporter=reporter)
+        stations = read_stations(
+            settings.photos,
+            settings.geotags,
+            settings.crs,
+            check_photos=settings.check_photos,
+            camera_delay_ms=settings.camera_delay_ms,
+            reporter=reporter,
+        )
         write_stations(settings.output, stations)
     counts = stations.counts()
-    return {"output": str(settings.output), "n_photos": len(stations), "n_fix": counts.get("fix", 0), "n_float": counts.get("float", 0),
-            "n_other": counts.get("exif", 0) + counts.get("single", 0), "n_none": counts.get("none", 0),
-            "n_flights": len(set(stations.flight.tolist()))}
+    return {
+        "output": str(settings.output),
+        "n_photos": len(stations),
+        "n_fix": counts.get("fix", 0),
+        "n_float": counts.get("float", 0),
+        "n_other": counts.get("exif", 0) + counts.get("single", 0),
+        "n_none": counts.get("none", 0),
+        "n_flights": len(set(stations.flight.tolist())),
+    }
 
 
 COMMAND = Command(
@@ -50,14 +78,26 @@ COMMAND = Command(
     title="Geotag drone photos",
     group="Photos",
     summary="MRK and RTKLIB .pos (or EXIF/XMP) to camera positions at the exposure, as a point layer.",
-    help=("Inputs: the photos, and a folder with the drone's Timestamp.MRK and the PPK solution (.pos), or a CSV by photo name. The antenna's "
-          "path is interpolated at each exposure and the lever arm applied once; heights stay in the datum of the geotags. Output: layer "
-          "'stations' (PointZ, project CRS) with quality (fix, float, single, exif, none), standard deviations (m), time, flight and gimbal "
-          "angles (degrees). Photos that are blurred or show nothing are left out with a warning; geotags of other photos are refused."),
+    help=(
+        "Inputs: the photos, and a folder with the drone's Timestamp.MRK and the PPK solution (.pos), or a CSV by "
+        "photo name. The antenna's "
+        "path is interpolated at each exposure and the lever arm applied once; heights stay in the datum of the "
+        "geotags. Output: layer "
+        "'stations' (PointZ, project CRS) with quality (fix, float, single, exif, none), standard deviations (m), "
+        "time, flight and gimbal "
+        "angles (degrees). Photos that are blurred or show nothing are left out with a warning; geotags of other "
+        "photos are refused."
+    ),
     settings=GeotagSettings,
     run=run,
     example="treedgs geotag --photos flight/images --geotags flight --crs EPSG:6344 --output stations.gpkg",
-    outputs={"output": "camera stations layer (file)", "n_photos": "photos", "n_fix": "photos with a fixed PPK/RTK position",
-             "n_float": "photos with a float position", "n_other": "photos with a navigation-grade position",
-             "n_none": "photos without a position", "n_flights": "flights"},
+    outputs={
+        "output": "camera stations layer (file)",
+        "n_photos": "photos",
+        "n_fix": "photos with a fixed PPK/RTK position",
+        "n_float": "photos with a float position",
+        "n_other": "photos with a navigation-grade position",
+        "n_none": "photos without a position",
+        "n_flights": "flights",
+    },
 )

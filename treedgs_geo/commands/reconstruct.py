@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,16 +18,31 @@ class ReconstructSettings:
     """Parameters of ``reconstruct``."""
 
     photos: Path = param(kind="folder", help="Folder with the original drone photos (searched with its subfolders).")
-    geotags: Path | None = param(None, kind="files", help="Folder or file with MRK and RTKLIB .pos (PPK), or a CSV with name, lat, lon, h; "
-                                 "without it EXIF/XMP positions are used.")
+    geotags: Path | None = param(
+        None,
+        kind="files",
+        help="Folder or file with MRK and RTKLIB .pos (PPK), or a CSV with name, lat, lon, h; "
+        "without it EXIF/XMP positions are used.",
+    )
     crs: str = param(kind="crs", help="Project CRS, projected and in metres, for example EPSG:6344.")
-    dtm: Path | None = param(None, kind="file", help="Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is taken from "
-                             "the photos.", suffixes=(".tif", ".tiff"))
-    plots: Path | None = param(None, kind="file", help="CSV of plots (plot_id, easting, northing, radius_m or lon, lat): where the stem band is "
-                               "made dense; without it no dense points are made.", suffixes=(".csv",))
+    dtm: Path | None = param(
+        None,
+        kind="file",
+        help="Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is taken from the photos.",
+        suffixes=(".tif", ".tiff"),
+    )
+    plots: Path | None = param(
+        None,
+        kind="file",
+        help="CSV of plots (plot_id, easting, northing, radius_m or lon, lat): where the stem band is "
+        "made dense; without it no dense points are made.",
+        suffixes=(".csv",),
+    )
     dense: bool = param(True, kind="flag", help="Make dense points of the stem band where plots are given.")
     workspace: Path = param(kind="output_folder", help="Folder for the results; a second run resumes there.")
-    max_features: int = param(8000, kind="integer", help="Most features per photo.", minimum=500, maximum=60000, advanced=True)
+    max_features: int = param(
+        8000, kind="integer", help="Most features per photo.", minimum=500, maximum=60000, advanced=True
+    )
     threads: int = param(0, kind="integer", help="Processor threads, 0 = all.", minimum=0, maximum=256, advanced=True)
     seed: int = param(1, kind="integer", help="Seed of every random choice.", minimum=0, advanced=True)
 
@@ -47,7 +63,8 @@ def run(settings: ReconstructSettings, reporter: Reporter) -> dict[str, Any]:
         write_stations(workspace.path(GEOTAGS), stations)
     workspace.record["crs"] = stations.crs.to_string()
     options = ReconstructOptions(max_features=settings.max_features, threads=settings.threads, seed=settings.seed)
-    key = f"{fingerprint([*stations.paths, workspace.path(GEOTAGS)][:-1])}:{stations.xyz.round(4).tobytes().hex()[-64:]}:{to_json(options)}"
+    positions = hashlib.sha256(stations.xyz.tobytes() + stations.sd.tobytes()).hexdigest()[:16]
+    key = f"{fingerprint(stations.paths)}:{positions}:{to_json(options)}"
     with reporter.stage("reconstruct", 0.05, 0.75):
         if workspace.is_done("reconstruct", key, [sfm / "images.bin", sfm / "report.json"]):
             reporter.info("reconstruct: unchanged since the last run, kept")
@@ -55,9 +72,17 @@ def run(settings: ReconstructSettings, reporter: Reporter) -> dict[str, Any]:
         else:
             with workspace.running("reconstruct", key, to_json(settings)) as report:
                 report.update(reconstruct_photos(stations, options, sfm, reporter))
-    result = {"workspace": str(settings.workspace), "sfm": str(sfm), "n_photos": report["photos"], "n_registered": report["registered"],
-              "reprojection_px": report["reprojection_rms_px"], "geotag_rms_e_n_u_m": report["geotag_rms_e_n_u_m"],
-              "focal_px": report["focal_px"], "n_points": report["points"], "seconds": report["seconds"]}
+    result = {
+        "workspace": str(settings.workspace),
+        "sfm": str(sfm),
+        "n_photos": report["photos"],
+        "n_registered": report["registered"],
+        "reprojection_px": report["reprojection_rms_px"],
+        "geotag_rms_e_n_u_m": report["geotag_rms_e_n_u_m"],
+        "focal_px": report["focal_px"],
+        "n_points": report["points"],
+        "seconds": report["seconds"],
+    }
     if plots and settings.dense:
         with reporter.stage("dense", 0.75, 1.0):
             result |= _densify(settings, workspace, plots, dtm, reporter)
@@ -77,7 +102,9 @@ def _read_dtm(settings: ReconstructSettings, crs: Any, plots: list) -> Any:
     return dtm
 
 
-def _densify(settings: ReconstructSettings, workspace: Workspace, plots: list, dtm: Any, reporter: Reporter) -> dict[str, Any]:
+def _densify(
+    settings: ReconstructSettings, workspace: Workspace, plots: list, dtm: Any, reporter: Reporter
+) -> dict[str, Any]:
     """Dense points of each plot's stem band -> ``dense.laz``."""
     import numpy as np
 
@@ -101,10 +128,20 @@ def _densify(settings: ReconstructSettings, workspace: Workspace, plots: list, d
             parts.append(densify_band(views, frame, ground, centre, plot.radius_m + 1.0, DenseOptions(), reporter))
     xyz, rgb, votes = (np.concatenate([part[i] for part in parts]) for i in range(3))
     if not len(xyz):
-        reporter.warn("No dense point was found in the stem band: no two photos look at it from a small angle and from the side.")
+        reporter.warn(
+            "No dense point was found in the stem band: no two photos look at it from a small angle and from the side."
+        )
         return {"dense": None, "n_dense": 0}
-    cloud = PointCloud(frame.to_project(xyz), frame.crs, {"red": rgb[:, 0].astype(np.uint16) * 257, "green": rgb[:, 1].astype(np.uint16) * 257,
-                                               "blue": rgb[:, 2].astype(np.uint16) * 257, "n_views": votes.astype(np.uint8)})
+    cloud = PointCloud(
+        frame.to_project(xyz),
+        frame.crs,
+        {
+            "red": rgb[:, 0].astype(np.uint16) * 257,
+            "green": rgb[:, 1].astype(np.uint16) * 257,
+            "blue": rgb[:, 2].astype(np.uint16) * 257,
+            "n_views": votes.astype(np.uint8),
+        },
+    )
     write_cloud(workspace.path(DENSE), cloud)
     reporter.info(f"Stem band: {len(xyz)} dense points seen by {votes.mean():.1f} reference photos on average.")
     return {"dense": str(workspace.path(DENSE)), "n_dense": len(xyz)}
@@ -116,15 +153,31 @@ COMMAND = Command(
     title="Reconstruct cameras from photos",
     group="Photos",
     summary="Georeferenced structure from motion: camera poses, sparse points, dense points of the stem band.",
-    help=("Inputs: overlapping drone photos (80 % overlap, most of them oblique) and their PPK, RTK or EXIF positions. All flights end in one "
-          "frame, adjusted with the geotags as priors. Output in the workspace: geotags.gpkg, sfm/ (COLMAP model in a local frame, frame.json with "
-          "the CRS and origin, report.json) and dense.laz (stem band of the plots, project CRS). A block that contradicts its geotags, "
-          "the lens calibration in the metadata, or the flying height is refused."),
+    help=(
+        "Inputs: overlapping drone photos (80 % overlap, most of them oblique) and their PPK, RTK or EXIF "
+        "positions. All flights end in one "
+        "frame, adjusted with the geotags as priors. Output in the workspace: geotags.gpkg, sfm/ (COLMAP model in a "
+        "local frame, frame.json with "
+        "the CRS and origin, report.json) and dense.laz (stem band of the plots, project CRS). A block that "
+        "contradicts its geotags, "
+        "the lens calibration in the metadata, or the flying height is refused."
+    ),
     settings=ReconstructSettings,
     run=run,
-    example="treedgs reconstruct --photos flight/images --geotags flight --crs EPSG:6344 --plots plots.csv --workspace work",
-    outputs={"workspace": "folder of the results", "sfm": "COLMAP model (folder)", "dense": "dense points of the stem band (file)",
-             "n_photos": "photos", "n_registered": "photos registered", "reprojection_px": "RMS reprojection error, px",
-             "geotag_rms_e_n_u_m": "RMS distance of cameras to their geotags, E, N, U, m", "focal_px": "focal length, px",
-             "n_points": "sparse points", "n_dense": "dense points", "seconds": "seconds of structure from motion"},
+    example=(
+        "treedgs reconstruct --photos flight/images --geotags flight --crs EPSG:6344 --plots plots.csv --workspace work"
+    ),
+    outputs={
+        "workspace": "folder of the results",
+        "sfm": "COLMAP model (folder)",
+        "dense": "dense points of the stem band (file)",
+        "n_photos": "photos",
+        "n_registered": "photos registered",
+        "reprojection_px": "RMS reprojection error, px",
+        "geotag_rms_e_n_u_m": "RMS distance of cameras to their geotags, E, N, U, m",
+        "focal_px": "focal length, px",
+        "n_points": "sparse points",
+        "n_dense": "dense points",
+        "seconds": "seconds of structure from motion",
+    },
 )

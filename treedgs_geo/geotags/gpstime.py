@@ -12,8 +12,24 @@ GPS_EPOCH_UNIX = 315964800
 WEEK_S = 604800
 #: UTC dates from which GPS - UTC grew by one second (IERS Bulletin C).
 _LEAP_DATES = (
-    (1981, 7), (1982, 7), (1983, 7), (1985, 7), (1988, 1), (1990, 1), (1991, 1), (1992, 7), (1993, 7), (1994, 7),
-    (1996, 1), (1997, 7), (1999, 1), (2006, 1), (2009, 1), (2012, 7), (2015, 7), (2017, 1),
+    (1981, 7),
+    (1982, 7),
+    (1983, 7),
+    (1985, 7),
+    (1988, 1),
+    (1990, 1),
+    (1991, 1),
+    (1992, 7),
+    (1993, 7),
+    (1994, 7),
+    (1996, 1),
+    (1997, 7),
+    (1999, 1),
+    (2006, 1),
+    (2009, 1),
+    (2012, 7),
+    (2015, 7),
+    (2017, 1),
 )
 _LEAP_UNIX = np.array([calendar.timegm((year, month, 1, 0, 0, 0)) for year, month in _LEAP_DATES], float)
 
@@ -44,7 +60,9 @@ def describe_utc(unix_s: float) -> str:
 
 
 def parse_datetime_unix(text: str) -> float:
-    """``2026:03:12 10:15:02[.25]``, ``2026/03/12 ...`` or ISO 8601 without zone -> seconds as if it were UTC; NaN if not a date."""
+    """``2026:03:12 10:15:02[.25]``, ``2026/03/12 ...`` or ISO 8601 without zone -> seconds as if it were UTC; NaN if
+    not a date.
+    """
     cleaned = text.strip().rstrip("Z").replace("T", " ").replace("/", ":").replace("-", ":")
     try:
         date, _, clock = cleaned.partition(" ")

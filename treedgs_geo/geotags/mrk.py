@@ -2,7 +2,8 @@
 
 Fields are found by their suffix (``17,N``, ``35.93,Lat`` ...): firmwares disagree about order, decimals and columns.
 Meaning (DJI P4R white paper): offset = antenna phase centre -> camera, millimetres, N and E positive north and east,
-V positive DOWN; Lat, Lon, Ellh = the camera; standard deviations N, E, U metres; Q 0 none, 16 single, 32-49 float, 50-52 fixed.
+V positive DOWN; Lat, Lon, Ellh = the camera; standard deviations N, E, U metres; Q 0 none, 16 single, 32-49 float,
+50-52 fixed.
 """
 
 from __future__ import annotations
@@ -62,9 +63,11 @@ def read_mrk(path: Path) -> Marks:
             if place == len(filled) - 1 and rows:
                 notes.append(f"{path.name}, line {number}: the last line is incomplete ({problem}) and was left out.")
                 continue
-            raise GeotagError(f"{path}, line {number}: {problem}; expected a DJI MRK line such as "
-                              "'1 267313.99 [2164] 17,N -10,E 193,V 35.93,Lat 139.97,Lon 84.7,Ellh ... 50,Q'; "
-                              "copy the file again.") from None
+            raise GeotagError(
+                f"{path}, line {number}: {problem}; expected a DJI MRK line such as "
+                "'1 267313.99 [2164] 17,N -10,E 193,V 35.93,Lat 139.97,Lon 84.7,Ellh ... 50,Q'; "
+                "copy the file again."
+            ) from None
     if not rows:
         raise GeotagError(f"{path}: holds no exposure, expected one line a photo; copy the file again from the drone.")
     table = np.array(rows)
@@ -74,14 +77,26 @@ def read_mrk(path: Path) -> Marks:
         raise GeotagError(f"{path}: exposure number {doubled} appears twice; give the unedited file of one flight.")
     week, tow = table[:, 2], table[:, 1]
     if np.isnan(week).any():
-        raise GeotagError(f"{path}: has no [GPS week] column, so the date of its times is unknown; "
-                          "give the MRK as the drone wrote it.")
+        raise GeotagError(
+            f"{path}: has no [GPS week] column, so the date of its times is unknown; "
+            "give the MRK as the drone wrote it."
+        )
     gps = week_tow_to_gps(week, tow)
     if (np.diff(gps) < -WEEK_S / 2).any():
         # The receiver wrote the old week number past midnight on Saturday.
         gps = gps + WEEK_S * np.concatenate([[0], np.cumsum(np.diff(gps) < -WEEK_S / 2)])
-    return Marks(path, index, gps, np.column_stack([table[:, 4], table[:, 3], -table[:, 5]]) / 1000, table[:, 7],
-                 table[:, 6], table[:, 8], table[:, [10, 9, 11]], table[:, 12].astype(int), tuple(notes))
+    return Marks(
+        path,
+        index,
+        gps,
+        np.column_stack([table[:, 4], table[:, 3], -table[:, 5]]) / 1000,
+        table[:, 7],
+        table[:, 6],
+        table[:, 8],
+        table[:, [10, 9, 11]],
+        table[:, 12].astype(int),
+        tuple(notes),
+    )
 
 
 def _parse_line(line: str) -> list[float]:
@@ -107,5 +122,16 @@ def _parse_line(line: str) -> list[float]:
     deviations = [float(part) for part in sd.groups()] if sd else [float("nan")] * 3
     week = float(start[3]) if start[3] else float("nan")
     flag = values["Q"] if not np.isnan(values["Q"]) else -1.0
-    return [float(start[1]), tow, week, values["N"], values["E"], values["V"], values["Lat"], values["Lon"],
-            values["Ellh"], *deviations, flag]
+    return [
+        float(start[1]),
+        tow,
+        week,
+        values["N"],
+        values["E"],
+        values["V"],
+        values["Lat"],
+        values["Lon"],
+        values["Ellh"],
+        *deviations,
+        flag,
+    ]

@@ -17,7 +17,8 @@ QUARTER_HOUR_S = 900.0
 def pair_photos(photos: list[Photo], marks: Marks) -> np.ndarray:
     """Row of ``marks`` for each photo, -1 where there is none.
 
-    Tried in turn, each accepted only if the clock agrees: the sequence number in the file name, the order (equal counts), the
+    Tried in turn, each accepted only if the clock agrees: the sequence number in the file name, the order (equal
+    counts), the
     time itself. The camera clock may be off by its zone (whole quarter hours) plus a constant of at most a minute.
 
     Args:
@@ -39,8 +40,10 @@ def pair_photos(photos: list[Photo], marks: Marks) -> np.ndarray:
     if not np.isfinite(times).any():
         if found and (found[0] >= 0).all():
             return found[0]
-        raise GeotagError(f"{marks.path}: {len(marks.index)} exposures for {len(photos)} photos whose EXIF has no time, so they "
-                          "cannot be paired safely; give photos with their EXIF, or positions by photo name (CSV).")
+        raise GeotagError(
+            f"{marks.path}: {len(marks.index)} exposures for {len(photos)} photos whose EXIF has no time, so they "
+            "cannot be paired safely; give photos with their EXIF, or positions by photo name (CSV)."
+        )
     best = 0.0
     for candidate in found:
         share, kept = _agreement(times, mark_times, candidate, zoned)
@@ -51,9 +54,11 @@ def pair_photos(photos: list[Photo], marks: Marks) -> np.ndarray:
     if (by_time >= 0).mean() >= 0.9:
         return by_time
     raise GeotagError(
-        f"{marks.path}: its {len(marks.index)} exposures ({describe_utc(mark_times.min())} to {describe_utc(mark_times.max())}) do not "
+        f"{marks.path}: its {len(marks.index)} exposures ({describe_utc(mark_times.min())} to "
+        f"{describe_utc(mark_times.max())}) do not "
         f"belong to the {len(photos)} photos (camera clock {describe_utc(np.nanmin(times))[:-4]} to "
-        f"{describe_utc(np.nanmax(times))[:-4]}): {best:.0%} of the times agree; give the MRK of this flight.")
+        f"{describe_utc(np.nanmax(times))[:-4]}): {best:.0%} of the times agree; give the MRK of this flight."
+    )
 
 
 def _unique(rows: np.ndarray) -> bool:

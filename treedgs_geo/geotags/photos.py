@@ -80,12 +80,27 @@ def read_photo(path: Path, name: str | None = None) -> Photo:
         utc = local - _zone_s(_text(details.get(36881) or details.get(36880) or ""))
     lon, lat, height_m = _position(gps, dji)
     return Photo(
-        name=name or path.name, path=path, width=width, height=height, model=model, sequence=_sequence(path.stem),
-        local_time=local, utc=utc, lon_deg=lon, lat_deg=lat, height_m=height_m, rtk_flag=_number(dji.get("RtkFlag")),
+        name=name or path.name,
+        path=path,
+        width=width,
+        height=height,
+        model=model,
+        sequence=_sequence(path.stem),
+        local_time=local,
+        utc=utc,
+        lon_deg=lon,
+        lat_deg=lat,
+        height_m=height_m,
+        rtk_flag=_number(dji.get("RtkFlag")),
         sd=np.array([_number(dji.get(key)) for key in ("RtkStdLon", "RtkStdLat", "RtkStdHgt")]),
-        yaw_deg=_number(dji.get("GimbalYawDegree")), pitch_deg=_number(dji.get("GimbalPitchDegree")),
-        roll_deg=_number(dji.get("GimbalRollDegree")), relative_altitude_m=_number(dji.get("RelativeAltitude")),
-        focal_mm=_number(details.get(37386)), focal_35mm=_number(details.get(41989)), dji=dji)
+        yaw_deg=_number(dji.get("GimbalYawDegree")),
+        pitch_deg=_number(dji.get("GimbalPitchDegree")),
+        roll_deg=_number(dji.get("GimbalRollDegree")),
+        relative_altitude_m=_number(dji.get("RelativeAltitude")),
+        focal_mm=_number(details.get(37386)),
+        focal_35mm=_number(details.get(41989)),
+        dji=dji,
+    )
 
 
 def list_photos(folder: Path) -> list[Path]:
@@ -97,15 +112,19 @@ def list_photos(folder: Path) -> list[Path]:
     folder = Path(folder)
     if not folder.is_dir():
         raise InputError(f"{folder}: is not a folder; give the folder that holds the drone photos.")
-    found = sorted(p for p in folder.rglob("*")
-                   if p.suffix.lower() in SUFFIXES and p.is_file() and not p.name.startswith("."))
+    found = sorted(
+        p for p in folder.rglob("*") if p.suffix.lower() in SUFFIXES and p.is_file() and not p.name.startswith(".")
+    )
     if not found:
-        raise InputError(f"{folder}: holds no photos ({', '.join(sorted(SUFFIXES))}); give the folder of the drone photos.")
+        raise InputError(
+            f"{folder}: holds no photos ({', '.join(sorted(SUFFIXES))}); give the folder of the drone photos."
+        )
     return found
 
 
 def read_photos(folder: Path, reporter: Reporter | None = None) -> list[Photo]:
-    """Metadata of every usable photo in a folder; odd ones out (unreadable, another size or camera) are left out with a warning.
+    """Metadata of every usable photo in a folder; odd ones out (unreadable, another size or camera) are left out with
+    a warning.
 
     Raises:
         InputError: no folder, no photo, or none that can be read.
@@ -123,8 +142,10 @@ def read_photos(folder: Path, reporter: Reporter | None = None) -> list[Photo]:
     usual, count = kinds.most_common(1)[0]
     odd = [photo.name for photo in photos if (photo.model, photo.width, photo.height) != usual]
     if odd:
-        reporter.warn(f"Left out {len(odd)} of {len(photos)} pictures that are not from the main camera "
-                      f"({usual[0] or 'unknown'}, {usual[1]} x {usual[2]} px): {shorten(odd)}.")
+        reporter.warn(
+            f"Left out {len(odd)} of {len(photos)} pictures that are not from the main camera "
+            f"({usual[0] or 'unknown'}, {usual[1]} x {usual[2]} px): {shorten(odd)}."
+        )
     return [photo for photo in photos if photo.name not in set(odd)]
 
 
@@ -147,7 +168,9 @@ def _read_dji(path: Path) -> dict[str, str]:
 
 
 def _position(gps: dict, dji: dict[str, str]) -> tuple[float, float, float]:
-    """Longitude, latitude, height: XMP's decimal degrees where they are good, else EXIF. NaN where absent or impossible."""
+    """Longitude, latitude, height: XMP's decimal degrees where they are good, else EXIF. NaN where absent or
+    impossible.
+    """
     lat, lon = _number(dji.get("GpsLatitude")), _number(dji.get("GpsLongitude", dji.get("GpsLongtitude")))
     if not _plausible(lon, lat):
         lat, lon = _degrees(gps.get(2), gps.get(1), "S"), _degrees(gps.get(4), gps.get(3), "W")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
@@ -32,12 +31,20 @@ MAX_MEDIAN_DISTANCE_M = 15.0
 MAX_DISTANCE_M = 40.0
 
 
-def read_stations(photos: Path, geotags: Path | None, crs: str | pyproj.CRS, *, check_photos: bool = True,
-                  camera_delay_ms: float = 0.0, reporter: Reporter | None = None) -> Stations:
+def read_stations(
+    photos: Path,
+    geotags: Path | None,
+    crs: str | pyproj.CRS,
+    *,
+    check_photos: bool = True,
+    camera_delay_ms: float = 0.0,
+    reporter: Reporter | None = None,
+) -> Stations:
     """Camera stations of the photos in a folder.
 
     Args:
-        photos: folder of photos (searched with its subfolders). geotags: folder or file with MRK (+ RTKLIB ``.pos``), or a table of
+        photos: folder of photos (searched with its subfolders). geotags: folder or file with MRK (+ RTKLIB ``.pos``),
+        or a table of
             positions; None = EXIF/XMP. crs: project CRS, projected, metres; its datum is the datum of the geotags.
         check_photos: leave out blurred and empty photos. camera_delay_ms: exposure minus mark time.
 
@@ -53,8 +60,10 @@ def read_stations(photos: Path, geotags: Path | None, crs: str | pyproj.CRS, *, 
     stations = _from_exif(found, project)
     if geotags is None:
         if not stations.is_placed.any():
-            raise GeotagError(f"{photos}: none of the {len(found)} photos has a GPS position in its EXIF; "
-                              "give --geotags (MRK, .pos or a CSV with name, lat, lon, h).")
+            raise GeotagError(
+                f"{photos}: none of the {len(found)} photos has a GPS position in its EXIF; "
+                "give --geotags (MRK, .pos or a CSV with name, lat, lon, h)."
+            )
         _note_unplaced(stations, reporter)
         return stations
     files = find_geotags(Path(geotags), Path(photos))
@@ -64,7 +73,9 @@ def read_stations(photos: Path, geotags: Path | None, crs: str | pyproj.CRS, *, 
         stations = _from_marks(stations, found, files, project, camera_delay_ms / 1000, reporter)
     _check_distance(stations, found, project, Path(geotags), reporter)
     if not stations.is_placed.any():
-        raise GeotagError(f"{geotags}: gives none of the {len(found)} photos a position; check that it belongs to this flight.")
+        raise GeotagError(
+            f"{geotags}: gives none of the {len(found)} photos a position; check that it belongs to this flight."
+        )
     _note_unplaced(stations, reporter)
     return stations
 
@@ -77,11 +88,17 @@ def _checked_crs(crs: str | pyproj.CRS, lon_lat: tuple[float, float] | None) -> 
         raise CRSError(f"--crs: {crs!r} is not a coordinate reference system; give one like {hint}.") from None
     check_projected(project, "--crs", lon_lat)
     area = project.area_of_use
-    if lon_lat and area and area.west < area.east and not (
-            area.west - 4 <= lon_lat[0] <= area.east + 4 and area.south - 4 <= lon_lat[1] <= area.north + 4):
+    if (
+        lon_lat
+        and area
+        and area.west < area.east
+        and not (area.west - 4 <= lon_lat[0] <= area.east + 4 and area.south - 4 <= lon_lat[1] <= area.north + 4)
+    ):
         zone = suggest_utm(*lon_lat)
-        raise CRSError(f"--crs: {project.name} is made for {area.name or 'another area'}, the photos were taken at "
-                       f"{lon_lat[1]:.3f}, {lon_lat[0]:.3f}; use for example EPSG:{zone.to_epsg()} ({zone.name}).")
+        raise CRSError(
+            f"--crs: {project.name} is made for {area.name or 'another area'}, the photos were taken at "
+            f"{lon_lat[1]:.3f}, {lon_lat[0]:.3f}; use for example EPSG:{zone.to_epsg()} ({zone.name})."
+        )
     return project
 
 
@@ -92,8 +109,10 @@ def _without_defects(photos: list[Photo], folder: Path, reporter: Reporter) -> l
         reporter.warn(f"Left out {len(names)} photos: each {reason}: {shorten(names)}.")
     kept = [photo for photo in photos if photo.path not in defects]
     if not kept:
-        raise InputError(f"{folder}: none of its {len(photos)} photos is usable (blurred, empty or broken); "
-                         "look at them and fly again.")
+        raise InputError(
+            f"{folder}: none of its {len(photos)} photos is usable (blurred, empty or broken); "
+            "look at them and fly again."
+        )
     return kept
 
 
@@ -104,13 +123,23 @@ def _from_exif(photos: list[Photo], crs: pyproj.CRS) -> Stations:
     for i, photo in enumerate(photos):
         if not (photo.has_position and np.isfinite(photo.height_m)):
             continue
-        xyz[i] = lonlat_to_project(crs, [photo.lon_deg], [photo.lat_deg], [photo.height_m])[0]
+        xyz[i] = lonlat_to_project(crs, *np.array([[photo.lon_deg], [photo.lat_deg], [photo.height_m]]))[0]
         quality[i], sd[i] = _grade(photo.rtk_flag, photo.sd, "exif")
     utc = np.array([photo.utc if np.isfinite(photo.utc) else photo.local_time for photo in photos])
     return Stations(
-        [p.name for p in photos], [p.path for p in photos], xyz, sd, quality, utc, split_flights([p.name for p in photos], utc),
-        np.array([p.yaw_deg for p in photos]), np.array([p.pitch_deg for p in photos]), np.array([p.roll_deg for p in photos]),
-        np.array([p.relative_altitude_m for p in photos]), crs)
+        [p.name for p in photos],
+        [p.path for p in photos],
+        xyz,
+        sd,
+        quality,
+        utc,
+        split_flights([p.name for p in photos], utc),
+        np.array([p.yaw_deg for p in photos]),
+        np.array([p.pitch_deg for p in photos]),
+        np.array([p.roll_deg for p in photos]),
+        np.array([p.relative_altitude_m for p in photos]),
+        crs,
+    )
 
 
 def _grade(flag: float, sd: np.ndarray, otherwise: str) -> tuple[str, np.ndarray]:
@@ -153,25 +182,35 @@ def _from_table(stations: Stations, table: NamedPositions) -> Stations:
         xyz[i], known = table.xyz[row], table.sd[row]
         # A table without accuracies is taken for navigation-grade GPS: claiming more would be a guess.
         sd[i] = np.maximum(known, FIX_FLOOR_M) if np.isfinite(known).all() else EXIF_SD_M
-        quality[i] = "exif" if not np.isfinite(known).all() or known.max() > 1 else "fix" if known.max() < 0.1 else "float"
+        quality[i] = (
+            "exif" if not np.isfinite(known).all() or known.max() > 1 else "fix" if known.max() < 0.1 else "float"
+        )
     if not np.isfinite(xyz).any():
-        raise GeotagError(f"{table.path}: names none of the {len(stations)} photos (it has {table.names[0]!r}, the folder "
-                          f"{Path(stations.names[0]).name!r}); give the table of these photos.")
+        raise GeotagError(
+            f"{table.path}: names none of the {len(stations)} photos (it has {table.names[0]!r}, the folder "
+            f"{Path(stations.names[0]).name!r}); give the table of these photos."
+        )
     return replace(stations, xyz=xyz, sd=sd, quality=quality)
 
 
-def _from_marks(stations: Stations, photos: list[Photo], files: GeotagFiles, crs: pyproj.CRS, delay_s: float,
-                reporter: Reporter) -> Stations:
+def _from_marks(
+    stations: Stations, photos: list[Photo], files: GeotagFiles, crs: pyproj.CRS, delay_s: float, reporter: Reporter
+) -> Stations:
     marks = [read_mrk(path) for path in files.mrk] or [_marks_of_events(path, reporter) for path in files.events]
     if not marks:
-        raise GeotagError(f"{files.pos[0]}: gives the antenna's path but no exposure times; put the drone's Timestamp.MRK beside it.")
+        raise GeotagError(
+            f"{files.pos[0]}: gives the antenna's path but no exposure times; put the drone's Timestamp.MRK beside it."
+        )
     for each in marks:
         for note in each.notes:
             reporter.warn(note)
     tracks = [read_pos(path) for path in (files.pos or files.events)]
     for track in tracks:
         if track.datum:
-            reporter.info(f"{track.path.name}: {len(track.gps_s)} epochs, {np.mean(track.quality == 1):.0%} fixed, datum {track.datum}.")
+            reporter.info(
+                f"{track.path.name}: {len(track.gps_s)} epochs, {np.mean(track.quality == 1):.0%} fixed, datum "
+                f"{track.datum}."
+            )
     xyz, sd, quality = np.full_like(stations.xyz, np.nan), np.full_like(stations.sd, np.nan), ["none"] * len(stations)
     utc = stations.utc.copy()
     for each, group in _assign_marks(marks, photos):
@@ -194,19 +233,33 @@ def _from_marks(stations: Stations, photos: list[Photo], files: GeotagFiles, crs
     if tracks and not np.isfinite(xyz).any():
         track, each = tracks[0], marks[0]
         first, last = gps_to_utc(track.gps_s[[0, -1]])
-        raise GeotagError(f"{track.path}: covers {describe_utc(first)} to {describe_utc(last)}, but the exposures of {each.path.name} start at "
-                          f"{describe_utc(gps_to_utc(each.gps_s[0]))}; give the solution of this flight.")
+        raise GeotagError(
+            f"{track.path}: covers {describe_utc(first)} to {describe_utc(last)}, but the exposures of "
+            f"{each.path.name} start at "
+            f"{describe_utc(float(gps_to_utc(each.gps_s[0])))}; give the solution of this flight."
+        )
     return replace(stations, xyz=xyz, sd=sd, quality=quality, utc=utc, flight=split_flights(stations.names, utc))
 
 
 def _marks_of_events(path: Path, reporter: Reporter) -> Marks:
     """An ``_events.pos`` has one row an exposure: marks without a lever arm."""
     track = read_pos(path)
-    reporter.warn(f"{path.name}: without the drone's MRK the offset from antenna to camera is unknown and taken as zero "
-                  "(0.1 to 0.3 m on DJI drones).")
+    reporter.warn(
+        f"{path.name}: without the drone's MRK the offset from antenna to camera is unknown and taken as zero "
+        "(0.1 to 0.3 m on DJI drones)."
+    )
     count = len(track.gps_s)
-    return Marks(path, np.arange(1, count + 1), track.gps_s, np.zeros((count, 3)), track.lon_deg, track.lat_deg, track.height_m,
-                 track.sd, np.full(count, -1))
+    return Marks(
+        path,
+        np.arange(1, count + 1),
+        track.gps_s,
+        np.zeros((count, 3)),
+        track.lon_deg,
+        track.lat_deg,
+        track.height_m,
+        track.sd,
+        np.full(count, -1),
+    )
 
 
 def _assign_marks(marks: list[Marks], photos: list[Photo]) -> list[tuple[Marks, list[int]]]:
@@ -218,9 +271,7 @@ def _assign_marks(marks: list[Marks], photos: list[Photo]) -> list[tuple[Marks, 
     refused: list[GeotagError] = []
     for each in marks:
         beside = [i for i in left if photos[i].path.parent.resolve() == each.path.parent.resolve()]
-        candidates: list[Callable[[], list[int]]] = [lambda beside=beside: beside, lambda: list(left), lambda each=each: _within(each, left, photos)]
-        for candidate in candidates:
-            group = candidate()
+        for group in (beside, list(left), _within(each, left, photos)):
             if not group:
                 continue
             try:
@@ -249,19 +300,33 @@ def _within(marks: Marks, left: list[int], photos: list[Photo]) -> list[int]:
     return inside
 
 
-def _antenna(marks: Marks, rows: np.ndarray, tracks: list[Trajectory], crs: pyproj.CRS, delay_s: float,
-             ) -> tuple[np.ndarray, np.ndarray, list[str]]:
+def _antenna(
+    marks: Marks,
+    rows: np.ndarray,
+    tracks: list[Trajectory],
+    crs: pyproj.CRS,
+    delay_s: float,
+) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """Camera positions: the antenna's trajectory at the exposure plus the lever arm, once."""
     gps = marks.gps_s[rows] + delay_s
-    solutions = [interpolate(track, lonlat_to_project(crs, track.lon_deg, track.lat_deg, track.height_m), gps,
-                             max_gap_s=np.inf if track.path.stem.lower().endswith("_events") else 1.0) for track in tracks]
+    solutions = [
+        interpolate(
+            track,
+            lonlat_to_project(crs, track.lon_deg, track.lat_deg, track.height_m),
+            gps,
+            max_gap_s=np.inf if track.path.stem.lower().endswith("_events") else 1.0,
+        )
+        for track in tracks
+    ]
     covered = [np.isfinite(solution.xyz[:, 0]) for solution in solutions]
     if len(tracks) > 1:
         both = np.sum(covered, axis=0) > 1
         if both.any():
             double = [track.path.name for track, mask in zip(tracks, covered, strict=True) if mask.any()]
-            raise GeotagError(f"{marks.path}: its exposures are covered by {len(double)} solutions ({', '.join(double)}); "
-                              "keep only the one to use, or name it with --geotags.")
+            raise GeotagError(
+                f"{marks.path}: its exposures are covered by {len(double)} solutions ({', '.join(double)}); "
+                "keep only the one to use, or name it with --geotags."
+            )
     xyz, sd, quality = np.full((len(rows), 3), np.nan), np.full((len(rows), 3), np.nan), ["none"] * len(rows)
     for solution, mask in zip(solutions, covered, strict=True):
         xyz[mask], sd[mask] = solution.xyz[mask], solution.sd[mask]
@@ -269,8 +334,13 @@ def _antenna(marks: Marks, rows: np.ndarray, tracks: list[Trajectory], crs: pypr
     convergence = np.radians(_convergence(crs, marks))
     east, north, up = marks.offset_enu[rows].T
     # The lever arm is in true east and north; the project grid is turned by the meridian convergence.
-    xyz += np.column_stack([east * np.cos(convergence) - north * np.sin(convergence),
-                            north * np.cos(convergence) + east * np.sin(convergence), up])
+    xyz += np.column_stack(
+        [
+            east * np.cos(convergence) - north * np.sin(convergence),
+            north * np.cos(convergence) + east * np.sin(convergence),
+            up,
+        ]
+    )
     return xyz, sd, quality
 
 
@@ -288,12 +358,18 @@ def _check_distance(stations: Stations, photos: list[Photo], crs: pyproj.CRS, so
     if not known.any():
         return
     if np.median(distance[known]) > MAX_MEDIAN_DISTANCE_M:
-        raise GeotagError(f"{source}: its positions are {np.median(distance[known]):.0f} m (median) from the GPS positions in the photos, "
-                          f"expected a few metres; these geotags belong to other photos or another CRS.")
+        raise GeotagError(
+            f"{source}: its positions are {np.median(distance[known]):.0f} m (median) from the GPS positions in the "
+            f"photos, "
+            f"expected a few metres; these geotags belong to other photos or another CRS."
+        )
     far = np.flatnonzero(known & (distance > MAX_DISTANCE_M))
     if len(far):
-        reporter.warn(f"{len(far)} photos are more than {MAX_DISTANCE_M:.0f} m from their own GPS position and lose their geotag: "
-                      f"{shorten([stations.names[i] for i in far])}.")
+        reporter.warn(
+            f"{len(far)} photos are more than {MAX_DISTANCE_M:.0f} m from their own GPS position and lose their "
+            f"geotag: "
+            f"{shorten([stations.names[i] for i in far])}."
+        )
         stations.xyz[far], stations.sd[far] = np.nan, np.nan
         for i in far:
             stations.quality[i] = "none"
@@ -304,4 +380,6 @@ def _note_unplaced(stations: Stations, reporter: Reporter) -> None:
     if missing:
         reporter.warn(f"{len(missing)} of {len(stations)} photos have no position: {shorten(missing)}.")
     counts = ", ".join(f"{count} {quality}" for quality, count in stations.counts().items())
-    reporter.info(f"Camera stations: {len(stations)} photos in {len(set(stations.flight.tolist()))} flights ({counts}).")
+    reporter.info(
+        f"Camera stations: {len(stations)} photos in {len(set(stations.flight.tolist()))} flights ({counts})."
+    )

@@ -1,7 +1,8 @@
 """RTKLIB / Emlid ``.pos`` solutions: the antenna's trajectory.
 
 Supported: latitude/longitude/height in decimal degrees or degrees-minutes-seconds, and ECEF x/y/z; GPST or UTC; dates
-or GPS week + seconds; blanks, commas, semicolons or tabs between columns. Baselines (e/n/u) need the base position and are refused.
+or GPS week + seconds; blanks, commas, semicolons or tabs between columns. Baselines (e/n/u) need the base position
+and are refused.
 """
 
 from __future__ import annotations
@@ -60,26 +61,36 @@ def read_pos(path: Path) -> Trajectory:
             datum = (found[1] or found[2]).strip() if found else datum
             continue
         if not header:
-            raise GeotagError(f"{path}, line {number}: numbers without a column header line ('%  GPST latitude(deg) ...'); "
-                              "write the solution again with RTKLIB's output headers on.")
+            raise GeotagError(
+                f"{path}, line {number}: numbers without a column header line ('%  GPST latitude(deg) ...'); "
+                "write the solution again with RTKLIB's output headers on."
+            )
         try:
             rows.append(_parse_row(line, header))
         except _Unsupported as problem:
-            raise GeotagError(f"{path}, line {header_number}: columns {header.strip()!r} {problem}; write the solution as "
-                              "latitude/longitude/height in decimal degrees.") from None
+            raise GeotagError(
+                f"{path}, line {header_number}: columns {header.strip()!r} {problem}; write the solution as "
+                "latitude/longitude/height in decimal degrees."
+            ) from None
         except (ValueError, IndexError):
             if place == len(body) - 1 and rows:
                 continue  # cut short while writing
-            raise GeotagError(f"{path}, line {number}: {line.strip()[:60]!r} does not fit the columns of line "
-                              f"{header_number}; write the solution again.") from None
+            raise GeotagError(
+                f"{path}, line {number}: {line.strip()[:60]!r} does not fit the columns of line "
+                f"{header_number}; write the solution again."
+            ) from None
     if len(rows) < 2:
-        raise GeotagError(f"{path}: holds {len(rows)} epochs, expected the solution of a whole flight; run the PPK again.")
+        raise GeotagError(
+            f"{path}: holds {len(rows)} epochs, expected the solution of a whole flight; run the PPK again."
+        )
     table = np.array(rows)
     table[:, 0] += _jst_shift(header)
     order = np.lexsort((table[:, 4], table[:, 0]))
     table = table[order]
     table = table[np.concatenate([[True], np.diff(table[:, 0]) > 1e-4])]  # doubled epochs: the better Q stays
-    return Trajectory(path, table[:, 0], table[:, 1], table[:, 2], table[:, 3], table[:, 4].astype(int), table[:, 5:8], datum)
+    return Trajectory(
+        path, table[:, 0], table[:, 1], table[:, 2], table[:, 3], table[:, 4].astype(int), table[:, 5:8], datum
+    )
 
 
 class _Unsupported(Exception):
@@ -99,7 +110,7 @@ def _parse_row(line: str, header: str) -> list[float]:
     rest = [float(part) for part in parts[2:]]
     lower = header.lower()
     if "x-ecef" in lower:
-        lon, lat, height = _FROM_ECEF.transform(*rest[:3])
+        lon, lat, height = _FROM_ECEF.transform(rest[0], rest[1], rest[2])
         values, sd = rest[3:], None
         sd = [float(np.linalg.norm(values[2:5])) / np.sqrt(3)] * 3 if len(values) >= 5 else [np.nan] * 3
     elif "baseline" in lower:

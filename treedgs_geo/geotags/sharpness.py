@@ -30,7 +30,7 @@ def measure_detail(path: Path) -> tuple[float, float]:
     ratios = []
     for top in np.linspace(0, grey.shape[0] - size, 3).astype(int):
         for left in np.linspace(0, grey.shape[1] - size, 3).astype(int):
-            window = grey[top:top + size, left:left + size]
+            window = grey[top : top + size, left : left + size]
             fine = np.var(window[:, 1:] - window[:, :-1]) + np.var(window[1:] - window[:-1])
             coarse = np.var(window[:, 4:] - window[:, :-4]) + np.var(window[4:] - window[:-4])
             if coarse > 4.0:

@@ -50,14 +50,20 @@ def find_geotags(geotags: Path, photos: Path) -> GeotagFiles:
     else:
         raise GeotagError(f"{geotags}: not found; give the folder or file with the MRK, .pos or CSV geotags.")
     if not (found.mrk or found.pos or found.events or found.tables):
-        raise GeotagError(f"{geotags}: holds no geotags, expected MRK, RTKLIB .pos, or a table with the columns name, lat, lon, h; "
-                          "leave --geotags out to use the photos' EXIF.")
+        raise GeotagError(
+            f"{geotags}: holds no geotags, expected MRK, RTKLIB .pos, or a table with the columns name, lat, lon, h; "
+            "leave --geotags out to use the photos' EXIF."
+        )
     if found.tables and (found.mrk or found.pos or found.events):
-        raise GeotagError(f"{geotags}: holds both {found.tables[0].name} and {(found.mrk + found.pos + found.events)[0].name}; "
-                          "give the one to use as --geotags.")
+        raise GeotagError(
+            f"{geotags}: holds both {found.tables[0].name} and {(found.mrk + found.pos + found.events)[0].name}; "
+            "give the one to use as --geotags."
+        )
     if len(found.tables) > 1:
-        raise GeotagError(f"{geotags}: holds {len(found.tables)} tables of positions ({found.tables[0].name}, "
-                          f"{found.tables[1].name}); give the one to use as --geotags.")
+        raise GeotagError(
+            f"{geotags}: holds {len(found.tables)} tables of positions ({found.tables[0].name}, "
+            f"{found.tables[1].name}); give the one to use as --geotags."
+        )
     return found
 
 

@@ -21,7 +21,8 @@ class Stations:
     """N photos, sorted by name.
 
     names: photo paths relative to the photo folder, with ``/``. xyz: (N, 3) camera in the project CRS, metres, NaN = no
-    position. sd: (N, 3) E, N, U metres. quality: one of :data:`QUALITIES` each. utc: (N,) Unix seconds, NaN unknown. flight: (N,) int,
+    position. sd: (N, 3) E, N, U metres. quality: one of :data:`QUALITIES` each. utc: (N,) Unix seconds, NaN unknown.
+    flight: (N,) int,
     0-based. yaw_deg (from TRUE north, clockwise), pitch_deg (-90 = straight down), roll_deg: (N,) gimbal, NaN unknown.
     relative_altitude_m: (N,) above take-off, NaN unknown.
     """
@@ -58,13 +59,25 @@ def write_stations(path: Path, stations: Stations) -> None:
     import shapely
 
     geometry = [shapely.Point(*position) if np.isfinite(position).all() else None for position in stations.xyz]
-    frame = geopandas.GeoDataFrame({
-        "name": stations.names, "path": [str(p.resolve()) for p in stations.paths], "quality": stations.quality,
-        "sd_e_m": stations.sd[:, 0], "sd_n_m": stations.sd[:, 1], "sd_u_m": stations.sd[:, 2],
-        "utc": [describe_utc(t)[:-4] if np.isfinite(t) else None for t in stations.utc], "utc_unix": stations.utc,
-        "flight": stations.flight.astype(int), "yaw_deg": stations.yaw_deg, "pitch_deg": stations.pitch_deg,
-        "roll_deg": stations.roll_deg, "rel_alt_m": stations.relative_altitude_m,
-    }, geometry=geometry, crs=stations.crs)
+    frame = geopandas.GeoDataFrame(
+        {
+            "name": stations.names,
+            "path": [str(p.resolve()) for p in stations.paths],
+            "quality": stations.quality,
+            "sd_e_m": stations.sd[:, 0],
+            "sd_n_m": stations.sd[:, 1],
+            "sd_u_m": stations.sd[:, 2],
+            "utc": [describe_utc(t)[:-4] if np.isfinite(t) else None for t in stations.utc],
+            "utc_unix": stations.utc,
+            "flight": stations.flight.astype(int),
+            "yaw_deg": stations.yaw_deg,
+            "pitch_deg": stations.pitch_deg,
+            "roll_deg": stations.roll_deg,
+            "rel_alt_m": stations.relative_altitude_m,
+        },
+        geometry=geometry,
+        crs=stations.crs,
+    )
     with atomic_path(path) as temporary:
         frame.to_file(temporary, layer=LAYER, driver="GPKG", engine="pyogrio")
 
@@ -81,18 +94,41 @@ def read_stations_layer(path: Path) -> Stations:
         frame = geopandas.read_file(path, layer=LAYER, engine="pyogrio")
     except Exception as problem:  # noqa: BLE001 - pyogrio raises many kinds
         raise InputError(f"{path}: has no readable layer 'stations' ({problem}); run 'treedgs geotag' again.") from None
-    wanted = ["name", "path", "quality", "sd_e_m", "sd_n_m", "sd_u_m", "utc_unix", "flight", "yaw_deg", "pitch_deg", "roll_deg",
-              "rel_alt_m"]
+    wanted = [
+        "name",
+        "path",
+        "quality",
+        "sd_e_m",
+        "sd_n_m",
+        "sd_u_m",
+        "utc_unix",
+        "flight",
+        "yaw_deg",
+        "pitch_deg",
+        "roll_deg",
+        "rel_alt_m",
+    ]
     missing = [name for name in wanted if name not in frame.columns]
     if missing or frame.crs is None:
-        raise InputError(f"{path}: layer 'stations' lacks {', '.join(missing) or 'its CRS'}; run 'treedgs geotag' again.")
+        raise InputError(
+            f"{path}: layer 'stations' lacks {', '.join(missing) or 'its CRS'}; run 'treedgs geotag' again."
+        )
     xyz = np.array([[g.x, g.y, g.z] if g is not None and not g.is_empty else [np.nan] * 3 for g in frame.geometry])
 
     def column(name: str) -> np.ndarray:
         return frame[name].to_numpy(dtype=float, na_value=np.nan)
 
     return Stations(
-        frame["name"].tolist(), [Path(p) for p in frame["path"]], xyz.reshape(-1, 3),
-        np.column_stack([column("sd_e_m"), column("sd_n_m"), column("sd_u_m")]), frame["quality"].tolist(), column("utc_unix"),
-        column("flight").astype(int), column("yaw_deg"), column("pitch_deg"), column("roll_deg"), column("rel_alt_m"),
-        pyproj.CRS(frame.crs))
+        frame["name"].tolist(),
+        [Path(p) for p in frame["path"]],
+        xyz.reshape(-1, 3),
+        np.column_stack([column("sd_e_m"), column("sd_n_m"), column("sd_u_m")]),
+        frame["quality"].tolist(),
+        column("utc_unix"),
+        column("flight").astype(int),
+        column("yaw_deg"),
+        column("pitch_deg"),
+        column("roll_deg"),
+        column("rel_alt_m"),
+        pyproj.CRS(frame.crs),
+    )

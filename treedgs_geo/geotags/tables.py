@@ -17,13 +17,18 @@ _LAT = ("lat", "latitude", "lat_deg", "latitude_deg", "gpslatitude")
 _LON = ("lon", "long", "longitude", "lon_deg", "longitude_deg", "gpslongitude")
 _HEIGHT = ("h", "height", "alt", "altitude", "ellh", "z", "elevation", "height_m", "ellipsoidal_height", "gpsaltitude")
 _EAST, _NORTH = ("x", "e", "east", "easting"), ("y", "n", "north", "northing")
-_SD = (("sd_e", "sde", "sde_m", "std_e", "acch", "h_acc"), ("sd_n", "sdn", "sdn_m", "std_n", "acch", "h_acc"),
-       ("sd_u", "sdu", "sdu_m", "std_u", "accv", "v_acc"))
+_SD = (
+    ("sd_e", "sde", "sde_m", "std_e", "acch", "h_acc"),
+    ("sd_n", "sdn", "sdn_m", "std_n", "acch", "h_acc"),
+    ("sd_u", "sdu", "sdu_m", "std_u", "accv", "v_acc"),
+)
 
 
 @dataclass(frozen=True)
 class NamedPositions:
-    """Camera positions by file name (without folders), K of them: xyz (K, 3) project metres, sd (K, 3) E, N, U metres or NaN."""
+    """Camera positions by file name (without folders), K of them: xyz (K, 3) project metres, sd (K, 3) E, N, U metres
+    or NaN.
+    """
 
     path: Path
     names: list[str]
@@ -46,7 +51,8 @@ def is_position_table(path: Path) -> bool:
 def read_position_table(path: Path, crs: pyproj.CRS) -> NamedPositions:
     """Read positions by photo name into the project CRS.
 
-    Longitude and latitude are taken on the project CRS's datum, x and y columns as project coordinates (in ``geo.txt``: in the
+    Longitude and latitude are taken on the project CRS's datum, x and y columns as project coordinates (in
+    ``geo.txt``: in the
     CRS of its first line); heights pass through.
 
     Raises:
@@ -56,7 +62,9 @@ def read_position_table(path: Path, crs: pyproj.CRS) -> NamedPositions:
     try:
         lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
     except OSError as problem:
-        raise GeotagError(f"{path}: cannot be read ({problem.strerror}); give a table of photo names and positions.") from None
+        raise GeotagError(
+            f"{path}: cannot be read ({problem.strerror}); give a table of photo names and positions."
+        ) from None
     rows = _read_geo_txt(path, lines, crs) if path.name.lower() == "geo.txt" else _read_csv(path, lines, crs)
     names = [row[0] for row in rows]
     doubled = {name for name in names if names.count(name) > 1} if len(set(names)) < len(names) else set()
@@ -85,8 +93,10 @@ def _read_csv(path: Path, lines: list[str], crs: pyproj.CRS) -> list[tuple[str, 
     east, north = place(_EAST), place(_NORTH)
     geographic = lat >= 0 and lon >= 0
     if name < 0 or height < 0 or not (geographic or (east >= 0 and north >= 0)):
-        raise GeotagError(f"{path}: found columns {', '.join(columns)}; expected name, lat, lon, h (ellipsoidal metres) "
-                          "or name, x, y, z in the project CRS.")
+        raise GeotagError(
+            f"{path}: found columns {', '.join(columns)}; expected name, lat, lon, h (ellipsoidal metres) "
+            "or name, x, y, z in the project CRS."
+        )
     sd_places = [place(options) for options in _SD]
     rows = []
     for number, line in enumerate(lines[1:], start=2):
@@ -100,9 +110,15 @@ def _read_csv(path: Path, lines: list[str], crs: pyproj.CRS) -> list[tuple[str, 
             if not np.isfinite([first, second, h]).all() or geographic and (abs(first) > 180 or abs(second) > 90):
                 raise ValueError
         except (ValueError, IndexError):
-            raise GeotagError(f"{path}, line {number}: found {line.strip()[:60]!r}, expected a position in the columns of "
-                              "line 1; correct the row.") from None
-        xyz = lonlat_to_project(crs, [first], [second], [h])[0] if geographic else np.array([first, second, h])
+            raise GeotagError(
+                f"{path}, line {number}: found {line.strip()[:60]!r}, expected a position in the columns of "
+                "line 1; correct the row."
+            ) from None
+        xyz = (
+            lonlat_to_project(crs, *np.array([[first], [second], [h]]))[0]
+            if geographic
+            else np.array([first, second, h])
+        )
         rows.append((Path(cells[name].strip().replace("\\", "/")).name, [*xyz, *sd]))
     return rows
 
@@ -127,9 +143,11 @@ def _read_geo_txt(path: Path, lines: list[str], crs: pyproj.CRS) -> list[tuple[s
             x, y, z = (float(cell) for cell in cells[1:4])
             sd = [float(cells[7]), float(cells[7]), float(cells[8])] if len(cells) >= 9 else [float("nan")] * 3
         except (ValueError, IndexError):
-            raise GeotagError(f"{path}, line {number}: found {line.strip()[:60]!r}, expected name x y z; correct the row.") from None
+            raise GeotagError(
+                f"{path}, line {number}: found {line.strip()[:60]!r}, expected name x y z; correct the row."
+            ) from None
         if source.is_geographic:
-            xyz = lonlat_to_project(crs, [x], [y], [z])[0]
+            xyz = lonlat_to_project(crs, *np.array([[x], [y], [z]]))[0]
         else:
             east, north = pyproj.Transformer.from_crs(source, crs, always_xy=True).transform(x, y)
             xyz = np.array([east, north, z])

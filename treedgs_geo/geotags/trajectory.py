@@ -17,7 +17,9 @@ SINGLE_FLOOR_M = np.array([1.5, 1.5, 3.0])
 
 @dataclass(frozen=True)
 class Interpolated:
-    """Antenna at N instants: xyz (N, 3) project metres (NaN = none), sd (N, 3) E, N, U metres, quality fix|float|single|none."""
+    """Antenna at N instants: xyz (N, 3) project metres (NaN = none), sd (N, 3) E, N, U metres, quality
+    fix|float|single|none.
+    """
 
     xyz: np.ndarray
     sd: np.ndarray
@@ -27,8 +29,10 @@ class Interpolated:
 def interpolate(trajectory: Trajectory, xyz: np.ndarray, gps_s: np.ndarray, max_gap_s: float = 1.0) -> Interpolated:
     """Monotone cubic (PCHIP) interpolation of the trajectory.
 
-    A straight line between 5 Hz epochs errs by a centimetre when the drone brakes at 2 m/s2. The quality is the worse of the two
-    neighbouring epochs. A gap of more than ``max_gap_s`` counts as float (the path is guessed), of more than 10 s as no position.
+    A straight line between 5 Hz epochs errs by a centimetre when the drone brakes at 2 m/s2. The quality is the worse
+    of the two
+    neighbouring epochs. A gap of more than ``max_gap_s`` counts as float (the path is guessed), of more than 10 s as
+    no position.
 
     Args:
         trajectory: T epochs. xyz: (T, 3) the same in project coordinates. gps_s: (N,) instants, GPS seconds.

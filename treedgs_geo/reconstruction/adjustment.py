@@ -15,8 +15,14 @@ def camera_to_colmap(camera: Camera):  # noqa: ANN201 - pycolmap is imported lat
     """Our camera as a pycolmap ``OPENCV`` camera with id 1."""
     import pycolmap
 
-    return pycolmap.Camera(model="OPENCV", width=camera.width, height=camera.height, camera_id=1, has_prior_focal_length=True,
-                           params=[camera.fx, camera.fy, camera.cx, camera.cy, camera.k1, camera.k2, camera.p1, camera.p2])
+    return pycolmap.Camera(
+        model="OPENCV",
+        width=camera.width,
+        height=camera.height,
+        camera_id=1,
+        has_prior_focal_length=True,
+        params=[camera.fx, camera.fy, camera.cx, camera.cy, camera.k1, camera.k2, camera.p1, camera.p2],
+    )
 
 
 def camera_from_colmap(camera) -> Camera:  # noqa: ANN001
@@ -39,7 +45,9 @@ def camera_from_colmap(camera) -> Camera:  # noqa: ANN001
 
 
 def to_colmap(block: Block, names: list[str], colours: np.ndarray | None = None):  # noqa: ANN201
-    """The block as a pycolmap reconstruction: image ids 1..N in the order of ``names``, posed photos and observed points only."""
+    """The block as a pycolmap reconstruction: image ids 1..N in the order of ``names``, posed photos and observed
+    points only.
+    """
     import pycolmap
 
     model = pycolmap.Reconstruction()
@@ -49,7 +57,7 @@ def to_colmap(block: Block, names: list[str], colours: np.ndarray | None = None)
     place = np.empty(len(order), np.int64)
     observed = block.observed()
     for i in np.flatnonzero(block.is_posed):
-        rows = order[starts[i]:starts[i + 1]]
+        rows = order[starts[i] : starts[i + 1]]
         place[rows] = np.arange(len(rows))
         image = pycolmap.Image(name=names[i], keypoints=observed[rows].reshape(-1, 2), camera_id=1, image_id=int(i) + 1)
         pose = pycolmap.Rigid3d(np.column_stack([block.rotations[i], block.translations[i]]))
@@ -59,18 +67,32 @@ def to_colmap(block: Block, names: list[str], colours: np.ndarray | None = None)
     grey = np.full(3, 128, np.uint8)
     for p, xyz in enumerate(block.points):
         track = pycolmap.Track()
-        for row in by_point[bounds[p]:bounds[p + 1]]:
+        for row in by_point[bounds[p] : bounds[p + 1]]:
             track.add_element(int(block.image[row]) + 1, int(place[row]))
-        model.add_point3D_with_id(p + 1, pycolmap.Point3D(xyz=xyz, track=track, color=grey if colours is None else colours[p]))
+        model.add_point3D_with_id(
+            p + 1, pycolmap.Point3D(xyz=xyz, track=track, color=grey if colours is None else colours[p])
+        )
     return model
 
 
-def adjust(block: Block, prior_xyz: np.ndarray, prior_sd: np.ndarray, *, free_focal: bool, free_principal_point: bool,
-           free_distortion: bool, loss_px: float = 1.0, prior_factor: float = 6.0, iterations: int = 60, threads: int = 2,
-           min_observations: int = 6) -> float:
+def adjust(
+    block: Block,
+    prior_xyz: np.ndarray,
+    prior_sd: np.ndarray,
+    *,
+    free_focal: bool,
+    free_principal_point: bool,
+    free_distortion: bool,
+    loss_px: float = 1.0,
+    prior_factor: float = 6.0,
+    iterations: int = 60,
+    threads: int = 2,
+    min_observations: int = 6,
+) -> float:
     """Bundle-adjust the block in place; returns the RMS reprojection error in pixels.
 
-    SOFT_L1 on the image, CAUCHY on the geotags (a wrong one must not bend the block). The geotag standard deviations are taken
+    SOFT_L1 on the image, CAUCHY on the geotags (a wrong one must not bend the block). The geotag standard deviations
+    are taken
     ``prior_factor`` times larger than stated: image residuals are weighted as if 1 px, the true ones are smaller
     (``docs/reconstruction.md``).
 

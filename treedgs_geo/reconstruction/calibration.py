@@ -12,9 +12,21 @@ from .cameras import Camera
 
 #: Sensor widths in mm (maker's data sheets) and the nominal focal length that the entry holds for.
 SENSOR_WIDTHS_MM = {
-    "FC300S": (6.16, 3.61), "FC300X": (6.16, 3.61), "FC300C": (6.16, 3.61), "FC330": (6.17, 3.61), "FC220": (6.17, 4.73),
-    "FC6310": (13.2, 8.8), "FC6310R": (13.2, 8.8), "FC6310S": (13.2, 8.8), "L1D-20c": (13.2, 10.26), "L2D-20c": (17.3, 12.29),
-    "M3E": (17.3, 12.29), "M4E": (17.3, 12.29), "ZenmuseP1": (35.9, 35.0), "FC6520": (17.3, 15.0), "FC7203": (6.3, 4.49),
+    "FC300S": (6.16, 3.61),
+    "FC300X": (6.16, 3.61),
+    "FC300C": (6.16, 3.61),
+    "FC330": (6.17, 3.61),
+    "FC220": (6.17, 4.73),
+    "FC6310": (13.2, 8.8),
+    "FC6310R": (13.2, 8.8),
+    "FC6310S": (13.2, 8.8),
+    "L1D-20c": (13.2, 10.26),
+    "L2D-20c": (17.3, 12.29),
+    "M3E": (17.3, 12.29),
+    "M4E": (17.3, 12.29),
+    "ZenmuseP1": (35.9, 35.0),
+    "FC6520": (17.3, 15.0),
+    "FC7203": (6.3, 4.49),
 }
 
 
@@ -63,12 +75,16 @@ def calibration_of(photos: list[Photo]) -> Calibration:
     if photo.focal_35mm > 5:
         # The equivalent is defined by the diagonal of the whole sensor, which is 4:3 (or 3:2) where the photo is 16:9.
         long_side, short_side = max(width, height), min(width, height)
-        diagonal = float(np.hypot(long_side, max(short_side, 0.75 * long_side if long_side / short_side > 1.6 else short_side)))
+        diagonal = float(
+            np.hypot(long_side, max(short_side, 0.75 * long_side if long_side / short_side > 1.6 else short_side))
+        )
         focal = photo.focal_35mm / 43.267 * diagonal
         return Calibration(Camera(width, height, focal, focal, cx, cy), "exif35", 0.10)
     raise ReconstructionError(
-        f"{photo.path}: neither EXIF nor XMP tells the focal length (no CalibratedFocalLength, FocalLengthIn35mmFilm or known camera; "
-        f"model {photo.model or 'unknown'!r}); use the photos as the drone wrote them.")
+        f"{photo.path}: neither EXIF nor XMP tells the focal length (no CalibratedFocalLength, "
+        f"FocalLengthIn35mmFilm or known camera; "
+        f"model {photo.model or 'unknown'!r}); use the photos as the drone wrote them."
+    )
 
 
 def _number(text: str | None) -> float:

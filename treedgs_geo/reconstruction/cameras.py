@@ -42,8 +42,10 @@ class Camera:
         """Normalised pinhole coordinates -> normalised distorted coordinates."""
         r2 = x * x + y * y
         radial = 1 + r2 * (self.k1 + r2 * self.k2)
-        return (x * radial + 2 * self.p1 * x * y + self.p2 * (r2 + 2 * x * x),
-                y * radial + self.p1 * (r2 + 2 * y * y) + 2 * self.p2 * x * y)
+        return (
+            x * radial + 2 * self.p1 * x * y + self.p2 * (r2 + 2 * x * x),
+            y * radial + self.p1 * (r2 + 2 * y * y) + 2 * self.p2 * x * y,
+        )
 
     def undistort(self, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Pixels -> normalised pinhole coordinates, by fixed-point iteration (to 1e-12 for drone lenses)."""
@@ -98,8 +100,12 @@ class View:
         """(N,) bool: pixels inside the image by at least ``margin_px``."""
         u, v = pixels[:, 0], pixels[:, 1]
         with np.errstate(invalid="ignore"):
-            return ((u >= margin_px) & (u <= self.camera.width - margin_px)
-                    & (v >= margin_px) & (v <= self.camera.height - margin_px))
+            return (
+                (u >= margin_px)
+                & (u <= self.camera.width - margin_px)
+                & (v >= margin_px)
+                & (v <= self.camera.height - margin_px)
+            )
 
     def rays(self, pixels: np.ndarray) -> np.ndarray:
         """(N, 2) pixels -> (N, 3) unit viewing directions in the world frame."""

@@ -15,14 +15,22 @@ from .tracks import Block
 
 #: Refused below this share of registered photos; warned below the second.
 REGISTERED_REFUSE, REGISTERED_WARN = 0.60, 0.95
-#: Refused when the median distance to the geotags exceeds this many stated standard deviations (plus the slack in metres).
+#: Refused when the median distance to the geotags exceeds this many stated standard deviations (plus the slack in
+#: metres).
 RESIDUAL_REFUSE_SD, RESIDUAL_SLACK_M = 5.0, 0.10
 #: Height above ground over the flying height that the drone reports: refused outside, warned outside the second.
 HEIGHT_REFUSE, HEIGHT_WARN = 0.30, 0.08
 
 
-def check_block(block: Block, stations: Stations, xyz: np.ndarray, calibration: Calibration, ground_z: float, free: dict[str, bool],
-                reporter: Reporter) -> dict[str, Any]:
+def check_block(
+    block: Block,
+    stations: Stations,
+    xyz: np.ndarray,
+    calibration: Calibration,
+    ground_z: float,
+    free: dict[str, bool],
+    reporter: Reporter,
+) -> dict[str, Any]:
     """The report of a block, with warnings.
 
     Args:
@@ -37,40 +45,64 @@ def check_block(block: Block, stations: Stations, xyz: np.ndarray, calibration: 
     left_out = [stations.names[i] for i in np.flatnonzero(~posed)]
     if registered < 3 or registered < REGISTERED_REFUSE * count:
         raise ReconstructionError(
-            f"{registered} of {count} photos could be registered, expected {REGISTERED_REFUSE:.0%} or more; the photos overlap too little, are "
-            "blurred, or the forest moved in the wind: fly with 80 % overlap, obliques and less wind.")
+            f"{registered} of {count} photos could be registered, expected {REGISTERED_REFUSE:.0%} or more; the "
+            f"photos overlap too little, are "
+            "blurred, or the forest moved in the wind: fly with 80 % overlap, obliques and less wind."
+        )
     if registered < REGISTERED_WARN * count:
         warnings.append(f"{registered} of {count} photos registered; left out: {shorten(left_out)}.")
     residual = block.centres - xyz
     known = posed & np.isfinite(residual).all(axis=1)
-    best = next((q for q in ("fix", "float", "exif", "single") if sum(known[i] for i in range(count) if stations.quality[i] == q) >= 3), None)
+    best = next(
+        (
+            q
+            for q in ("fix", "float", "exif", "single")
+            if sum(known[i] for i in range(count) if stations.quality[i] == q) >= 3
+        ),
+        None,
+    )
     chosen = known & np.array([quality == best for quality in stations.quality])
     rms = np.sqrt(np.mean(residual[chosen] ** 2, axis=0)) if chosen.any() else np.full(3, np.nan)
     stated = np.median(np.linalg.norm(stations.sd[chosen], axis=1)) if chosen.any() else np.nan
     median = float(np.median(np.linalg.norm(residual[chosen], axis=1))) if chosen.any() else float("nan")
     if median > RESIDUAL_REFUSE_SD * stated + RESIDUAL_SLACK_M:
         raise ReconstructionError(
-            f"The cameras are {median:.2f} m (median) from their geotags, which claim {stated:.2f} m; the block is bent or the geotags are "
-            "wrong: check datum, lever arm and that the geotags belong to these photos.")
+            f"The cameras are {median:.2f} m (median) from their geotags, which claim {stated:.2f} m; the block is "
+            f"bent or the geotags are "
+            "wrong: check datum, lever arm and that the geotags belong to these photos."
+        )
     if best in ("fix", "float") and median > 2.5 * stated + 0.03:
         warnings.append(f"Cameras are {median * 100:.0f} cm (median) from geotags that claim {stated * 100:.0f} cm.")
     focal = 0.5 * (block.camera.fx + block.camera.fy)
     ratio = focal / calibration.focal_px
     if abs(ratio - 1) > calibration.tolerance:
         raise ReconstructionError(
-            f"The focal length came out as {focal:.0f} px, {abs(ratio - 1):.1%} from the {calibration.focal_px:.0f} px of the photos' "
-            f"metadata ({calibration.source}); such a block has wrong diameters: add oblique photos or check that the photos are not cropped.")
+            f"The focal length came out as {focal:.0f} px, {abs(ratio - 1):.1%} from the {calibration.focal_px:.0f} "
+            f"px of the photos' "
+            f"metadata ({calibration.source}); such a block has wrong diameters: add oblique photos or check that "
+            f"the photos are not cropped."
+        )
     if abs(ratio - 1) > calibration.tolerance / 3 and free["focal"]:
-        warnings.append(f"Focal length {focal:.0f} px is {abs(ratio - 1):.1%} from the metadata's {calibration.focal_px:.0f} px.")
+        warnings.append(
+            f"Focal length {focal:.0f} px is {abs(ratio - 1):.1%} from the metadata's {calibration.focal_px:.0f} px."
+        )
     if not free["focal"]:
-        warnings.append(f"Nadir photos from one height do not determine the focal length; it was kept at {focal:.0f} px ({calibration.source}).")
+        warnings.append(
+            f"Nadir photos from one height do not determine the focal length; it was kept at {focal:.0f} px "
+            f"({calibration.source})."
+        )
     height_ratio = _height_ratio(block, stations)
     if np.isfinite(height_ratio) and abs(height_ratio - 1) > HEIGHT_REFUSE:
         raise ReconstructionError(
-            f"The cameras are {height_ratio:.0%} of the flying height (XMP RelativeAltitude) above the ground points; the scale is wrong or the "
-            "drone took off far above or below the plot: check the geotags' heights.")
+            f"The cameras are {height_ratio:.0%} of the flying height (XMP RelativeAltitude) above the ground "
+            f"points; the scale is wrong or the "
+            "drone took off far above or below the plot: check the geotags' heights."
+        )
     if np.isfinite(height_ratio) and abs(height_ratio - 1) > HEIGHT_WARN:
-        warnings.append(f"The cameras are {height_ratio:.0%} of the reported flying height above the ground points (slope, or scale).")
+        warnings.append(
+            f"The cameras are {height_ratio:.0%} of the reported flying height above the ground points (slope, or "
+            f"scale)."
+        )
     error = np.linalg.norm(block.residuals(), axis=1)
     per_photo = np.bincount(block.image, minlength=count)[posed]
     track = len(block.point) / max(len(block.points), 1)
@@ -85,19 +117,33 @@ def check_block(block: Block, stations: Stations, xyz: np.ndarray, calibration: 
         reporter.warn(warning)
     camera = block.camera
     report = {
-        "photos": count, "registered": registered, "left_out": left_out, "points": len(block.points), "track_length": round(track, 2),
-        "points_per_photo_median": float(np.median(per_photo)), "points_per_photo_min": int(per_photo.min()),
-        "reprojection_rms_px": round(rms_px, 3), "geotag_quality": stations.counts(), "geotag_residual_quality": best,
-        "geotag_rms_e_n_u_m": [round(float(v), 4) for v in rms], "geotag_median_m": round(median, 4),
-        "geotag_stated_sd_m": round(float(stated), 4), "focal_px": round(focal, 2), "focal_metadata_px": round(calibration.focal_px, 2),
-        "focal_source": calibration.source, "focal_free": free["focal"], "principal_point_px": [round(camera.cx, 2), round(camera.cy, 2)],
+        "photos": count,
+        "registered": registered,
+        "left_out": left_out,
+        "points": len(block.points),
+        "track_length": round(track, 2),
+        "points_per_photo_median": float(np.median(per_photo)),
+        "points_per_photo_min": int(per_photo.min()),
+        "reprojection_rms_px": round(rms_px, 3),
+        "geotag_quality": stations.counts(),
+        "geotag_residual_quality": best,
+        "geotag_rms_e_n_u_m": [round(float(v), 4) for v in rms],
+        "geotag_median_m": round(median, 4),
+        "geotag_stated_sd_m": round(float(stated), 4),
+        "focal_px": round(focal, 2),
+        "focal_metadata_px": round(calibration.focal_px, 2),
+        "focal_source": calibration.source,
+        "focal_free": free["focal"],
+        "principal_point_px": [round(camera.cx, 2), round(camera.cy, 2)],
         "height_over_relative_altitude": round(height_ratio, 4) if np.isfinite(height_ratio) else None,
         "flights_registered": {str(f): int((posed & (stations.flight == f)).sum()) for f in np.unique(stations.flight)},
         "warnings": warnings,
     }
     e, n, u = rms * 100
-    reporter.info(f"{registered} of {count} photos registered, reprojection {rms_px:.2f} px, focal {focal:.0f} px "
-                  f"(metadata {calibration.focal_px:.0f}), geotag residuals E/N/U {e:.1f}/{n:.1f}/{u:.1f} cm ({best}).")
+    reporter.info(
+        f"{registered} of {count} photos registered, reprojection {rms_px:.2f} px, focal {focal:.0f} px "
+        f"(metadata {calibration.focal_px:.0f}), geotag residuals E/N/U {e:.1f}/{n:.1f}/{u:.1f} cm ({best})."
+    )
     return report
 
 

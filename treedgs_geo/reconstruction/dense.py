@@ -1,6 +1,8 @@
-"""Dense points of the stem band: semi-global matching on rectified neighbour photos, kept where two reference photos agree.
+"""Dense points of the stem band: semi-global matching on rectified neighbour photos, kept where two reference photos
+agree.
 
-A start for the splats and a picture of the stems, not a diameter: the points scatter by a pixel and lean inward by a few millimetres
+A start for the splats and a picture of the stems, not a diameter: the points scatter by a pixel and lean inward by a
+few millimetres
 (``docs/reconstruction.md``). SGBM: Hirschmueller 2008, OpenCV's implementation.
 """
 
@@ -23,26 +25,42 @@ from .images import load_image
 class DenseOptions:
     """How the stem band is made dense."""
 
-    low_m: float = param(0.2, kind="number", unit="m", help="Lower end of the band above ground", minimum=-1, maximum=50)
-    high_m: float = param(3.2, kind="number", unit="m", help="Upper end of the band above ground", minimum=0, maximum=60)
-    voxel_m: float = param(0.04, kind="number", unit="m", help="Cell in which two reference photos must agree", minimum=0.005, maximum=1)
+    low_m: float = param(
+        0.2, kind="number", unit="m", help="Lower end of the band above ground", minimum=-1, maximum=50
+    )
+    high_m: float = param(
+        3.2, kind="number", unit="m", help="Upper end of the band above ground", minimum=0, maximum=60
+    )
+    voxel_m: float = param(
+        0.04, kind="number", unit="m", help="Cell in which two reference photos must agree", minimum=0.005, maximum=1
+    )
     min_votes: int = param(2, kind="integer", help="Reference photos that must agree", minimum=1, maximum=10)
     neighbours: int = param(2, kind="integer", help="Partners per reference photo", minimum=1, maximum=6)
     max_views: int = param(30, kind="integer", help="Most reference photos", minimum=2, maximum=500)
-    max_megapixels: float = param(4.0, kind="number", unit="MP", help="Largest rectified crop; bigger ones are reduced", minimum=0.1, maximum=50)
+    max_megapixels: float = param(
+        4.0, kind="number", unit="MP", help="Largest rectified crop; bigger ones are reduced", minimum=0.1, maximum=50
+    )
 
 
-def densify_band(views: list[View], frame: LocalFrame, ground_height: Callable[[np.ndarray, np.ndarray], np.ndarray], centre_xy: np.ndarray,
-                 radius_m: float, options: DenseOptions | None = None, reporter: Reporter | None = None,
-                 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def densify_band(
+    views: list[View],
+    frame: LocalFrame,
+    ground_height: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    centre_xy: np.ndarray,
+    radius_m: float,
+    options: DenseOptions | None = None,
+    reporter: Reporter | None = None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points between two heights above ground in a circle.
 
     Args:
-        views: registered photos. frame: their frame (only kept with the result's coordinates: local). ground_height: local x, y (K,) -> local
+        views: registered photos. frame: their frame (only kept with the result's coordinates: local). ground_height:
+        local x, y (K,) -> local
             z (K,), NaN outside. centre_xy: (2,) local metres. radius_m: of the circle.
 
     Returns:
-        xyz (N, 3) local metres, rgb (N, 3) uint8, votes (N,) int reference photos that agree; all empty where nothing can be matched.
+        xyz (N, 3) local metres, rgb (N, 3) uint8, votes (N,) int reference photos that agree; all empty where nothing
+        can be matched.
     """
     options, reporter = options or DenseOptions(), reporter or Reporter()
     empty = np.empty((0, 3)), np.empty((0, 3), np.uint8), np.empty(0, int)
@@ -72,7 +90,9 @@ def densify_band(views: list[View], frame: LocalFrame, ground_height: Callable[[
     return vote(clouds, options.voxel_m, options.min_votes)
 
 
-def _band_corners(ground_height: Callable, centre_xy: np.ndarray, radius_m: float, options: DenseOptions) -> np.ndarray | None:
+def _band_corners(
+    ground_height: Callable, centre_xy: np.ndarray, radius_m: float, options: DenseOptions
+) -> np.ndarray | None:
     """(K, 3) points on the hull of the band."""
     turn = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     xy = np.vstack([centre_xy, centre_xy + radius_m * np.column_stack([np.cos(turn), np.sin(turn)])])
@@ -98,16 +118,30 @@ def choose_pairs(views: list[View], corners: np.ndarray, options: DenseOptions) 
     pairs: list[tuple[int, int]] = []
     for i in seen:
         angle = np.degrees(np.arccos(np.clip(rays @ rays[i], -1, 1)))
-        axes = np.array([np.degrees(np.arccos(np.clip(view.rotation[2] @ views[i].rotation[2], -1, 1))) for view in views])
-        usable = [j for j in range(len(views)) if j != i and 4 <= angle[j] <= 18 and axes[j] <= 25 and views[j].flight == views[i].flight]
+        axes = np.array(
+            [np.degrees(np.arccos(np.clip(view.rotation[2] @ views[i].rotation[2], -1, 1))) for view in views]
+        )
+        usable = [
+            j
+            for j in range(len(views))
+            if j != i and 4 <= angle[j] <= 18 and axes[j] <= 25 and views[j].flight == views[i].flight
+        ]
         usable.sort(key=lambda j: abs(angle[j] - 8))
         pairs += [(i, j) for j in usable[: options.neighbours]]
     return pairs
 
 
-def match_pair(first: View, second: View, image_a: np.ndarray, image_b: np.ndarray, corners: np.ndarray, options: DenseOptions,
-               ) -> tuple[np.ndarray, np.ndarray]:
-    """Points (N, 3) local and colours (N, 3) that photo ``first`` sees and ``second`` confirms, inside the box of the band's corners."""
+def match_pair(
+    first: View,
+    second: View,
+    image_a: np.ndarray,
+    image_b: np.ndarray,
+    corners: np.ndarray,
+    options: DenseOptions,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Points (N, 3) local and colours (N, 3) that photo ``first`` sees and ``second`` confirms, inside the box of the
+    band's corners.
+    """
     nothing = np.empty((0, 3)), np.empty((0, 3), np.uint8)
     rotation, matrix = rectify(first, second)
     if rotation is None:
@@ -129,8 +163,10 @@ def match_pair(first: View, second: View, image_a: np.ndarray, image_b: np.ndarr
         return nothing
     focal = matrix[0, 0] * scale
     lefts = [(b[:, 0].min() - 4) * scale for b in boxes]
-    crops = [_rectified(view, image, rotation, focal, left, top * scale, size)
-             for view, image, left in zip((first, second), (image_a, image_b), lefts, strict=True)]
+    crops = [
+        _rectified(view, image, rotation, focal, left, top * scale, size)
+        for view, image, left in zip((first, second), (image_a, image_b), lefts, strict=True)
+    ]
     depth = np.concatenate([side[:, 2] for side in sides])
     # disparity = u_first - u_second = focal * baseline / z + (left_second - left_first)
     shift = lefts[1] - lefts[0]
@@ -139,9 +175,18 @@ def match_pair(first: View, second: View, image_a: np.ndarray, image_b: np.ndarr
     span = max(16, -(-span // 16) * 16)
     if span > size[0] // 2 or span > 512:
         return nothing
-    matcher = cv2.StereoSGBM_create(minDisparity=low, numDisparities=span, blockSize=5, P1=8 * 25, P2=32 * 25, disp12MaxDiff=1,
-                                    uniquenessRatio=5, speckleWindowSize=50, speckleRange=2,
-                                    mode=cv2.STEREO_SGBM_MODE_HH if size[0] * size[1] * span < 2.5e8 else cv2.STEREO_SGBM_MODE_SGBM_3WAY)
+    matcher = cv2.StereoSGBM.create(
+        minDisparity=low,
+        numDisparities=span,
+        blockSize=5,
+        P1=8 * 25,
+        P2=32 * 25,
+        disp12MaxDiff=1,
+        uniquenessRatio=5,
+        speckleWindowSize=50,
+        speckleRange=2,
+        mode=cv2.STEREO_SGBM_MODE_HH if size[0] * size[1] * span < 2.5e8 else cv2.STEREO_SGBM_MODE_SGBM_3WAY,
+    )
     grey = [cv2.cvtColor(crop, cv2.COLOR_RGB2GRAY) for crop in crops]
     disparity = matcher.compute(*grey).astype(np.float32) / 16
     good = (disparity >= low) & (grey[0] > 0) & (disparity - shift > 1e-3)
@@ -174,18 +219,24 @@ def rectify(first: View, second: View) -> tuple[np.ndarray | None, np.ndarray]:
     return np.vstack([x, np.cross(z, x), z]), matrix
 
 
-def _rectified(view: View, image: np.ndarray, rotation: np.ndarray, focal: float, left: float, top: float, size: tuple[int, int]) -> np.ndarray:
+def _rectified(
+    view: View, image: np.ndarray, rotation: np.ndarray, focal: float, left: float, top: float, size: tuple[int, int]
+) -> np.ndarray:
     """Window of a photo resampled to the rectified plane, black outside."""
     u, v = np.meshgrid(np.arange(size[0]) + 0.5 + left, np.arange(size[1]) + 0.5 + top)
     rays = np.stack([u / focal, v / focal, np.ones_like(u)], axis=-1) @ (rotation @ view.rotation.T)
     behind = rays[..., 2] <= 0.1
-    x, y = view.camera.distort(rays[..., 0] / np.where(behind, 1, rays[..., 2]), rays[..., 1] / np.where(behind, 1, rays[..., 2]))
+    x, y = view.camera.distort(
+        rays[..., 0] / np.where(behind, 1, rays[..., 2]), rays[..., 1] / np.where(behind, 1, rays[..., 2])
+    )
     map_x = np.where(behind, -10, view.camera.fx * x + view.camera.cx - 0.5).astype(np.float32)
     map_y = np.where(behind, -10, view.camera.fy * y + view.camera.cy - 0.5).astype(np.float32)
     return cv2.remap(image, map_x, map_y, cv2.INTER_LINEAR)
 
 
-def vote(clouds: list[tuple[int, np.ndarray, np.ndarray]], voxel_m: float, min_votes: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def vote(
+    clouds: list[tuple[int, np.ndarray, np.ndarray]], voxel_m: float, min_votes: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points whose voxel ``min_votes`` reference photos fill, thinned to one (the mean) per voxel and photo.
 
     Args:
@@ -205,10 +256,10 @@ def vote(clouds: list[tuple[int, np.ndarray, np.ndarray]], voxel_m: float, min_v
         sums.append(total / count[:, None])
         cells.append(unique)
         references.append(np.full(len(unique), reference))
-    mean, code, reference = np.concatenate(sums), np.concatenate(cells), np.concatenate(references)
+    mean, codes, sources = np.concatenate(sums), np.concatenate(cells), np.concatenate(references)
     # Photos per voxel: each reference counts once however many partners it had.
-    once = np.unique(np.column_stack([code, reference]), axis=0)
+    once = np.unique(np.column_stack([codes, sources]), axis=0)
     voxels, votes = np.unique(once[:, 0], return_counts=True)
-    own = votes[np.searchsorted(voxels, code)]
+    own = votes[np.searchsorted(voxels, codes)]
     keep = own >= min_votes
     return mean[keep, :3], np.clip(mean[keep, 3:], 0, 255).astype(np.uint8), own[keep]

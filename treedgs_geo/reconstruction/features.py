@@ -20,7 +20,9 @@ from ..core.progress import Reporter
 _PAIR_BASE = 2147483647
 
 
-def run_task(task: str, job: dict[str, Any], cache: Path, reporter: Reporter, fraction: Callable[[], float] | None = None) -> None:
+def run_task(
+    task: str, job: dict[str, Any], cache: Path, reporter: Reporter, fraction: Callable[[], float] | None = None
+) -> None:
     """Run one task of :mod:`.worker` to its end; cancelling this process ends the child at once.
 
     Raises:
@@ -29,8 +31,12 @@ def run_task(task: str, job: dict[str, Any], cache: Path, reporter: Reporter, fr
     job_file, log_file = cache / f"{task}.json", cache / f"{task}.log"
     write_json(job_file, {"task": task, **job})
     with open(log_file, "wb") as log:
-        child = subprocess.Popen([sys.executable, "-m", "treedgs_geo.reconstruction.worker", str(job_file)],
-                                 stdin=subprocess.DEVNULL, stdout=log, stderr=log)
+        child = subprocess.Popen(
+            [sys.executable, "-m", "treedgs_geo.reconstruction.worker", str(job_file)],
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=log,
+        )
         try:
             while child.poll() is None:
                 time.sleep(0.1)
@@ -44,8 +50,10 @@ def run_task(task: str, job: dict[str, Any], cache: Path, reporter: Reporter, fr
         raise MemoryError
     if child.returncode:
         tail = log_file.read_text(errors="replace").strip().splitlines()[-1:] or ["no message"]
-        raise ReconstructionError(f"{log_file}: the step {task!r} of structure from motion stopped with code {child.returncode} "
-                                  f"({tail[0][:200]}); run again, and report it if it stays.")
+        raise ReconstructionError(
+            f"{log_file}: the step {task!r} of structure from motion stopped with code {child.returncode} "
+            f"({tail[0][:200]}); run again, and report it if it stays."
+        )
 
 
 def count_rows(database: Path, table: str, total: int) -> Callable[[], float]:

@@ -24,7 +24,8 @@ GIMBAL_GATE_DEG = 4.0
 class Placement:
     """First poses in the local frame.
 
-    camera: intrinsics of the best model. rotations, translations: NaN where a photo could not be placed. mapped: (N,) bool, from the
+    camera: intrinsics of the best model. rotations, translations: NaN where a photo could not be placed. mapped: (N,)
+    bool, from the
     mapper (else from geotag + gimbal). models: photos per mapper model that was used.
     """
 
@@ -35,18 +36,32 @@ class Placement:
     models: list[int]
 
 
-def place_photos(database: Path, cache: Path, stations: Stations, store: FeatureStore, calibration: Calibration, xyz: np.ndarray,
-                 gimbal: np.ndarray, free_focal: bool, threads: int, seed: int, reporter: Reporter) -> Placement:
+def place_photos(
+    database: Path,
+    cache: Path,
+    stations: Stations,
+    store: FeatureStore,
+    calibration: Calibration,
+    xyz: np.ndarray,
+    gimbal: np.ndarray,
+    free_focal: bool,
+    threads: int,
+    seed: int,
+    reporter: Reporter,
+) -> Placement:
     """Map the photos, fit every model to the geotags, and fill the gaps from geotag + gimbal.
 
-    Global mapping (GLOMAP) first; photos that it leaves out are mapped again among themselves, incrementally if it must be. A photo of a
+    Global mapping (GLOMAP) first; photos that it leaves out are mapped again among themselves, incrementally if it
+    must be. A photo of a
     model that contradicts its geotag or gimbal angles is not believed.
 
     Args:
         xyz: (N, 3) local geotags. gimbal: (N, 3, 3) rotations from gimbal angles, NaN unknown.
     """
     count = len(stations)
-    placement = Placement(calibration.camera, np.full((count, 3, 3), np.nan), np.full((count, 3), np.nan), np.zeros(count, bool), [])
+    placement = Placement(
+        calibration.camera, np.full((count, 3, 3), np.nan), np.full((count, 3), np.nan), np.zeros(count, bool), []
+    )
     rng = np.random.default_rng(seed)
     gimbal_known = np.isfinite(gimbal).all(axis=(1, 2)) & np.isfinite(xyz).all(axis=1)
     best = 0
@@ -55,8 +70,17 @@ def place_photos(database: Path, cache: Path, stations: Stations, store: Feature
         if len(left) < 3 or (task == "map_incremental" and gimbal_known[left].all() and placement.mapped.any()):
             break
         progress = 0
-        for ids, camera, rotations, centres in _run_mapper(task, database, cache, [stations.names[i] for i in left], stations.names,
-                                                           free_focal, threads, seed, reporter):
+        for ids, camera, rotations, centres in _run_mapper(
+            task,
+            database,
+            cache,
+            [stations.names[i] for i in left],
+            stations.names,
+            free_focal,
+            threads,
+            seed,
+            reporter,
+        ):
             accepted = _fit_model(placement, ids, rotations, centres, xyz, stations.sd, gimbal, rng)
             progress += accepted
             if accepted > best:
@@ -67,16 +91,37 @@ def place_photos(database: Path, cache: Path, stations: Stations, store: Feature
     return placement
 
 
-def _run_mapper(task: str, database: Path, cache: Path, names: list[str], all_names: list[str], free_focal: bool, threads: int,
-                seed: int, reporter: Reporter) -> list[tuple[np.ndarray, Camera, np.ndarray, np.ndarray]]:
+def _run_mapper(
+    task: str,
+    database: Path,
+    cache: Path,
+    names: list[str],
+    all_names: list[str],
+    free_focal: bool,
+    threads: int,
+    seed: int,
+    reporter: Reporter,
+) -> list[tuple[np.ndarray, Camera, np.ndarray, np.ndarray]]:
     """Photo numbers, camera, rotations and centres of each model found, largest first."""
     import pycolmap
 
     output = cache / "models"
     shutil.rmtree(output, ignore_errors=True)
     output.mkdir()
-    run_task(task, {"database": str(database), "photos": str(cache), "output": str(output), "names": names, "free_focal": free_focal,
-                    "threads": threads, "seed": seed}, cache, reporter)
+    run_task(
+        task,
+        {
+            "database": str(database),
+            "photos": str(cache),
+            "output": str(output),
+            "names": names,
+            "free_focal": free_focal,
+            "threads": threads,
+            "seed": seed,
+        },
+        cache,
+        reporter,
+    )
     number = {name: i for i, name in enumerate(all_names)}
     found = []
     for folder in sorted(output.iterdir()):
@@ -87,13 +132,27 @@ def _run_mapper(task: str, database: Path, cache: Path, names: list[str], all_na
         if len(images) < 3:
             continue
         poses = np.array([image.cam_from_world().matrix() for image in images])
-        found.append((np.array([number[image.name] for image in images]), camera_from_colmap(model.camera(images[0].camera_id)),
-                      poses[:, :, :3], np.array([image.projection_center() for image in images])))
+        found.append(
+            (
+                np.array([number[image.name] for image in images]),
+                camera_from_colmap(model.camera(images[0].camera_id)),
+                poses[:, :, :3],
+                np.array([image.projection_center() for image in images]),
+            )
+        )
     return sorted(found, key=lambda model: -len(model[0]))
 
 
-def _fit_model(placement: Placement, ids: np.ndarray, rotations: np.ndarray, centres: np.ndarray, xyz: np.ndarray, sd: np.ndarray,
-               gimbal: np.ndarray, rng: np.random.Generator) -> int:
+def _fit_model(
+    placement: Placement,
+    ids: np.ndarray,
+    rotations: np.ndarray,
+    centres: np.ndarray,
+    xyz: np.ndarray,
+    sd: np.ndarray,
+    gimbal: np.ndarray,
+    rng: np.random.Generator,
+) -> int:
     """Bring one model into the local frame; returns how many of its photos were believed."""
     placed = np.isfinite(xyz[ids]).all(axis=1)
     spread = np.where(placed, np.linalg.norm(sd[ids], axis=1), np.inf)

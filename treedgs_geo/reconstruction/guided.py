@@ -1,7 +1,9 @@
 """Matching guided by predicted geometry: known points are looked for where a photo's pose says they must be.
 
-Among the few features there the descriptors have little to decide, so photos that plain SIFT matching loses (moved shadows, wide angles)
-still find the points, at a fraction of the cost. A point is described by the photo that saw it from the nearest direction.
+Among the few features there the descriptors have little to decide, so photos that plain SIFT matching loses (moved
+shadows, wide angles)
+still find the points, at a fraction of the cost. A point is described by the photo that saw it from the nearest
+direction.
 """
 
 from __future__ import annotations
@@ -28,13 +30,23 @@ class PointMatches:
     distance: np.ndarray
 
 
-def find_points(block: Block, descriptors: list[np.ndarray], i: int, rotation: np.ndarray, translation: np.ndarray, radius_px: float,
-                ratio: float, max_angle_deg: float = 40.0) -> PointMatches:
+def find_points(
+    block: Block,
+    descriptors: list[np.ndarray],
+    i: int,
+    rotation: np.ndarray,
+    translation: np.ndarray,
+    radius_px: float,
+    ratio: float,
+    max_angle_deg: float = 40.0,
+) -> PointMatches:
     """Known points in photo i under a predicted pose, one to one.
 
     Args:
-        rotation, translation: predicted world -> camera. radius_px: how far the prediction may be off. ratio: of descriptor distances,
-            best to second best inside the radius. max_angle_deg: a point is not looked for from further off its seen directions.
+        rotation, translation: predicted world -> camera. radius_px: how far the prediction may be off. ratio: of
+        descriptor distances,
+            best to second best inside the radius. max_angle_deg: a point is not looked for from further off its seen
+            directions.
     """
     camera = block.camera
     local = block.points @ rotation.T + translation
@@ -42,7 +54,11 @@ def find_points(block: Block, descriptors: list[np.ndarray], i: int, rotation: n
         x, y = local[:, 0] / local[:, 2], local[:, 1] / local[:, 2]
         u, v = camera.distort(x, y)
     pixels = np.column_stack([camera.fx * u + camera.cx, camera.fy * v + camera.cy])
-    inside = (local[:, 2] > 0) & (pixels > -radius_px).all(axis=1) & (pixels < [camera.width + radius_px, camera.height + radius_px]).all(axis=1)
+    inside = (
+        (local[:, 2] > 0)
+        & (pixels > -radius_px).all(axis=1)
+        & (pixels < [camera.width + radius_px, camera.height + radius_px]).all(axis=1)
+    )
     # The observation from the nearest direction describes the point best.
     centre = -rotation.T @ translation
     rays = block.points - centre
@@ -66,8 +82,16 @@ def find_points(block: Block, descriptors: list[np.ndarray], i: int, rotation: n
     for image in np.unique(block.image[rows]):
         own = block.image[rows] == image
         described[own] = descriptors[image][block.key[rows[own]]]
-    best, distance = _search(pixels[usable], described, keypoints, descriptors[i], *grid_cells(keypoints, camera.width, camera.height), radius_px,
-                             ratio * ratio, MAX_SQUARED)
+    best, distance = _search(
+        pixels[usable],
+        described,
+        keypoints,
+        descriptors[i],
+        *grid_cells(keypoints, camera.width, camera.height),
+        radius_px,
+        ratio * ratio,
+        MAX_SQUARED,
+    )
     found = np.flatnonzero(best >= 0)
     # One to one: of several points that chose the same keypoint the closest keeps it.
     found = found[np.argsort(distance[found], kind="stable")]
@@ -76,14 +100,23 @@ def find_points(block: Block, descriptors: list[np.ndarray], i: int, rotation: n
     return PointMatches(usable[found], best[found], distance[found])
 
 
-def turn_to_points(points: np.ndarray, rays: np.ndarray, centre: np.ndarray, tolerance: float, rng: np.random.Generator, trials: int = 400,
-                   max_turn_deg: float | None = None, near: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray] | None:
+def turn_to_points(
+    points: np.ndarray,
+    rays: np.ndarray,
+    centre: np.ndarray,
+    tolerance: float,
+    rng: np.random.Generator,
+    trials: int = 400,
+    max_turn_deg: float | None = None,
+    near: np.ndarray | None = None,
+) -> tuple[np.ndarray, np.ndarray] | None:
     """The rotation that most point-ray pairs agree with, the camera standing at ``centre`` (RANSAC over two pairs).
 
     With the position known from PPK only the rotation is sought, so that a tenth of right matches is enough.
 
     Args:
-        points: (K, 3) world. rays: (K, 3) unit, camera frame. tolerance: of the angle, radians. max_turn_deg, near: only rotations
+        points: (K, 3) world. rays: (K, 3) unit, camera frame. tolerance: of the angle, radians. max_turn_deg, near:
+        only rotations
             within this angle of ``near``.
 
     Returns:
@@ -108,7 +141,9 @@ def turn_to_points(points: np.ndarray, rays: np.ndarray, centre: np.ndarray, tol
         return np.stack([first, np.cross(third, first), third], axis=2)
 
     with np.errstate(invalid="ignore", divide="ignore"):
-        rotations = triad(rays[pick[:, 0]], rays[pick[:, 1]]) @ triad(world[pick[:, 0]], world[pick[:, 1]]).transpose(0, 2, 1)
+        rotations = triad(rays[pick[:, 0]], rays[pick[:, 1]]) @ triad(world[pick[:, 0]], world[pick[:, 1]]).transpose(
+            0, 2, 1
+        )
     rotations = rotations[np.isfinite(rotations).all(axis=(1, 2))]
     if near is not None and max_turn_deg is not None and len(rotations):
         trace = np.einsum("nij,ij->n", rotations, near)
@@ -128,7 +163,9 @@ def turn_to_points(points: np.ndarray, rays: np.ndarray, centre: np.ndarray, tol
 def grid_cells(keypoints: np.ndarray, width: int, height: int) -> tuple[np.ndarray, np.ndarray, int, int]:
     """Keypoints sorted into cells: order, start of each cell, columns, rows."""
     columns, rows = width // _CELL + 1, height // _CELL + 1
-    cell = (np.clip(keypoints[:, 1] // _CELL, 0, rows - 1) * columns + np.clip(keypoints[:, 0] // _CELL, 0, columns - 1)).astype(np.int64)
+    cell = (
+        np.clip(keypoints[:, 1] // _CELL, 0, rows - 1) * columns + np.clip(keypoints[:, 0] // _CELL, 0, columns - 1)
+    ).astype(np.int64)
     order = np.argsort(cell, kind="stable")
     starts = np.searchsorted(cell[order], np.arange(columns * rows + 1))
     return order, starts, columns, rows
@@ -149,7 +186,7 @@ def _search(pixels, described, points, others, order, starts, columns, rows, rad
                 q = order[place]
                 if (points[q, 0] - x) ** 2 + (points[q, 1] - y) ** 2 > radius * radius:
                     continue
-                total = 0
+                total = np.int64(0)
                 for b in range(128):
                     step = np.int32(described[k, b]) - np.int32(others[q, b])
                     total += step * step

@@ -25,12 +25,16 @@ def load_image(photo: View | Path) -> np.ndarray:
     return cv2.cvtColor(pixels, cv2.COLOR_BGR2RGB)
 
 
-def pinhole_maps(camera: Camera, box: tuple[float, float, float, float], scale: float = 1.0,
-                 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def pinhole_maps(
+    camera: Camera,
+    box: tuple[float, float, float, float],
+    scale: float = 1.0,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """``cv2.remap`` maps of an undistorted window, and its calibration matrix.
 
     Args:
-        camera: the photo's. box: left, top, right, bottom of the window in pixels of the undistorted photo that keeps fx, fy, cx, cy.
+        camera: the photo's. box: left, top, right, bottom of the window in pixels of the undistorted photo that keeps
+        fx, fy, cx, cy.
         scale: output pixels per input pixel (0.5 = half size).
 
     Returns:
@@ -38,14 +42,28 @@ def pinhole_maps(camera: Camera, box: tuple[float, float, float, float], scale: 
     """
     left, top, right, bottom = box
     width, height = int(round((right - left) * scale)), int(round((bottom - top) * scale))
-    k = np.array([[camera.fx * scale, 0, (camera.cx - left) * scale], [0, camera.fy * scale, (camera.cy - top) * scale], [0, 0, 1.0]])
+    k = np.array(
+        [
+            [camera.fx * scale, 0, (camera.cx - left) * scale],
+            [0, camera.fy * scale, (camera.cy - top) * scale],
+            [0, 0, 1.0],
+        ]
+    )
     u, v = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     x, y = camera.distort((u - k[0, 2]) / k[0, 0], (v - k[1, 2]) / k[1, 1])
-    return ((camera.fx * x + camera.cx - 0.5).astype(np.float32), (camera.fy * y + camera.cy - 0.5).astype(np.float32), k)
+    return (
+        (camera.fx * x + camera.cx - 0.5).astype(np.float32),
+        (camera.fy * y + camera.cy - 0.5).astype(np.float32),
+        k,
+    )
 
 
-def pinhole_crop(view: View, box: tuple[float, float, float, float], image: np.ndarray | None = None, scale: float = 1.0,
-                 ) -> tuple[np.ndarray, np.ndarray]:
+def pinhole_crop(
+    view: View,
+    box: tuple[float, float, float, float],
+    image: np.ndarray | None = None,
+    scale: float = 1.0,
+) -> tuple[np.ndarray, np.ndarray]:
     """Undistorted window of a photo and its calibration matrix (see :func:`pinhole_maps`).
 
     Args:

@@ -28,8 +28,15 @@ class SparsePoints:
     track_length: np.ndarray
 
 
-def save_model(sfm_folder: Path, block: Block, names: list[str], paths: list[Path], flights: np.ndarray, frame: LocalFrame,
-               report: dict) -> None:
+def save_model(
+    sfm_folder: Path,
+    block: Block,
+    names: list[str],
+    paths: list[Path],
+    flights: np.ndarray,
+    frame: LocalFrame,
+    report: dict,
+) -> None:
     """Write the folder as a whole: the old one is replaced only when the new one is complete."""
     model = to_colmap(block, names, point_colours(block, paths))
     model.update_point_3d_errors()
@@ -61,11 +68,15 @@ def _open(sfm_folder: Path):  # noqa: ANN202
 
     folder = Path(sfm_folder)
     if not (folder / "images.bin").exists() and not (folder / "images.txt").exists():
-        raise InputError(f"{folder}: holds no COLMAP model (cameras, images, points3D); run 'treedgs reconstruct' first.")
+        raise InputError(
+            f"{folder}: holds no COLMAP model (cameras, images, points3D); run 'treedgs reconstruct' first."
+        )
     try:
         return pycolmap.Reconstruction(str(folder))
     except (ValueError, RuntimeError, IndexError) as problem:
-        raise InputError(f"{folder}: the COLMAP model cannot be read ({problem}); run 'treedgs reconstruct' again.") from None
+        raise InputError(
+            f"{folder}: the COLMAP model cannot be read ({problem}); run 'treedgs reconstruct' again."
+        ) from None
 
 
 def load_views(sfm_folder: Path, photos_folder: Path) -> tuple[LocalFrame, list[View]]:
@@ -84,13 +95,17 @@ def load_views(sfm_folder: Path, photos_folder: Path) -> tuple[LocalFrame, list[
             continue
         path = Path(photos_folder) / image.name
         if not path.is_file():
-            raise InputError(f"{path}: is part of the reconstruction but not there; give the photo folder that was reconstructed.")
+            raise InputError(
+                f"{path}: is part of the reconstruction but not there; give the photo folder that was reconstructed."
+            )
         try:
             camera = camera_from_colmap(model.camera(image.camera_id))
         except ValueError as problem:
             raise InputError(f"{sfm_folder}: {problem}.") from None
         pose = image.cam_from_world().matrix()
-        views.append(View(image.name, path, camera, pose[:, :3].copy(), pose[:, 3].copy(), int(flights.get(image.name, 0))))
+        views.append(
+            View(image.name, path, camera, pose[:, :3].copy(), pose[:, 3].copy(), int(flights.get(image.name, 0)))
+        )
     return frame, sorted(views, key=lambda view: view.name)
 
 
@@ -102,5 +117,8 @@ def load_points(sfm_folder: Path) -> SparsePoints:
     """
     points = list(_open(sfm_folder).points3D.values())
     return SparsePoints(
-        np.array([p.xyz for p in points], float).reshape(-1, 3), np.array([p.color for p in points], np.uint8).reshape(-1, 3),
-        np.array([p.error for p in points], float), np.array([p.track.length() for p in points], int))
+        np.array([p.xyz for p in points], float).reshape(-1, 3),
+        np.array([p.color for p in points], np.uint8).reshape(-1, 3),
+        np.array([p.error for p in points], float),
+        np.array([p.track.length() for p in points], int),
+    )

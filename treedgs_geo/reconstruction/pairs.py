@@ -15,7 +15,9 @@ def ground_below(xyz: np.ndarray, relative_altitude_m: np.ndarray) -> float:
 
 
 def footprint_centres(xyz: np.ndarray, rotations: np.ndarray, ground_z: float) -> np.ndarray:
-    """(N, 2) where the optical axes meet the plane z = ground_z; below the camera where they do not (or no rotation)."""
+    """(N, 2) where the optical axes meet the plane z = ground_z; below the camera where they do not (or no
+    rotation).
+    """
     centres = xyz[:, :2].copy()
     axis = rotations[:, 2, :]
     for i in range(len(xyz)):
@@ -25,11 +27,18 @@ def footprint_centres(xyz: np.ndarray, rotations: np.ndarray, ground_z: float) -
     return centres
 
 
-def select_pairs(xyz: np.ndarray, rotations: np.ndarray, ground_z: float, half_field: float, neighbours: int = 20,
-                 exhaustive_up_to: int = 25) -> np.ndarray:
+def select_pairs(
+    xyz: np.ndarray,
+    rotations: np.ndarray,
+    ground_z: float,
+    half_field: float,
+    neighbours: int = 20,
+    exhaustive_up_to: int = 25,
+) -> np.ndarray:
     """(P, 2) pairs i < j worth matching.
 
-    Every photo gets its nearest ``neighbours``, near in a mixture of footprint distance and viewing direction; few photos are paired
+    Every photo gets its nearest ``neighbours``, near in a mixture of footprint distance and viewing direction; few
+    photos are paired
     exhaustively. Photos without a position are paired with their neighbours in the list and a sample of all others.
 
     Args:
@@ -60,7 +69,7 @@ def select_pairs(xyz: np.ndarray, rotations: np.ndarray, ground_z: float, half_f
             order = np.argsort(table[i])[:neighbours]
             chosen[i, order[np.isfinite(table[i, order])]] = True
         else:
-            near = np.r_[max(i - 10, 0):min(i + 11, count), np.arange(0, count, max(count // 20, 1))]
+            near = np.r_[max(i - 10, 0) : min(i + 11, count), np.arange(0, count, max(count // 20, 1))]
             chosen[i, near[near != i]] = True
     chosen |= chosen.T
     first, second = np.nonzero(np.triu(chosen, 1))

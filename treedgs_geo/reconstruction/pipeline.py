@@ -31,21 +31,37 @@ from .poses import rotation_from_gimbal
 class ReconstructOptions:
     """How to reconstruct; the defaults suit drone photos of 1 to 60 MP."""
 
-    max_features: int = param(8000, kind="integer", help="Most features per photo", minimum=500, maximum=60000, advanced=True)
-    max_image_size: int = param(4000, kind="integer", unit="px", help="Photos are reduced to this longer side for the features",
-                                minimum=500, maximum=20000, advanced=True)
-    neighbours: int = param(20, kind="integer", help="Photos that each photo is matched with", minimum=4, maximum=200, advanced=True)
+    max_features: int = param(
+        8000, kind="integer", help="Most features per photo", minimum=500, maximum=60000, advanced=True
+    )
+    max_image_size: int = param(
+        4000,
+        kind="integer",
+        unit="px",
+        help="Photos are reduced to this longer side for the features",
+        minimum=500,
+        maximum=20000,
+        advanced=True,
+    )
+    neighbours: int = param(
+        20, kind="integer", help="Photos that each photo is matched with", minimum=4, maximum=200, advanced=True
+    )
     threads: int = param(0, kind="integer", help="Processor threads, 0 = all", minimum=0, maximum=256, advanced=True)
     seed: int = param(1, kind="integer", help="Random seed", minimum=0, advanced=True)
     keep_cache: bool = param(False, kind="flag", help="Keep the feature database after a successful run", advanced=True)
 
 
-def reconstruct_photos(stations: Stations, options: ReconstructOptions, sfm_folder: Path, reporter: Reporter | None = None,
-                       ) -> dict[str, Any]:
+def reconstruct_photos(
+    stations: Stations,
+    options: ReconstructOptions,
+    sfm_folder: Path,
+    reporter: Reporter | None = None,
+) -> dict[str, Any]:
     """Structure from motion in the project CRS; writes ``sfm_folder`` and returns its report.
 
     Args:
-        stations: from :func:`~treedgs_geo.geotags.read_stations`. sfm_folder: replaced as a whole on success; features and matches are
+        stations: from :func:`~treedgs_geo.geotags.read_stations`. sfm_folder: replaced as a whole on success;
+        features and matches are
             kept in ``cache/`` beside it while the work goes on, so that a stopped run resumes.
 
     Raises:
@@ -54,7 +70,9 @@ def reconstruct_photos(stations: Stations, options: ReconstructOptions, sfm_fold
     reporter = reporter or Reporter()
     began = time.monotonic()
     if len(stations) < 3:
-        raise ReconstructionError(f"{len(stations)} usable photos: structure from motion needs at least 3, a plot 30 or more; add photos.")
+        raise ReconstructionError(
+            f"{len(stations)} usable photos: structure from motion needs at least 3, a plot 30 or more; add photos."
+        )
     threads = options.threads or available_threads()
     sfm_folder = Path(sfm_folder)
     calibration = calibration_of([read_photo(stations.paths[0])])
@@ -81,16 +99,31 @@ def reconstruct_photos(stations: Stations, options: ReconstructOptions, sfm_fold
 
     free = _free_parameters(rotations, xyz, stations)
     with reporter.stage("mapping", 0.75, 0.85):
-        placement = place_photos(database, cache, stations, store, calibration, xyz, rotations, free["focal"], threads, options.seed,
-                                 reporter)
+        placement = place_photos(
+            database,
+            cache,
+            stations,
+            store,
+            calibration,
+            xyz,
+            rotations,
+            free["focal"],
+            threads,
+            options.seed,
+            reporter,
+        )
     timing["mapping"] = time.monotonic() - began - sum(timing.values())
     with reporter.stage("adjustment", 0.85, 1.0):
         block = join_photos(placement, store, stations, xyz, free, threads, reporter)
     timing["adjustment"] = time.monotonic() - began - sum(timing.values())
 
     report = check_block(block, stations, xyz, calibration, ground, free, reporter)
-    report |= {"seconds": round(time.monotonic() - began, 1), "stage_seconds": {k: round(v, 1) for k, v in timing.items()},
-               "pairs": len(pairs), "matches": int(sum(len(m) for m in store.matches.values()))}
+    report |= {
+        "seconds": round(time.monotonic() - began, 1),
+        "stage_seconds": {k: round(v, 1) for k, v in timing.items()},
+        "pairs": len(pairs),
+        "matches": int(sum(len(m) for m in store.matches.values())),
+    }
     save_model(sfm_folder, block, stations.names, stations.paths, stations.flight, frame, report)
     if not options.keep_cache:
         shutil.rmtree(cache.parent, ignore_errors=True)
@@ -110,7 +143,9 @@ def gimbal_rotations(stations: Stations) -> np.ndarray:
 
     rotations = np.full((len(stations), 3, 3), np.nan)
     placed = stations.xyz[stations.is_placed]
-    to_degrees = pyproj.Transformer.from_crs(stations.crs, stations.crs.geodetic_crs.to_2d(), always_xy=True)
+    to_degrees = pyproj.Transformer.from_crs(
+        stations.crs, pyproj.CRS(stations.crs.geodetic_crs).to_2d(), always_xy=True
+    )
     convergence = grid_convergence_deg(stations.crs, *to_degrees.transform(*placed[:, :2].mean(axis=0)))
     for i in range(len(stations)):
         angles = stations.yaw_deg[i] - convergence, stations.pitch_deg[i], stations.roll_deg[i]
@@ -130,8 +165,11 @@ def _free_parameters(rotations: np.ndarray, xyz: np.ndarray, stations: Stations)
     oblique = known & (np.degrees(np.arccos(np.clip(-axis, -1, 1))) > 15)
     precise = np.nanmedian(stations.sd, axis=0).max() < 0.5 if stations.is_placed.any() else False
     heights = np.nanpercentile(xyz[:, 2], [5, 95])
-    two_heights = bool(heights[1] - heights[0] > 0.15 * max(np.nanmedian(stations.relative_altitude_m), 20)) \
-        if np.isfinite(stations.relative_altitude_m).any() else False
+    two_heights = (
+        bool(heights[1] - heights[0] > 0.15 * max(np.nanmedian(stations.relative_altitude_m), 20))
+        if np.isfinite(stations.relative_altitude_m).any()
+        else False
+    )
     enough = bool(oblique.sum() >= 8 or (precise and two_heights))
     return {"focal": enough, "principal_point": enough, "distortion": True}
 
@@ -148,19 +186,41 @@ def _photo_root(stations: Stations) -> Path:
     return Path(str(path)[: -len(name)]) if str(path).endswith(name) else path.parent
 
 
-def _extract(database: Path, cache: Path, stations: Stations, calibration: Calibration, options: ReconstructOptions, threads: int,
-             reporter: Reporter) -> None:
+def _extract(
+    database: Path,
+    cache: Path,
+    stations: Stations,
+    calibration: Calibration,
+    options: ReconstructOptions,
+    threads: int,
+    reporter: Reporter,
+) -> None:
     camera = calibration.camera
-    job = {"database": str(database), "photos": str(_photo_root(stations)), "names": stations.names, "threads": threads,
-           "camera_params": ",".join(f"{v:.6f}" for v in (camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion)),
-           "max_image_size": options.max_image_size, "max_features": options.max_features,
-           # The photos resolve the trunks at full size: doubling them (octave -1) costs five times more and adds weak features.
-           "first_octave": 0, "peak_threshold": 0.0067}
+    job = {
+        "database": str(database),
+        "photos": str(_photo_root(stations)),
+        "names": stations.names,
+        "threads": threads,
+        "camera_params": ",".join(f"{v:.6f}" for v in (camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion)),
+        "max_image_size": options.max_image_size,
+        "max_features": options.max_features,
+        # The photos resolve the trunks at full size: doubling them (octave -1) costs five times more and adds weak
+        # features.
+        "first_octave": 0,
+        "peak_threshold": 0.0067,
+    }
     run_task("extract", job, cache, reporter, count_rows(database, "keypoints", len(stations)))
 
 
-def _match(database: Path, cache: Path, names: list[str], pairs: np.ndarray, options: ReconstructOptions, threads: int,
-           reporter: Reporter) -> None:
+def _match(
+    database: Path,
+    cache: Path,
+    names: list[str],
+    pairs: np.ndarray,
+    options: ReconstructOptions,
+    threads: int,
+    reporter: Reporter,
+) -> None:
     listing = cache / "pairs.txt"
     listing.write_text("".join(f"{names[i]} {names[j]}\n" for i, j in pairs), encoding="utf-8")
     job = {"database": str(database), "pair_list": str(listing), "threads": threads, "seed": options.seed}

@@ -57,8 +57,15 @@ def fit_similarity(source: np.ndarray, target: np.ndarray, weights: np.ndarray) 
     return Similarity(scale, rotation, mean_t - scale * rotation @ mean_s)
 
 
-def fit_similarity_robust(source: np.ndarray, target: np.ndarray, sd: np.ndarray, rng: np.random.Generator, gate: float = 4.0,
-                          slack_m: float = 0.3, trials: int = 500) -> tuple[Similarity, np.ndarray] | None:
+def fit_similarity_robust(
+    source: np.ndarray,
+    target: np.ndarray,
+    sd: np.ndarray,
+    rng: np.random.Generator,
+    gate: float = 4.0,
+    slack_m: float = 0.3,
+    trials: int = 500,
+) -> tuple[Similarity, np.ndarray] | None:
     """Similarity that most cameras agree with (RANSAC over triples, then refitted).
 
     Args:

@@ -1,8 +1,11 @@
 """Ties across moved shadows: ground texture of adjusted photos found again in a photo of another flight by correlation.
 
-SIFT finds corners, and on a forest floor most corners are edges of shadows. Between two flights the shadows move and no feature matches,
-but the litter below them stays: a window of some 200 pixels, warped by the known ground into the other photo's view and stripped of its
-slow brightness, still correlates clearly. False peaks are found out because all windows of a photo must agree on one rotation.
+SIFT finds corners, and on a forest floor most corners are edges of shadows. Between two flights the shadows move and
+no feature matches,
+but the litter below them stays: a window of some 200 pixels, warped by the known ground into the other photo's view
+and stripped of its
+slow brightness, still correlates clearly. False peaks are found out because all windows of a photo must agree on one
+rotation.
 """
 
 from __future__ import annotations
@@ -22,14 +25,16 @@ from .tracks import Block
 #: Windows per photo (columns, rows) and their half width in pixels.
 GRID = (8, 6)
 HALF = 96
-#: A correlation peak counts when it stands this many standard deviations above the rest: searched widely, searched closely.
+#: A correlation peak counts when it stands this many standard deviations above the rest: searched widely, searched
+#: closely.
 PEAK_SIGMAS = 6.5
 CLOSE_SIGMAS = 4.0
 
 
 @dataclass(frozen=True)
 class Ties:
-    """T ties of one photo: pixels (T, 2) in it, points (T, 3) on the ground, reference (T,) photo that showed the same texture, at
+    """T ties of one photo: pixels (T, 2) in it, points (T, 3) on the ground, reference (T,) photo that showed the
+    same texture, at
     reference_pixels (T, 2)."""
 
     pixels: np.ndarray
@@ -72,9 +77,20 @@ def ground_surface(points: np.ndarray, neighbours: int = 25) -> Callable[[np.nda
     return height
 
 
-def find_ties(block: Block, greys: GreyPhotos, i: int, rotation: np.ndarray, centre: np.ndarray, references: np.ndarray,
-              ground: Callable[[np.ndarray], np.ndarray], reach_px: int, sigmas: float = PEAK_SIGMAS) -> Ties:
-    """Correlate windows of posed ``references``, warped over the ground, with photo i near where its rough pose predicts them."""
+def find_ties(
+    block: Block,
+    greys: GreyPhotos,
+    i: int,
+    rotation: np.ndarray,
+    centre: np.ndarray,
+    references: np.ndarray,
+    ground: Callable[[np.ndarray], np.ndarray],
+    reach_px: int,
+    sigmas: float = PEAK_SIGMAS,
+) -> Ties:
+    """Correlate windows of posed ``references``, warped over the ground, with photo i near where its rough pose
+    predicts them.
+    """
     camera = block.camera
     columns = np.linspace(HALF + 8, camera.width - HALF - 8, GRID[0])
     rows = np.linspace(HALF + 8, camera.height - HALF - 8, GRID[1])
@@ -88,10 +104,15 @@ def find_ties(block: Block, greys: GreyPhotos, i: int, rotation: np.ndarray, cen
             if surface is None:
                 continue
             left, top = int(round(u)) - HALF, int(round(v)) - HALF
-            window = target[top:top + 2 * HALF + 2 * reach_px, left:left + 2 * HALF + 2 * reach_px]
+            window = target[top : top + 2 * HALF + 2 * reach_px, left : left + 2 * HALF + 2 * reach_px]
             for r in references:
                 seen = _project(block, r, surface)
-                if not np.isfinite(seen).all() or seen.min() < 2 or seen[:, 0].max() > camera.width - 2 or seen[:, 1].max() > camera.height - 2:
+                if (
+                    not np.isfinite(seen).all()
+                    or seen.min() < 2
+                    or seen[:, 0].max() > camera.width - 2
+                    or seen[:, 1].max() > camera.height - 2
+                ):
                     continue
                 maps = [_fill(seen[:, k].reshape(7, 7) - 0.5) for k in range(2)]
                 template = cv2.remap(greys(r), maps[0], maps[1], cv2.INTER_LINEAR)
@@ -106,37 +127,61 @@ def find_ties(block: Block, greys: GreyPhotos, i: int, rotation: np.ndarray, cen
                 points.append(spot[0])
                 sources.append(r)
                 source_pixels.append(_project(block, r, spot)[0])
-    return Ties(np.array(pixels).reshape(-1, 2), np.array(points).reshape(-1, 3), np.array(sources, int), np.array(source_pixels).reshape(-1, 2))
+    return Ties(
+        np.array(pixels).reshape(-1, 2),
+        np.array(points).reshape(-1, 3),
+        np.array(sources, int),
+        np.array(source_pixels).reshape(-1, 2),
+    )
 
 
-def tie_photo(block: Block, greys: GreyPhotos, i: int, guess: np.ndarray, centre: np.ndarray, posed: np.ndarray,
-              ground: Callable[[np.ndarray], np.ndarray], reach_deg: float, slack_px: float,
-              rng: np.random.Generator, least: int = 8) -> tuple[np.ndarray, Ties] | None:
+def tie_photo(
+    block: Block,
+    greys: GreyPhotos,
+    i: int,
+    guess: np.ndarray,
+    centre: np.ndarray,
+    posed: np.ndarray,
+    ground: Callable[[np.ndarray], np.ndarray],
+    reach_deg: float,
+    slack_px: float,
+    rng: np.random.Generator,
+    least: int = 8,
+) -> tuple[np.ndarray, Ties] | None:
     """Rotation of a photo that stands at ``centre``, and its ties; None where too few windows agree.
 
     Args:
-        guess: rough rotation. posed: numbers of the photos to look in; the three with the nearest viewing directions are used.
-        reach_deg: how far ``guess`` may be off. slack_px: added to the tolerance, for a position known to decimetres only.
+        guess: rough rotation. posed: numbers of the photos to look in; the three with the nearest viewing directions
+        are used.
+        reach_deg: how far ``guess`` may be off. slack_px: added to the tolerance, for a position known to decimetres
+        only.
     """
     focal = block.camera.fx
     axes = block.rotations[posed, 2]
     references = posed[np.argsort(-axes @ guess[2])[:3]]
-    rotation, ties, agree = guess, None, np.zeros(0, bool)
-    for reach, tolerance, sigmas in ((int(np.tan(np.radians(reach_deg)) * focal), 6.0, PEAK_SIGMAS), (16, 2.5, CLOSE_SIGMAS)):
+    rotation, agree = guess, np.zeros(0, bool)
+    for reach, tolerance, sigmas in (
+        (int(np.tan(np.radians(reach_deg)) * focal), 6.0, PEAK_SIGMAS),
+        (16, 2.5, CLOSE_SIGMAS),
+    ):
         ties = find_ties(block, greys, i, rotation, centre, references, ground, reach, sigmas)
         if len(ties.pixels) < least:
             return None
         x, y = block.camera.undistort(ties.pixels[:, 0], ties.pixels[:, 1])
         rays = np.column_stack([x, y, np.ones_like(x)])
         rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-        turned = turn_to_points(ties.points, rays, centre, (tolerance + slack_px) / focal, rng, near=guess, max_turn_deg=2 * reach_deg)
+        turned = turn_to_points(
+            ties.points, rays, centre, (tolerance + slack_px) / focal, rng, near=guess, max_turn_deg=2 * reach_deg
+        )
         if turned is None or turned[1].sum() < least or turned[1].mean() < 0.2:
             return None
         rotation, agree = turned
     return rotation, Ties(ties.pixels[agree], ties.points[agree], ties.reference[agree], ties.reference_pixels[agree])
 
 
-def _on_ground(block: Block, u: np.ndarray, v: np.ndarray, rotation: np.ndarray, centre: np.ndarray, ground: Callable) -> np.ndarray | None:
+def _on_ground(
+    block: Block, u: np.ndarray, v: np.ndarray, rotation: np.ndarray, centre: np.ndarray, ground: Callable
+) -> np.ndarray | None:
     x, y = block.camera.undistort(np.asarray(u, float), np.asarray(v, float))
     rays = np.column_stack([x, y, np.ones_like(x)]) @ rotation
     if (rays[:, 2] > -0.2).any():
@@ -168,7 +213,7 @@ def _peak(response: np.ndarray, sigmas: float) -> np.ndarray | None:
     if not (0 < u < response.shape[1] - 1 and 0 < v < response.shape[0] - 1):
         return None
     around = response.copy()
-    around[max(v - 4, 0):v + 5, max(u - 4, 0):u + 5] = np.nan
+    around[max(v - 4, 0) : v + 5, max(u - 4, 0) : u + 5] = np.nan
     # In a small search area the second best says little: there only the height above the rest counts.
     rival = 1.15 * np.nanmax(around) if sigmas >= PEAK_SIGMAS else 0.0
     if response[v, u] < max(np.nanmean(around) + sigmas * np.nanstd(around), rival):
@@ -177,5 +222,9 @@ def _peak(response: np.ndarray, sigmas: float) -> np.ndarray | None:
     def vertex(a: float, b: float, c: float) -> float:
         return 0.5 * (a - c) / (a - 2 * b + c) if a - 2 * b + c < 0 else 0.0
 
-    return np.array([u + vertex(response[v, u - 1], response[v, u], response[v, u + 1]),
-                     v + vertex(response[v - 1, u], response[v, u], response[v + 1, u])])
+    return np.array(
+        [
+            u + vertex(response[v, u - 1], response[v, u], response[v, u + 1]),
+            v + vertex(response[v - 1, u], response[v, u], response[v + 1, u]),
+        ]
+    )

@@ -15,7 +15,8 @@ class Block:
     """The photogrammetric block.
 
     camera: shared intrinsics. rotations (N, 3, 3), translations (N, 3): world -> camera, NaN where a photo has no pose.
-    keypoints: per photo (K, 2) pixels. points: (P, 3) local metres. image, key, point: (M,) int, one row an observation.
+    keypoints: per photo (K, 2) pixels. points: (P, 3) local metres. image, key, point: (M,) int, one row an
+    observation.
     """
 
     camera: Camera
@@ -44,7 +45,9 @@ class Block:
 
     def residuals(self) -> np.ndarray:
         """(M, 2) predicted minus observed pixels; NaN behind the camera."""
-        local = np.einsum("mij,mj->mi", self.rotations[self.image], self.points[self.point]) + self.translations[self.image]
+        local = (
+            np.einsum("mij,mj->mi", self.rotations[self.image], self.points[self.point]) + self.translations[self.image]
+        )
         with np.errstate(divide="ignore", invalid="ignore"):
             x, y = self.camera.distort(local[:, 0] / local[:, 2], local[:, 1] / local[:, 2])
         camera = self.camera
@@ -61,8 +64,11 @@ class Block:
         self.image, self.key, self.point, self.points = image[good], key[good], renumbered, self.points[kept]
 
 
-def build_tracks(keypoints: list[np.ndarray], matches: dict[tuple[int, int], np.ndarray], usable: np.ndarray,
-                 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def build_tracks(
+    keypoints: list[np.ndarray],
+    matches: dict[tuple[int, int], np.ndarray],
+    usable: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Join pairwise matches into tracks.
 
     A track that would hold two keypoints of one photo keeps neither of them there.
@@ -75,8 +81,11 @@ def build_tracks(keypoints: list[np.ndarray], matches: dict[tuple[int, int], np.
     """
     counts = np.array([len(k) for k in keypoints])
     offsets = np.concatenate([[0], np.cumsum(counts)])
-    edges = [np.column_stack([m[:, 0] + offsets[i], m[:, 1] + offsets[j]])
-             for (i, j), m in matches.items() if usable[i] and usable[j] and len(m)]
+    edges = [
+        np.column_stack([m[:, 0] + offsets[i], m[:, 1] + offsets[j]])
+        for (i, j), m in matches.items()
+        if usable[i] and usable[j] and len(m)
+    ]
     if not edges:
         empty = np.empty(0, np.int64)
         return empty, empty.copy(), empty.copy()
@@ -112,9 +121,11 @@ def _unite(count: int, edges: np.ndarray) -> np.ndarray:
 
 
 def triangulate(block: Block, limit_px: float, min_angle_deg: float = 1.5, rounds: int = 4) -> None:
-    """Place the block's points from its poses; drop observations beyond ``limit_px`` and points seen under a small angle.
+    """Place the block's points from its poses; drop observations beyond ``limit_px`` and points seen under a small
+    angle.
 
-    Least squares on the distances to the viewing rays, weighted with 1/range; the worst observation of a bad point goes first.
+    Least squares on the distances to the viewing rays, weighted with 1/range; the worst observation of a bad point
+    goes first.
     """
     block.keep(block.is_posed[block.image])
     for _ in range(rounds):
@@ -160,7 +171,9 @@ def _intersect(block: Block) -> None:
 
 
 def _widest_angle_deg(block: Block) -> np.ndarray:
-    """(P,) twice the largest angle between a ray and the mean ray of its point: close to the widest angle of intersection."""
+    """(P,) twice the largest angle between a ray and the mean ray of its point: close to the widest angle of
+    intersection.
+    """
     rays = _rays(block)
     mean = np.zeros((len(block.points), 3))
     np.add.at(mean, block.point, rays)

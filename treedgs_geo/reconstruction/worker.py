@@ -25,8 +25,15 @@ def _extract(job: dict[str, Any]) -> None:
     options.num_threads, options.use_gpu, options.max_image_size = job["threads"], False, job["max_image_size"]
     options.sift.first_octave, options.sift.max_num_features = job["first_octave"], job["max_features"]
     options.sift.peak_threshold = job["peak_threshold"]
-    pycolmap.extract_features(job["database"], job["photos"], image_names=job["names"], camera_mode=pycolmap.CameraMode.SINGLE,
-                              reader_options=reader, extraction_options=options, device=pycolmap.Device.cpu)
+    pycolmap.extract_features(
+        job["database"],
+        job["photos"],
+        image_names=job["names"],
+        camera_mode=pycolmap.CameraMode.SINGLE,
+        reader_options=reader,
+        extraction_options=options,
+        device=pycolmap.Device.cpu,
+    )
 
 
 def _match(job: dict[str, Any]) -> None:
