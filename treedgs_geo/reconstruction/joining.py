@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.errors import ReconstructionError
 from ..core.progress import Reporter
 from ..geotags.photos import shorten
 from ..geotags.stations import Stations
@@ -51,6 +52,11 @@ def join_photos(
     }
     rng = np.random.default_rng(1)
     mapped = placement.mapped.copy()
+    if mapped.sum() < 3:
+        raise ReconstructionError(
+            f"No three of the {len(names)} photos could be matched with each other and their geotags; they overlap too little, "
+            "are blurred, or the geotags are wrong: look at the photos, fly with 80 % overlap."
+        )
     loose = np.isfinite(placement.translations).all(axis=1) & ~mapped
     rotations = np.where(mapped[:, None, None], placement.rotations, np.nan)
     translations = np.where(mapped[:, None], placement.translations, np.nan)

@@ -126,7 +126,9 @@ def reconstruct_photos(
     }
     save_model(sfm_folder, block, stations.names, stations.paths, stations.flight, frame, report)
     if not options.keep_cache:
-        shutil.rmtree(cache.parent, ignore_errors=True)
+        shutil.rmtree(cache, ignore_errors=True)
+        if not any(cache.parent.iterdir()):
+            cache.parent.rmdir()
     return report
 
 
