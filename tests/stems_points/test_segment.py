@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from shared_data import needs_shared
 from stems_points.synthetic import plot_cloud, stem_points
 
 from treedgs_geo.pointcloud.cloud import PointCloud
-from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.stems.cone import Cone, fit_cone
 from treedgs_geo.stems.segment import SegmentOptions, find_stems, label_points, segment_stems
 from treedgs_geo.terrain.ground import dtm_from_cloud
@@ -104,18 +102,3 @@ def test_cone_fit_refuses_nonsense():
     start = Cone(0, 0, 0, 0, 0.1, 0, 1.3)
     assert fit_cone(np.zeros((3, 3)), start) is None
     assert fit_cone(np.full((50, 3), np.nan), start) is None
-
-
-@pytest.mark.parametrize("plot", ["plot_a", "plot_e"])
-def test_rendered_lidar_stems(plot):
-    """Every stem of the plot whose crown base lies inside the scan is found."""
-    import csv
-
-    folder = needs_shared(plot)
-    cloud = read_cloud(next((folder / "lidar").glob("*.laz")), attributes=())
-    stems = find_stems(cloud, dtm_from_cloud(cloud.xyz, crs=cloud.crs))
-    with open(folder / "truth" / "trees.csv", encoding="utf-8") as stream:
-        rows = [row for row in csv.DictReader(stream) if row["in_plot"] == "True"]
-    for row in rows:
-        place = (float(row["E_bh"]), float(row["N_bh"]))
-        assert np.hypot(*(feet(stems) - place).T).min() < 0.1, row["tree_id"]
