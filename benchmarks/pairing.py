@@ -51,12 +51,16 @@ def simulate(
     distance_sd_m: float = 0.1,
     measured_sd_m: float = 0.1,
     beyond_m: float = 8.0,
+    misread: float = 0.0,
 ) -> Scene:
-    """One plot. gnss_m: standard error of the centre per axis; turn_deg: the tally is turned by up to this angle."""
+    """One plot. gnss_m: standard error of the centre per axis; turn_deg: the tally is turned by up to this angle.
+
+    misread: share of the bearings that are noted 10 degrees wrong.
+    """
     rng = np.random.default_rng(seed)
     half = radius_m + beyond_m + 20.0
     if pattern == "planted":
-        row, gap = rng.uniform(2.8, 3.7), 0.0
+        row = rng.uniform(2.8, 3.7)
         gap = 1e4 / density_ha / row / 0.85
         i, j = np.meshgrid(np.arange(-half, half, row), np.arange(-half, half, gap), indexing="ij")
         stems = np.column_stack([i.ravel(), j.ravel()]) + rng.normal(0, 0.15, (i.size, 2))
@@ -86,6 +90,7 @@ def simulate(
     bearing = np.arctan2(stems[inside, 0], stems[inside, 1]) + np.radians(
         rng.uniform(-turn_deg, turn_deg) + rng.normal(0, azimuth_sd_deg, len(inside))
     )
+    bearing += np.radians(10) * rng.choice([-1, 0, 1], len(inside), p=[misread / 2, 1 - misread, misread / 2])
     distance = np.maximum(away[inside] + rng.normal(0, distance_sd_m, len(inside)), 0)
     field = np.column_stack([distance * np.sin(bearing), distance * np.cos(bearing)])
     place = {int(stem): k for k, stem in enumerate(seen)}
@@ -150,13 +155,14 @@ def summarise(rows: list[dict]) -> dict:
     }
 
 
-def run(plots: int, seed: int, options: PairingOptions, **scene) -> dict:
-    """All patterns and GNSS errors, ``plots`` in total."""
+def run(plots: int, seed: int, options: PairingOptions | None, **scene) -> dict:
+    """All patterns and GNSS errors, ``plots`` in total; without ``options`` the centre's error is told."""
     groups = [(pattern, gnss) for pattern in PATTERNS for gnss in GNSS_M]
     rows: dict[tuple, list[dict]] = {group: [] for group in groups}
     for k in range(plots):
         group = groups[k % len(groups)]
-        rows[group].append(judge(simulate(seed + k, *group, **scene), options))
+        chosen = options or PairingOptions(centre_error_m=group[1])
+        rows[group].append(judge(simulate(seed + k, *group, **scene), chosen))
     everything = [row for group in rows.values() for row in group]
     return {
         "pooled": summarise(everything),
@@ -179,6 +185,10 @@ def main() -> int:
         "half of the trees missed": run(arguments.plots // 5, arguments.seed + 5000, options, missed=0.5),
         "dense planted, 900 stems/ha": run(arguments.plots // 5, arguments.seed + 6000, options, density_ha=900.0),
         "small plots, radius 6 m": run(arguments.plots // 5, arguments.seed + 7000, options, radius_m=6.0),
+        "one bearing in ten misread by 10 degrees": run(
+            arguments.plots // 5, arguments.seed + 8000, options, misread=0.1
+        ),
+        "--centre-error-m given": run(arguments.plots // 5, arguments.seed + 9000, None),
     }
     for name in list(report)[2:]:
         print(f"\n{name}")

@@ -113,6 +113,14 @@ def test_pairs_are_found_and_every_tree_is_kept(survey):
     assert styled == {PAIRS, SUGGESTED, FIELD, MEASURED, PLOTS}
 
 
+def test_the_documented_fields_are_the_real_ones():
+    from pathlib import Path
+
+    page = (Path(__file__).parents[2] / "docs" / "pairing.md").read_text(encoding="utf-8")
+    words = {word for part in page.split("`")[1::2] for word in part.replace(",", " ").split()}
+    assert set(PAIR_COLUMNS) <= words and {PAIRS, SUGGESTED, FIELD, MEASURED, PLOTS} <= words
+
+
 def test_dbh_never_decides(survey):
     match(survey)
     first = gpd.read_file(survey / "pairs.gpkg", layer=PAIRS)

@@ -47,7 +47,7 @@ def draw_errors(trees: pd.DataFrame, metrics: dict[str, Any]) -> Any:
         )
         axes.set_ylim(0, axes.get_ylim()[1] * 1.2)
         axes.yaxis.get_major_locator().set_params(integer=True)
-        axes.legend(frameon=False, loc="upper left")
+        axes.legend(framealpha=1, edgecolor="none", loc="upper left")
     else:
         axes.text(0.5, 0.5, "no tree was measured", transform=axes.transAxes, ha="center")
     axes.axvline(0, color="black", lw=1)

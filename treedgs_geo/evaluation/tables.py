@@ -101,6 +101,11 @@ def _refuse_stale(path: Path, used: gpd.GeoDataFrame, measured: gpd.GeoDataFrame
     """Refuse a layer edited since match-plots wrote it: the DBHs beside its lines would be those of other trees."""
     place = {int(t): (g.x, g.y) for t, g in zip(measured["tree_id"], measured.geometry, strict=True)}
     for _, row in used[used["tree_id"].notna()].iterrows():
+        if row.geometry is None or row.geometry.is_empty:
+            raise InputError(
+                f"{path}: the pair of field tree {row['plot_id']}/{row['field_id']} has no line; delete or draw it, "
+                "and run match-plots again onto this file."
+            )
         end = np.asarray(
             row.geometry.coords if row.geometry.geom_type == "LineString" else row.geometry.geoms[0].coords
         )

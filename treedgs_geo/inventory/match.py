@@ -137,7 +137,7 @@ def match_plots(
                 "y": middle[1],
             }
         )
-        result.warnings += _remarks(plot, placed, rows, good, suggested)
+        result.warnings += _remarks(plot, placed, options, rows, good, suggested)
     _finish(result, drawn, left_out, near_plot, plots)
     return result
 
@@ -293,13 +293,25 @@ def _resolve(locked: Locked, field_trees: pd.DataFrame, measured: gpd.GeoDataFra
     return decisions
 
 
-def _remarks(plot: Plot, placed: Registration, rows: np.ndarray, good: list[dict], suggested: list[dict]) -> list[str]:
+def _remarks(
+    plot: Plot,
+    placed: Registration,
+    options: PairingOptions,
+    rows: np.ndarray,
+    good: list[dict],
+    suggested: list[dict],
+) -> list[str]:
     """Sentences about a plot that a technician should read."""
     remarks = []
     if placed.status == "check":
         remarks.append(
             f"Plot {plot.plot_id}: left to a hand check ({placed.reason}); look at the layer 'suggested', then set "
             "the plot's status to ok (or draw two or more pairs) and run again."
+        )
+    elif abs(placed.rotation_deg) >= 0.99 * options.rotation_deg > 0:
+        remarks.append(
+            f"Plot {plot.plot_id}: is turned by the most that is searched ({placed.rotation_deg:+.1f} degrees), "
+            "perhaps by more; check --north and the declination, or raise --rotation-deg."
         )
     elif abs(placed.rotation_deg) >= 4:
         remarks.append(
