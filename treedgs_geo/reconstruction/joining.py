@@ -54,8 +54,8 @@ def join_photos(
     mapped = placement.mapped.copy()
     if mapped.sum() < 3:
         raise ReconstructionError(
-            f"No three of the {len(names)} photos could be matched with each other and their geotags; they overlap too little, "
-            "are blurred, or the geotags are wrong: look at the photos, fly with 80 % overlap."
+            f"No three of the {len(names)} photos could be matched with each other and their geotags; they overlap "
+            "too little, are blurred, or the geotags are wrong: look at the photos, fly with 80 % overlap."
         )
     loose = np.isfinite(placement.translations).all(axis=1) & ~mapped
     rotations = np.where(mapped[:, None, None], placement.rotations, np.nan)
