@@ -138,6 +138,25 @@ def test_no_dbh_at_all_is_reported_not_divided_by(layer, tmp_path):
     assert "None of the 5" in (tmp_path / "out" / "evaluation.html").read_text()
 
 
+def test_two_methods_are_compared_on_the_trees_both_measured(layer, tmp_path):
+    """The other method refuses the tree that this one gets most wrong: on common trees it gains nothing by that."""
+    other = tmp_path / "other.gpkg"
+    other.write_bytes(layer.read_bytes())
+    pairs = gpd.read_file(other, layer=PAIRS)
+    pairs.loc[pairs.field_id == "5", "dbh_cm"] = np.nan
+    pairs.loc[pairs.field_id == "1", "dbh_cm"] = 22.0
+    pairs.loc[pairs.field_id == "2", "dbh_cm"] = 31.0
+    pairs.to_file(other, layer=PAIRS, driver="GPKG", mode="w")
+    run(EvaluateSettings(pairs=layer, against=other, output=tmp_path / "out"), Reporter())
+    found = json.loads((tmp_path / "out" / "metrics.json").read_text())["against"]
+    assert (found["n_common"], found["n_only_this"], found["n_only_other"]) == (2, 1, 1)
+    assert found["this"]["rmse_cm"] == pytest.approx(np.sqrt((1 + 0.25) / 2), abs=1e-4)
+    assert found["other"]["rmse_cm"] == pytest.approx(np.sqrt((4 + 0.25) / 2), abs=1e-4)
+    low, high = found["rmse_gain_interval_cm"]
+    assert low <= found["rmse_gain_cm"] < 0 and high <= 0 and found["by"] == "plot"
+    assert "Against other.gpkg" in (tmp_path / "out" / "evaluation.html").read_text()
+
+
 def test_wrong_inputs_are_told(layer, tmp_path):
     for wrong in ({}, {"pairs": layer, "trees": layer}, {"trees": layer}, {"pairs": layer, "truth": layer}):
         with pytest.raises(InputError, match="Give either --pairs"):

@@ -30,6 +30,12 @@ class EvaluateSettings:
         advanced=True,
         help="with --truth: only stems with at least this many clear views count",
     )
+    against: Path | None = param(
+        None,
+        kind="file",
+        help="pairs layer of another method for the same field trees: both are also scored on the trees both measured",
+        suffixes=("gpkg",),
+    )
     min_dbh_cm: float = param(
         0.0,
         kind="number",
@@ -47,6 +53,7 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
     from .. import __version__
     from ..core.errors import InputError
     from ..core.files import ensure_writable, fingerprint
+    from ..evaluation.compare import compare
     from ..evaluation.report import write_evaluation
     from ..evaluation.tables import evidence_from_pairs, evidence_from_truth, metrics_of
     from ..inventory.tree_layer import read_trees
@@ -69,6 +76,14 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
         metrics = metrics_of(evidence, settings.seed, settings.repeats)
     metrics["inputs"] = {path.name: fingerprint([path]) for path in inputs}
     metrics["version"] = __version__
+    if settings.against is not None:
+        if settings.pairs is None:
+            raise InputError("--against: compares pairs layers, so it needs --pairs.")
+        other = evidence_from_pairs(settings.against, settings.min_dbh_cm)
+        metrics["against"] = {
+            "file": settings.against.name,
+            **compare(evidence, other, settings.seed, settings.repeats),
+        }
     for note in metrics["notes"]:
         reporter.warn(note)
     if metrics["bootstrap"]["note"]:

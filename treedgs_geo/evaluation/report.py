@@ -126,6 +126,7 @@ def page(metrics: dict, evidence: Evidence, drawn: dict[str, str], facts: dict[s
     template = Template((files(__package__) / "templates" / "evaluation.html").read_text(encoding="utf-8"))
     notes = list(metrics["notes"]) + ([spread["note"][0].upper() + spread["note"][1:] + "."] if spread["note"] else [])
     return template.substitute(
+        against=_against(metrics["against"]) if "against" in metrics else "",
         headline=html.escape(headline),
         heads="".join(f"<th>{head}</th>" for head, _, _ in COLUMNS.values()),
         body="".join(body),
@@ -140,6 +141,28 @@ def page(metrics: dict, evidence: Evidence, drawn: dict[str, str], facts: dict[s
         plots=_inline(drawn["plots"]),
         trees=trees,
         facts="".join(f"<tr><th>{html.escape(k)}</th><td>{html.escape(v)}</td></tr>" for k, v in facts.items()),
+    )
+
+
+def _against(found: dict) -> str:
+    """The comparison with another method, as a section of the page."""
+    names = ("n", "rmse_cm", "rrmse_pct", "mae_cm", "me_cm", "max_abs_cm", "coverage_90")
+    heads = "".join(f"<th>{COLUMNS[name][0]}</th>" for name in names)
+    rows = "".join(
+        f"<tr><th>{label}</th>{''.join(f'<td>{cell(found[side], name)}</td>' for name in names)}</tr>"
+        for side, label in (("this", "this one"), ("other", "the other"))
+    )
+    gain = "no tree was measured by both."
+    if found["rmse_gain_cm"] is not None:
+        low, high = found["rmse_gain_interval_cm"]
+        gain = (
+            f"RMSE of this one minus the other: {found['rmse_gain_cm']:+.2f} cm "
+            f"({low:+.2f} to {high:+.2f}; resampled by {found['by']})."
+        )
+    return (
+        f"<h2>Against {html.escape(found['file'])}</h2><p>{found['n_common']} trees were measured by both, "
+        f"{found['n_only_this']} only here, {found['n_only_other']} only there. On the common trees:</p>"
+        f"<table><tr><th></th>{heads}</tr>{rows}</table><p>{gain}</p>"
     )
 
 

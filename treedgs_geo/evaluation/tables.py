@@ -209,10 +209,10 @@ def bootstrap(trees: pd.DataFrame, seed: int = 0, repeats: int = 2000, level: fl
 def metrics_of(evidence: Evidence, seed: int = 0, repeats: int = 2000) -> dict:
     """Everything in ``metrics.json``; the pooled figures also stand at the top level."""
     per_plot = {
-        str(plot): _figures(accuracy_of(rows, evidence.n_false.get(str(plot), 0)))
+        str(plot): figures(accuracy_of(rows, evidence.n_false.get(str(plot), 0)))
         for plot, rows in evidence.trees.groupby("plot_id", sort=True)
     }
-    pooled = _figures(accuracy_of(evidence.trees, sum(evidence.n_false.values())))
+    pooled = figures(accuracy_of(evidence.trees, sum(evidence.n_false.values())))
     means = {name: _mean([plot[name] for plot in per_plot.values()]) for name in INTERVALS}
     strict = evidence.trees.copy()
     doubtful = strict["qc_flag"] != "ok"
@@ -224,13 +224,13 @@ def metrics_of(evidence: Evidence, seed: int = 0, repeats: int = 2000) -> dict:
         "pooled": pooled,
         "per_plot": per_plot,
         "mean_of_plots": means,
-        "ok_only": _figures(accuracy_of(strict)),
+        "ok_only": figures(accuracy_of(strict)),
         "bootstrap": bootstrap(evidence.trees, seed, repeats),
         "notes": evidence.notes,
     }
 
 
-def _figures(accuracy: Accuracy) -> dict:
+def figures(accuracy: Accuracy) -> dict:
     """The names of ``metrics.json``: ``n`` is the number of trees behind every error figure."""
     found = accuracy.as_dict()
     found["n"] = found.pop("n_measured")
