@@ -66,8 +66,9 @@ def _pair(e, g, i, j, terminator):
         for k in (m - 2, m - 1, m, m + 1, m + 2):
             if k <= i + 2 or k >= j - 2:
                 continue
-            turn = -0.5 * (g[k, 0] * (g[i, 0] + g[j, 0]) + g[k, 1] * (g[i, 1] + g[j, 1])
-                           + g[k, 2] * (g[i, 2] + g[j, 2]))
+            turn = -0.5 * (
+                g[k, 0] * (g[i, 0] + g[j, 0]) + g[k, 1] * (g[i, 1] + g[j, 1]) + g[k, 2] * (g[i, 2] + g[j, 2])
+            )
             if turn * e[k] > best:
                 best = turn * e[k]
         factor += 2 * SIGN_WEIGHT * dot * best
@@ -247,9 +248,15 @@ def _objective(ridge, unit, q, widen, normal, terminator, u0, du, p, taper, radi
             total += mixture(z[v])
     ex = p[0] - prior[0]
     ey = p[1] - prior[1]
-    return total - 0.5 * ((ex * ex + ey * ey) / (prior[4] * prior[4])
-                          + ((p[2] - prior[2]) ** 2 + (p[3] - prior[3]) ** 2) / (prior[5] * prior[5])) \
+    return (
+        total
+        - 0.5
+        * (
+            (ex * ex + ey * ey) / (prior[4] * prior[4])
+            + ((p[2] - prior[2]) ** 2 + (p[3] - prior[3]) ** 2) / (prior[5] * prior[5])
+        )
         - 0.5 * ((p[4] - prior[6]) / prior[7]) ** 2
+    )
 
 
 @njit(**_FAST)
@@ -281,8 +288,9 @@ def _polish(ridge, unit, q, widen, normal, terminator, u0, du, p, taper, radii, 
                     trial[4] -= 0.015 * scale
                 if trial[4] < r_low or trial[4] > r_high:
                     continue
-                value = _objective(ridge, unit, q, widen, normal, terminator, u0, du, trial, taper, radii, mean, sd, z,
-                                   prior)
+                value = _objective(
+                    ridge, unit, q, widen, normal, terminator, u0, du, trial, taper, radii, mean, sd, z, prior
+                )
                 if value > best + 1e-6:
                     best = value
                     p[:] = trial
@@ -331,8 +339,18 @@ class Search:
     def score(self, p: np.ndarray) -> float:
         """Summed LLR with priors."""
         out = np.empty(len(self.ridge))
-        return float(_objective(*self._common(), np.asarray(p, float), self.taper, self.null.radii, self.null.mean,
-                                self.null.sd, out, self.prior.row))
+        return float(
+            _objective(
+                *self._common(),
+                np.asarray(p, float),
+                self.taper,
+                self.null.radii,
+                self.null.mean,
+                self.null.sd,
+                out,
+                self.prior.row,
+            )
+        )
 
     def modes(self, reach_m: float = 0.30, n_modes: int = 12) -> list[Mode]:
         """Grid search: the best local maxima over place and radius (2 cm, 1 cm; 9 leans)."""
@@ -343,8 +361,23 @@ class Search:
         offsets = np.arange(-span, span + dc / 2, dc)
         table = np.zeros((len(leans), len(self.ridge), len(offsets), len(radii)), np.float32)
         ridge, unit, q, widen, normal, terminator, u0, du = self._common()
-        _table_kernel(ridge, unit, q, widen, normal, terminator, leans, u0, du, offsets, radii, self.taper,
-                      self.null.mean, self.null.sd, table)
+        _table_kernel(
+            ridge,
+            unit,
+            q,
+            widen,
+            normal,
+            terminator,
+            leans,
+            u0,
+            du,
+            offsets,
+            radii,
+            self.taper,
+            self.null.mean,
+            self.null.sd,
+            table,
+        )
         xs = np.arange(-reach_m, reach_m + 0.01, 0.02)
         score = np.full((len(xs), len(xs), len(radii)), -np.inf, np.float32)
         lean = np.zeros(score.shape, np.int64)
@@ -358,14 +391,32 @@ class Search:
         peaks = np.argwhere((score >= maximum_filter(score, size=(5, 5, 5))) & np.isfinite(score))
         values = score[tuple(peaks.T)]
         order = np.argsort(-values, kind="stable")[:n_modes]
-        return [Mode(float(xs[b]), float(xs[a]), float(leans[lean[a, b, r]][0]), float(leans[lean[a, b, r]][1]),
-                     float(radii[r]), float(score[a, b, r])) for a, b, r in peaks[order]]
+        return [
+            Mode(
+                float(xs[b]),
+                float(xs[a]),
+                float(leans[lean[a, b, r]][0]),
+                float(leans[lean[a, b, r]][1]),
+                float(radii[r]),
+                float(score[a, b, r]),
+            )
+            for a, b, r in peaks[order]
+        ]
 
     def polish(self, mode: Mode, r_low: float = 0.0) -> Mode:
         """Refine a mode on the continuous score; the radius stays above ``r_low``."""
         p = mode.vector
-        best = _polish(*self._common(), p, self.taper, self.null.radii, self.null.mean, self.null.sd, self.prior.row,
-                       max(float(self.null.radii[0]), r_low), float(self.null.radii[-1]))
+        best = _polish(
+            *self._common(),
+            p,
+            self.taper,
+            self.null.radii,
+            self.null.mean,
+            self.null.sd,
+            self.prior.row,
+            max(float(self.null.radii[0]), r_low),
+            float(self.null.radii[-1]),
+        )
         return Mode(*map(float, p), float(best))
 
     def wholes(self, mode: Mode, share: float = 0.45, most: int = 2) -> list[Mode]:
@@ -385,8 +436,9 @@ class Search:
         found.sort(key=lambda m: -m.score)
         kept: list[Mode] = []
         for candidate in found:
-            if all(np.hypot(candidate.x - k.x, candidate.y - k.y) > 0.03 or abs(candidate.r - k.r) > 0.025
-                   for k in kept):
+            if all(
+                np.hypot(candidate.x - k.x, candidate.y - k.y) > 0.03 or abs(candidate.r - k.r) > 0.025 for k in kept
+            ):
                 kept.append(candidate)
             if len(kept) == most:
                 break
@@ -400,7 +452,7 @@ def terminators(normal: np.ndarray, sun_azimuth: np.ndarray) -> np.ndarray:
     sun. Returns (V,) in -1..1, 2 where there is no sun.
     """
     border = np.column_stack([-np.sin(sun_azimuth), np.cos(sun_azimuth)])
-    view = np.column_stack([normal[:, 1], -normal[:, 0]])        # from the camera to the stem
+    view = np.column_stack([normal[:, 1], -normal[:, 0]])  # from the camera to the stem
     facing = -np.sign((border * view).sum(axis=1))
     place = facing * (border * normal).sum(axis=1)
     return np.where(np.isfinite(place), place, 2.0)

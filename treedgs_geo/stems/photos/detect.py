@@ -51,8 +51,26 @@ def _ground(z, x0, y0, cell, x, y):
 
 
 @njit(parallel=True, **_FAST)
-def _polar_kernel(ridge, unit, azimuth0, step_a, nadir0, step_n, centre, d0, dd, n_d, heights, blocks, radii, gz, gx0,
-                  gy0, gcell, score):
+def _polar_kernel(
+    ridge,
+    unit,
+    azimuth0,
+    step_a,
+    nadir0,
+    step_n,
+    centre,
+    d0,
+    dd,
+    n_d,
+    heights,
+    blocks,
+    radii,
+    gz,
+    gx0,
+    gy0,
+    gcell,
+    score,
+):
     """Pair scores on (distance, layer, radius, azimuth column), mean over the blocks of a layer."""
     n_rows, n_cols = ridge.shape
     n_r = radii.size
@@ -84,7 +102,7 @@ def _polar_kernel(ridge, unit, azimuth0, step_a, nadir0, step_n, centre, d0, dd,
                         f[1, j] = value * unit[row, j, 1] * np.float32(1 / 127)
                         f[2, j] = value * unit[row, j, 2] * np.float32(1 / 127)
             for r in range(n_r):
-                half = int(np.arcsin(radii[r] / d) / step_a * 2 + 0.5)      # rounded to half columns
+                half = int(np.arcsin(radii[r] / d) / step_a * 2 + 0.5)  # rounded to half columns
                 left = half // 2
                 right = half - left
                 out = score[k, layer, r]
@@ -93,8 +111,9 @@ def _polar_kernel(ridge, unit, azimuth0, step_a, nadir0, step_n, centre, d0, dd,
                     i2 = j + right
                     i1 = j - left
                     dot = f[0, i1] * f[0, i2] + f[1, i1] * f[1, i2] + f[2, i1] * f[2, i2]
-                    out[j] += share * (e[i1] * e[i2] - np.float32(SIGN_WEIGHT) * dot
-                                       + np.float32(SINGLE_WEIGHT) * (e[i1] + e[i2]))
+                    out[j] += share * (
+                        e[i1] * e[i2] - np.float32(SIGN_WEIGHT) * dot + np.float32(SINGLE_WEIGHT) * (e[i1] + e[i2])
+                    )
 
 
 @njit(**_FAST)
@@ -243,9 +262,26 @@ class Detector:
             d0 = float(plumb.distance[0])
             n_d = int((plumb.distance[1] - d0) / dd) + 2
             score = np.zeros((n_d, N_LAYERS, len(self.radii), plumb.ridge.shape[1]), np.float32)
-            _polar_kernel(plumb.ridge, plumb.unit, plumb.azimuth0, plumb.step_a, plumb.nadir0, plumb.step_n,
-                          plumb.centre, d0, dd, n_d, self.block_heights, BLOCKS, self.radii, g.z, g.x0, g.y0, g.cell,
-                          score)
+            _polar_kernel(
+                plumb.ridge,
+                plumb.unit,
+                plumb.azimuth0,
+                plumb.step_a,
+                plumb.nadir0,
+                plumb.step_n,
+                plumb.centre,
+                d0,
+                dd,
+                n_d,
+                self.block_heights,
+                BLOCKS,
+                self.radii,
+                g.z,
+                g.x0,
+                g.y0,
+                g.cell,
+                score,
+            )
             counts = np.zeros((N_LAYERS, len(self.radii), N_BINS), np.int64)
             _histogram(score, 3, counts)
             lut = rank_lut(counts)
@@ -253,16 +289,28 @@ class Detector:
             llr = np.empty((n_d, plumb.ridge.shape[1], N_LAYERS, len(self.radii)), np.float32)
             _apply_lut(score, lut, llr)
             unknown = np.ascontiguousarray(lut[..., N_BINS])
-            where = (unknown, plumb.azimuth0, plumb.step_a, plumb.centre[0], plumb.centre[1], d0, dd, self.x0, self.y0,
-                     self.cell, self.mask)
+            where = (
+                unknown,
+                plumb.azimuth0,
+                plumb.step_a,
+                plumb.centre[0],
+                plumb.centre[1],
+                d0,
+                dd,
+                self.x0,
+                self.y0,
+                self.cell,
+                self.mask,
+            )
             _accumulate(llr, *where, 0.0, 0.0, total)
             if decoy:
                 angle, far = rng.uniform(0, 2 * np.pi), rng.uniform(0.7, 3.0)
                 _accumulate(llr, *where, far * np.cos(angle), far * np.sin(angle), chance)
         return total, chance
 
-    def seeds(self, total: np.ndarray, leans: np.ndarray, apart_m: float = 0.4, penalty: float = 60.0,
-              most: int = 400) -> list[Seed]:
+    def seeds(
+        self, total: np.ndarray, leans: np.ndarray, apart_m: float = 0.4, penalty: float = 60.0, most: int = 400
+    ) -> list[Seed]:
         """Local maxima of the line sums, best first."""
         from scipy.ndimage import maximum_filter
 
@@ -273,5 +321,13 @@ class Detector:
         peaks = np.argwhere((best >= maximum_filter(best, size)) & np.isfinite(best))
         values = best[tuple(peaks.T)]
         order = np.argsort(-values, kind="stable")[:most]
-        return [Seed(self.x0 + j * self.cell, self.y0 + i * self.cell, *map(float, leans[lean[i, j]]),
-                     float(self.radii[radius[i, j]]), float(best[i, j])) for i, j in peaks[order]]
+        return [
+            Seed(
+                self.x0 + j * self.cell,
+                self.y0 + i * self.cell,
+                *map(float, leans[lean[i, j]]),
+                float(self.radii[radius[i, j]]),
+                float(best[i, j]),
+            )
+            for i, j in peaks[order]
+        ]

@@ -10,12 +10,14 @@ from ...core.crs import LocalFrame
 from ...core.progress import Reporter
 from ...reconstruction.cameras import View
 from ..area import Area
+from .backdrop import Backdrop, cut_silhouette, make_backdrop
 from .detect import Detector, Seed, lean_grid
 from .fine import NO_STEMS
 from .options import PhotoStemOptions
 from .plumb import make_map
 from .stack import GroundGrid, PhotoStack, load_stack
 from .stem_fit import Fitter, Prior, StemFit, build_null
+from .strips import Axis
 from .sun import sun_azimuths
 
 #: Widest piece of ground searched at once, metres (bounds memory).
@@ -25,11 +27,18 @@ REACH_BELOW = 22.0
 MOST_SEEDS = 90
 #: Stems fitted quickly at first, to learn the sun's direction and the stand's diameters.
 FIRST_LOOK = 30
+#: The ground is looked at this far beyond the searched area: photos see it behind the stems at its rim.
+BACKDROP_MARGIN_M = 3.0
 
 
-def stems_from_photos(views: list[View], frame: LocalFrame, ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
-                      area: Area, options: PhotoStemOptions | None = None,
-                      reporter: Reporter | None = None) -> list[StemFit]:
+def stems_from_photos(
+    views: list[View],
+    frame: LocalFrame,
+    ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    area: Area,
+    options: PhotoStemOptions | None = None,
+    reporter: Reporter | None = None,
+) -> list[StemFit]:
     """Find and fit the stems of an area straight in the photos.
 
     views: registered photos (oblique ones are used). frame: the local frame they and the area are in. ground: function
@@ -47,8 +56,9 @@ def stems_from_photos(views: list[View], frame: LocalFrame, ground: Callable[[np
     found: list[StemFit] = []
     tiles = split(area, options.margin_m)
     for index, (tile, box) in enumerate(tiles):
-        with reporter.stage(f"stems in the photos ({index + 1} of {len(tiles)})", index / len(tiles),
-                            (index + 1) / len(tiles)):
+        with reporter.stage(
+            f"stems in the photos ({index + 1} of {len(tiles)})", index / len(tiles), (index + 1) / len(tiles)
+        ):
             found += _tile(views, ground, area, tile, box, options, reporter)
     return merge(found)
 
@@ -72,8 +82,15 @@ def split(area: Area, margin_m: float) -> list[tuple[Area, tuple[float, float, f
     return pieces
 
 
-def _tile(views: list[View], ground: Callable, area: Area, tile: Area, box: tuple, options: PhotoStemOptions,
-          reporter: Reporter) -> list[StemFit]:
+def _tile(
+    views: list[View],
+    ground: Callable,
+    area: Area,
+    tile: Area,
+    box: tuple,
+    options: PhotoStemOptions,
+    reporter: Reporter,
+) -> list[StemFit]:
     rng = np.random.default_rng(options.seed)
     grid = GroundGrid.sample(ground, tile, options.margin_m + 2.0)
     stack = load_stack(views, tile, grid, options.max_views, options.margin_m + 1.0, reporter)
@@ -96,21 +113,46 @@ def _tile(views: list[View], ground: Callable, area: Area, tile: Area, box: tupl
     return _pursue(fitter, seeds, gate, reporter)
 
 
-def _first_look(stack: PhotoStack, grid: GroundGrid, tile: Area, seeds: list[Seed], gate: float,
-                rng: np.random.Generator, options: PhotoStemOptions) -> Fitter:
+def _first_look(
+    stack: PhotoStack,
+    grid: GroundGrid,
+    tile: Area,
+    seeds: list[Seed],
+    gate: float,
+    rng: np.random.Generator,
+    options: PhotoStemOptions,
+) -> Fitter:
     """Fit the clearest stems once to learn where the sun stood and how thick the stand's stems are."""
     places = _random_places(tile, rng)
     unknown = np.full(max(view.flight for view in stack.views) + 1, np.nan)
     fitter = Fitter(stack, grid, options, build_null(stack, grid, places, options, unknown), unknown)
-    clear = [fit for fit in (fitter.fit(seed, quick=True) for seed in seeds[:FIRST_LOOK] if seed.score > gate)
-             if fit and fit.llr > 40]
+    clear = [
+        fit
+        for fit in (fitter.fit(seed, quick=True) for seed in seeds[:FIRST_LOOK] if seed.score > gate)
+        if fit and fit.llr > 40
+    ]
     sun = sun_azimuths(stack, [(fit.axis, fit.r0, fit.seen) for fit in clear])
     prior = Prior()
     radii = np.array([fit.r0 for fit in clear])
     if len(radii) >= 6:
         prior = Prior(r=float(np.median(radii)), r_sd=float(max(2.0 * radii.std(), 0.06)))
     null = build_null(stack, grid, places, options, sun) if np.isfinite(sun).any() else fitter.null
-    return Fitter(stack, grid, options, null, sun, prior)
+    backdrop = make_backdrop(stack, grid, tile.bounds(options.margin_m + BACKDROP_MARGIN_M))
+    chance = chance_contrast(stack, grid, backdrop, places, null.radii, options.bh_m) if backdrop else np.inf
+    return Fitter(stack, grid, options, null, sun, prior, backdrop, chance)
+
+
+def chance_contrast(
+    stack: PhotoStack, grid: GroundGrid, backdrop: Backdrop, places: np.ndarray, radii: np.ndarray, bh_m: float
+) -> float:
+    """Silhouette contrast that a place without a stem hardly reaches: twice the median of the best at (N, 2) random
+    places (a few of which may well hold a stem)."""
+    best = []
+    for place in places:
+        axis = Axis(place, np.zeros(2), np.zeros(2), float(grid.at(place[:1], place[1:])[0]), bh_m)
+        outline = cut_silhouette(stack, backdrop, grid, axis)
+        best.append(max((outline.contrast(shape) for shape in outline.peaks(radii, most=1)), default=0.0))
+    return 2.0 * max(float(np.median(best)), 1e-6)
 
 
 def _pursue(fitter: Fitter, seeds: list[Seed], gate: float, reporter: Reporter) -> list[StemFit]:
@@ -133,13 +175,16 @@ def _pursue(fitter: Fitter, seeds: list[Seed], gate: float, reporter: Reporter) 
 
 def plausible(fit: StemFit, gate: float) -> bool:
     """Is this a stem at all? What the search itself did not find has to be seen the more clearly in the fit."""
+    if fit.contrast > 1.0 and fit.llr >= 12:
+        return fit.seed_score >= gate or fit.measured
     if fit.seed_score >= gate:
         return fit.llr >= 30
     return fit.llr >= 60 and fit.measured
 
 
-def _detector(stack: PhotoStack, grid: GroundGrid, area: Area, tile: Area, box: tuple,
-              options: PhotoStemOptions) -> Detector:
+def _detector(
+    stack: PhotoStack, grid: GroundGrid, area: Area, tile: Area, box: tuple, options: PhotoStemOptions
+) -> Detector:
     outline = np.vstack([tile.outline(options.margin_m + 1.0), tile.centres])
     z = grid.at(outline[:, 0], outline[:, 1])
     points = np.vstack([np.column_stack([outline, z]), np.column_stack([outline, z + 5.2])])
@@ -169,4 +214,3 @@ def merge(fits: list[StemFit]) -> list[StemFit]:
         if not any(near):
             kept.append(fit)
     return kept
-

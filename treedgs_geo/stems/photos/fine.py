@@ -68,7 +68,7 @@ def _candidates_kernel(coherence, gradient, u0, du, q, px_m, widen, radius, slop
                     curve = power[i - 1] - 2 * power[i] + power[i + 1]
                     shift = 0.5 * (power[i - 1] - power[i + 1]) / curve if curve < -1e-12 else 0.0
                     slot = found
-                    if found == most:           # keep the most coherent ones
+                    if found == most:  # keep the most coherent ones
                         slot = 0
                         for k in range(1, most):
                             if weight[v, b, side, k] < weight[v, b, side, slot]:
@@ -81,27 +81,54 @@ def _candidates_kernel(coherence, gradient, u0, du, q, px_m, widen, radius, slop
                     weight[v, b, side, slot] = coherence[v, b, i]
 
 
-def edge_candidates(strips: Strips, radius: float, slope: float, window_px: float,
-                    most: int = 4) -> tuple[np.ndarray, np.ndarray]:
+def edge_candidates(
+    strips: Strips, radius: float, slope: float, window_px: float, most: int = 4
+) -> tuple[np.ndarray, np.ndarray]:
     """(V, B, 2, most) positions in metres from the axis (NaN = none) and their coherence."""
     shape = (*strips.coherence.shape[:2], 2, most)
     place, weight = np.full(shape, np.nan), np.zeros(shape)
-    _candidates_kernel(strips.coherence, strips.gradient, float(strips.u[0]), float(strips.u[1] - strips.u[0]),
-                       strips.q, strips.px_m, strips.widen, radius, slope, window_px, most, place, weight)
+    _candidates_kernel(
+        strips.coherence,
+        strips.gradient,
+        float(strips.u[0]),
+        float(strips.u[1] - strips.u[0]),
+        strips.q,
+        strips.px_m,
+        strips.widen,
+        radius,
+        slope,
+        window_px,
+        most,
+        place,
+        weight,
+    )
     return place, weight
 
 
-def refine(stack: PhotoStack, axis: Axis, r0: float, r1: float, seen: np.ndarray, low_m: float, high_m: float,
-           offset_sd_px: float = 0.3, cuts: int = 3, inner: int = 6, sigma_px: float = 0.8,
-           windows_px: tuple[float, ...] = (2.6, 2.4, 2.2), known: np.ndarray = NO_STEMS) -> FineFit | None:
+def refine(
+    stack: PhotoStack,
+    axis: Axis,
+    r0: float,
+    r1: float,
+    seen: np.ndarray,
+    low_m: float,
+    high_m: float,
+    offset_sd_px: float = 0.3,
+    cuts: int = 3,
+    inner: int = 6,
+    sigma_px: float = 0.8,
+    windows_px: tuple[float, ...] = (2.6, 2.4, 2.2),
+    known: np.ndarray = NO_STEMS,
+) -> FineFit | None:
     """Refine a stem. seen: (V,) probability that a view sees it. known: other stems (:func:`.strips.hide_known`).
 
     Returns None where too few edges are found.
     """
     fit = None
     for cut in range(cuts):
-        strips = cut_strips(stack, axis, low_m, high_m, 0.10, 0.025, r0 + 0.14, 0.005, sigma_px, linear=True,
-                            wanted=seen > 0.04)
+        strips = cut_strips(
+            stack, axis, low_m, high_m, 0.10, 0.025, r0 + 0.14, 0.005, sigma_px, linear=True, wanted=seen > 0.04
+        )
         hide_known(strips, stack, axis, known, 0.01)
         window = windows_px[min(cut, len(windows_px) - 1)]
         place, prior = edge_candidates(strips, r0, r1, window)
@@ -115,8 +142,18 @@ def refine(stack: PhotoStack, axis: Axis, r0: float, r1: float, seen: np.ndarray
     return fit
 
 
-def _solve(strips: Strips, place: np.ndarray, prior: np.ndarray, r0: float, r1: float, seen: np.ndarray, window: float,
-           offset_sd_px: float, inner: int, axis: Axis) -> tuple[np.ndarray, FineFit] | None:
+def _solve(
+    strips: Strips,
+    place: np.ndarray,
+    prior: np.ndarray,
+    r0: float,
+    r1: float,
+    seen: np.ndarray,
+    window: float,
+    offset_sd_px: float,
+    inner: int,
+    axis: Axis,
+) -> tuple[np.ndarray, FineFit] | None:
     v, b, s, _ = np.nonzero(np.isfinite(place))
     if len(v) < 20:
         return None
@@ -172,6 +209,16 @@ def _solve(strips: Strips, place: np.ndarray, prior: np.ndarray, r0: float, r1: 
     pairs = best.reshape(n_views, -1, 2).min(axis=2)
     new_axis = Axis(axis.p + x[0:2], axis.s + x[2:4], axis.c + x[4:6], axis.ground_z, axis.bh_m)
     rms = float(np.sqrt((post * (e / px) ** 2).sum() / max(post.sum(), 1e-9)))
-    fit = FineFit(new_axis, float(x[6]), float(x[7]), view_r, weight, two_sided, pairs.mean(axis=1), float(post.sum()),
-                  rms, float(np.sqrt(np.linalg.inv(normal_matrix)[6, 6])))
+    fit = FineFit(
+        new_axis,
+        float(x[6]),
+        float(x[7]),
+        view_r,
+        weight,
+        two_sided,
+        pairs.mean(axis=1),
+        float(post.sum()),
+        rms,
+        float(np.sqrt(np.linalg.inv(normal_matrix)[6, 6])),
+    )
     return x, fit

@@ -41,8 +41,27 @@ class PlumbMap:
 
 
 @njit(parallel=True, **_FAST)
-def _map_kernel(pixels, start, rows, columns, corner, cam, centre, azimuth0, step_a, nadir0, step_n, below, sigma, tau,
-                window_m, width, lut, ridge, unit):
+def _map_kernel(
+    pixels,
+    start,
+    rows,
+    columns,
+    corner,
+    cam,
+    centre,
+    azimuth0,
+    step_a,
+    nadir0,
+    step_n,
+    below,
+    sigma,
+    tau,
+    window_m,
+    width,
+    lut,
+    ridge,
+    unit,
+):
     n_rows, n_cols = ridge.shape
     half = int(np.ceil(3 * sigma))
     taps = np.empty(2 * half + 1, np.float32)
@@ -63,8 +82,9 @@ def _map_kernel(pixels, start, rows, columns, corner, cam, centre, azimuth0, ste
         kv = np.empty(n_knots)
         for k in range(n_knots):
             a = azimuth0 + (k * 16 - half) * step_a
-            u, v, _ = project(cam, centre[0] + 50 * sn * np.cos(a), centre[1] + 50 * sn * np.sin(a),
-                              centre[2] - 50 * cn)
+            u, v, _ = project(
+                cam, centre[0] + 50 * sn * np.cos(a), centre[1] + 50 * sn * np.sin(a), centre[2] - 50 * cn
+            )
             ku[k] = u - 0.5 - corner[1]
             kv[k] = v - 0.5 - corner[0]
         line = np.zeros((3, wide), np.float32)
@@ -130,8 +150,15 @@ def _map_kernel(pixels, start, rows, columns, corner, cam, centre, azimuth0, ste
             ridge[i, j] = int(min(drawn[j], 1.0) * 255 + 0.5)
 
 
-def make_map(stack: PhotoStack, view: int, ground: GroundGrid, points: np.ndarray, ridge_m: float = 0.022,
-             sigma_px: float = 1.0, tau: float = 0.01) -> PlumbMap:
+def make_map(
+    stack: PhotoStack,
+    view: int,
+    ground: GroundGrid,
+    points: np.ndarray,
+    ridge_m: float = 0.022,
+    sigma_px: float = 1.0,
+    tau: float = 0.01,
+) -> PlumbMap:
     """Edge map of one view over the points' footprint. points: (N, 3) corners of the volume searched, local metres."""
     centre = stack.centre[view]
     offset = points - centre
@@ -158,8 +185,27 @@ def make_map(stack: PhotoStack, view: int, ground: GroundGrid, points: np.ndarra
     unit = np.zeros((n_rows, n_cols, 3), np.int8)
     below = centre[2] - float(np.median(ground.z)) - 2.0
     distance = float(np.median(flat))
-    _map_kernel(stack.pixels, stack.start[view], rows, columns, stack.corner[view], stack.camera[view], centre,
-                aim + low_a, step_a, low_n, step_n, below, sigma_px, tau, WINDOW_M, ridge_m / (step_a * distance),
-                LUT_GAMMA, ridge, unit)
-    return PlumbMap(float(aim + low_a), step_a, float(low_n), step_n, ridge, unit, centre,
-                    np.array([flat.min(), flat.max()]))
+    _map_kernel(
+        stack.pixels,
+        stack.start[view],
+        rows,
+        columns,
+        stack.corner[view],
+        stack.camera[view],
+        centre,
+        aim + low_a,
+        step_a,
+        low_n,
+        step_n,
+        below,
+        sigma_px,
+        tau,
+        WINDOW_M,
+        ridge_m / (step_a * distance),
+        LUT_GAMMA,
+        ridge,
+        unit,
+    )
+    return PlumbMap(
+        float(aim + low_a), step_a, float(low_n), step_n, ridge, unit, centre, np.array([flat.min(), flat.max()])
+    )

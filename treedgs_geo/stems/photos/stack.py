@@ -52,8 +52,9 @@ class GroundGrid:
     z: np.ndarray
 
     @classmethod
-    def sample(cls, ground: Callable[[np.ndarray, np.ndarray], np.ndarray], area: Area, margin_m: float,
-               cell: float = 0.25) -> GroundGrid:
+    def sample(
+        cls, ground: Callable[[np.ndarray, np.ndarray], np.ndarray], area: Area, margin_m: float, cell: float = 0.25
+    ) -> GroundGrid:
         """Sample a ground function over an area; holes are filled from their nearest neighbours.
 
         Raises:
@@ -66,8 +67,9 @@ class GroundGrid:
         z = np.asarray(ground(gx.ravel(), gy.ravel()), float).reshape(gx.shape)
         hole = ~np.isfinite(z)
         if hole.all():
-            raise InputError("The terrain model has no height in the plot; expected one that covers it, "
-                             "give another DTM.")
+            raise InputError(
+                "The terrain model has no height in the plot; expected one that covers it, give another DTM."
+            )
         if hole.any():
             from scipy.ndimage import distance_transform_edt
 
@@ -83,15 +85,20 @@ class GroundGrid:
         i, j = v.astype(int), u.astype(int)
         a, b = v - i, u - j
         z = self.z
-        return (z[i, j] * (1 - a) * (1 - b) + z[i, j + 1] * (1 - a) * b
-                + z[i + 1, j] * a * (1 - b) + z[i + 1, j + 1] * a * b)
+        return (
+            z[i, j] * (1 - a) * (1 - b)
+            + z[i, j + 1] * (1 - a) * b
+            + z[i + 1, j] * a * (1 - b)
+            + z[i + 1, j + 1] * a * b
+        )
 
 
 def camera_row(view: View) -> np.ndarray:
     """(20,) float64 as :class:`PhotoStack` keeps it."""
     c = view.camera
-    return np.concatenate([view.rotation.ravel(), view.translation,
-                           [c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2]]).astype(np.float64)
+    return np.concatenate(
+        [view.rotation.ravel(), view.translation, [c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2]]
+    ).astype(np.float64)
 
 
 def choose_views(views: list[View], area: Area, ground_z: float, max_views: int) -> list[int]:
@@ -125,8 +132,15 @@ def choose_views(views: list[View], area: Area, ground_z: float, max_views: int)
     return sorted(kept[i] for i in chosen)
 
 
-def load_stack(views: list[View], area: Area, ground: GroundGrid, max_views: int, margin_m: float,
-               reporter: Reporter | None = None, top_m: float = 6.0) -> PhotoStack:
+def load_stack(
+    views: list[View],
+    area: Area,
+    ground: GroundGrid,
+    max_views: int,
+    margin_m: float,
+    reporter: Reporter | None = None,
+    top_m: float = 6.0,
+) -> PhotoStack:
     """Read the crops that cover the area from the ground to ``top_m``. Unreadable photos are reported and left out.
 
     Raises:
@@ -154,8 +168,10 @@ def load_stack(views: list[View], area: Area, ground: GroundGrid, max_views: int
             reporter.warn(f"{view.path}: cannot be read as an image; it is left out.")
             continue
         if image.shape[:2] != (camera.height, camera.width):
-            raise InputError(f"{view.path}: is {image.shape[1]} x {image.shape[0]} pixels, expected {camera.width} x "
-                             f"{camera.height} as when it was aligned; give the original photo.")
+            raise InputError(
+                f"{view.path}: is {image.shape[1]} x {image.shape[0]} pixels, expected {camera.width} x "
+                f"{camera.height} as when it was aligned; give the original photo."
+            )
         crops.append(np.ascontiguousarray(image[top:bottom, left:right]).ravel())
         corners.append((top, left, bottom - top, right - left))
         kept.append(view)
@@ -165,6 +181,8 @@ def load_stack(views: list[View], area: Area, ground: GroundGrid, max_views: int
         views=kept,
         pixels=np.concatenate(crops) if crops else np.empty(0, np.uint8),
         start=np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64) if crops else np.empty(0, np.int64),
-        shape=np.ascontiguousarray(box[:, 2:]), corner=np.ascontiguousarray(box[:, :2]),
+        shape=np.ascontiguousarray(box[:, 2:]),
+        corner=np.ascontiguousarray(box[:, :2]),
         camera=np.array([camera_row(view) for view in kept]).reshape(-1, 20),
-        centre=np.array([view.centre for view in kept]).reshape(-1, 3))
+        centre=np.array([view.centre for view in kept]).reshape(-1, 3),
+    )

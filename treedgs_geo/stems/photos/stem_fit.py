@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .backdrop import Backdrop, Silhouette, cut_silhouette
 from .coarse import SEEN_MEAN_Z, SEEN_PRIOR, Z_CAP, Mode, Null, NullBuilder, Prior, Search, terminators
 from .detect import Seed
 from .fine import NO_STEMS, FineFit, refine
@@ -18,12 +19,22 @@ COARSE_BAND = 0.5, 3.3
 FINE_BAND = 0.3, 3.5
 #: A view counts as seeing the stem above this z-score.
 CLEAR_Z = 2.5
-#: Scores on the grid and after polishing below which a seed is not worth refining.
+#: Scores on the grid and after polishing below which a seed is not worth refining, unless its silhouette is clear.
 MIN_RAW, MIN_POLISHED = 38.0, 50.0
-#: Log likelihood ratio from which a stem is measured, and from which without doubt (chance reaches about 45).
-LLR_MEASURED, LLR_OK = 52.0, 60.0
-#: Lead over the next explanation that still leaves a doubt.
+#: Lead in edge score over the next explanation that still leaves a doubt.
 DOUBTED_GAP = 9.0
+#: Explanations whose diameters differ less than this are one answer, cm.
+SAME_DBH_CM = 2.0
+#: Two explanations are judged by the sum of their shares of the best edge score and of the best silhouette contrast: a
+#: lead below the first is no decision, below the second doubtful.
+LEAD_REFUSED, LEAD_DOUBTFUL = 0.08, 0.18
+#: Edge score (log likelihood ratio) from which a stem is measured and from which without doubt: where the silhouette
+#: stands out, and where the edges are all there is (chance reaches about 45).
+LLR_MEASURED, LLR_OK = 18.0, 35.0
+LLR_MEASURED_ALONE, LLR_OK_ALONE = 52.0, 60.0
+#: The silhouette reads this much thinner than the edges (cm): ground shows through at the blurred rim. And how far it
+#: may be off before the tree is doubted or refused, cm and share of the diameter.
+OUTLINE_OFFSET_CM, OUTLINE_DOUBT, OUTLINE_REFUSE = 1.0, (2.5, 0.10), (4.0, 0.18)
 
 
 @dataclass(frozen=True)
@@ -35,7 +46,8 @@ class StemFit:
     reasons: keys of ``measure.quality.REASONS``. seed_score: of the detection. llr: log likelihood ratio of the fit.
     gap: its lead over the next different explanation. n_views: photos that see it clearly. kish: effective photos.
     arc_deg: spread of their azimuths. rms_px: edge residual. polish_cm: diameter of the coarse stage. seen: (V,)
-    probability that each photo sees it.
+    probability that each photo sees it. contrast: of the silhouette, in units of what chance reaches. lead: over the
+    next different explanation in the joint score of edges and silhouette. outline_cm: diameter of the silhouette alone.
     """
 
     axis: Axis
@@ -54,6 +66,9 @@ class StemFit:
     rms_px: float
     polish_cm: float
     seen: np.ndarray = field(repr=False)
+    contrast: float = np.nan
+    lead: float = np.nan
+    outline_cm: float = np.nan
 
     @property
     def lean_deg(self) -> float:
@@ -73,7 +88,8 @@ class StemFit:
 
 @dataclass
 class Fitter:
-    """What all fits on one stack of photos share. sun: (flights,) azimuth, rad from east, NaN = unknown."""
+    """What all fits on one stack of photos share. sun: (flights,) azimuth, rad from east, NaN = unknown. backdrop: the
+    ground behind the stems, if enough photos show it; chance: silhouette contrast that places without a stem reach."""
 
     stack: PhotoStack
     ground: GroundGrid
@@ -81,6 +97,8 @@ class Fitter:
     null: Null
     sun: np.ndarray
     prior: Prior = Prior()
+    backdrop: Backdrop | None = None
+    chance: float = np.inf
 
     def fit(self, seed: Seed, known: np.ndarray = NO_STEMS, quick: bool = False) -> StemFit | None:
         """Fit a seed. known: (K, 10) stems found before, whose edges are not this one's (:func:`.strips.hide_known`).
@@ -92,58 +110,173 @@ class Fitter:
         start = Axis(np.array([seed.x, seed.y]), np.array([seed.lx, seed.ly]), np.zeros(2), ground_z, self.options.bh_m)
         strips, ridge, unit, border = _coarse_strips(self.stack, start, self.options, self.sun, known)
         search = Search(strips, ridge, unit, border, self.null, self.prior)
+        outline = None if self.backdrop is None else cut_silhouette(self.stack, self.backdrop, self.ground, start)
+        shapes = [] if outline is None or quick else outline.peaks(self.null.radii)
+        stands_out = outline is not None and bool(shapes) and outline.contrast(shapes[0]) > self.chance
         raw = search.modes(0.24)
-        if not raw or raw[0].score < MIN_RAW:
+        if (not raw or raw[0].score < MIN_RAW) and not stands_out:
             return None
-        share = 0.8 if quick else 0.4
+        share = 0.8 if quick else 0.3
         modes = sorted((search.polish(m) for m in raw if m.score > share * raw[0].score), key=lambda m: -m.score)
-        if modes[0].score < MIN_POLISHED:
+        if (not modes or modes[0].score < MIN_POLISHED) and not stands_out:
             return None
+        finalists = [mode for mode in distinct(modes)[:5] if mode.score > 0.4 * modes[0].score]
+        if quick:
+            finalists = finalists[:1]
+        else:
+            drawn = [search.polish(Mode(*map(float, shape), 0.0)) for shape in shapes]
+            finalists = distinct(finalists + (search.wholes(modes[0]) if modes else []) + drawn, 0.012, 0.006)
         tried = []
-        finalists = [mode for mode in distinct(modes)[:4] if mode.score > 0.5 * modes[0].score]
-        finalists = finalists[:1] if quick else distinct(finalists + search.wholes(modes[0]), 0.012, 0.006)
         for mode in finalists:
             seen = seen_probability(search.z(mode.vector))
             axis = Axis(start.p + mode.vector[:2], start.s + mode.vector[2:4], np.zeros(2), ground_z, self.options.bh_m)
-            fine = refine(self.stack, axis, mode.r, -0.0045, seen, *FINE_BAND, self.options.offset_sd_px,
-                          cuts=1 if quick else 3, known=known)
+            fine = refine(
+                self.stack,
+                axis,
+                mode.r,
+                -0.0045,
+                seen,
+                *FINE_BAND,
+                self.options.offset_sd_px,
+                cuts=1 if quick else 3,
+                known=known,
+            )
             if fine is None or fine.r0 < 0.015:
                 continue
             vector = np.array([*(fine.axis.p - start.p), *(fine.axis.s - start.s), fine.r0])
-            tried.append((search.score(vector), mode, fine, vector))
+            contrast = 0.0 if outline is None else outline.contrast(vector)
+            tried.append(Explanation(search.score(vector), contrast, mode, fine, vector))
         if not tried:
             return None
-        tried.sort(key=lambda item: -item[0])
-        best = prefer_whole(tried, self.sun)
-        score, mode, fine, vector = best
-        # A part of the chosen stem is no rival of the whole; where it won by far there is doubt all the same.
-        others = [item for item in tried if different(item[3], vector)]
-        parts = [item[0] for item in others if contains(vector, item[3])]
-        gap = score - max([item[0] for item in others if not contains(vector, item[3])], default=0.0)
-        if parts and max(parts) > 1.25 * score:
-            gap = min(gap, DOUBTED_GAP)
-        z = search.z(vector)
-        final = None if quick else refine(self.stack, fine.axis, fine.r0, fine.r1, seen_probability(z), *FINE_BAND,
-                       self.options.offset_sd_px, cuts=1, windows_px=(2.2,), known=known)
-        return self._judge(seed, mode, final or fine, score, gap, z)
+        best, gap, lead = choose(tried, 0.0 if outline is None or quick else self._trust(outline, shapes), self.sun)
+        z = search.z(best.vector)
+        fine = best.fine
+        if not quick:
+            fine = (
+                refine(
+                    self.stack,
+                    fine.axis,
+                    fine.r0,
+                    fine.r1,
+                    seen_probability(z),
+                    *FINE_BAND,
+                    self.options.offset_sd_px,
+                    cuts=1,
+                    windows_px=(2.2,),
+                    known=known,
+                )
+                or fine
+            )
+        return self._judge(seed, best, fine, gap, lead, z, outline)
 
-    def _judge(self, seed: Seed, mode: Mode, fine: FineFit, score: float, gap: float, z: np.ndarray) -> StemFit:
+    def _trust(self, outline: Silhouette, shapes: list[np.ndarray]) -> float:
+        """0..1: how much the silhouette says here, by how far it stands out from what chance reaches."""
+        if not shapes:
+            return 0.0
+        return float(np.clip(outline.contrast(shapes[0]) / self.chance, 0.0, 1.0))
+
+    def _judge(
+        self,
+        seed: Seed,
+        best: Explanation,
+        fine: FineFit,
+        gap: float,
+        lead: float,
+        z: np.ndarray,
+        outline: Silhouette | None,
+    ) -> StemFit:
         weight = fine.view_weight * seen_probability(z)
         kish = float(weight.sum() ** 2 / max((weight**2).sum(), 1e-12))
         clear = z > CLEAR_Z
         se = standard_error_cm(fine, weight)
         azimuth = np.arctan2(fine.axis.p[1] - self.stack.centre[clear, 1], fine.axis.p[0] - self.stack.centre[clear, 0])
         dbh = 200 * fine.r0
-        flag, reasons = verdict(dbh, 200 * mode.r, fine.r1, float(np.hypot(*fine.axis.s)), score, gap, int(clear.sum()),
-                                kish, se, fine.rms_px, self.options)
-        return StemFit(axis=fine.axis, r0=fine.r0, r1=fine.r1, dbh_cm=dbh, se_cm=se, flag=flag, reasons=reasons,
-                       seed_score=seed.score, llr=score, gap=gap, n_views=int(clear.sum()), kish=kish,
-                       arc_deg=azimuth_spread(azimuth), rms_px=fine.rms_px, polish_cm=200 * mode.r,
-                       seen=seen_probability(z))
+        solid = outline is not None and best.contrast > self.chance
+        outline_cm = 200 * widest(outline, best.vector) if solid and outline is not None else np.nan
+        flag, reasons = verdict(
+            dbh,
+            200 * best.mode.r,
+            fine.r1,
+            float(np.hypot(*fine.axis.s)),
+            best.edges,
+            gap,
+            lead,
+            solid,
+            outline_cm,
+            int(clear.sum()),
+            kish,
+            se,
+            fine.rms_px,
+            self.options,
+        )
+        return StemFit(
+            axis=fine.axis,
+            r0=fine.r0,
+            r1=fine.r1,
+            dbh_cm=dbh,
+            se_cm=se,
+            flag=flag,
+            reasons=reasons,
+            seed_score=seed.score,
+            llr=best.edges,
+            gap=gap,
+            n_views=int(clear.sum()),
+            kish=kish,
+            arc_deg=azimuth_spread(azimuth),
+            rms_px=fine.rms_px,
+            polish_cm=200 * best.mode.r,
+            seen=seen_probability(z),
+            contrast=best.contrast / self.chance,
+            lead=lead,
+            outline_cm=outline_cm,
+        )
 
 
-def _coarse_strips(stack: PhotoStack, axis: Axis, options: PhotoStemOptions, sun: np.ndarray,
-                   known: np.ndarray = NO_STEMS) -> tuple:
+@dataclass(frozen=True)
+class Explanation:
+    """One way to explain a place: edge score, silhouette contrast, where the search and the fit put the stem."""
+
+    edges: float
+    contrast: float
+    mode: Mode
+    fine: FineFit
+    vector: np.ndarray
+
+
+def choose(tried: list[Explanation], trust: float, sun: np.ndarray) -> tuple[Explanation, float, float]:
+    """The best explanation, its lead in edge score over the next different one, and its lead in the joint score.
+
+    The joint score is the share of the best edge score plus ``trust`` times the share of the best contrast. Edges alone
+    mistake the lit half of a stem for the stem, silhouettes alone a bush around a thin stem; both agree on the stem.
+    """
+    edges = max(max(item.edges for item in tried), 1e-6)
+    contrast = max(max(item.contrast for item in tried), 1e-6)
+    joint = [item.edges / edges + trust * item.contrast / contrast for item in tried]
+    order = sorted(range(len(tried)), key=lambda i: -joint[i])
+    ranked = [tried[i] for i in order]
+    best = ranked[0] if trust > 0.5 else prefer_whole(sorted(tried, key=lambda item: -item.edges), sun)
+    at = next(i for i, item in enumerate(tried) if item is best)
+    rivals = [i for i, item in enumerate(tried) if item is not best and different(item.vector, best.vector)]
+    lead = joint[at] - max(
+        (joint[i] for i in rivals if abs(tried[i].vector[4] - best.vector[4]) > SAME_DBH_CM / 200), default=0.0
+    )
+    # A part of the chosen stem is no rival of the whole; where it won by far there is doubt all the same.
+    parts = [i for i in rivals if contains(best.vector, tried[i].vector)]
+    gap = best.edges - max((tried[i].edges for i in rivals if i not in parts), default=0.0)
+    if max((tried[i].edges for i in parts), default=0.0) > 1.25 * best.edges:
+        gap = min(gap, DOUBTED_GAP)
+    return best, gap, lead if trust > 0.5 else np.nan
+
+
+def widest(outline: Silhouette, vector: np.ndarray) -> float:
+    """Radius (m) at which the silhouette around a fitted axis is clearest."""
+    radii = np.arange(max(0.3 * vector[4], 0.02), 2.0 * vector[4] + 0.06, 0.004)
+    return float(radii[np.argmax([outline.contrast(np.r_[vector[:4], r]) for r in radii])])
+
+
+def _coarse_strips(
+    stack: PhotoStack, axis: Axis, options: PhotoStemOptions, sun: np.ndarray, known: np.ndarray = NO_STEMS
+) -> tuple:
     reach = options.dbh_max_cm / 200 + 0.37
     strips = cut_strips(stack, axis, *COARSE_BAND, 0.28, 0.04, reach, 0.01, 1.0, linear=False)
     hide_known(strips, stack, axis, known)
@@ -152,8 +285,9 @@ def _coarse_strips(stack: PhotoStack, axis: Axis, options: PhotoStemOptions, sun
     return strips, ridge, unit, terminators(strips.normal, sun[flights])
 
 
-def build_null(stack: PhotoStack, ground: GroundGrid, places: np.ndarray, options: PhotoStemOptions,
-               sun: np.ndarray) -> Null:
+def build_null(
+    stack: PhotoStack, ground: GroundGrid, places: np.ndarray, options: PhotoStemOptions, sun: np.ndarray
+) -> Null:
     """Null scores at (N, 2) random places."""
     radii = np.arange(0.03, options.dbh_max_cm / 200 + 0.005, 0.01)
     builder = NullBuilder(len(stack), radii)
@@ -192,16 +326,16 @@ def contains(a: np.ndarray, b: np.ndarray) -> bool:
     return a[4] > b[4] + 0.012 and np.hypot(a[0] - b[0], a[1] - b[1]) + b[4] < a[4] + 0.02
 
 
-def prefer_whole(tried: list[tuple], sun: np.ndarray) -> tuple:
-    """The best explanation, or a larger one that holds it and explains nearly as much (the shaded part of a stem is no
-    stem); less is enough where the larger one grows towards the sun."""
+def prefer_whole(tried: list[Explanation], sun: np.ndarray) -> Explanation:
+    """The best explanation by its edges, or a larger one that holds it and explains nearly as much (the shaded part of
+    a stem is no stem); less is enough where the larger one grows towards the sun."""
     best = tried[0]
     for item in tried[1:]:
-        if not contains(item[3], best[3]):
+        if not contains(item.vector, best.vector):
             continue
-        grown = np.arctan2(item[3][1] - best[3][1], item[3][0] - best[3][0])
+        grown = np.arctan2(item.vector[1] - best.vector[1], item.vector[0] - best.vector[0])
         sunward = np.isfinite(sun).any() and np.nanmax(np.cos(grown - sun)) > 0.6
-        if item[0] > (0.6 if sunward else 0.8) * best[0]:
+        if item.edges > (0.6 if sunward else 0.8) * best.edges:
             best = item
     return best
 
@@ -226,43 +360,55 @@ def azimuth_spread(azimuth: np.ndarray) -> float:
     return float(360 - gaps.max())
 
 
-def verdict(dbh_cm: float, polish_cm: float, r1: float, lean: float, score: float, gap: float, n_views: int,
-            kish: float, se_cm: float, rms_px: float, options: PhotoStemOptions) -> tuple[str, tuple[str, ...]]:
-    """Accept, doubt or refuse. Wrong explanations show in a low likelihood, close rivals and ragged edges."""
+def verdict(
+    dbh_cm: float,
+    polish_cm: float,
+    r1: float,
+    lean: float,
+    score: float,
+    gap: float,
+    lead: float,
+    solid: bool,
+    outline_cm: float,
+    n_views: int,
+    kish: float,
+    se_cm: float,
+    rms_px: float,
+    options: PhotoStemOptions,
+) -> tuple[str, tuple[str, ...]]:
+    """Accept, doubt or refuse. Wrong explanations show in a low likelihood, close rivals, ragged edges and a silhouette
+    of another width."""
     refuse, doubt = [], []
-    if dbh_cm < options.dbh_min_cm:
-        refuse.append("too_small")
-    elif dbh_cm < 10:
-        doubt.append("too_small")
-    if dbh_cm > options.dbh_max_cm:
-        refuse.append("too_large")
-    if n_views < 3 or kish < 2.5 or score < LLR_MEASURED:
-        refuse.append("few_views")
-    elif n_views < 5 or kish < 4 or score < LLR_OK:
-        doubt.append("few_views")
-    if rms_px > 0.555 and score < 100 or rms_px > 0.535 and score < 50:
-        refuse.append("occluded")
-    elif rms_px > 0.535 and score < 100:
-        doubt.append("occluded")
-    if gap < 4:
-        refuse.append("ambiguous")
-    elif gap < 1 + DOUBTED_GAP:
-        doubt.append("ambiguous")
-    if abs(r1 + 0.0045) > 0.008:
-        refuse.append("no_taper")
-    elif abs(r1 + 0.0045) > 0.006:
-        doubt.append("no_taper")
-    if abs(dbh_cm - polish_cm) > 4:
-        refuse.append("disagree")
-    elif abs(dbh_cm - polish_cm) > 2.8:
-        doubt.append("disagree")
-    if lean > np.tan(np.radians(25)):
-        refuse.append("lean")
-    if se_cm > 0.25 * dbh_cm:
-        refuse.append("wide_error")
-    elif se_cm > 0.06 * dbh_cm:
-        doubt.append("wide_error")
+
+    def judge(reason: str, refused: bool, doubted: bool) -> None:
+        if refused:
+            refuse.append(reason)
+        elif doubted:
+            doubt.append(reason)
+
+    judge("too_small", dbh_cm < options.dbh_min_cm, dbh_cm < 10)
+    judge("too_large", dbh_cm > options.dbh_max_cm, False)
+    measured, sure = (LLR_MEASURED, LLR_OK) if solid else (LLR_MEASURED_ALONE, LLR_OK_ALONE)
+    judge("few_views", n_views < 3 or kish < 2.5 or score < measured, n_views < 5 or kish < 4 or score < sure)
+    if not solid:
+        judge(
+            "occluded", rms_px > 0.555 and score < 100 or rms_px > 0.535 and score < 50, rms_px > 0.535 and score < 100
+        )
+    if np.isfinite(lead):
+        judge("ambiguous", lead < LEAD_REFUSED, lead < LEAD_DOUBTFUL)
+    else:
+        judge("ambiguous", gap < 4, gap < 1 + DOUBTED_GAP)
+    # With a silhouette, that is the second opinion; without one, the coarse stage has to do.
+    if solid:
+        off = abs(outline_cm + OUTLINE_OFFSET_CM - dbh_cm)
+        refused, doubted = (max(limit_cm, share * dbh_cm) for limit_cm, share in (OUTLINE_REFUSE, OUTLINE_DOUBT))
+    else:
+        off, refused, doubted = abs(dbh_cm - polish_cm), 4.0, 2.8
+    judge("disagree", off > refused, off > doubted)
+    judge("no_taper", abs(r1 + 0.0045) > 0.008, abs(r1 + 0.0045) > 0.006)
+    judge("lean", lean > np.tan(np.radians(25)), False)
+    judge("wide_error", se_cm > 0.25 * dbh_cm, se_cm > 0.06 * dbh_cm)
     # One doubt is for the forester to look at; several together are how wrong explanations look.
-    if refuse or len(doubt) >= 2:
+    if refuse or (len(doubt) >= 2 and not solid) or len(doubt) >= 3:
         return "reject", tuple(dict.fromkeys(refuse + doubt))
     return ("check" if doubt else "ok"), tuple(doubt)

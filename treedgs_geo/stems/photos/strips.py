@@ -46,12 +46,15 @@ def fetch(pixels, start, rows, columns, u, v, lut, out):
     k = start + (i * columns + j) * 3
     m = k + columns * 3
     one = np.float32(1.0)
-    blue = (lut[pixels[k]] * (one - b) + lut[pixels[k + 3]] * b) * (one - a) \
-        + (lut[pixels[m]] * (one - b) + lut[pixels[m + 3]] * b) * a
-    green = (lut[pixels[k + 1]] * (one - b) + lut[pixels[k + 4]] * b) * (one - a) \
-        + (lut[pixels[m + 1]] * (one - b) + lut[pixels[m + 4]] * b) * a
-    red = (lut[pixels[k + 2]] * (one - b) + lut[pixels[k + 5]] * b) * (one - a) \
-        + (lut[pixels[m + 2]] * (one - b) + lut[pixels[m + 5]] * b) * a
+    blue = (lut[pixels[k]] * (one - b) + lut[pixels[k + 3]] * b) * (one - a) + (
+        lut[pixels[m]] * (one - b) + lut[pixels[m + 3]] * b
+    ) * a
+    green = (lut[pixels[k + 1]] * (one - b) + lut[pixels[k + 4]] * b) * (one - a) + (
+        lut[pixels[m + 1]] * (one - b) + lut[pixels[m + 4]] * b
+    ) * a
+    red = (lut[pixels[k + 2]] * (one - b) + lut[pixels[k + 5]] * b) * (one - a) + (
+        lut[pixels[m + 2]] * (one - b) + lut[pixels[m + 5]] * b
+    ) * a
     out[0] = np.float32(0.299) * red + np.float32(0.587) * green + np.float32(0.114) * blue
     out[1] = np.float32(0.5) * (red - green)
     out[2] = np.float32(0.5) * (blue - green)
@@ -106,8 +109,29 @@ class Strips:
 
 
 @njit(parallel=True, **_FAST)
-def _strips_kernel(pixels, start, shape, corner, camera, centre, wanted, axis, heights, per_block, u0, du, n_u,
-                   sigma_px, tau, lut, coherence, gradient, normal, px_m, widen):
+def _strips_kernel(
+    pixels,
+    start,
+    shape,
+    corner,
+    camera,
+    centre,
+    wanted,
+    axis,
+    heights,
+    per_block,
+    u0,
+    du,
+    n_u,
+    sigma_px,
+    tau,
+    lut,
+    coherence,
+    gradient,
+    normal,
+    px_m,
+    widen,
+):
     n_views = camera.shape[0]
     n_blocks = heights.size // per_block
     for v in prange(n_views):
@@ -145,7 +169,7 @@ def _strips_kernel(pixels, start, shape, corner, camera, centre, wanted, axis, h
             taps[k] = -t * g
             total += t * g * (k - half)
         for k in range(2 * half + 1):
-            taps[k] = -taps[k] / total * (px / du)     # response to a ramp = its rise per pixel
+            taps[k] = -taps[k] / total * (px / du)  # response to a ramp = its rise per pixel
         rows = shape[v, 0]
         columns = shape[v, 1]
         wide = n_u + 2 * half
@@ -203,9 +227,20 @@ def _strips_kernel(pixels, start, shape, corner, camera, centre, wanted, axis, h
                 gradient[v, b, i, 2] = g2
 
 
-def cut_strips(stack: PhotoStack, axis: Axis, low_m: float, high_m: float, block_m: float, row_m: float, reach_m: float,
-               du_m: float, sigma_px: float, linear: bool, tau: float = 0.01,
-               wanted: np.ndarray | None = None) -> Strips:
+def cut_strips(
+    stack: PhotoStack,
+    axis: Axis,
+    low_m: float,
+    high_m: float,
+    block_m: float,
+    row_m: float,
+    reach_m: float,
+    du_m: float,
+    sigma_px: float,
+    linear: bool,
+    tau: float = 0.01,
+    wanted: np.ndarray | None = None,
+) -> Strips:
     """Cut strips along ``axis`` between two heights above the ground and measure edge coherence per block.
 
     block_m, row_m: height of a block and of its rows. reach_m: half width. du_m: sideways step. sigma_px: Gaussian
@@ -223,8 +258,24 @@ def cut_strips(stack: PhotoStack, axis: Axis, low_m: float, high_m: float, block
     normal, px_m, widen = np.zeros((n, 2)), np.full(n, 0.02), np.ones(n)
     lut = LUT_LINEAR if linear else LUT_GAMMA
     wanted = np.ones(n, bool) if wanted is None else wanted
-    _strips_kernel(*stack.arrays, wanted, axis.row, heights, per_block, u0, du_m, n_u, sigma_px,
-                   tau * (0.7 if linear else 1.0), lut, coherence, gradient, normal, px_m, widen)
+    _strips_kernel(
+        *stack.arrays,
+        wanted,
+        axis.row,
+        heights,
+        per_block,
+        u0,
+        du_m,
+        n_u,
+        sigma_px,
+        tau * (0.7 if linear else 1.0),
+        lut,
+        coherence,
+        gradient,
+        normal,
+        px_m,
+        widen,
+    )
     q = heights.reshape(n_blocks, per_block).mean(axis=1) - axis.bh_m
     return Strips(u0 + du_m * np.arange(n_u), q, coherence, gradient, normal, px_m, widen)
 
@@ -253,8 +304,9 @@ def _ridges_kernel(coherence, gradient, radius, width, floor, ridge, unit):
                         unit[v, b, j, 2] = g2 / norm
 
 
-def draw_ridges(coherence: np.ndarray, gradient: np.ndarray, width_samples: float,
-                floor: float = 0.05) -> tuple[np.ndarray, np.ndarray]:
+def draw_ridges(
+    coherence: np.ndarray, gradient: np.ndarray, width_samples: float, floor: float = 0.05
+) -> tuple[np.ndarray, np.ndarray]:
     """Keep the local maxima of the coherence along u, redrawn as narrow Gaussians, with the maxima's colour direction.
 
     Without this, one thick ridge serves as both edges of a stem. Returns ridge (V, B, U) float32 and unit gradient
@@ -307,5 +359,14 @@ def hide_known(strips: Strips, stack: PhotoStack, axis: Axis, known: np.ndarray,
     known: (K, 10) float64: :attr:`Axis.row`, radius at breast height and its slope.
     """
     if len(known):
-        _known_kernel(strips.coherence, axis.row, strips.q, float(strips.u[0]), float(strips.u[1] - strips.u[0]),
-                      strips.normal, stack.centre, known, margin_m)
+        _known_kernel(
+            strips.coherence,
+            axis.row,
+            strips.q,
+            float(strips.u[0]),
+            float(strips.u[1] - strips.u[0]),
+            strips.normal,
+            stack.centre,
+            known,
+            margin_m,
+        )

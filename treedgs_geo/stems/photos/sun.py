@@ -31,8 +31,9 @@ def sun_azimuths(stack: PhotoStack, stems: list[tuple[Axis, float, np.ndarray]])
     for axis, radius, seen in stems:
         if radius < MIN_RADIUS_M:
             continue
-        strips = cut_strips(stack, axis, 0.5, 3.3, 0.28, 0.04, radius + 0.05, 0.01, 1.0, linear=False,
-                            wanted=seen > 0.5)
+        strips = cut_strips(
+            stack, axis, 0.5, 3.3, 0.28, 0.04, radius + 0.05, 0.01, 1.0, linear=False, wanted=seen > 0.5
+        )
         contrast = right_minus_left(strips, radius)
         border += (seen > 0.5)[:, None] * border_score(strips, radius, angles)
         good = (seen > 0.5) & np.isfinite(contrast)
