@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sqlite3
+import subprocess
+import sys
 
 import geopandas as gpd
 import numpy as np
@@ -13,7 +15,7 @@ from shapely.geometry import LineString
 from shared_data import needs_shared
 
 from treedgs_geo.commands.match_plots import MatchPlotsSettings, run
-from treedgs_geo.core.errors import InputError
+from treedgs_geo.core.errors import InputError, OutputError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.inventory.pairs_layer import FIELD, MEASURED, PAIR_COLUMNS, PAIRS, PLOTS, SUGGESTED
 from treedgs_geo.inventory.tree_layer import write_trees
@@ -201,6 +203,46 @@ def test_a_plot_left_to_a_person_is_paired_once_confirmed(survey):
     assert result["n_pairs"] == 14
 
 
+QGIS = """
+import sqlite3, sys
+file = sqlite3.connect(sys.argv[1], isolation_level=None)
+assert file.execute("PRAGMA journal_mode = WAL").fetchone() == ("wal",)
+for (name,) in file.execute("SELECT name FROM sqlite_master WHERE type = 'trigger'").fetchall():
+    if "update" in name:  # they call functions that only GDAL and QGIS have
+        file.execute(f'DROP TRIGGER "{name}"')
+for line in sys.stdin:
+    print(file.execute(line).fetchone(), flush=True)
+"""
+
+
+def test_the_file_may_be_open_in_qgis(survey):
+    """QGIS keeps a write-ahead log beside the file: edits in it are read, and it is never replayed into new content."""
+    match(survey)
+    path = survey / "pairs.gpkg"
+    # A process of its own, as QGIS is: SQLite's locks do not work between two libraries in one process.
+    with subprocess.Popen(
+        [sys.executable, "-c", QGIS, str(path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as qgis:
+
+        def ask(line):
+            qgis.stdin.write(line + "\n")
+            qgis.stdin.flush()
+            return qgis.stdout.readline().strip()
+
+        ask("UPDATE pairs SET pair_status = 'ok' WHERE field_id = '1'")
+        assert (survey / "pairs.gpkg-wal").stat().st_size > 0
+        match(survey)
+        assert ask("SELECT pair_status FROM pairs WHERE field_id = '1'") == "('ok',)"
+        assert ask("PRAGMA integrity_check") == "('ok',)"
+        ask("BEGIN IMMEDIATE")
+        with pytest.raises(OutputError, match="save or drop the edits"):
+            match(survey)
+        ask("ROLLBACK")
+    pairs = gpd.read_file(path, layer=PAIRS).set_index("field_id")
+    assert pairs.pair_status["1"] == "ok" and len(pairs) == 14
+    assert sorted(p.name for p in survey.iterdir()) == ["field.csv", "pairs.gpkg", "plots.csv", "trees.gpkg"]
+
+
 def test_an_unknown_status_and_a_foreign_file_are_told_and_kept(survey):
     match(survey)
     path = survey / "pairs.gpkg"
@@ -230,7 +272,7 @@ def test_csv_of_measured_trees_needs_a_unit(survey):
 def test_no_measured_tree_at_all(survey):
     write_trees(survey / "trees.gpkg", [], pyproj.CRS.from_epsg(6344))
     result, warnings = match(survey)
-    assert result["n_pairs"] == 0 and result["n_plots_to_check"] == 1 and warnings
+    assert result["n_pairs"] == 0 and result["n_plots_to_check"] == 1 and "no measured tree" in warnings[0]
     assert len(gpd.read_file(survey / "pairs.gpkg", layer=FIELD)) == 15
 
 

@@ -104,6 +104,10 @@ def match_plots(
         placed = _place(
             surveyed - centre, all_xy[around] - centre, options, mine, rows, around, locked.plots.get(plot.plot_id)
         )
+        if not len(around):
+            nearest = np.linalg.norm(all_xy - centre, axis=1).min() if len(all_xy) else np.inf
+            far = f"the nearest measured tree is {nearest:,.0f} m away" if len(all_xy) else "there is no measured tree"
+            placed = replace(placed, reason=f"{far}; check the plot's centre, its epsg and the CRS of the trees")
         moved = placed.apply(surveyed, centre)
         drawn[rows] = moved
         found = _pair_plot(plot, field_trees, measured, rows, around, moved, placed, options, mine, taken)
@@ -304,10 +308,8 @@ def _remarks(
     """Sentences about a plot that a technician should read."""
     remarks = []
     if placed.status == "check":
-        remarks.append(
-            f"Plot {plot.plot_id}: left to a hand check ({placed.reason}); look at the layer 'suggested', then set "
-            "the plot's status to ok (or draw two or more pairs) and run again."
-        )
+        todo = "; look at the layer 'suggested', set the plot's status to ok (or draw two or more pairs) and run again"
+        remarks.append(f"Plot {plot.plot_id}: left to a hand check ({placed.reason}){todo if suggested else ''}.")
     elif abs(placed.rotation_deg) >= 0.99 * options.rotation_deg > 0:
         remarks.append(
             f"Plot {plot.plot_id}: is turned by the most that is searched ({placed.rotation_deg:+.1f} degrees), "
