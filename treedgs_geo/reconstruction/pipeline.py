@@ -26,6 +26,9 @@ from .model import save_model
 from .pairs import ground_below, select_pairs
 from .poses import rotation_from_gimbal
 
+#: Photos with fewer pixels give too few features at their own size.
+SMALL_PHOTO_PX = 900_000
+
 
 @dataclass(frozen=True, kw_only=True)
 class ReconstructOptions:
@@ -206,9 +209,8 @@ def _extract(
         "camera_params": ",".join(f"{v:.6f}" for v in (camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion)),
         "max_image_size": options.max_image_size,
         "max_features": options.max_features,
-        # The photos resolve the trunks at full size: doubling them (octave -1) costs five times more and adds weak
-        # features.
-        "first_octave": 0,
+        # Doubling the photos (octave -1) costs five times more and adds weak features; small ones need them.
+        "first_octave": -1 if camera.width * camera.height < SMALL_PHOTO_PX else 0,
         "peak_threshold": 0.0067,
     }
     run_task("extract", job, cache, reporter, count_rows(database, "keypoints", len(stations)))

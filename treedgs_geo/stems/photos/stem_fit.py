@@ -32,6 +32,8 @@ LEAD_REFUSED, LEAD_DOUBTFUL = 0.08, 0.18
 #: stands out, and where the edges are all there is (chance reaches about 45).
 LLR_MEASURED, LLR_OK = 18.0, 35.0
 LLR_MEASURED_ALONE, LLR_OK_ALONE = 52.0, 60.0
+#: Silhouette contrast (of what chance reaches) below which a stem is doubted.
+FAINT = 0.7
 #: The silhouette reads this much thinner than the edges (cm): ground shows through at the blurred rim. And how far it
 #: may be off before the tree is doubted or refused, cm and share of the diameter.
 OUTLINE_OFFSET_CM, OUTLINE_DOUBT, OUTLINE_REFUSE = 1.0, (2.5, 0.10), (4.0, 0.18)
@@ -167,7 +169,7 @@ class Fitter:
                 )
                 or fine
             )
-        return self._judge(seed, best, fine, gap, lead, z, outline)
+        return self._judge(seed, best, fine, gap, lead, z, None if quick else outline)
 
     def _trust(self, outline: Silhouette, shapes: list[np.ndarray]) -> float:
         """0..1: how much the silhouette says here, by how far it stands out from what chance reaches."""
@@ -191,23 +193,23 @@ class Fitter:
         se = standard_error_cm(fine, weight)
         azimuth = np.arctan2(fine.axis.p[1] - self.stack.centre[clear, 1], fine.axis.p[0] - self.stack.centre[clear, 0])
         dbh = 200 * fine.r0
-        solid = outline is not None and best.contrast > self.chance
-        outline_cm = 200 * widest(outline, best.vector) if solid and outline is not None else np.nan
+        contrast = np.nan if outline is None else best.contrast / self.chance
+        outline_cm = np.nan if outline is None else 200 * widest(outline, best.vector)
         flag, reasons = verdict(
-            dbh,
-            200 * best.mode.r,
-            fine.r1,
-            float(np.hypot(*fine.axis.s)),
-            best.edges,
-            gap,
-            lead,
-            solid,
-            outline_cm,
-            int(clear.sum()),
-            kish,
-            se,
-            fine.rms_px,
-            self.options,
+            dbh_cm=dbh,
+            polish_cm=200 * best.mode.r,
+            r1=fine.r1,
+            lean=float(np.hypot(*fine.axis.s)),
+            score=best.edges,
+            gap=gap,
+            n_views=int(clear.sum()),
+            kish=kish,
+            se_cm=se,
+            rms_px=fine.rms_px,
+            options=self.options,
+            lead=lead,
+            contrast=contrast,
+            outline_cm=outline_cm,
         )
         return StemFit(
             axis=fine.axis,
@@ -226,7 +228,7 @@ class Fitter:
             rms_px=fine.rms_px,
             polish_cm=200 * best.mode.r,
             seen=seen_probability(z),
-            contrast=best.contrast / self.chance,
+            contrast=contrast,
             lead=lead,
             outline_cm=outline_cm,
         )
@@ -367,18 +369,20 @@ def verdict(
     lean: float,
     score: float,
     gap: float,
-    lead: float,
-    solid: bool,
-    outline_cm: float,
     n_views: int,
     kish: float,
     se_cm: float,
     rms_px: float,
     options: PhotoStemOptions,
+    lead: float = np.nan,
+    contrast: float = np.nan,
+    outline_cm: float = np.nan,
 ) -> tuple[str, tuple[str, ...]]:
     """Accept, doubt or refuse. Wrong explanations show in a low likelihood, close rivals, ragged edges and a silhouette
-    of another width."""
-    refuse, doubt = [], []
+    of another width. lead, contrast, outline_cm: as in :class:`StemFit`, NaN where no silhouette is to be had."""
+    refuse: list[str] = []
+    doubt: list[str] = []
+    solid = contrast > 1.0
 
     def judge(reason: str, refused: bool, doubted: bool) -> None:
         if refused:
@@ -391,9 +395,8 @@ def verdict(
     measured, sure = (LLR_MEASURED, LLR_OK) if solid else (LLR_MEASURED_ALONE, LLR_OK_ALONE)
     judge("few_views", n_views < 3 or kish < 2.5 or score < measured, n_views < 5 or kish < 4 or score < sure)
     if not solid:
-        judge(
-            "occluded", rms_px > 0.555 and score < 100 or rms_px > 0.535 and score < 50, rms_px > 0.535 and score < 100
-        )
+        ragged = rms_px > 0.555 and score < 100 or rms_px > 0.535 and score < 50
+        judge("occluded", ragged, rms_px > 0.535 and score < 100 or contrast < FAINT)
     if np.isfinite(lead):
         judge("ambiguous", lead < LEAD_REFUSED, lead < LEAD_DOUBTFUL)
     else:
