@@ -2,8 +2,8 @@
 
     python benchmarks/photos_to_dbh.py PLOT [PLOT ...] [--fit auto paper] [--preset balanced] [--output FILE]
 
-A plot is a folder as ``simulate-plot`` writes it. The chain gets photos, geotags and plots.csv, never ``truth/``; it runs
-in a process of its own, so that seconds and peak memory are its own.
+A plot is a folder as ``simulate-plot`` writes it. The chain gets photos, geotags and plots.csv, never ``truth/``; it
+runs in a process of its own, so that seconds and peak memory are its own.
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ from .parameters import (
 )
 
 ICON = Path(__file__).with_name("icons") / "treedgs.svg"
-HELP_URL = "https://github.com/treedgs/treedgs/tree/main/docs"
+HELP_URL = (Path(__file__).resolve().parents[1] / "docs" / "qgis.md").as_uri()
 #: QGIS keeps every estimate as a line of its log: not too many of them.
 ESTIMATE_EVERY_S = 20
 

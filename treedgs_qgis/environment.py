@@ -20,7 +20,6 @@ from pathlib import Path
 REQUIREMENTS = Path(__file__).with_name("requirements.txt")
 READY = "treedgs-ready.json"
 NEEDED_DISK_GB = 4
-TORCH_CPU_INDEX = "https://download.pytorch.org/whl/cpu"
 OLDEST = (3, 10)
 
 _PYTHON_CHECK = f"""
@@ -142,11 +141,14 @@ def build(
     if wheels is not None:
         pip += ["--no-index", "--find-links", str(wheels)]
     for group in packages:
-        say(f"Installing {', '.join(group)}")
-        more = []
         if torch == "cpu" and wheels is None and group[0].startswith("torch") and _pulls_cuda(pip, group):
-            more = ["--index-url", TORCH_CPU_INDEX]
-        if run([*pip, *more, *group]) != 0:
+            say(
+                f"Leaving out {', '.join(group)}: here it would bring gigabytes of CUDA, and it only serves tests "
+                "(TREEDGS_TORCH=cuda installs it all the same)."
+            )
+            continue
+        say(f"Installing {', '.join(group)}")
+        if run([*pip, *group]) != 0:
             raise SetupError(
                 f"pip could not install {', '.join(group)} into {target}; read the lines above: without "
                 "network give a folder of wheels, behind a proxy set HTTPS_PROXY, then run this again."

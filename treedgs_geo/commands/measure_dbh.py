@@ -71,7 +71,7 @@ COMMAND = Command(
     name="measure-dbh",
     qgis_id="measuredbh",
     title="Measure DBH of segmented stems",
-    group="Point clouds",
+    group="Single steps",
     summary="Measure the DBH of stems whose points carry tree ids.",
     help=(
         "Takes a cloud with a tree-id dimension (segment-stems, or another segmenter with --id-field) and writes one "

@@ -49,7 +49,7 @@ COMMAND = Command(
     name="pointcloud-to-dbh",
     qgis_id="pointcloudtodbh",
     title="Point cloud to DBH",
-    group="Main job",
+    group="Measure trees",
     summary="From a LiDAR cloud (drone or terrestrial) or surface points to tree points with DBH.",
     help=(
         "Finds the ground (or takes your DTM), finds the stems in the band from 0.5 to 5 m, measures each at breast "

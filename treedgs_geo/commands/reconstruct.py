@@ -151,7 +151,7 @@ COMMAND = Command(
     name="reconstruct",
     qgis_id="reconstruct",
     title="Reconstruct cameras from photos",
-    group="Photos",
+    group="Single steps",
     summary="Georeferenced structure from motion: camera poses, sparse points, dense points of the stem band.",
     help=(
         "Inputs: overlapping drone photos (80 % overlap, most of them oblique) and their PPK, RTK or EXIF "

@@ -52,7 +52,7 @@ COMMAND = Command(
     name="segment-stems",
     qgis_id="segmentstems",
     title="Find stems in a point cloud",
-    group="Point clouds",
+    group="Single steps",
     summary="Find stems in a point cloud and give each point the id of its tree.",
     help=(
         "Looks in the band from 0.5 to 5 m above ground for rings (or discs, for surface points of splats) that "

@@ -69,7 +69,7 @@ COMMAND = Command(
     name="terrain",
     qgis_id="terrain",
     title="Terrain model from a point cloud",
-    group="Point clouds",
+    group="Single steps",
     summary="Find the ground in a point cloud and write a terrain model (DTM).",
     help=(
         "A cloth is draped over the lowest points (cloth simulation filter), low plants are removed by a robust "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -83,7 +84,7 @@ def score_against_truth(
     """Score a tree layer against a simulated or rendered plot's ``truth/trees.csv``.
 
     Reference: in-plot stems with at least ``min_clear_views`` unoccluded breast-height views. False: a tree with a DBH
-    that is near no true stem at all (in or out of the plot, at its base or at breast height).
+    that is near no true stem or sapling (in or out of the plot, at its base or at breast height).
 
     Returns:
         the pooled accuracy and one row per reference stem (``tree_id, dbh_true_cm, dbh_cm, error_cm, qc_flag, …``).
@@ -95,7 +96,9 @@ def score_against_truth(
     measured = trees[trees["dbh_cm"].notna()]
     found_xy = measured[["x", "y"]].to_numpy(float)
     pairs = pair_by_position(truth[["E_bh", "N_bh"]].to_numpy(float), found_xy, gate_m)
-    anywhere = np.vstack([truth[["E_bh", "N_bh"]].to_numpy(float), truth[["E_base", "N_base"]].to_numpy(float)])
+    anywhere = np.vstack(
+        [truth[["E_bh", "N_bh"]].to_numpy(float), truth[["E_base", "N_base"]].to_numpy(float), _saplings(truth_csv)]
+    )
     n_false = int((cdist(found_xy, anywhere).min(axis=1) > gate_m).sum()) if len(found_xy) else 0
 
     every_pair = dict(
@@ -135,3 +138,13 @@ def score_against_truth(
         done["inside_90"].to_numpy(bool) if len(done) else None,
     )
     return accuracy, table
+
+
+def _saplings(truth_csv: Path) -> np.ndarray:
+    """(K, 2) saplings of a simulated plot, which are not in the tree table: a DBH there is no invention."""
+    stems = Path(truth_csv).with_name("stems.json")
+    if not stems.exists():
+        return np.zeros((0, 2))
+    record = json.loads(stems.read_text(encoding="utf-8"))
+    local = np.array([row[:2] for row in record.get("saplings_xy_dbhcm", [])], float).reshape(-1, 2)
+    return local + np.asarray(record["origin"][:2], float)

@@ -79,7 +79,7 @@ def write_stations(path: Path, stations: Stations) -> None:
         crs=stations.crs,
     )
     with atomic_path(path) as temporary:
-        frame.to_file(temporary, layer=LAYER, driver="GPKG", engine="pyogrio")
+        frame.to_file(temporary, layer=LAYER, driver="GPKG", engine="pyogrio", dataset_options={"VERSION": "1.2"})
 
 
 def read_stations_layer(path: Path) -> Stations:

@@ -72,7 +72,9 @@ def write_trees(path: Path, trees: list[Tree], crs: pyproj.CRS) -> Path:
         _write_shapefile(path, table)
     else:
         with atomic_path(path) as temporary:
-            table.to_file(temporary, layer=LAYER, driver=driver, engine="pyogrio", geometry_type="Point Z")
+            # QGIS 3.22 knows GeoPackage up to 1.3 and warns about newer ones at every opening.
+            options = {"dataset_options": {"VERSION": "1.2"}} if driver == "GPKG" else {}
+            table.to_file(temporary, layer=LAYER, driver=driver, engine="pyogrio", geometry_type="Point Z", **options)
             if driver == "GPKG":
                 save_style(temporary, LAYER, (files(__package__) / "styles" / "trees.qml").read_text(encoding="utf-8"))
     return path

@@ -241,8 +241,8 @@ def _by_the_paper(cloud: PointCloud, groups: list[np.ndarray], frames: list[_Tre
             cone = Cone(float(middle[0]), float(middle[1]), 0.0, 0.0, taper.at_bh_cm / 200, taper.slope_cm_m / 200,
                         options.bh_m)
             # The published method has no standard error; its bias depends on how the points fill the stem.
-            measured = StemMeasure(cone, taper.at_bh_cm, None, "ok", (), 0.0, len(group), int(taper.inliers.sum()),
-                                   taper.slope_cm_m)
+            measured = StemMeasure(cone, taper.at_bh_cm, None, "check", ("unchecked",), 0.0, len(group),
+                                   int(taper.inliers.sum()), taper.slope_cm_m)
         measures.append(measured)
     return measures
 

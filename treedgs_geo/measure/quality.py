@@ -20,6 +20,7 @@ REASONS: dict[str, tuple[str, str]] = {
     "too_large": ("the fitted stem is thicker than the allowed maximum", "raise the maximum diameter if it is real"),
     "wide_error": ("the estimated error is too large to be useful", "fly more photos or measure by hand"),
     "disagree": ("two measuring methods disagree", "check this tree by hand"),
+    "unchecked": ("the published method has no check and no error of its own", "compare with the default method"),
     "no_ground": ("no ground height is known at the tree", "give a DTM that covers the plot"),
     "edge": ("the tree stands at the edge of the data", "extend the survey beyond the plot"),
 }

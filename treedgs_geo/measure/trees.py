@@ -50,7 +50,7 @@ class Tree:
                 raise ValueError(f"undocumented qc_reason {reason!r}")
 
     def finish(self) -> Tree:
-        """Apply the layer's rules: a rejected tree has no DBH; basal area and the interval follow from DBH and error."""
+        """Apply the layer's rules: a rejected tree has no DBH; basal area and interval follow from DBH and error."""
         if self.qc_flag == "reject" or self.dbh_cm is None or not np.isfinite(self.dbh_cm):
             self.qc_flag = "reject"
             self.dbh_cm = self.dbh_se_cm = self.dbh_lo_cm = self.dbh_hi_cm = self.ba_m2 = None

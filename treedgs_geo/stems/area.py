@@ -82,7 +82,8 @@ def _cover(seen: np.ndarray, x: np.ndarray, y: np.ndarray) -> Area:
     """Greedy cover of the True cells by inscribed circles, largest first."""
     from scipy.ndimage import distance_transform_edt
 
-    centres, radii = [], []
+    centres: list[tuple[float, float]] = []
+    radii: list[float] = []
     left = np.pad(seen, 1)
     depth = distance_transform_edt(left)
     gx, gy = np.meshgrid(np.r_[x[0], x, x[-1]], np.r_[y[0], y, y[-1]])

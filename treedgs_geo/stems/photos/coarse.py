@@ -417,7 +417,7 @@ class Search:
             max(float(self.null.radii[0]), r_low),
             float(self.null.radii[-1]),
         )
-        return Mode(*map(float, p), float(best))
+        return Mode(*[*map(float, p), float(best)])
 
     def wholes(self, mode: Mode, share: float = 0.45, most: int = 2) -> list[Mode]:
         """Larger explanations that keep one edge of ``mode`` and score at least ``share`` of it, polished.
@@ -432,7 +432,7 @@ class Search:
                     continue
                 score = self.score(p)
                 if score > share * mode.score:
-                    found.append(Mode(*map(float, p), score))
+                    found.append(Mode(*[*map(float, p), score]))
         found.sort(key=lambda m: -m.score)
         kept: list[Mode] = []
         for candidate in found:

@@ -219,8 +219,8 @@ def lean_grid(max_lean_deg: float, step: float = 0.04) -> np.ndarray:
             point = np.array([a + 0.5 * b, b * np.sqrt(0.75)]) * step
             if np.hypot(*point) <= limit:
                 points.append(point)
-    points = np.array(points)
-    return points[np.argsort(np.hypot(points[:, 0], points[:, 1]), kind="stable")]
+    grid = np.array(points)
+    return grid[np.argsort(np.hypot(grid[:, 0], grid[:, 1]), kind="stable")]
 
 
 @dataclass
@@ -325,7 +325,8 @@ class Detector:
             Seed(
                 self.x0 + j * self.cell,
                 self.y0 + i * self.cell,
-                *map(float, leans[lean[i, j]]),
+                float(leans[lean[i, j]][0]),
+                float(leans[lean[i, j]][1]),
                 float(self.radii[radius[i, j]]),
                 float(best[i, j]),
             )

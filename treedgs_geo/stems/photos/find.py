@@ -76,9 +76,9 @@ def split(area: Area, margin_m: float) -> list[tuple[Area, tuple[float, float, f
                 box = (x0, y0, x0 + step, y0 + step)
                 middle = np.array([x0 + step / 2, y0 + step / 2])
                 if n == 1:
-                    pieces.append((Area.circle(*centre, radius), box))
+                    pieces.append((Area.circle(float(centre[0]), float(centre[1]), float(radius)), box))
                 elif np.linalg.norm(middle - centre) < radius + step / np.sqrt(2):
-                    pieces.append((Area.circle(*middle, step / np.sqrt(2)), box))
+                    pieces.append((Area.circle(float(middle[0]), float(middle[1]), step / np.sqrt(2)), box))
     return pieces
 
 

@@ -200,7 +200,7 @@ def _solve(
     e = u - design @ x - offset[v]
     mass = np.bincount(v * 2 + s, post, 2 * n_views).reshape(-1, 2)
     moment = np.bincount(v * 2 + s, post * e * sign, 2 * n_views).reshape(-1, 2)
-    two_sided = (mass >= 1.0).all(axis=1)
+    two_sided = np.all(mass >= 1.0, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         view_r = np.where(two_sided, (moment / mass).mean(axis=1) / strips.widen, np.nan)
         weight = np.where(two_sided, 1.0 / (1.0 / mass[:, 0] + 1.0 / mass[:, 1]), 0.0)

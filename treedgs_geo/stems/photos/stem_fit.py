@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
@@ -57,7 +58,7 @@ class StemFit:
     r1: float
     dbh_cm: float
     se_cm: float
-    flag: str
+    flag: Literal["ok", "check", "reject"]
     reasons: tuple[str, ...]
     seed_score: float
     llr: float
@@ -126,7 +127,7 @@ class Fitter:
         if quick:
             finalists = finalists[:1]
         else:
-            drawn = [search.polish(Mode(*map(float, shape), 0.0)) for shape in shapes]
+            drawn = [search.polish(Mode(*[*map(float, shape), 0.0])) for shape in shapes]
             finalists = distinct(finalists + (search.wholes(modes[0]) if modes else []) + drawn, 0.012, 0.006)
         tried = []
         for mode in finalists:
@@ -377,7 +378,7 @@ def verdict(
     lead: float = np.nan,
     contrast: float = np.nan,
     outline_cm: float = np.nan,
-) -> tuple[str, tuple[str, ...]]:
+) -> tuple[Literal["ok", "check", "reject"], tuple[str, ...]]:
     """Accept, doubt or refuse. Wrong explanations show in a low likelihood, close rivals, ragged edges and a silhouette
     of another width. lead, contrast, outline_cm: as in :class:`StemFit`, NaN where no silhouette is to be had."""
     refuse: list[str] = []

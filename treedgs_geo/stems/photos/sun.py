@@ -107,10 +107,10 @@ def right_minus_left(strips: Strips, radius: float) -> np.ndarray:
     triangle = np.maximum(1 - np.abs(strips.u) / (INSIDE * radius), 0)
     step = strips.gradient[..., 0] / strips.px_m[:, None, None] * du
     halves = (step * triangle).sum(axis=2)
-    filled = (strips.coherence > 0).any(axis=2)
+    filled = np.any(strips.coherence > 0, axis=2)
     with np.errstate(invalid="ignore"):
         halves = np.where(filled, halves, np.nan)
     out = np.full(len(halves), np.nan)
-    rows = filled.any(axis=1)
+    rows = np.any(filled, axis=1)
     out[rows] = np.nanmedian(halves[rows], axis=1)
     return out
