@@ -20,7 +20,7 @@ from ..geotags.photos import list_photos
 from ..geotags.reading import read_stations
 from ..geotags.stations import Stations, read_stations_layer, write_stations
 from ..inventory.report import write_report
-from ..inventory.tree_layer import check_output, tree_table, write_trees
+from ..inventory.tree_layer import check_output, style_stations, tree_table, write_trees
 from ..measure.trees import Tree
 from ..reconstruction.cameras import View
 from ..reconstruction.model import load_points, load_views
@@ -82,6 +82,7 @@ def _geotag(settings: PhotosToDbhSettings, photos: list[Path], space: Workspace,
     def work(reporter: Reporter) -> dict[str, Any]:
         stations = read_stations(settings.photos, settings.geotags, settings.crs, reporter=reporter)
         write_stations(layer, stations)
+        style_stations(layer)
         return {"photos": len(stations), "positions": stations.counts()}
 
     used = {"photos": settings.photos, "geotags": settings.geotags, "crs": settings.crs}

@@ -49,6 +49,7 @@ def run(settings: GeotagSettings, reporter: Reporter) -> dict[str, Any]:
         )
     ensure_writable(settings.output)
     from ..geotags import read_stations, write_stations
+    from ..inventory.tree_layer import style_stations
 
     with reporter.stage("geotags"):
         stations = read_stations(
@@ -60,6 +61,7 @@ def run(settings: GeotagSettings, reporter: Reporter) -> dict[str, Any]:
             reporter=reporter,
         )
         write_stations(settings.output, stations)
+        style_stations(settings.output)
     counts = stations.counts()
     return {
         "output": str(settings.output),

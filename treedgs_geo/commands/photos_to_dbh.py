@@ -71,11 +71,11 @@ COMMAND = Command(
     group="Measure trees",
     summary="Drone photos (and PPK geotags) in, tree points with DBH, error and reasons out.",
     help=(
-        "Inputs: overlapping drone photos taken above the canopy, most of them oblique (30 to 50 degrees from straight "
-        "down), at about 2 cm a pixel or finer; PPK or RTK geotags. Output: one point per stem found, with DBH (cm), its "
-        "standard error and 90 % interval (cm), and a reason wherever no DBH could be measured. Stems under "
-        "7.5 cm and stems that fewer than three photos see at breast height are refused. A second run in the same "
-        "workspace resumes."
+        "Inputs: overlapping drone photos taken above the canopy, most of them oblique (30 to 50 degrees from "
+        "straight down), at about 2 cm a pixel or finer; PPK or RTK geotags. Output: one point per stem found, with "
+        "DBH (cm), its standard error and 90 % interval (cm), and a reason wherever no DBH could be measured. Stems "
+        "under 7.5 cm and stems that fewer than three photos see at breast height are refused. A second run in the "
+        "same workspace resumes."
     ),
     settings=PhotosToDbhSettings,
     run=photos_to_dbh,

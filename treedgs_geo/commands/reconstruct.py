@@ -52,6 +52,7 @@ def run(settings: ReconstructSettings, reporter: Reporter) -> dict[str, Any]:
     from ..core.files import fingerprint
     from ..core.plots import read_plots
     from ..geotags import read_stations, write_stations
+    from ..inventory.tree_layer import style_stations
     from ..reconstruction.pipeline import ReconstructOptions, reconstruct_photos
 
     workspace = Workspace(settings.workspace)
@@ -61,6 +62,7 @@ def run(settings: ReconstructSettings, reporter: Reporter) -> dict[str, Any]:
         plots = read_plots(settings.plots, stations.crs) if settings.plots else []
         dtm = _read_dtm(settings, stations.crs, plots)
         write_stations(workspace.path(GEOTAGS), stations)
+        style_stations(workspace.path(GEOTAGS))
     workspace.record["crs"] = stations.crs.to_string()
     options = ReconstructOptions(max_features=settings.max_features, threads=settings.threads, seed=settings.seed)
     positions = hashlib.sha256(stations.xyz.tobytes() + stations.sd.tobytes()).hexdigest()[:16]

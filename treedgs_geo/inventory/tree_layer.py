@@ -98,6 +98,11 @@ def read_trees(path: Path) -> gpd.GeoDataFrame:
     return table
 
 
+def style_stations(path: Path) -> None:
+    """Give the camera stations layer in ``path`` its style."""
+    save_style(path, "stations", (files(__package__) / "styles" / "stations.qml").read_text(encoding="utf-8"))
+
+
 def save_style(geopackage: Path, layer: str, qml: str, geometry: str = "geom") -> None:
     """Store ``qml`` as the layer's default style inside the GeoPackage, where QGIS looks for it."""
     with sqlite3.connect(geopackage) as connection:
