@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -53,6 +54,11 @@ def join_photos(
     rng = np.random.default_rng(1)
     mapped = placement.mapped.copy()
     if mapped.sum() < 3:
+        placement = from_gimbal(placement, store, xyz, sd, threads)
+        mapped = placement.mapped.copy()
+        if mapped.any():
+            reporter.info(f"No mapper found a model; {mapped.sum()} photos start from their geotags and gimbal angles.")
+    if mapped.sum() < 3:
         raise ReconstructionError(
             f"No three of the {len(names)} photos could be matched with each other and their geotags; they overlap "
             "too little, are blurred, or the geotags are wrong: look at the photos, fly with 80 % overlap."
@@ -101,6 +107,38 @@ def join_photos(
     if lost:
         reporter.warn(f"{len(lost)} photos could not be tied to the others: {shorten(lost)}.")
     return block
+
+
+def from_gimbal(placement: Placement, store: FeatureStore, xyz: np.ndarray, sd: np.ndarray, threads: int) -> Placement:
+    """First poses from geotags and gimbal angles alone, brought together by their matches, intrinsics held.
+
+    For photos with a narrow field of view: there the relative pose of two photos is nearly ambiguous (depth may be
+    turned inside out), and mappers that start from pairs reject each other's rotations. Half a degree of gimbal error
+    is tens of pixels, so the limit starts wide and closes.
+    """
+    known = np.isfinite(placement.translations).all(axis=1) & np.isfinite(xyz).all(axis=1)
+    if known.sum() < 3:
+        return placement
+    reach_px = 2 * np.tan(np.radians(GIMBAL_REACH_DEG)) * placement.camera.fx
+    held: dict[str, Any] = {
+        "free_focal": False,
+        "free_principal_point": False,
+        "free_distortion": False,
+        "threads": threads,
+    }
+    rotations, translations = placement.rotations.copy(), placement.translations.copy()
+    rotations[~known], translations[~known] = np.nan, np.nan
+    block = from_matches(store, known, rotations, translations, placement.camera)
+    for share in (1.0, 0.3, 0.1):
+        # Every match again: what was too far off before may fit now.
+        block = from_matches(store, block.is_posed, block.rotations, block.translations, block.camera)
+        triangulate(block, share * reach_px)
+        adjust(block, xyz, sd, loss_px=max(0.1 * share * reach_px, 2.0), prior_factor=1.0, **held)
+    triangulate(block, 0.05 * reach_px)
+    tied = block.is_posed & (np.bincount(block.image, minlength=len(known)) >= MIN_OBSERVATIONS)
+    rotations = np.where(tied[:, None, None], block.rotations, placement.rotations)
+    translations = np.where(tied[:, None], block.translations, placement.translations)
+    return replace(placement, rotations=rotations, translations=translations, mapped=tied)
 
 
 def _typical_px(block: Block) -> float:
