@@ -27,7 +27,6 @@ PACKAGES = {
     "geopandas": "geopandas",
     "rasterio": "rasterio",
     "matplotlib": "matplotlib",
-    "sklearn": "scikit-learn",
     "psutil": "psutil",
     "tqdm": "tqdm",
     "laspy": "laspy",

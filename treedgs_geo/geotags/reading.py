@@ -96,8 +96,9 @@ def _checked_crs(crs: str | pyproj.CRS, lon_lat: tuple[float, float] | None) -> 
     ):
         zone = suggest_utm(*lon_lat)
         raise CRSError(
-            f"--crs: {project.name} is made for {area.name or 'another area'}, the photos were taken at "
-            f"{lon_lat[1]:.3f}, {lon_lat[0]:.3f}; use for example EPSG:{zone.to_epsg()} ({zone.name})."
+            f"--crs: {project.name} is made for longitudes {area.west:g} to {area.east:g}, latitudes {area.south:g} to "
+            f"{area.north:g}; the photos were taken at longitude {lon_lat[0]:.3f}, latitude {lon_lat[1]:.3f}: use for "
+            f"example EPSG:{zone.to_epsg()} ({zone.name})."
         )
     return project
 
