@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from .. import __version__
 from ..core.files import fingerprint
 from ..core.progress import Reporter
 from ..core.workspace import Workspace
@@ -56,7 +57,7 @@ class Steps:
         for the stage to count as done. always: never keep an earlier result.
         """
         high = min(self._at + SHARES[name], 1.0)
-        described = json.dumps([self._key, settings, fingerprint(inputs)], sort_keys=True, default=str)
+        described = json.dumps([__version__, self._key, settings, fingerprint(inputs)], sort_keys=True, default=str)
         self._key = hashlib.sha256(described.encode()).hexdigest()[:16]
         plain = json.loads(json.dumps(settings, default=str))
         with self.reporter.stage(name, self._at, high):
