@@ -48,7 +48,7 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
 COMMAND = Command(
     name="pointcloud-to-dbh",
     qgis_id="pointcloudtodbh",
-    title="Point cloud to DBH",
+    title="Measure DBH from a point cloud",
     group="Measure trees",
     summary="From a LiDAR cloud (drone or terrestrial) or surface points to tree points with DBH.",
     help=(
