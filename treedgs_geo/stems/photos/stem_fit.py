@@ -24,6 +24,8 @@ CLEAR_Z = 2.5
 MIN_RAW, MIN_POLISHED = 38.0, 50.0
 #: Lead in edge score over the next explanation that still leaves a doubt.
 DOUBTED_GAP = 9.0
+#: A part of a stem with less than this share of the whole's silhouette contrast is refuted.
+PART_CONTRAST = 0.9
 #: Explanations whose diameters differ less than this are one answer, cm.
 SAME_DBH_CM = 2.0
 #: Two explanations are judged by the sum of their shares of the best edge score and of the best silhouette contrast: a
@@ -260,11 +262,12 @@ def choose(tried: list[Explanation], trust: float, sun: np.ndarray) -> tuple[Exp
     best = ranked[0] if trust > 0.5 else prefer_whole(sorted(tried, key=lambda item: -item.edges), sun)
     at = next(i for i, item in enumerate(tried) if item is best)
     rivals = [i for i, item in enumerate(tried) if item is not best and different(item.vector, best.vector)]
-    lead = joint[at] - max(
-        (joint[i] for i in rivals if abs(tried[i].vector[4] - best.vector[4]) > SAME_DBH_CM / 200), default=0.0
-    )
-    # A part of the chosen stem is no rival of the whole; where it won by far there is doubt all the same.
     parts = [i for i in rivals if contains(best.vector, tried[i].vector)]
+    # The lit or shaded part of a stem has fine edges, but the rest of the stem beside it is not ground.
+    refuted = [i for i in parts if tried[i].contrast < PART_CONTRAST * best.contrast]
+    others = [i for i in rivals if i not in refuted and abs(tried[i].vector[4] - best.vector[4]) > SAME_DBH_CM / 200]
+    lead = joint[at] - max((joint[i] for i in others), default=0.0)
+    # A part of the chosen stem is no rival of the whole; where it won by far there is doubt all the same.
     gap = best.edges - max((tried[i].edges for i in rivals if i not in parts), default=0.0)
     if max((tried[i].edges for i in parts), default=0.0) > 1.25 * best.edges:
         gap = min(gap, DOUBTED_GAP)
@@ -413,6 +416,6 @@ def verdict(
     judge("lean", lean > np.tan(np.radians(25)), False)
     judge("wide_error", se_cm > 0.25 * dbh_cm, se_cm > 0.06 * dbh_cm)
     # One doubt is for the forester to look at; several together are how wrong explanations look.
-    if refuse or (len(doubt) >= 2 and not solid) or len(doubt) >= 3:
+    if refuse or len(doubt) >= 2:
         return "reject", tuple(dict.fromkeys(refuse + doubt))
     return ("check" if doubt else "ok"), tuple(doubt)
