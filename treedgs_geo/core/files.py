@@ -6,9 +6,10 @@ import hashlib
 import json
 import os
 import shutil
+import sqlite3
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,61 @@ def atomic_path(target: Path) -> Iterator[Path]:
     finally:
         for leftover in target.parent.glob(temporary.name + "*"):
             leftover.unlink(missing_ok=True)
+
+
+@contextmanager
+def atomic_geopackage(target: Path) -> Iterator[Path]:
+    """Yield a temporary GeoPackage that becomes ``target`` only if the block succeeds.
+
+    An existing database is filled in one transaction instead of being replaced: while QGIS shows it, its write-ahead
+    log lies beside it, and SQLite would replay that log into a new file of the same name.
+
+    Raises:
+        OutputError: the folder cannot be written, or the file is locked by an edit session.
+    """
+    target = Path(target)
+    if not _is_database(target):
+        with atomic_path(target) as temporary:
+            yield temporary
+        return
+    ensure_writable(target)
+    with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.stem[:40]}.") as folder:
+        temporary = Path(folder) / target.name
+        yield temporary
+        ensure_unlocked(target)
+        try:
+            with closing(sqlite3.connect(temporary)) as source, closing(sqlite3.connect(target, timeout=10)) as there:
+                source.backup(there)
+        except sqlite3.Error as problem:
+            raise OutputError(_locked(target, problem)) from None
+
+
+def ensure_unlocked(target: Path) -> None:
+    """Prove that an existing GeoPackage may be written, before hours of work.
+
+    Raises:
+        OutputError: QGIS or another program is editing it.
+    """
+    if not _is_database(target):
+        return
+    try:
+        with closing(sqlite3.connect(target, timeout=10)) as connection:
+            connection.execute("BEGIN IMMEDIATE")
+            connection.rollback()
+    except sqlite3.Error as problem:
+        raise OutputError(_locked(target, problem)) from None
+
+
+def _is_database(path: Path) -> bool:
+    try:
+        with open(path, "rb") as stream:
+            return stream.read(16) == b"SQLite format 3\0"
+    except OSError:
+        return False
+
+
+def _locked(path: Path, problem: Exception) -> str:
+    return f"{path}: cannot be written ({problem}); save or drop the edits in QGIS and run again."
 
 
 @contextmanager

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.metadata
-import resource
 import sys
 import time
 from collections.abc import Iterator
@@ -85,11 +84,16 @@ class Workspace:
 
 def peak_memory_mb() -> int:
     """Largest resident size so far of this process and of its finished children, MB."""
+    try:
+        import resource
+    except ModuleNotFoundError:
+        # Windows: the peak of this process; finished children are not counted there.
+        import psutil
+
+        return round(psutil.Process().memory_info().peak_wset / 1024**2)
     scale = 1 / 1024 if sys.platform != "darwin" else 1 / 1024**2
-    return round(
-        max(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
-        * scale
-    )
+    largest = max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return round(largest * scale)
 
 
 def _versions() -> dict[str, str]:

@@ -9,7 +9,7 @@ import numpy as np
 import pyproj
 
 from ..core.errors import InputError
-from ..core.files import atomic_path
+from ..core.files import atomic_geopackage
 from .gpstime import describe_utc
 
 QUALITIES = ("fix", "float", "single", "exif", "none")
@@ -78,7 +78,7 @@ def write_stations(path: Path, stations: Stations) -> None:
         geometry=geometry,
         crs=stations.crs,
     )
-    with atomic_path(path) as temporary:
+    with atomic_geopackage(path) as temporary:
         frame.to_file(temporary, layer=LAYER, driver="GPKG", engine="pyogrio", dataset_options={"VERSION": "1.2"})
 
 

@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import sqlite3
-import tempfile
-from collections.abc import Iterator
-from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from importlib.resources import files
 from pathlib import Path
@@ -18,8 +14,8 @@ import pyogrio
 import pyproj
 from shapely.geometry import LineString, Point
 
-from ..core.errors import InputError, OutputError
-from ..core.files import atomic_path, ensure_writable
+from ..core.errors import InputError
+from ..core.files import atomic_geopackage
 from .tree_layer import save_style
 
 #: Layers inside ``pairs.gpkg``.
@@ -103,7 +99,7 @@ def write_pairs(
             f"{path}: ends in {path.suffix!r}, expected .gpkg (the pairs are several layers); rename the output."
         )
     lines = {PAIRS: pairs, SUGGESTED: suggested}
-    with _whole_or_not_at_all(path) as temporary:
+    with atomic_geopackage(path) as temporary:
         for name, rows in lines.items():
             table = _typed(
                 pd.DataFrame([{k: row.get(k) for k in PAIR_COLUMNS} for row in rows], columns=list(PAIR_COLUMNS))
@@ -121,33 +117,6 @@ def write_pairs(
             if style.is_file():
                 save_style(temporary, name, style.read_text(encoding="utf-8"))
     return path
-
-
-@contextmanager
-def _whole_or_not_at_all(path: Path) -> Iterator[Path]:
-    """Yield a temporary GeoPackage that becomes ``path`` only if the block succeeds.
-
-    An existing file is filled in one transaction instead of being replaced: while QGIS shows it, its write-ahead log
-    lies beside it, and SQLite would replay that log into a new file of the same name.
-    """
-    if not path.exists():
-        with atomic_path(path) as temporary:
-            yield temporary
-        return
-    ensure_writable(path)
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.stem[:40]}.") as folder:
-        temporary = Path(folder) / path.name
-        yield temporary
-        try:
-            with closing(sqlite3.connect(temporary)) as source, closing(sqlite3.connect(path, timeout=10)) as target:
-                # Asking for the lock first: the copy itself would wait for it without end.
-                target.execute("BEGIN IMMEDIATE")
-                target.rollback()
-                source.backup(target)
-        except sqlite3.Error as problem:
-            raise OutputError(
-                f"{path}: cannot be written ({problem}); save or drop the edits in QGIS and run again."
-            ) from None
 
 
 def read_layer(path: Path, layer: str) -> gpd.GeoDataFrame:

@@ -12,7 +12,7 @@ import pandas as pd
 import pyproj
 
 from ..core.errors import InputError, OutputError
-from ..core.files import atomic_path, ensure_writable
+from ..core.files import atomic_geopackage, atomic_path, ensure_unlocked, ensure_writable
 from ..measure.trees import TREE_FIELDS, Tree
 
 LAYER = "trees"
@@ -53,6 +53,8 @@ def check_output(path: Path) -> str:
     if driver is None:
         raise OutputError(f"{path}: ends in {path.suffix!r}, expected one of {', '.join(_DRIVERS)}; rename the output.")
     ensure_writable(path)
+    if driver == "GPKG":
+        ensure_unlocked(path)
     return driver
 
 
@@ -71,7 +73,7 @@ def write_trees(path: Path, trees: list[Tree], crs: pyproj.CRS) -> Path:
     elif driver == "ESRI Shapefile":
         _write_shapefile(path, table)
     else:
-        with atomic_path(path) as temporary:
+        with (atomic_geopackage if driver == "GPKG" else atomic_path)(path) as temporary:
             # QGIS 3.22 knows GeoPackage up to 1.3 and warns about newer ones at every opening.
             options = {"dataset_options": {"VERSION": "1.2"}} if driver == "GPKG" else {}
             table.to_file(temporary, layer=LAYER, driver=driver, engine="pyogrio", geometry_type="Point Z", **options)
