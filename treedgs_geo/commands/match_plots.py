@@ -116,6 +116,7 @@ COMMAND = Command(
     settings=MatchPlotsSettings,
     run=run,
     example="treedgs match-plots --trees trees.gpkg --field field_trees.csv --plots plots.csv --output pairs.gpkg",
+    expert=("centre_error_m", "rotation_deg", "gate_m"),
     outputs={
         "output": "pairs layer",
         "n_field": "field trees",

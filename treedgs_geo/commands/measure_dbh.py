@@ -82,6 +82,7 @@ COMMAND = Command(
     settings=MeasureDbhSettings,
     run=run,
     example="treedgs measure-dbh --input stems.laz --dtm dtm.tif --output trees.gpkg",
+    expert=("method", "min_dbh_cm", "max_dbh_cm", "max_lean_deg", "source"),
     outputs={"output": "tree layer", "n_trees": "stems in the layer", "n_measured": "stems with a DBH",
              "n_ok": "without remark", "n_check": "to check", "n_reject": "refused", "mean_dbh_cm": "mean DBH, cm"},
 )

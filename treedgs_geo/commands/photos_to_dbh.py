@@ -49,6 +49,11 @@ class PhotosToDbhSettings:
     )
     bh_m: float = param(1.37, kind="number", help="Breast height above ground.", unit="m", minimum=0.5, maximum=2.5)
     seed: int = param(0, kind="integer", help="Seed of every random choice.", minimum=0, advanced=True)
+    dry_run: bool = param(
+        False,
+        kind="flag",
+        help="Only check inputs, overlap, fixed positions, memory and disk, and foretell the time; writes nothing.",
+    )
     workspace: Path = param(kind="output_folder", help="Folder for intermediate results; a second run resumes there.")
     output: Path = param(
         kind="output_file",
@@ -59,8 +64,14 @@ class PhotosToDbhSettings:
 
 def photos_to_dbh(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, Any]:
     """Run the chain; finished stages of the same inputs and settings are kept."""
-    from ..chain.photos import run_chain
+    if settings.dry_run:
+        from ..chain.preflight import check_photos
 
+        return check_photos(settings, reporter)
+    from ..chain.photos import run_chain
+    from ..chain.preflight import tell_kept
+
+    tell_kept(settings.workspace, reporter)
     return run_chain(settings, reporter)
 
 
@@ -91,6 +102,12 @@ COMMAND = Command(
         "n_measured": "stems with a DBH",
         "n_rejected": "stems without one, each with a reason",
         "mean_dbh_cm": "mean DBH of the measured stems, cm",
+        "n_photos": "photos that can be used (dry run)",
+        "fix_pct": "photos with a fixed position, % (dry run)",
+        "overlap_pct": "ground that neighbouring photos share, % (dry run)",
+        "predicted_s": "foretold time, s (dry run)",
+        "needed_memory_gb": "foretold memory, GB (dry run)",
+        "needed_disk_gb": "foretold disk, GB (dry run)",
         "status": "what came out, in one sentence",
     },
 )

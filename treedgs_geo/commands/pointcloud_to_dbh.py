@@ -19,12 +19,18 @@ class PointcloudToDbhSettings(MeasureOptions, CloudSettings):
     """Options of ``pointcloud-to-dbh``."""
 
     output: Path = param(kind="output_file", help="tree layer", suffixes=("gpkg", "shp", "csv"))
+    dry_run: bool = param(False, kind="flag", help="Only check the cloud, its CRS, density and DTM, memory and disk, "
+                          "and foretell the time; writes nothing")
     stems_output: Path | None = param(None, kind="output_file", help="also write the stem points with tree_id",
                                       suffixes=("laz", "las"))
 
 
 def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]:
     """Read, find the ground, find stems, measure, write."""
+    if settings.dry_run:
+        from ..chain.preflight import check_cloud
+
+        return check_cloud(settings, reporter)
     from ..inventory.tree_layer import write_trees
     from ..measure.cloud import measure_cloud, point_weights
     from ..pointcloud.files import LOCAL_CRS, write_cloud
@@ -60,7 +66,11 @@ COMMAND = Command(
     settings=PointcloudToDbhSettings,
     run=run,
     example="treedgs pointcloud-to-dbh --input plot_uls.laz --output trees.gpkg",
+    expert=("method", "min_dbh_cm", "max_dbh_cm", "max_lean_deg", "source"),
     outputs={"output": "tree layer", "stems_output": "stem points", "n_trees": "stems in the layer",
              "n_measured": "stems with a DBH", "n_ok": "without remark", "n_check": "to check", "n_reject": "refused",
-             "mean_dbh_cm": "mean DBH, cm"},
+             "mean_dbh_cm": "mean DBH, cm", "n_points": "points (dry run)",
+             "density_pts_m2": "points a square metre (dry run)", "predicted_s": "foretold time, s (dry run)",
+             "needed_memory_gb": "foretold memory, GB (dry run)", "needed_disk_gb": "foretold disk, GB (dry run)",
+             "status": "verdict (dry run)"},
 )

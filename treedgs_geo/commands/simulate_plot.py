@@ -31,6 +31,10 @@ COMMAND = Command(
     settings=SimulateSettings,
     run=run,
     example="treedgs simulate-plot --output demo_plot --preset demo --seed 7",
+    expert=(
+        "dbh_sd_cm", "lean_max_deg", "leaf_area_m2", "shrubs_per_m2", "saplings_per_m2", "slope_pct",
+        "roughness_m", "image_width", "image_height", "sun_shift_min", "float_epochs", "lidar_density_m2",
+    ),
     outputs={
         "output": "the plot's folder", "name": "plot name used in the files", "n_photos": "photos rendered",
         "n_stems": "stems inside the plot", "n_lidar_points": "points of the LiDAR cloud",

@@ -79,6 +79,7 @@ COMMAND = Command(
     settings=TerrainSettings,
     run=run,
     example="treedgs terrain --input plot.laz --output dtm.tif --resolution-m 0.25",
+    expert=("cloth_m", "rigidness", "threshold_m", "rounds", "thin_m", "ground_m"),
     outputs={"output": "terrain raster", "n_points": "points read", "n_ground": "ground points",
              "covered_pct": "share of the extent with a ground height, %",
              "support_p95_m": "distance to the nearest ground point that 95 % of the cells stay under, m",

@@ -17,7 +17,8 @@ class Command:
     name: command-line name (``photos-to-dbh``). qgis_id: algorithm id without provider (``photostodbh``). title, group,
     summary: shown in the toolbox and in ``--help``. help: inputs, outputs, units and limits, in full sentences.
     run: ``(settings, reporter) -> result``; the result is JSON-serialisable. example: one command line.
-    outputs: result keys that are files or scalars, with a description each.
+    outputs: result keys that are files or scalars, with a description each. expert: further parameters that QGIS folds
+    away under "advanced" (beside those declared so).
     """
 
     name: str
@@ -30,6 +31,7 @@ class Command:
     run: Callable[[Any, Reporter], dict[str, Any]]
     example: str
     outputs: dict[str, str]
+    expert: tuple[str, ...] = ()
 
 
 def describe(command: Command) -> dict[str, Any]:
@@ -37,6 +39,8 @@ def describe(command: Command) -> dict[str, Any]:
     parameters = []
     for name, spec, default in params_of(command.settings):
         entry = {key: value for key, value in vars(spec).items() if value not in ("", (), None, False)}
+        if name in command.expert:
+            entry["advanced"] = True
         entry.update(name=name, required=default is MISSING, default=None if default is MISSING else default)
         parameters.append(entry)
     return {

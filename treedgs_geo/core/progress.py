@@ -15,6 +15,8 @@ from typing import Any, TextIO
 
 #: Version of the JSON-lines protocol; the plugin refuses an engine that speaks another one.
 PROTOCOL = 1
+#: A stage that is over sooner than this was kept from an earlier run: it says nothing about the speed of the rest.
+KEPT_S = 0.5
 
 
 class Reporter:
@@ -23,6 +25,7 @@ class Reporter:
     def __init__(self) -> None:
         self._low, self._high = 0.0, 1.0
         self._fraction = 0.0
+        self._free = 0.0
         self._started = time.monotonic()
 
     @contextmanager
@@ -33,9 +36,11 @@ class Reporter:
         self._low, self._high = outer[0] + low * span, outer[0] + high * span
         self._emit("stage", {"name": name})
         self.progress(0.0)
-        began = time.monotonic()
+        began, free = time.monotonic(), self._free
         try:
             yield
+            if time.monotonic() - began < KEPT_S:
+                self._free = free + (self._high - self._low)
             self.progress(1.0)
             self._emit("stage_done", {"name": name, "seconds": round(time.monotonic() - began, 2)})
         finally:
@@ -46,7 +51,8 @@ class Reporter:
         fraction = min(max(float(fraction), 0.0), 1.0)
         self._fraction = self._low + fraction * (self._high - self._low)
         spent = time.monotonic() - self._started
-        eta = spent * (1 - self._fraction) / self._fraction if self._fraction > 0.02 and spent > 2 else None
+        worked = self._fraction - self._free
+        eta = spent * (1 - self._fraction) / worked if worked > 0.02 and spent > 2 else None
         self._emit("progress", {"fraction": round(self._fraction, 4), "message": message, "eta_s": eta and round(eta)})
 
     def info(self, message: str) -> None:

@@ -1,0 +1,370 @@
+"""The dry run: what a job would meet, told before it starts. Reads inputs, writes nothing.
+
+Time, memory and disk are estimates from recorded runs (``docs/qgis.md``): good for "minutes or hours", not for seconds.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..core.errors import InputError, TreeDGSError
+from ..core.files import ensure_unlocked, read_json
+from ..core.progress import Reporter
+
+if TYPE_CHECKING:
+    from ..commands.photos_to_dbh import PhotosToDbhSettings
+    from ..commands.pointcloud_to_dbh import PointcloudToDbhSettings
+    from ..geotags.stations import Stations
+    from ..reconstruction.cameras import View
+
+#: Core-seconds on the machines of docs/results: per megapixel of features, per matched pair (8000 features each), per
+#: photo of mapping and adjustment, per stem-seeing photo and 100 m2 of searched ground.
+FEATURES_S_MP, PAIR_S, ADJUST_S_PHOTO, SEARCH_S = 0.34, 0.10, 1.1, 0.55
+#: Core-seconds per million cloud points: reading, ground, stems.
+CLOUD_S_MILLION = 9.0
+#: A stem needs about this many photos of its breast height; below this overlap photos may not join.
+FEW_VIEWS, LOW_OVERLAP_PCT = 5, 70.0
+#: How far from straight down a photo has to look to show a stem's side.
+OBLIQUE_DEG = 17.0
+
+
+@dataclass
+class Findings:
+    """What is wrong (the job would fail), and what may cost accuracy or trees."""
+
+    reporter: Reporter
+    problems: list[str] = field(default_factory=list)
+    doubts: int = 0
+
+    def problem(self, sentence: str) -> None:
+        """Something that has to be mended first."""
+        self.problems.append(sentence)
+        self.reporter.warn(sentence)
+
+    def doubt(self, sentence: str) -> None:
+        """Something to know."""
+        self.doubts += 1
+        self.reporter.warn(sentence)
+
+    def conclude(self, facts: dict[str, Any], needs: Needs) -> dict[str, Any]:
+        """Machine against needs, then the verdict.
+
+        Raises:
+            InputError: there is a problem; all of them were told, the first one is the sentence.
+        """
+        needs.compare(self)
+        if self.problems:
+            more = f" (and {len(self.problems) - 1} more, above)" if len(self.problems) > 1 else ""
+            raise InputError(f"{self.problems[0]}{more}")
+        status = f"ready: {needs.time_text()}" + (f"; {self.doubts} warnings, see above" if self.doubts else "")
+        self.reporter.info(f"Dry run: {status}. Nothing was written.")
+        return {
+            **facts,
+            "predicted_s": round(needs.seconds),
+            "needed_memory_gb": round(needs.memory_gb, 1),
+            "needed_disk_gb": round(needs.disk_gb, 1),
+            "status": status,
+        }
+
+
+@dataclass(frozen=True)
+class Needs:
+    """seconds on this machine, memory and disk in GB, and where the disk is needed."""
+
+    seconds: float
+    memory_gb: float
+    disk_gb: float
+    folder: Path
+
+    def time_text(self) -> str:
+        """A range: the estimate is good to a factor of two at best."""
+        low, high = self.seconds / 1.6, self.seconds * 1.6
+        if high < 90:
+            return f"about {max(low, 1):.0f} to {max(high, 2):.0f} seconds"
+        if high < 5400:
+            return f"about {max(low / 60, 1):.0f} to {high / 60 + 0.5:.0f} minutes"
+        return f"about {low / 3600:.1f} to {high / 3600:.1f} hours"
+
+    def compare(self, findings: Findings) -> None:
+        """Warn where this machine has less than the job needs."""
+        import psutil
+
+        memory = psutil.virtual_memory().available / 1e9
+        disk = shutil.disk_usage(_existing(self.folder)).free / 1e9
+        findings.reporter.info(
+            f"Memory: about {self.memory_gb:.1f} GB needed, {memory:.1f} GB free. Disk: about {self.disk_gb:.1f} GB "
+            f"needed, {disk:.0f} GB free at {_existing(self.folder)}. Time: {self.time_text()} on {cores()} cores."
+        )
+        if memory < self.memory_gb:
+            findings.doubt(
+                f"About {self.memory_gb:.1f} GB of memory are needed and {memory:.1f} GB are free: close other "
+                "programs, or choose the preset fast or fewer photos."
+            )
+        if disk < self.disk_gb:
+            findings.problem(
+                f"{_existing(self.folder)}: {disk:.1f} GB of disk are free, about {self.disk_gb:.1f} GB are needed; "
+                "make room or choose a workspace on another disk."
+            )
+
+
+def cores() -> int:
+    """Processor cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, Any]:
+    """The dry run of ``photos-to-dbh``.
+
+    Raises:
+        TreeDGSError: what would end the job: an input that cannot be used, an output that cannot be written, no disk.
+    """
+    from ..core.plots import read_plots
+    from ..geotags.photos import list_photos
+    from ..geotags.reading import read_stations
+    from ..reconstruction.pairs import ground_below
+    from ..terrain.dtm import read_dtm
+    from .photos import _check_cover
+    from .routes import PRESETS
+
+    findings = Findings(reporter)
+    for target in (settings.output, settings.workspace / "run.json"):
+        _check_target(target, findings)
+    list_photos(settings.photos)
+    with reporter.stage("photos and geotags", 0.0, 0.7):
+        stations = read_stations(settings.photos, settings.geotags, settings.crs, reporter=reporter)
+    counts = stations.counts()
+    fix_pct = 100 * counts.get("fix", 0) / len(stations)
+    reporter.info(
+        f"{len(stations)} photos; positions: "
+        + ", ".join(f"{number} {quality}" for quality, number in counts.items())
+        + f" ({fix_pct:.0f} % fixed)."
+    )
+    if fix_pct < 90:
+        findings.doubt(
+            f"Only {fix_pct:.0f} % of the photos have a fixed (centimetre) position: the trees' places and the scale "
+            "rest on them; give the PPK files, or process them again with a nearer base station."
+        )
+    with reporter.stage("plots and terrain", 0.7, 0.85):
+        plots = read_plots(settings.plots, stations.crs) if settings.plots else []
+        dtm = read_dtm(settings.dtm, stations.crs) if settings.dtm else None
+        try:
+            _check_cover(settings, plots, dtm, stations)
+        except TreeDGSError as problem:
+            findings.problem(str(problem))
+    ground = float(np.nanmedian(dtm.heights)) if dtm is not None else float("nan")
+    if plots and dtm is not None:
+        ground = float(np.nanmedian(dtm.height(np.array([p.x for p in plots]), np.array([p.y for p in plots]))))
+    if not np.isfinite(ground):
+        ground = ground_below(stations.xyz, stations.relative_altitude_m)
+    with reporter.stage("overlap", 0.85, 0.98):
+        overlap = _overlap(stations, plots, ground, findings)
+    options = PRESETS[settings.preset].reconstruct
+    needs = _photo_needs(settings, stations, ground, plots, options)
+    tell_kept(settings.workspace, reporter)
+    facts = {"n_photos": len(stations), "fix_pct": round(fix_pct, 1), **overlap}
+    return findings.conclude(facts, needs)
+
+
+def _overlap(stations: Stations, plots: list, ground: float, findings: Findings) -> dict[str, Any]:
+    """How often each place of the plots is seen from the side, and how much neighbouring photos share."""
+    views = _planned_views(stations, ground)
+    if not views:
+        findings.doubt(
+            "The overlap cannot be foretold: the photos do not say where the camera looked or how high it flew."
+        )
+        return {"overlap_pct": None, "median_views": None}
+    frame_origin = np.array([*np.median(stations.xyz[stations.is_placed][:, :2], axis=0), 0.0])
+    aims = np.array([view.centre[:2] - view.rotation[2, :2] / view.rotation[2, 2] * view.centre[2] for view in views])
+    low, high = aims.min(axis=0) - 10, aims.max(axis=0) + 10
+    step = max(float(np.max(high - low)) / 60, 1.0)
+    x, y = np.meshgrid(np.arange(low[0], high[0], step), np.arange(low[1], high[1], step))
+    grid = np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
+    sees = np.array([view.contains(view.project(grid)[0]) for view in views])
+    filled = sees.sum(axis=1) > 0
+    shared = (sees.astype(np.int32) @ sees.T.astype(np.int32)).astype(float)
+    size = np.diag(shared).copy()
+    np.fill_diagonal(shared, 0.0)
+    overlap_pct = float(np.median(100 * shared[filled].max(axis=1) / size[filled])) if filled.any() else 0.0
+    oblique = [view for view in views if view.nadir_angle_deg > OBLIQUE_DEG]
+    if plots:
+        places = np.array([[p.x, p.y, 0.0] for p in plots]) - frame_origin
+        angle, ring = np.linspace(0, 2 * np.pi, 12, endpoint=False), np.array([0.0, 0.5, 1.0])
+        offsets = np.array([[r * np.cos(a), r * np.sin(a), 0.0] for r in ring for a in angle])
+        places = np.concatenate([place + offsets * p.radius_m for place, p in zip(places, plots, strict=True)])
+    else:
+        places = grid[sees.any(axis=0)]
+    breast = places + [0.0, 0.0, 1.3]
+    seen = sum((view.contains(view.project(breast)[0]).astype(int) for view in oblique), np.zeros(len(breast), int))
+    median = float(np.median(seen)) if len(seen) else 0.0
+    findings.reporter.info(
+        f"{len(oblique)} of {len(views)} photos look from the side (more than {OBLIQUE_DEG:.0f} degrees from straight "
+        f"down). Neighbouring photos share {overlap_pct:.0f} % of their ground. The middle place of the "
+        f"{'plots' if plots else 'flight'} lies in {median:.0f} of them, before trees hide it."
+    )
+    if overlap_pct < LOW_OVERLAP_PCT:
+        findings.doubt(
+            f"Neighbouring photos share only {overlap_pct:.0f} % of their ground, 80 % is asked for: photos may not "
+            "join, and then their trees are lost; fly with more overlap."
+        )
+    if len(oblique) < 3:
+        findings.doubt(
+            "Almost all photos look straight down, which shows crowns but no trunk from the side: expect no DBH; fly "
+            "oblique photos (30 to 50 degrees) from all sides."
+        )
+    elif plots and (share := float(np.mean(seen < 3 * FEW_VIEWS))) > 0.1:
+        findings.doubt(
+            f"{100 * share:.0f} % of the plots' ground lies in fewer than {3 * FEW_VIEWS} oblique photos; a stem needs "
+            f"about {FEW_VIEWS} that really see it, and crowns hide most: expect refused stems there."
+        )
+    return {"overlap_pct": round(overlap_pct, 1), "median_views": median}
+
+
+def _planned_views(stations: Stations, ground: float) -> list[View]:
+    """Cameras from geotags and gimbal, in a frame whose origin is the middle of the flight on the ground."""
+    from ..core.errors import ReconstructionError
+    from ..geotags.photos import read_photo
+    from ..reconstruction.calibration import calibration_of
+    from ..reconstruction.cameras import View
+    from ..reconstruction.pipeline import gimbal_rotations
+
+    if not np.isfinite(ground):
+        return []
+    try:
+        camera = calibration_of([read_photo(stations.paths[0])]).camera
+    except (ReconstructionError, InputError):
+        return []
+    origin = np.array([*np.median(stations.xyz[stations.is_placed][:, :2], axis=0), ground])
+    views = []
+    for i, rotation in enumerate(gimbal_rotations(stations)):
+        centre = stations.xyz[i] - origin
+        if np.isfinite(centre).all() and np.isfinite(rotation).all() and rotation[2, 2] < -0.2 and centre[2] > 1:
+            views.append(View(stations.names[i], stations.paths[i], camera, rotation, -rotation @ centre))
+    return views
+
+
+def _photo_needs(settings: PhotosToDbhSettings, stations: Stations, ground: float, plots: list, options: Any) -> Needs:
+    from ..core.errors import ReconstructionError
+    from ..geotags.photos import read_photo
+    from ..reconstruction.calibration import calibration_of
+    from ..reconstruction.pairs import select_pairs
+    from ..reconstruction.pipeline import gimbal_rotations
+
+    photo = read_photo(stations.paths[0])
+    longer = max(photo.width, photo.height)
+    used_mp = photo.width * photo.height / 1e6 * min(1.0, options.max_image_size / longer) ** 2
+    number = len(stations)
+    try:
+        camera = calibration_of([photo]).camera
+        half_field = 0.5 * longer / camera.fx
+    except ReconstructionError:
+        half_field = 0.6
+    pairs = len(select_pairs(stations.xyz, gimbal_rotations(stations), ground, half_field, options.neighbours))
+    hectare_part = sum(np.pi * p.radius_m**2 for p in plots) / 100 if plots else 20.0
+    search = SEARCH_S * min(number, {"fast": 48, "best": 200}.get(settings.preset, 100)) * hectare_part
+    if settings.fit in ("gaussians", "paper") or settings.preset == "paper":
+        search *= 6
+    core_seconds = (
+        FEATURES_S_MP * used_mp * number
+        + PAIR_S * pairs * (options.max_features / 8000) ** 1.5
+        + ADJUST_S_PHOTO * number
+        + search
+    )
+    full_mp = photo.width * photo.height / 1e6
+    return Needs(
+        seconds=core_seconds / max(min(cores(), 16) ** 0.9, 1) * 1.1 + 5,
+        # A photo's features need about 0.1 GB a megapixel in each thread; the search keeps its photos open.
+        memory_gb=0.8 + 0.08 * used_mp * min(cores(), 16) + 0.004 * full_mp * min(number, 100),
+        disk_gb=0.2 + number * (0.004 + 0.001 * full_mp),
+        folder=settings.workspace,
+    )
+
+
+def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]:
+    """The dry run of ``pointcloud-to-dbh``: header, CRS, density, DTM; a sample of the points.
+
+    Raises:
+        TreeDGSError: what would end the job.
+    """
+    from ..measure.cloud import point_weights
+    from ..pointcloud.files import iter_cloud
+    from ..terrain.dtm import read_dtm, require_coverage
+
+    findings = Findings(reporter)
+    for target in filter(None, (settings.output, settings.stems_output)):
+        _check_target(target, findings)
+    count = 0
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    first = None
+    with reporter.stage("read cloud", 0.0, 0.8):
+        for piece in iter_cloud(settings.input, crs=settings.crs):
+            if not len(piece):
+                continue
+            first = piece if first is None else first
+            count += len(piece)
+            low, high = np.minimum(low, piece.xyz.min(axis=0)), np.maximum(high, piece.xyz.max(axis=0))
+    if first is None:
+        raise InputError(f"{settings.input}: holds no point, expected a point cloud.")
+    point_weights(first, settings.weights)
+    span = high - low
+    density = count / max(float(span[0] * span[1]), 1.0)
+    where = first.horizontal_crs.name if first.horizontal_crs is not None else "local metres, no CRS"
+    reporter.info(
+        f"{count:,} points, {span[0]:.0f} x {span[1]:.0f} m, {density:,.0f} points a square metre, heights "
+        f"{low[2]:.1f} to {high[2]:.1f} m, {where}."
+    )
+    if density < 300:
+        findings.doubt(
+            f"{density:.0f} points a square metre are few: a stem needs about 100 points on its lower 3 m (drone LiDAR "
+            "above 1,000 points a square metre); expect most stems to be missed or refused."
+        )
+    if settings.dtm is not None:
+        dtm = read_dtm(settings.dtm, first.horizontal_crs)
+        x, y = np.meshgrid(np.linspace(low[0], high[0], 12), np.linspace(low[1], high[1], 12))
+        require_coverage(dtm, np.column_stack([x.ravel(), y.ravel()]), str(settings.dtm))
+    needs = Needs(
+        seconds=3 + CLOUD_S_MILLION * count / 1e6 / max(min(cores(), 4) ** 0.5, 1),
+        memory_gb=0.5 + 0.35 * count / 1e6,
+        disk_gb=0.05 + (0.00003 * count / 1e3 if settings.stems_output else 0.0),
+        folder=settings.output.parent,
+    )
+    return findings.conclude({"n_points": count, "density_pts_m2": round(density, 1)}, needs)
+
+
+def _check_target(target: Path, findings: Findings) -> None:
+    """Without making the folder: the nearest one that exists has to be writable; an open edit session is told."""
+    folder = _existing(target.parent)
+    if not folder.is_dir() or not os.access(folder, os.W_OK):
+        findings.problem(f"{target}: the folder {folder} cannot be written; choose another output folder.")
+        return
+    try:
+        ensure_unlocked(target)
+    except TreeDGSError as problem:
+        findings.problem(str(problem))
+
+
+def _existing(path: Path) -> Path:
+    path = Path(path).absolute()
+    while not path.exists() and path != path.parent:
+        path = path.parent
+    return path
+
+
+def tell_kept(workspace: Path, reporter: Reporter) -> None:
+    """What an earlier run left in the workspace."""
+    record = workspace / "run.json"
+    if not record.is_file():
+        return
+    content = read_json(record)
+    stages = content.get("stages", {}) if isinstance(content, dict) else {}
+    done = [name for name, entry in stages.items() if entry.get("status") == "done" and name != "write"]
+    broken = [f"{name} ({entry.get('status')})" for name, entry in stages.items() if entry.get("status") != "done"]
+    if done:
+        reporter.info(f"Kept from an earlier run, if inputs and settings are the same: {', '.join(done)}.")
+    if broken:
+        reporter.info(f"Ended early in the earlier run and done again: {', '.join(broken)}.")
