@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from ..treedgs_qgis import checks
 from ..treedgs_qgis.algorithm import EngineAlgorithm
 
 PHOTOS = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".dng"}
@@ -19,7 +20,7 @@ class Algorithm(EngineAlgorithm):
     TAGS = ("drone", "uav", "photo", "photogrammetry", "gaussian", "splatting", "inventory")
 
     def needs(self, parameters, context):
-        """Enough photos."""
+        """Enough photos, and a terrain model of this place."""
         folder = Path(os.path.expanduser(self.parameterAsString(parameters, "PHOTOS", context)))
         found = sum(1 for entry in folder.rglob("*") if entry.suffix.lower() in PHOTOS)
         if found < FEWEST:
@@ -27,4 +28,5 @@ class Algorithm(EngineAlgorithm):
                 f"PHOTOS: {folder} holds {found} photos, expected at least {FEWEST} (better 40 or more) as "
                 f"{', '.join(sorted(PHOTOS))}."
             )
-        return ""
+        dtm = self.parameterAsString(parameters, "DTM", context)
+        return checks.dtm_flight_problem(os.path.expanduser(dtm), str(folder)) if dtm else ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 
+from ..treedgs_qgis import checks
 from ..treedgs_qgis.algorithm import EngineAlgorithm
 
 
@@ -15,10 +16,12 @@ class Algorithm(EngineAlgorithm):
     TAGS = ("lidar", "las", "laz", "tls", "point cloud", "inventory")
 
     def needs(self, parameters, context):
-        """What is called LAS or LAZ begins like it."""
+        """What is called LAS or LAZ begins like it, and the terrain model lies under it."""
         path = os.path.expanduser(self.parameterAsString(parameters, "INPUT", context).split("|")[0])
         if path.lower().endswith((".las", ".laz")):
             with open(path, "rb") as stream:
                 if stream.read(4) != b"LASF":
                     return f"INPUT: {path} is not a LAS or LAZ file; convert the cloud to LAZ first."
-        return ""
+        dtm = self.parameterAsString(parameters, "DTM", context)
+        crs = self.parameterAsCrs(parameters, "CRS", context)
+        return checks.dtm_cloud_problem(os.path.expanduser(dtm), path, crs) if dtm else ""

@@ -14,7 +14,8 @@ from qgis.core import (
 )
 
 from ..treedgs_qgis import compat, engine, environment
-from ..treedgs_qgis.algorithm import BaseAlgorithm, is_cancelled
+from ..treedgs_qgis.algorithm import BaseAlgorithm
+from ..treedgs_qgis.listener import is_cancelled
 
 HELP = """<p><b>Install the libraries that the TreeDGS algorithms need, in an environment of their own.</b></p>
 <p>Makes a Python environment in your data folder (or in TREEDGS_HOME), about 3 GB, and installs the pinned list of
@@ -81,6 +82,8 @@ class Algorithm(BaseAlgorithm):
         wheels = self.parameterAsString(parameters, "WHEELS", context)
         if wheels and not Path(wheels).is_dir():
             return f"WHEELS: {wheels} is not a folder; give the folder that holds the .whl files."
+        if wheels and not any(Path(wheels).glob("*.whl")):
+            return f"WHEELS: {wheels}: holds no .whl files, expected the wheels of the engine's libraries."
         python = self.parameterAsString(parameters, "PYTHON", context)
         if python and not Path(python).is_file():
             return f"PYTHON: {python} does not exist; give a Python program or leave it empty."

@@ -5,28 +5,22 @@ from __future__ import annotations
 import difflib
 import html
 import os
-import time
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
-import qgis.utils
 from qgis.core import (
-    QgsCoordinateReferenceSystem,
-    QgsMapLayer,
     QgsProcessingAlgorithm,
     QgsProcessingContext,
     QgsProcessingException,
     QgsProcessingFeedback,
-    QgsProcessingLayerPostProcessorInterface,
     QgsSettings,
 )
-from qgis.PyQt.QtCore import QCoreApplication
 from qgis.PyQt.QtGui import QIcon
 
-from . import compat, engine, location
+from . import checks, engine, i18n, loading
+from .listener import Listener, duration, is_cancelled
 from .parameters import (
     DESTINATIONS,
-    LOCAL,
     declarations,
     engine_values,
     help_text,
@@ -36,10 +30,9 @@ from .parameters import (
     result_values,
 )
 
-ICON = Path(__file__).with_name("icons") / "treedgs.svg"
+ICONS = Path(__file__).with_name("icons")
+ICON = ICONS / "treedgs.svg"
 HELP_URL = (Path(__file__).resolve().parents[1] / "docs" / "qgis.md").as_uri()
-#: QGIS keeps every estimate as a line of its log: not too many of them.
-ESTIMATE_EVERY_S = 20
 
 
 class BaseAlgorithm(QgsProcessingAlgorithm):
@@ -47,19 +40,20 @@ class BaseAlgorithm(QgsProcessingAlgorithm):
 
     def tr(self, text: str) -> str:
         """Translate."""
-        return QCoreApplication.translate("TreeDGS", text)
+        return i18n.tr(text)
 
     def createInstance(self) -> QgsProcessingAlgorithm:  # noqa: N802
         """A fresh copy, as QGIS asks for."""
         return type(self)()
 
     def icon(self) -> QIcon:
-        """The provider's icon."""
-        return QIcon(str(ICON))
+        """A picture of what it does."""
+        return QIcon(self.svgIconPath())
 
     def svgIconPath(self) -> str:  # noqa: N802
-        """The same icon as a file."""
-        return str(ICON)
+        """``icons/<id>.svg``, or the provider's icon where there is none."""
+        own = ICONS / f"{self.name()}.svg"
+        return str(own if own.exists() else ICON)
 
     def helpUrl(self) -> str:  # noqa: N802
         """The documentation folder."""
@@ -124,20 +118,22 @@ class EngineAlgorithm(BaseAlgorithm):
     def shortHelpString(self) -> str:  # noqa: N802
         """The help panel: what it does, every input with its unit, every output, the same on the command line."""
         entry = self.declaration
-        lines = [f"<p><b>{html.escape(entry['summary'])}</b></p>", f"<p>{html.escape(entry['help'])}</p>"]
-        if entry["parameters"]:
-            lines.append("<h3>Parameters</h3><ul>")
-            lines += [
-                f"<li><b>{qgis_name(p['name'])}</b>: {html.escape(help_text(p))}</li>" for p in entry["parameters"]
-            ]
-            lines.append("</ul>")
+
+        def item(name: str, text: str) -> str:
+            return f"<li><b>{qgis_name(name)}</b>: {html.escape(text)}</li>"
+
+        lines = [f"<p><b>{html.escape(self.tr(entry['summary']))}</b></p>"]
+        lines.append(f"<p>{html.escape(self.tr(entry['help']))}</p>")
+        plain = [p for p in entry["parameters"] if not p.get("advanced")]
+        expert = [p for p in entry["parameters"] if p.get("advanced")]
+        for title, chosen in ((self.tr("Parameters"), plain), (self.tr("Advanced parameters"), expert)):
+            if chosen:
+                lines.append(f"<h3>{title}</h3><ul>")
+                lines += [item(p["name"], help_text(p)) for p in chosen] + ["</ul>"]
         if entry["outputs"]:
-            lines.append("<h3>Results</h3><ul>")
-            lines += [
-                f"<li><b>{qgis_name(key)}</b>: {html.escape(text)}</li>" for key, text in entry["outputs"].items()
-            ]
-            lines.append("</ul>")
-        lines.append(f"<p>On the command line:<br><code>{html.escape(entry['example'])}</code></p>")
+            lines.append(f"<h3>{self.tr('Results')}</h3><ul>")
+            lines += [item(key, self.tr(text)) for key, text in entry["outputs"].items()] + ["</ul>"]
+        lines.append(f"<p>{self.tr('On the command line:')}<br><code>{html.escape(entry['example'])}</code></p>")
         return "\n".join(lines)
 
     def initAlgorithm(self, configuration: Any = None) -> None:  # noqa: N802
@@ -186,51 +182,16 @@ class EngineAlgorithm(BaseAlgorithm):
     ) -> str:
         kind = entry["kind"]
         if kind in ("file", "files", "folder"):
-            path = Path(os.path.expanduser(self.parameterAsString(parameters, name, context).split("|")[0]))
-            if not path.exists():
-                return f"{name}: {path} does not exist; give {'a folder' if kind == 'folder' else 'a file'} that does."
-            if kind == "file" and path.is_dir():
-                return f"{name}: {path} is a folder, expected a file."
-            if kind == "folder" and not path.is_dir():
-                return f"{name}: {path} is a file, expected a folder."
-        elif kind in ("integer", "number"):
-            return _number_problem(entry, name, given)
-        elif kind == "choice" and isinstance(given, str) and given not in entry["choices"]:
+            return checks.path_problem(name, kind, self.parameterAsString(parameters, name, context))
+        if kind in ("integer", "number"):
+            return checks.number_problem(entry, name, given)
+        if kind == "choice" and isinstance(given, str) and given not in entry["choices"]:
             return f"{name}: found {given!r}, expected one of {', '.join(entry['choices'])}."
-        elif kind == "crs":
-            return self._crs_problem(name, given, parameters, context)
-        elif kind == "output_file" and isinstance(given, str) and given.startswith("memory:"):
-            return f"{name}: a layer in memory cannot be written; give a file name."
-        elif kind == "output_file" and isinstance(given, str) and entry.get("suffixes"):
-            suffix = os.path.splitext(given.split("|")[0])[1].lower()
-            if suffix and suffix not in entry["suffixes"] and not given.startswith("ogr:"):
-                return f"{name}: {given} ends in {suffix}, expected {' or '.join(entry['suffixes'])}."
-        return ""
-
-    def _crs_problem(self, name: str, given: Any, parameters: dict, context: QgsProcessingContext) -> str:
-        if given == LOCAL:
-            return ""
-        crs: QgsCoordinateReferenceSystem = self.parameterAsCrs(parameters, name, context)
-        if not crs.isValid() and given in (None, ""):
-            return f"{name} is required: give a projected CRS in metres, like EPSG:32615."
-        if not crs.isValid():
-            return f"{name}: {given!r} is not a coordinate reference system; give one like EPSG:32615."
-        if crs.isGeographic():
-            zone = location.utm_suggestion([p for p in map(str, parameters.values()) if os.path.exists(p)])
-            hint = (
-                f"use the UTM zone of your plot, {zone}"
-                if zone
-                else ("use the UTM zone of your plot (for example EPSG:32615 for 93 W, north)")
-            )
-            return (
-                f"{name}: {crs.authid()} ({crs.description()}) is geographic (degrees), expected a projected CRS in "
-                f"metres; {hint}."
-            )
-        if crs.mapUnits() != compat.DISTANCE_METERS:
-            return (
-                f"{name}: {crs.authid()} ({crs.description()}) is not in metres; choose the metric version of this "
-                "CRS or the UTM zone."
-            )
+        if kind == "crs":
+            inputs = [path for path in map(str, parameters.values()) if os.path.exists(path)]
+            return checks.crs_problem(name, given, self.parameterAsCrs(parameters, name, context), inputs)
+        if kind == "output_file" and isinstance(given, str):
+            return checks.output_problem(name, given, entry.get("suffixes", []))
         return ""
 
     def processAlgorithm(
@@ -250,96 +211,11 @@ class EngineAlgorithm(BaseAlgorithm):
             )
         except engine.EngineError as problem:
             raise QgsProcessingException(str(problem)) from None
+        feedback.pushInfo(self.tr("Done in {time}.").format(time=duration(outcome.seconds)))
+        if values.get("dry_run"):
+            # Nothing was written, so there is nothing to load.
+            context.setLayersToLoadOnCompletion({})
+            return result_values(self.declaration, {}, outcome.result)
         results = result_values(self.declaration, values, outcome.result)
-        for value in results.values():
-            if isinstance(value, str) and context.willLoadLayerOnCompletion(value):
-                details = context.layerToLoadOnCompletionDetails(value)
-                details.setPostProcessor(DefaultStyle.make())
-                if self.LAYER_NAME:
-                    details.name = self.LAYER_NAME
-        feedback.pushInfo(f"Done in {outcome.seconds:.0f} s.")
+        loading.load_results(results, self.tr(self.LAYER_NAME), context)
         return results
-
-
-class DefaultStyle(QgsProcessingLayerPostProcessorInterface):
-    """Gives a loaded layer the style that came in its file: Processing itself opens layers without it."""
-
-    #: QGIS does not own post-processors; without this they are gone before they are used.
-    _kept: ClassVar[list[DefaultStyle]] = []
-
-    @classmethod
-    def make(cls) -> DefaultStyle:
-        """A new one for each layer."""
-        made = cls()
-        cls._kept = [*cls._kept[-20:], made]
-        return made
-
-    def postProcessLayer(  # noqa: N802
-        self, layer: QgsMapLayer, context: QgsProcessingContext, feedback: QgsProcessingFeedback
-    ) -> None:
-        """Apply the style."""
-        layer.loadDefaultStyle()
-        layer.triggerRepaint()
-
-
-def is_cancelled(feedback: QgsProcessingFeedback) -> bool:
-    """Whether the user asked to stop.
-
-    ``qgis_process`` learns of Ctrl-C through its event loop, which nobody runs while we wait: so it is run here. With
-    a window open the window's own thread does that, and running it here could re-enter what it is doing.
-    """
-    if qgis.utils.iface is None:
-        QCoreApplication.processEvents()
-    return feedback.isCanceled()
-
-
-class Listener:
-    """Turns the engine's messages into QGIS feedback; what native libraries print stays in ``engine.log``."""
-
-    def __init__(self, feedback: QgsProcessingFeedback) -> None:
-        self.feedback = feedback
-        self.told = time.monotonic()
-
-    def __call__(self, message: dict[str, Any]) -> None:
-        kind, text = message["t"], str(message.get("message", ""))
-        if kind == "progress":
-            self.feedback.setProgress(100 * float(message.get("fraction", 0)))
-            now = time.monotonic()
-            if message.get("eta_s") and now - self.told > ESTIMATE_EVERY_S:
-                self.told = now
-                self.feedback.setProgressText(f"about {duration(message['eta_s'])} left")
-        elif kind == "stage":
-            self.feedback.pushInfo(f"[{message.get('name', '')}]")
-        elif kind == "stage_done":
-            self.feedback.pushInfo(f"  {message.get('name', '')}: {message.get('seconds', 0):.1f} s")
-        elif kind == "info":
-            self.feedback.pushInfo(text)
-        elif kind == "warn":
-            self.feedback.pushWarning(text)
-
-
-def duration(seconds: float) -> str:
-    """``95`` -> ``1 min 35 s``."""
-    minutes, rest = divmod(int(seconds), 60)
-    return f"{minutes} min {rest:02d} s" if minutes else f"{rest} s"
-
-
-def _number_problem(entry: dict, name: str, given: Any) -> str:
-    unit = f" in {entry['unit']}" if entry.get("unit") else ""
-    try:
-        number = float(given)
-        if entry["kind"] == "integer" and number != int(number):
-            raise ValueError
-    except (TypeError, ValueError, OverflowError):
-        if not isinstance(given, (str, float, int)):
-            return ""  # a modeler's property or expression: QGIS resolves it
-        return (
-            f"{name}: found {given!r}, expected {'a whole number' if entry['kind'] == 'integer' else 'a number'}{unit}."
-        )
-    low, high = entry.get("minimum"), entry.get("maximum")
-    if number != number or (low is not None and number < low) or (high is not None and number > high):
-        return (
-            f"{name}: found {given}, expected {'any' if low is None else f'{low:g}'} to "
-            f"{'any' if high is None else f'{high:g}'}{unit}."
-        )
-    return ""

@@ -6,6 +6,7 @@ from functools import reduce
 from typing import Any
 
 import qgis.core
+from qgis.core import QgsProviderRegistry
 
 
 def first_attr(*dotted: str) -> Any:
@@ -30,3 +31,12 @@ DOUBLE = first_attr("Qgis.ProcessingNumberParameterType.Double", "QgsProcessingP
 SOURCE_VECTOR = first_attr("Qgis.ProcessingSourceType.Vector", "QgsProcessing.TypeVector")
 DISTANCE_METERS = first_attr("Qgis.DistanceUnit.Meters", "QgsUnitTypes.DistanceMeters")
 LOG_CRITICAL = first_attr("Qgis.MessageLevel.Critical", "Qgis.Critical")
+LINE_STRING = first_attr("Qgis.GeometryType.Line", "QgsWkbTypes.LineGeometry")
+SNAP_ADVANCED = first_attr("Qgis.SnappingMode.AdvancedConfiguration", "QgsSnappingConfig.AdvancedConfiguration")
+SNAP_VERTEX = first_attr("Qgis.SnappingType.Vertex", "QgsSnappingConfig.VertexFlag")
+UNIT_PIXELS = first_attr("Qgis.MapToolUnit.Pixels", "QgsTolerance.Pixels")
+#: QGIS can show LAS and LAZ (Debian 12's 3.22 is built without) and has a parameter for them (3.24).
+CAN_SHOW_CLOUDS = "pdal" in QgsProviderRegistry.instance().providerList()
+POINT_CLOUD_DESTINATION = (
+    getattr(qgis.core, "QgsProcessingParameterPointCloudDestination", None) if CAN_SHOW_CLOUDS else None
+)

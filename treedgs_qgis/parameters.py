@@ -27,6 +27,7 @@ from qgis.core import (
 )
 
 from . import compat
+from .i18n import tr
 
 DECLARATIONS = Path(__file__).with_name("parameters.json")
 #: What some verbs take instead of a CRS: metres without a place on the map.
@@ -77,7 +78,7 @@ def label(entry: dict[str, Any]) -> str:
 
 def make_parameter(entry: dict[str, Any]) -> QgsProcessingParameterDefinition:
     """One declared parameter as a QGIS definition."""
-    kind, name, text = entry["kind"], qgis_name(entry["name"]), label(entry)
+    kind, name, text = entry["kind"], qgis_name(entry["name"]), tr(label(entry))
     default = entry["default"]
     # With a default nothing has to be given, but nothing can be left empty either: not what QGIS calls optional.
     optional = not entry["required"] and default is None
@@ -115,16 +116,17 @@ def make_parameter(entry: dict[str, Any]) -> QgsProcessingParameterDefinition:
 
 def help_text(entry: dict[str, Any]) -> str:
     """The parameter's help with unit and limits."""
-    parts = [entry["help"][:1].upper() + entry["help"][1:].rstrip(".")]
+    text = tr(entry["help"])
+    parts = [text[:1].upper() + text[1:].rstrip(".")]
     if entry.get("unit"):
-        parts.append(f"in {entry['unit']}")
+        parts.append(tr("in {unit}").format(unit=entry["unit"]))
     low, high = entry.get("minimum"), entry.get("maximum")
     if low is not None and high is not None:
-        parts.append(f"{low:g} to {high:g}")
+        parts.append(tr("{low} to {high}").format(low=f"{low:g}", high=f"{high:g}"))
     elif low is not None:
-        parts.append(f"at least {low:g}")
+        parts.append(tr("at least {low}").format(low=f"{low:g}"))
     elif high is not None:
-        parts.append(f"at most {high:g}")
+        parts.append(tr("at most {high}").format(high=f"{high:g}"))
     return ", ".join(parts) + "."
 
 
@@ -136,11 +138,11 @@ def make_outputs(declaration: dict[str, Any]) -> list[Any]:
         if key in named:
             continue
         if key == "report":
-            outputs.append(QgsProcessingOutputHtml(qgis_name(key), text))
+            outputs.append(QgsProcessingOutputHtml(qgis_name(key), tr(text)))
         elif _NUMBER.match(key):
-            outputs.append(QgsProcessingOutputNumber(qgis_name(key), text))
+            outputs.append(QgsProcessingOutputNumber(qgis_name(key), tr(text)))
         else:
-            outputs.append(QgsProcessingOutputString(qgis_name(key), text))
+            outputs.append(QgsProcessingOutputString(qgis_name(key), tr(text)))
     return outputs
 
 
@@ -197,7 +199,8 @@ def result_values(declaration: dict[str, Any], values: dict[str, Any], result: d
 
 
 def _is_layer(suffixes: list[str]) -> bool:
-    return bool(suffixes) and suffixes[0] in (".gpkg", ".tif")
+    layers = (".gpkg", ".tif", ".laz") if compat.POINT_CLOUD_DESTINATION else (".gpkg", ".tif")
+    return bool(suffixes) and suffixes[0] in layers
 
 
 def _destination(name: str, text: str, suffixes: list[str], optional: bool) -> QgsProcessingParameterDefinition:
@@ -205,6 +208,8 @@ def _destination(name: str, text: str, suffixes: list[str], optional: bool) -> Q
         return QgsProcessingParameterVectorDestination(name, text, compat.SOURCE_VECTOR, None, optional, not optional)
     if suffixes[:1] == [".tif"]:
         return QgsProcessingParameterRasterDestination(name, text, None, optional, not optional)
+    if suffixes[:1] == [".laz"] and compat.POINT_CLOUD_DESTINATION:
+        return compat.POINT_CLOUD_DESTINATION(name, text, None, optional, not optional)
     return QgsProcessingParameterFileDestination(name, text, _filter(suffixes), None, optional, not optional)
 
 

@@ -7,6 +7,7 @@ import traceback
 
 from qgis.core import QgsApplication, QgsMessageLog
 
+from . import i18n
 from .compat import LOG_CRITICAL
 
 
@@ -16,6 +17,7 @@ class TreeDGSPlugin:
     def __init__(self, iface) -> None:
         self.iface = iface
         self.provider = None
+        self.translator = None
 
     def initProcessing(self) -> None:  # noqa: N802
         """Register the provider.
@@ -25,6 +27,7 @@ class TreeDGSPlugin:
         if self.provider is not None:
             return
         try:
+            self.translator = i18n.install()
             from .provider import TreeDGSProvider
 
             self.provider = TreeDGSProvider()
@@ -44,3 +47,5 @@ class TreeDGSPlugin:
         if self.provider is not None:
             QgsApplication.processingRegistry().removeProvider(self.provider)
             self.provider = None
+        i18n.remove(self.translator)
+        self.translator = None

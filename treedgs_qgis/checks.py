@@ -1,0 +1,137 @@
+"""Values refused before anything starts: each check returns the sentence that says what is wrong, or ''."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+from qgis.core import (
+    QgsCoordinateReferenceSystem,
+    QgsCoordinateTransform,
+    QgsCoordinateTransformContext,
+    QgsCsException,
+    QgsPointXY,
+    QgsRasterLayer,
+    QgsRectangle,
+)
+
+from . import compat, location
+from .parameters import LOCAL
+
+#: A flight may begin this far from the edge of the terrain model under its plots.
+FLIGHT_MARGIN_M = 1000.0
+
+
+def path_problem(name: str, kind: str, text: str) -> str:
+    """A file, a folder, or either (``files``), that exists."""
+    path = Path(os.path.expanduser(text.split("|")[0]))
+    if not path.exists():
+        return f"{name}: {path} does not exist; give {'a folder' if kind == 'folder' else 'a file'} that does."
+    if kind == "file" and path.is_dir():
+        return f"{name}: {path} is a folder, expected a file."
+    if kind == "folder" and not path.is_dir():
+        return f"{name}: {path} is a file, expected a folder."
+    return ""
+
+
+def output_problem(name: str, given: str, suffixes: list[str]) -> str:
+    """A file that can be written, of a known kind."""
+    if given.startswith("memory:"):
+        return f"{name}: a layer in memory cannot be written; give a file name."
+    suffix = os.path.splitext(given.split("|")[0])[1].lower()
+    if suffixes and suffix and suffix not in suffixes and not given.startswith("ogr:"):
+        return f"{name}: {given} ends in {suffix}, expected {' or '.join(suffixes)}."
+    return ""
+
+
+def number_problem(entry: dict[str, Any], name: str, given: Any) -> str:
+    """A number within its limits."""
+    unit = f" in {entry['unit']}" if entry.get("unit") else ""
+    try:
+        number = float(given)
+        if entry["kind"] == "integer" and number != int(number):
+            raise ValueError
+    except (TypeError, ValueError, OverflowError):
+        if not isinstance(given, (str, float, int)):
+            return ""  # a modeler's property or expression: QGIS resolves it
+        return (
+            f"{name}: found {given!r}, expected {'a whole number' if entry['kind'] == 'integer' else 'a number'}{unit}."
+        )
+    low, high = entry.get("minimum"), entry.get("maximum")
+    if number != number or (low is not None and number < low) or (high is not None and number > high):
+        return (
+            f"{name}: found {given}, expected {'any' if low is None else f'{low:g}'} to "
+            f"{'any' if high is None else f'{high:g}'}{unit}."
+        )
+    return ""
+
+
+def crs_problem(name: str, given: Any, crs: QgsCoordinateReferenceSystem, inputs: list[str]) -> str:
+    """Projected and in metres; otherwise the UTM zone of the inputs is suggested."""
+    if given == LOCAL:
+        return ""
+    if not crs.isValid() and given in (None, ""):
+        return f"{name} is required: give a projected CRS in metres, like EPSG:32615."
+    if not crs.isValid():
+        return f"{name}: {given!r} is not a coordinate reference system; give one like EPSG:32615."
+    if crs.isGeographic():
+        zone = location.utm_suggestion(inputs)
+        hint = (
+            f"use the UTM zone of your plot, {zone}"
+            if zone
+            else "use the UTM zone of your plot (for example EPSG:32615 for 93 W, north)"
+        )
+        return (
+            f"{name}: {crs.authid()} ({crs.description()}) is geographic (degrees), expected a projected CRS in "
+            f"metres; {hint}."
+        )
+    if crs.mapUnits() != compat.DISTANCE_METERS:
+        return (
+            f"{name}: {crs.authid()} ({crs.description()}) is not in metres; choose the metric version of this CRS or "
+            "the UTM zone."
+        )
+    return ""
+
+
+def dtm_flight_problem(dtm: str, photos: str) -> str:
+    """The terrain model lies under the flight, as far as the photos' own positions tell."""
+    where = location.position(Path(photos))
+    if where is None:
+        return ""
+    box = QgsRectangle(where[0], where[1], where[0], where[1])
+    return _apart(dtm, box, QgsCoordinateReferenceSystem("EPSG:4326"), FLIGHT_MARGIN_M, f"the photos in {photos}")
+
+
+def dtm_cloud_problem(dtm: str, cloud: str, crs: QgsCoordinateReferenceSystem) -> str:
+    """The terrain model lies under the cloud, as far as the cloud's header tells. crs: what the user says."""
+    found = location.las_extent(Path(cloud))
+    if found is None:
+        return ""
+    west, south, east, north, wkt = found
+    own = QgsCoordinateReferenceSystem.fromWkt(wkt) if wkt else crs
+    if not own.isValid():
+        return ""
+    return _apart(dtm, QgsRectangle(west, south, east, north), own, 0.0, cloud)
+
+
+def _apart(dtm: str, box: QgsRectangle, crs: QgsCoordinateReferenceSystem, margin_m: float, what: str) -> str:
+    layer = QgsRasterLayer(dtm, "dtm", "gdal")
+    if not layer.isValid():
+        return f"DTM: {dtm} is not a raster that can be read; give a terrain GeoTIFF."
+    if not layer.crs().isValid():
+        return ""
+    try:
+        moved = QgsCoordinateTransform(crs, layer.crs(), QgsCoordinateTransformContext()).transformBoundingBox(box)
+    except QgsCsException:
+        return ""
+    extent = layer.extent()
+    extent.grow(margin_m if not layer.crs().isGeographic() else margin_m / 1e5)
+    # A flight is one point: a rectangle without an area intersects nothing.
+    if extent.intersects(moved) or extent.contains(QgsPointXY(moved.center())):
+        return ""
+    return (
+        f"DTM: {dtm} covers x {extent.xMinimum():.0f} to {extent.xMaximum():.0f}, y {extent.yMinimum():.0f} to "
+        f"{extent.yMaximum():.0f}, but {what} lies at x {moved.center().x():.0f}, y {moved.center().y():.0f} "
+        f"({layer.crs().authid() or 'its CRS'}); give the terrain model of this place."
+    )

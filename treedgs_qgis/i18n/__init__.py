@@ -1,0 +1,37 @@
+"""Translations: one catalogue a language (``treedgs_<language>.qm``), made from the ``.ts`` beside it.
+
+``make translations`` collects the texts and compiles; a text without a translation is shown in English.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from qgis.core import QgsApplication
+from qgis.PyQt.QtCore import QCoreApplication, QTranslator
+
+CONTEXT = "TreeDGS"
+FOLDER = Path(__file__).parent
+
+
+def tr(text: str) -> str:
+    """The text in the language of QGIS."""
+    return QCoreApplication.translate(CONTEXT, text) if text else text
+
+
+def install() -> QTranslator | None:
+    """Load the catalogue of QGIS' language; ``None`` where there is none. The caller keeps the result alive."""
+    locale = QgsApplication.instance().locale() if QgsApplication.instance() else ""
+    for name in (locale, locale[:2]):
+        file = FOLDER / f"treedgs_{name}.qm"
+        if name and file.exists():
+            translator = QTranslator()
+            if translator.load(str(file)) and QCoreApplication.installTranslator(translator):
+                return translator
+    return None
+
+
+def remove(translator: QTranslator | None) -> None:
+    """Take the catalogue out again."""
+    if translator is not None:
+        QCoreApplication.removeTranslator(translator)

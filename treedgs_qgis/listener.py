@@ -1,0 +1,104 @@
+"""The engine's messages as QGIS feedback, in words for a technician, with the time left."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import qgis.utils
+from qgis.core import QgsProcessingFeedback
+from qgis.PyQt.QtCore import QCoreApplication
+
+from .i18n import tr
+
+#: QGIS keeps every estimate as a line of its log: not too many of them.
+ESTIMATE_EVERY_S = 20
+#: The engine's stages in plain words; one that is not here keeps its own name.
+STAGES = {
+    "geotag": "Camera positions",
+    "geotags": "Camera positions",
+    "photos and geotags": "Photos and their positions",
+    "reconstruct": "Cameras from the photos",
+    "features": "Features in each photo",
+    "matching": "Same points in several photos",
+    "mapping": "First placing of the cameras",
+    "adjustment": "Fine adjustment of the cameras",
+    "dense": "Dense points",
+    "ground": "Ground under the trees",
+    "terrain": "Ground under the trees",
+    "measure": "Stems and their diameters",
+    "find stems": "Looking for stems",
+    "fit stems": "Fitting each stem",
+    "cut crops": "Cutting out the stems in the photos",
+    "measure stems": "Measuring each stem",
+    "stems": "Stems and their diameters",
+    "fit Gaussians": "Fitting Gaussians",
+    "sample surface": "Surface points",
+    "read cloud": "Reading the point cloud",
+    "plots and terrain": "Plots and terrain model",
+    "overlap": "Overlap of the photos",
+    "pair trees": "Pairing field and measured trees",
+    "write": "Writing layer and report",
+}
+
+
+def is_cancelled(feedback: QgsProcessingFeedback) -> bool:
+    """Whether the user asked to stop.
+
+    ``qgis_process`` learns of Ctrl-C through its event loop, which nobody runs while we wait: so it is run here. With
+    a window open the window's own thread does that, and running it here could re-enter what it is doing.
+    """
+    if qgis.utils.iface is None:
+        QCoreApplication.processEvents()
+    return feedback.isCanceled()
+
+
+class Listener:
+    """Turns the engine's messages into QGIS feedback; what native libraries print stays in ``engine.log``."""
+
+    def __init__(self, feedback: QgsProcessingFeedback) -> None:
+        self.feedback = feedback
+        self.told = time.monotonic()
+        self.stages: list[str] = []
+
+    def __call__(self, message: dict[str, Any]) -> None:
+        """One message of the protocol (docs/engine.md)."""
+        kind, text = message["t"], str(message.get("message", ""))
+        if kind == "progress":
+            fraction = float(message.get("fraction", 0))
+            self.feedback.setProgress(100 * fraction)
+            now = time.monotonic()
+            if message.get("eta_s") and now - self.told > ESTIMATE_EVERY_S:
+                self.told = now
+                stage = f"{self.stages[-1]}: " if self.stages else ""
+                left = tr("about {time} left").format(time=duration(message["eta_s"]))
+                self.feedback.setProgressText(f"{stage}{100 * fraction:.0f} %, {left}")
+        elif kind == "stage":
+            self.stages.append(stage_name(message))
+            self.feedback.pushInfo(f"{'  ' * (len(self.stages) - 1)}{self.stages[-1]} …")
+        elif kind == "stage_done":
+            if self.stages:
+                self.stages.pop()
+            self.feedback.pushInfo(
+                f"{'  ' * len(self.stages)}{stage_name(message)}: {duration(message.get('seconds', 0))}"
+            )
+        elif kind == "info":
+            self.feedback.pushInfo(f"{'  ' * len(self.stages)}{text}")
+        elif kind == "warn":
+            self.feedback.pushWarning(text)
+
+
+def stage_name(message: dict[str, Any]) -> str:
+    """The stage in words."""
+    name = str(message.get("name", ""))
+    return tr(STAGES.get(name, name))
+
+
+def duration(seconds: float) -> str:
+    """``95`` -> ``1 min 35 s``; ``3.2`` -> ``3.2 s``; ``4000`` -> ``1 h 06 min``."""
+    if seconds < 10:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(int(seconds), 60)
+    if minutes >= 60:
+        return f"{minutes // 60} h {minutes % 60:02d} min"
+    return f"{minutes} min {rest:02d} s" if minutes else f"{rest} s"
