@@ -16,7 +16,7 @@ import numpy as np
 from ..stems.cone import BEND_SD, Cone, fit_cone
 from ..stems.options import SegmentOptions
 from ..stems.segment import Sensor, search_points
-from .circles import geometric_circle
+from .circles import fit_ellipse, geometric_circle
 from .slices import across_axis, slice_heights, slice_index
 from .taper import Taper, taper_line
 
@@ -28,6 +28,10 @@ PLENTY_CELLS, PLENTY_POINTS = 100, 400
 ROUNDNESS = 0.02
 #: Error that no cloud resolves: bark, ground height, breast height (cm), and the share of the diameter it grows by.
 FLOOR_CM, FLOOR_SHARE = 0.25, 0.010
+#: Where the slices show butt swell, the cone is fitted above this height, m.
+ABOVE_BUTT_M = 0.8
+#: Slices along the stem and the cone at breast height: further apart than this many standard errors (of both) is a doubt.
+DISAGREE_SE = 4.0
 _SECTORS = 24
 
 
@@ -73,8 +77,15 @@ def measure_points(points: np.ndarray, weights: np.ndarray | None, sensor: Senso
         return refuse("not_round", cone=cone, points=len(points))
     cone, window, on = fitted
     slices = _slices(points, weights, cone, sensor, bh_m)
-    heights, diameters, errors = slices[:, :3].T
-    taper = taper_line(heights, diameters, errors, bh_m, slices_per_independent=3.0)
+    taper = taper_line(*slices[:, :3].T, bh_m, slices_per_independent=3.0)
+    if taper is not None and taper.model == "butt" and window[0] < ABOVE_BUTT_M:
+        # The cone knows no swell: it is fitted again above it.
+        above = points[:, 2] > ABOVE_BUTT_M
+        again = _window_fit(points[above], None if weights is None else weights[above], cone, sensor, bh_m, others)
+        if again is not None:
+            cone, (_, high), on_above = again
+            window, on = (ABOVE_BUTT_M, high), np.zeros(len(points), bool)
+            on[above] = on_above
     return _conclude(points, cone, window, on, slices, taper, sensor, bh_m, options, others)
 
 
@@ -200,11 +211,13 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
     reach = np.array([0, 0, 0, 0, 1.0, bh_m - cone.h_ref, 0, 0])
     fit_se = 200 * float(np.sqrt(max(reach @ covariance @ reach, 0)))
     lobes = _lobes(points[on], cone)
+    # A tape reads the girth: of an oval section that is a little more than the mean radius tells.
+    dbh *= _girth_factor(points[on], cone, sensor)
     shape_se = 200 * radius * max(ROUNDNESS, lobes) / np.sqrt(max(arc / 60.0, 1.0))
     height_se = 0.0
     slope = None
     if taper is not None:
-        slope = taper.slope_cm_m if taper.model == "linear" else None
+        slope = taper.slope_cm_m if taper.model != "constant" else None
         height_se = taper.se_cm
     # Bark that cannot be told from twigs: half the twigs' reach, in the share that they have.
     clutter_se = (1 - purity) * 200 * cone.sigma
@@ -239,6 +252,8 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
         check.append("few_slices")
     elif taper is not None and (taper.slope_cm_m > 2.0 or taper.slope_cm_m < -6.0):
         check.append("no_taper")
+    if len(slices) >= 5 and taper is not None and abs(taper.at_bh_cm - dbh) > DISAGREE_SE * np.hypot(se, taper.se_cm):
+        check.append("disagree")
     if purity < 0.6:
         (reject if purity < 0.35 and not sensor.solid else check).append("occluded")
     if on.sum() < sensor.least_points:
@@ -261,6 +276,16 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
                "taper_at_bh": taper.at_bh_cm if taper else np.nan, "low": window[0], "high": window[1]}
     return StemMeasure(cone, None if reject else dbh, None if reject else se, flag, reasons, arc, int(on.sum()),
                        len(slices), slope, details)
+
+
+def _girth_factor(points: np.ndarray, cone: Cone, sensor: Sensor) -> float:
+    """Girth / pi over the mean diameter of the section's ellipse; 1 where the circle is the better model."""
+    if sensor.solid or len(points) < 60:
+        return 1.0
+    some = points[::max(len(points) // 600, 1)]
+    flat = across_axis(some, cone) * (float(cone.r) / np.maximum(cone.radius(some[:, 2]), 1e-3))[:, None]
+    oval = fit_ellipse(flat, noise_m=max(cone.sigma, sensor.floor_m))
+    return oval.girth_d / (oval.a + oval.b) if oval is not None and oval.gain > 0 else 1.0
 
 
 def _lobes(points: np.ndarray, cone: Cone) -> float:

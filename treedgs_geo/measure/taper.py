@@ -1,4 +1,5 @@
-"""Diameter over height: the published taper RANSAC, and a robust line with a prior (or a constant if that suffices)."""
+"""Diameter over height: the published taper RANSAC, and a robust constant, line or line with butt swell, chosen by an
+information criterion with priors on the slope and the swell."""
 
 from __future__ import annotations
 
@@ -22,13 +23,15 @@ class TaperRansac:
 
 @dataclass(frozen=True)
 class Taper:
-    """d(h) = at_bh + slope (h - bh). Diameters cm, heights m. inliers: (S,) bool over the slices given."""
+    """d(h) = at_bh + slope (h - bh) [+ butt]. Diameters cm, heights m. inliers: (S,) bool over the slices given.
+    model: constant, linear or butt; butt_cm: swell at the ground (:func:`taper_line`)."""
 
     at_bh_cm: float
     slope_cm_m: float
     se_cm: float
     inliers: np.ndarray
     model: str
+    butt_cm: float = 0.0
 
 
 def taper_ransac(heights_m: np.ndarray, diameters_cm: np.ndarray, bh_m: float, options: TaperRansac | None = None,
@@ -96,42 +99,52 @@ def _ransac_line(h: np.ndarray, d: np.ndarray, inside: np.ndarray, bh_m: float, 
     return Taper(line[0], line[1], float(se), inliers, "linear")
 
 
+#: Butt swell: diameter added at the ground by the prior's sd (cm), and the height over which it falls to a third (m).
+BUTT_SD_CM, BUTT_M = 12.0, 0.3
+#: Slices below this height are needed before a swell is considered, m: above it there is none to see.
+BUTT_SEEN_M = 0.7
+
+
 def taper_line(heights_m: np.ndarray, diameters_cm: np.ndarray, se_cm: np.ndarray, bh_m: float,
                prior_cm_m: float = -1.0, prior_sd_cm_m: float = 0.6, slices_per_independent: float = 1.0,
                floor_cm: float = 0.2) -> Taper | None:
-    """Robust weighted line through slice diameters with a prior on the slope, or a constant, by a corrected AIC.
+    """Robust weighted profile through slice diameters: constant, linear, or linear + butt, by a corrected AIC.
 
-    se_cm: (S,) per slice. slices_per_independent: how many overlapping slices make one independent one. The slope's
-    prior is the planted-pine profile (-1 cm/m, sd 0.6). ``None`` with fewer than three usable slices.
+    d(h) = a + b (h - bh) + c (exp(-h / 0.3) - exp(-bh / 0.3)). se_cm: (S,) per slice. slices_per_independent: how many
+    overlapping slices make one independent one. Priors: b from the planted-pine profile (-1 cm/m, sd 0.6), c = 0 with sd
+    12 cm. ``slope_cm_m`` is b, ``butt_cm`` c. ``None`` with fewer than three usable slices.
     """
     usable = np.isfinite(diameters_cm) & np.isfinite(se_cm) & (se_cm > 0)
     if usable.sum() < 3:
         return None
-    x, y, s = heights_m[usable] - bh_m, diameters_cm[usable], np.hypot(se_cm[usable], floor_cm)
+    h, y, s = heights_m[usable], diameters_cm[usable], np.hypot(se_cm[usable], floor_cm)
+    columns = np.column_stack([np.ones_like(h), h - bh_m, np.exp(-h / BUTT_M) - np.exp(-bh_m / BUTT_M)])
+    mean, sd = np.array([0.0, prior_cm_m, 0.0]), np.array([np.inf, prior_sd_cm_m, BUTT_SD_CM])
+    models = {"constant": 1, "linear": 2}
+    if (h < BUTT_SEEN_M).sum() >= 2 and (h > bh_m).sum() >= 3:
+        models["butt"] = 3
     best: tuple[float, Taper] | None = None
-    for model in ("constant", "linear"):
-        basis = np.column_stack([np.ones_like(x), x]) if model == "linear" else np.ones((len(x), 1))
-        prior = np.diag([0.0, prior_sd_cm_m ** -2])[:basis.shape[1], :basis.shape[1]]
-        pull = np.array([0.0, prior_cm_m * prior_sd_cm_m ** -2])[:basis.shape[1]]
-        robust = np.ones_like(x)
+    for model, k in models.items():
+        basis = columns[:, :k]
+        precision = 1.0 / sd[:k] ** 2
+        robust = np.ones_like(h)
         for _ in range(30):
             weight = robust / s ** 2 / slices_per_independent
-            normal = (basis * weight[:, None]).T @ basis + prior
-            line = np.linalg.solve(normal, (basis * weight[:, None]).T @ y + pull)
+            normal = (basis * weight[:, None]).T @ basis + np.diag(precision)
+            line = np.linalg.solve(normal, (basis * weight[:, None]).T @ y + precision * mean[:k])
             residual = (y - basis @ line) / s
             scale = max(1.4826 * np.median(np.abs(residual)), 1.0)
             robust = np.clip(1 - (residual / (4.7 * scale)) ** 2, 0, None) ** 2
         count = max(robust.sum() / slices_per_independent, 3.0)
         chi2 = float((np.minimum(residual ** 2, (4.7 * scale) ** 2)).sum() / slices_per_independent)
-        if model == "linear":
-            chi2 += ((line[1] - prior_cm_m) / prior_sd_cm_m) ** 2
-        k = basis.shape[1]
+        chi2 += float((precision * (line - mean[:k]) ** 2).sum())
         criterion = chi2 + 2 * k + 2 * k * (k + 1) / max(count - k - 1, 1.0)
         inflation = max(1.0, float((robust * residual ** 2).sum() / max(robust.sum() - k, 1.0)))
         se = float(np.sqrt(np.linalg.inv(normal)[0, 0] * inflation))
         inliers = np.zeros(len(heights_m), bool)
         inliers[np.flatnonzero(usable)[robust > 0]] = True
-        taper = Taper(float(line[0]), float(line[1]) if model == "linear" else 0.0, se, inliers, model)
+        full = np.r_[line, np.zeros(3 - k)]
+        taper = Taper(float(full[0]), float(full[1]), se, inliers, model, float(full[2]))
         if best is None or criterion < best[0]:
             best = criterion, taper
     assert best is not None
