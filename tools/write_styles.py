@@ -12,18 +12,23 @@ from pathlib import Path
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
+from osgeo import gdal  # noqa: E402
 from qgis.core import (  # noqa: E402
     QgsApplication,
+    QgsBilinearRasterResampler,
     QgsCategorizedSymbolRenderer,
+    QgsDefaultValue,
     QgsEditorWidgetSetup,
     QgsFillSymbol,
     QgsGraduatedSymbolRenderer,
+    QgsHillshadeRenderer,
     QgsLineSymbol,
     QgsMapLayer,
     QgsMarkerLineSymbolLayer,
     QgsMarkerSymbol,
     QgsPalLayerSettings,
     QgsProperty,
+    QgsRasterLayer,
     QgsRendererCategory,
     QgsRendererRange,
     QgsSingleSymbolRenderer,
@@ -140,6 +145,20 @@ PLOTS = {
     "radius_m": ("double", "Radius [m]"),
     "x": ("double", "Easting of the centre, co-registered [m]"),
     "y": ("double", "Northing of the centre, co-registered [m]"),
+}
+CIRCLES = {
+    "tree_id": ("integer", "Tree"),
+    "dbh_cm": ("double", "DBH [cm]"),
+    "dbh_se_cm": ("double", "DBH standard error [cm]"),
+    "qc_flag": ("string", "Quality"),
+}
+SLICES = {
+    "tree_id": ("integer", "Tree"),
+    "height_m": ("double", "Height above ground [m]"),
+    "d_cm": ("double", "Diameter [cm]"),
+    "rms_cm": ("double", "Roughness, rms [cm]"),
+    "n_pts": ("integer", "Points"),
+    "arc_deg": ("double", "Circumference seen [°]"),
 }
 #: Measured - field DBH in cm: vermilion is too thick, blue too thin; told apart by colour-blind readers.
 DELTAS = (
@@ -268,6 +287,62 @@ def trees() -> QgsVectorLayer:
     return layer
 
 
+def circles() -> QgsVectorLayer:
+    """Stems at true scale: a thin filled ring in the colour of the tree's quality."""
+    layer = memory_layer(CIRCLES, "circles", "Polygon")
+    looks = {"ok": ("measured", "46,139,61", GREEN), "check": ("measured, to be checked", "242,161,13", AMBER)}
+    layer.setRenderer(
+        QgsCategorizedSymbolRenderer(
+            "qc_flag",
+            [
+                QgsRendererCategory(
+                    value,
+                    QgsFillSymbol.createSimple(
+                        {"color": f"{fill},70", "outline_color": edge, "outline_width": "0.35"}
+                    ),
+                    text,
+                )
+                for value, (text, fill, edge) in looks.items()
+            ],
+        )
+    )
+    layer.setDisplayExpression("""'Tree ' || "tree_id" || ': ' || format_number("dbh_cm", 1) || ' cm'""")
+    layer.setMapTipTemplate(
+        """<b>Tree [% "tree_id" %]</b><br>DBH [% format_number("dbh_cm", 1) %]"""
+        """[% coalesce(' ± ' || format_number("dbh_se_cm", 1), '') %] cm, drawn at true scale"""
+    )
+    return layer
+
+
+def slices() -> QgsVectorLayer:
+    """Measured slices of a stem: outlines from brown (foot) to yellow (4 m), shown when zoomed in."""
+    layer = memory_layer(SLICES, "slices", "Polygon")
+    steps = ((0, 1, "#5b2c06"), (1, 2, "#98511a"), (2, 3, "#cf8a35"), (3, 4, "#e7b85c"), (4, 5, "#f4dd9a"))
+    layer.setRenderer(
+        QgsGraduatedSymbolRenderer(
+            "height_m",
+            [
+                QgsRendererRange(
+                    low,
+                    high,
+                    QgsFillSymbol.createSimple({"style": "no", "outline_color": colour, "outline_width": "0.3"}),
+                    f"{low} to {high} m above ground",
+                )
+                for low, high, colour in steps
+            ],
+        )
+    )
+    layer.setScaleBasedVisibility(True)
+    layer.setMinimumScale(400)
+    layer.setDisplayExpression("""'Tree ' || "tree_id" || ' at ' || format_number("height_m", 1) || ' m'""")
+    layer.setMapTipTemplate(
+        """<b>Tree [% "tree_id" %] at [% format_number("height_m", 1) %] m</b><br>"""
+        """[% format_number("d_cm", 1) %] cm, [% "n_pts" %] points round [% round("arc_deg") %]° """
+        """(rms [% format_number("rms_cm", 1) %] cm)"""
+    )
+    return layer
+
+
 def stations() -> QgsVectorLayer:
     """Camera stations: a triangle that points where the camera looked, coloured by how well the place is known."""
     layer = memory_layer(STATIONS, "stations")
@@ -332,6 +407,23 @@ def pairs() -> QgsVectorLayer:
         """field [% coalesce(format_number("field_cm", 1), '-') %] cm, """
         """measured [% coalesce(format_number("dbh_cm", 1), '-') %] cm<br>"""
         """[% format_number("dist_m", 2) %] m apart[% coalesce('<br>' || "note", '') %]"""
+    )
+    # A line that is drawn, or whose end is dragged to another tree, is a person's decision.
+    layer.setDefaultValueDefinition(
+        list(PAIRS).index("pair_status"),
+        QgsDefaultValue(
+            """CASE WHEN "pair_status" IS NULL THEN 'moved' """
+            """WHEN "pair_status" = 'auto' AND abs(length($geometry) - coalesce("dist_m", -1)) > 0.02 THEN 'moved' """
+            """ELSE "pair_status" END""",
+            True,
+        ),
+    )
+    form = layer.editFormConfig()
+    for index, name in enumerate(PAIRS):
+        form.setReadOnly(index, name not in ("pair_status", "note"))
+    layer.setEditFormConfig(form)
+    layer.setEditorWidgetSetup(
+        list(PAIRS).index("note"), QgsEditorWidgetSetup("TextEdit", {"IsMultiline": True, "UseHtml": False})
     )
     words = {"automatic": "auto", "confirmed": "ok", "moved by hand": "moved", "rejected": "rejected"}
     layer.setEditorWidgetSetup(
@@ -430,6 +522,23 @@ def plots() -> QgsVectorLayer:
     return layer
 
 
+def terrain(folder: Path) -> None:
+    """The terrain raster as a hillshade."""
+    driver = gdal.GetDriverByName("GTiff")
+    raster = driver.Create("/vsimem/dtm.tif", 8, 8, 1, gdal.GDT_Float32)
+    raster.SetGeoTransform([500000, 1, 0, 4000000, 0, -1])
+    raster.FlushCache()
+    layer = QgsRasterLayer("/vsimem/dtm.tif", "dtm", "gdal")
+    renderer = QgsHillshadeRenderer(layer.dataProvider(), 1, 315, 45)
+    renderer.setMultiDirectional(True)
+    renderer.setZFactor(1.0)
+    layer.setRenderer(renderer)
+    layer.resampleFilter().setZoomedInResampler(QgsBilinearRasterResampler())
+    message, ok = layer.saveNamedStyle(str(folder / "dtm.qml"), QgsMapLayer.Symbology)
+    if not ok:
+        raise RuntimeError(message)
+
+
 def main() -> int:
     """Write every style."""
     application = QgsApplication([], False)
@@ -443,13 +552,16 @@ def main() -> int:
         | QgsMapLayer.Forms
         | QgsMapLayer.AttributeTable
         | QgsMapLayer.LayerConfiguration
+        | QgsMapLayer.Rendering
     )
-    for layer in (trees(), stations(), pairs(), suggested(), field_trees(), measured_trees(), plots()):
+    made = (trees, circles, slices, stations, pairs, suggested, field_trees, measured_trees, plots)
+    for layer in (make() for make in made):
         path = STYLES / f"{layer.name()}.qml"
         message, ok = layer.saveNamedStyle(str(path), categories)
         if not ok:
             print(f"error: {path}: {message}", file=sys.stderr)
             return 1
+    terrain(STYLES)
     application.exitQgis()
     return 0
 

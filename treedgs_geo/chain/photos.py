@@ -20,7 +20,7 @@ from ..geotags.photos import list_photos
 from ..geotags.reading import read_stations
 from ..geotags.stations import Stations, read_stations_layer, write_stations
 from ..inventory.report import write_report
-from ..inventory.tree_layer import check_output, style_stations, tree_table, write_trees
+from ..inventory.tree_layer import check_output, style_stations, style_terrain, tree_table, write_trees
 from ..measure.trees import Tree
 from ..reconstruction.cameras import View
 from ..reconstruction.model import load_points, load_views
@@ -163,6 +163,7 @@ def _ground(
         write_dtm(path, given)
         return {"ground": str(settings.dtm)}
 
+    style_terrain(path)
     steps.run(
         "ground", {"dtm": settings.dtm, "plots": _circles(area)}, [settings.dtm] if settings.dtm else [], [path], work
     )

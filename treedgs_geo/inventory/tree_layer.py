@@ -14,6 +14,7 @@ import pyproj
 from ..core.errors import InputError, OutputError
 from ..core.files import atomic_geopackage, atomic_path, ensure_unlocked, ensure_writable
 from ..measure.trees import TREE_FIELDS, Tree
+from .circle_layers import add_layers
 
 LAYER = "trees"
 _INTEGERS = ("tree_id", "n_pts", "n_views", "n_slices")
@@ -58,8 +59,11 @@ def check_output(path: Path) -> str:
     return driver
 
 
-def write_trees(path: Path, trees: list[Tree], crs: pyproj.CRS) -> Path:
+def write_trees(path: Path, trees: list[Tree], crs: pyproj.CRS, slices: list[dict] | None = None) -> Path:
     """Write the tree layer atomically; the driver follows the suffix (.gpkg, .shp, .geojson, .csv).
+
+    A GeoPackage also gets the layer ``circles`` (each stem at true scale), and ``slices`` where they are given
+    (:func:`treedgs_geo.inventory.circle_layers.stem_slices`).
 
     Raises:
         OutputError: unknown suffix or unwritable folder.
@@ -79,6 +83,7 @@ def write_trees(path: Path, trees: list[Tree], crs: pyproj.CRS) -> Path:
             table.to_file(temporary, layer=LAYER, driver=driver, engine="pyogrio", geometry_type="Point Z", **options)
             if driver == "GPKG":
                 save_style(temporary, LAYER, (files(__package__) / "styles" / "trees.qml").read_text(encoding="utf-8"))
+                add_layers(temporary, table, slices)
     return path
 
 
@@ -103,6 +108,13 @@ def read_trees(path: Path) -> gpd.GeoDataFrame:
 def style_stations(path: Path) -> None:
     """Give the camera stations layer in ``path`` its style."""
     save_style(path, "stations", (files(__package__) / "styles" / "stations.qml").read_text(encoding="utf-8"))
+
+
+def style_terrain(path: Path) -> None:
+    """Put the hillshade style beside a terrain raster (``dtm.qml``), where QGIS looks; a user's own one stays."""
+    beside = Path(path).with_suffix(".qml")
+    if not beside.exists():
+        beside.write_text((files(__package__) / "styles" / "dtm.qml").read_text(encoding="utf-8"), encoding="utf-8")
 
 
 def save_style(geopackage: Path, layer: str, qml: str, geometry: str = "geom") -> None:

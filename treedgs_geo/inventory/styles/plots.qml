@@ -1,39 +1,39 @@
 <!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>
-<qgis version="3.22.16-Białowieża" styleCategories="LayerConfiguration|Symbology|Labeling|Fields|Forms|MapTips|AttributeTable" labelsEnabled="0" readOnly="0">
+<qgis simplifyAlgorithm="0" maxScale="0" simplifyDrawingTol="1" symbologyReferenceScale="-1" readOnly="0" simplifyMaxScale="1" version="3.22.16-Białowieża" simplifyDrawingHints="1" hasScaleBasedVisibilityFlag="0" styleCategories="LayerConfiguration|Symbology|Labeling|Fields|Forms|MapTips|AttributeTable|Rendering" minScale="100000000" labelsEnabled="0" simplifyLocal="1">
   <flags>
     <Identifiable>1</Identifiable>
     <Removable>1</Removable>
     <Searchable>1</Searchable>
     <Private>0</Private>
   </flags>
-  <renderer-v2 symbollevels="0" attr="status" enableorderby="0" type="categorizedSymbol" referencescale="-1" forceraster="0">
+  <renderer-v2 attr="status" symbollevels="0" forceraster="0" referencescale="-1" type="categorizedSymbol" enableorderby="0">
     <categories>
-      <category symbol="0" render="true" label="placed" value="auto"/>
-      <category symbol="1" render="true" label="confirmed by hand" value="ok"/>
-      <category symbol="2" render="true" label="needs a hand check" value="check"/>
+      <category label="placed" render="true" value="auto" symbol="0"/>
+      <category label="confirmed by hand" render="true" value="ok" symbol="1"/>
+      <category label="needs a hand check" render="true" value="check" symbol="2"/>
     </categories>
     <symbols>
-      <symbol clip_to_extent="1" type="fill" name="0" force_rhr="0" alpha="1">
+      <symbol clip_to_extent="1" name="0" alpha="1" type="fill" force_rhr="0">
         <data_defined_properties>
           <Option type="Map">
-            <Option type="QString" name="name" value=""/>
+            <Option value="" name="name" type="QString"/>
             <Option name="properties"/>
-            <Option type="QString" name="type" value="collection"/>
+            <Option value="collection" name="type" type="QString"/>
           </Option>
         </data_defined_properties>
-        <layer locked="0" pass="0" class="SimpleFill" enabled="1">
+        <layer locked="0" enabled="1" pass="0" class="SimpleFill">
           <Option type="Map">
-            <Option type="QString" name="border_width_map_unit_scale" value="3x:0,0,0,0,0,0"/>
-            <Option type="QString" name="color" value="0,0,255,255"/>
-            <Option type="QString" name="joinstyle" value="bevel"/>
-            <Option type="QString" name="offset" value="0,0"/>
-            <Option type="QString" name="offset_map_unit_scale" value="3x:0,0,0,0,0,0"/>
-            <Option type="QString" name="offset_unit" value="MM"/>
-            <Option type="QString" name="outline_color" value="85,85,85,255"/>
-            <Option type="QString" name="outline_style" value="solid"/>
-            <Option type="QString" name="outline_width" value="0.4"/>
-            <Option type="QString" name="outline_width_unit" value="MM"/>
-            <Option type="QString" name="style" value="no"/>
+            <Option value="3x:0,0,0,0,0,0" name="border_width_map_unit_scale" type="QString"/>
+            <Option value="0,0,255,255" name="color" type="QString"/>
+            <Option value="bevel" name="joinstyle" type="QString"/>
+            <Option value="0,0" name="offset" type="QString"/>
+            <Option value="3x:0,0,0,0,0,0" name="offset_map_unit_scale" type="QString"/>
+            <Option value="MM" name="offset_unit" type="QString"/>
+            <Option value="85,85,85,255" name="outline_color" type="QString"/>
+            <Option value="solid" name="outline_style" type="QString"/>
+            <Option value="0.4" name="outline_width" type="QString"/>
+            <Option value="MM" name="outline_width_unit" type="QString"/>
+            <Option value="no" name="style" type="QString"/>
           </Option>
           <prop v="3x:0,0,0,0,0,0" k="border_width_map_unit_scale"/>
           <prop v="0,0,255,255" k="color"/>
@@ -48,34 +48,34 @@
           <prop v="no" k="style"/>
           <data_defined_properties>
             <Option type="Map">
-              <Option type="QString" name="name" value=""/>
+              <Option value="" name="name" type="QString"/>
               <Option name="properties"/>
-              <Option type="QString" name="type" value="collection"/>
+              <Option value="collection" name="type" type="QString"/>
             </Option>
           </data_defined_properties>
         </layer>
       </symbol>
-      <symbol clip_to_extent="1" type="fill" name="1" force_rhr="0" alpha="1">
+      <symbol clip_to_extent="1" name="1" alpha="1" type="fill" force_rhr="0">
         <data_defined_properties>
           <Option type="Map">
-            <Option type="QString" name="name" value=""/>
+            <Option value="" name="name" type="QString"/>
             <Option name="properties"/>
-            <Option type="QString" name="type" value="collection"/>
+            <Option value="collection" name="type" type="QString"/>
           </Option>
         </data_defined_properties>
-        <layer locked="0" pass="0" class="SimpleFill" enabled="1">
+        <layer locked="0" enabled="1" pass="0" class="SimpleFill">
           <Option type="Map">
-            <Option type="QString" name="border_width_map_unit_scale" value="3x:0,0,0,0,0,0"/>
-            <Option type="QString" name="color" value="0,0,255,255"/>
-            <Option type="QString" name="joinstyle" value="bevel"/>
-            <Option type="QString" name="offset" value="0,0"/>
-            <Option type="QString" name="offset_map_unit_scale" value="3x:0,0,0,0,0,0"/>
-            <Option type="QString" name="offset_unit" value="MM"/>
-            <Option type="QString" name="outline_color" value="46,139,61,255"/>
-            <Option type="QString" name="outline_style" value="solid"/>
-            <Option type="QString" name="outline_width" value="0.6"/>
-            <Option type="QString" name="outline_width_unit" value="MM"/>
-            <Option type="QString" name="style" value="no"/>
+            <Option value="3x:0,0,0,0,0,0" name="border_width_map_unit_scale" type="QString"/>
+            <Option value="0,0,255,255" name="color" type="QString"/>
+            <Option value="bevel" name="joinstyle" type="QString"/>
+            <Option value="0,0" name="offset" type="QString"/>
+            <Option value="3x:0,0,0,0,0,0" name="offset_map_unit_scale" type="QString"/>
+            <Option value="MM" name="offset_unit" type="QString"/>
+            <Option value="46,139,61,255" name="outline_color" type="QString"/>
+            <Option value="solid" name="outline_style" type="QString"/>
+            <Option value="0.6" name="outline_width" type="QString"/>
+            <Option value="MM" name="outline_width_unit" type="QString"/>
+            <Option value="no" name="style" type="QString"/>
           </Option>
           <prop v="3x:0,0,0,0,0,0" k="border_width_map_unit_scale"/>
           <prop v="0,0,255,255" k="color"/>
@@ -90,34 +90,34 @@
           <prop v="no" k="style"/>
           <data_defined_properties>
             <Option type="Map">
-              <Option type="QString" name="name" value=""/>
+              <Option value="" name="name" type="QString"/>
               <Option name="properties"/>
-              <Option type="QString" name="type" value="collection"/>
+              <Option value="collection" name="type" type="QString"/>
             </Option>
           </data_defined_properties>
         </layer>
       </symbol>
-      <symbol clip_to_extent="1" type="fill" name="2" force_rhr="0" alpha="1">
+      <symbol clip_to_extent="1" name="2" alpha="1" type="fill" force_rhr="0">
         <data_defined_properties>
           <Option type="Map">
-            <Option type="QString" name="name" value=""/>
+            <Option value="" name="name" type="QString"/>
             <Option name="properties"/>
-            <Option type="QString" name="type" value="collection"/>
+            <Option value="collection" name="type" type="QString"/>
           </Option>
         </data_defined_properties>
-        <layer locked="0" pass="0" class="SimpleFill" enabled="1">
+        <layer locked="0" enabled="1" pass="0" class="SimpleFill">
           <Option type="Map">
-            <Option type="QString" name="border_width_map_unit_scale" value="3x:0,0,0,0,0,0"/>
-            <Option type="QString" name="color" value="0,0,255,255"/>
-            <Option type="QString" name="joinstyle" value="bevel"/>
-            <Option type="QString" name="offset" value="0,0"/>
-            <Option type="QString" name="offset_map_unit_scale" value="3x:0,0,0,0,0,0"/>
-            <Option type="QString" name="offset_unit" value="MM"/>
-            <Option type="QString" name="outline_color" value="106,61,154,255"/>
-            <Option type="QString" name="outline_style" value="solid"/>
-            <Option type="QString" name="outline_width" value="0.9"/>
-            <Option type="QString" name="outline_width_unit" value="MM"/>
-            <Option type="QString" name="style" value="no"/>
+            <Option value="3x:0,0,0,0,0,0" name="border_width_map_unit_scale" type="QString"/>
+            <Option value="0,0,255,255" name="color" type="QString"/>
+            <Option value="bevel" name="joinstyle" type="QString"/>
+            <Option value="0,0" name="offset" type="QString"/>
+            <Option value="3x:0,0,0,0,0,0" name="offset_map_unit_scale" type="QString"/>
+            <Option value="MM" name="offset_unit" type="QString"/>
+            <Option value="106,61,154,255" name="outline_color" type="QString"/>
+            <Option value="solid" name="outline_style" type="QString"/>
+            <Option value="0.9" name="outline_width" type="QString"/>
+            <Option value="MM" name="outline_width_unit" type="QString"/>
+            <Option value="no" name="style" type="QString"/>
           </Option>
           <prop v="3x:0,0,0,0,0,0" k="border_width_map_unit_scale"/>
           <prop v="0,0,255,255" k="color"/>
@@ -132,9 +132,9 @@
           <prop v="no" k="style"/>
           <data_defined_properties>
             <Option type="Map">
-              <Option type="QString" name="name" value=""/>
+              <Option value="" name="name" type="QString"/>
               <Option name="properties"/>
-              <Option type="QString" name="type" value="collection"/>
+              <Option value="collection" name="type" type="QString"/>
             </Option>
           </data_defined_properties>
         </layer>
@@ -145,132 +145,133 @@
   </renderer-v2>
   <blendMode>0</blendMode>
   <featureBlendMode>0</featureBlendMode>
+  <layerOpacity>1</layerOpacity>
   <fieldConfiguration>
-    <field name="plot_id" configurationFlags="None">
+    <field configurationFlags="None" name="plot_id">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="status" configurationFlags="None">
+    <field configurationFlags="None" name="status">
       <editWidget type="ValueMap">
         <config>
           <Option type="Map">
-            <Option type="List" name="map">
+            <Option name="map" type="List">
               <Option type="Map">
-                <Option type="QString" name="placed" value="auto"/>
+                <Option value="auto" name="placed" type="QString"/>
               </Option>
               <Option type="Map">
-                <Option type="QString" name="confirmed by hand" value="ok"/>
+                <Option value="ok" name="confirmed by hand" type="QString"/>
               </Option>
               <Option type="Map">
-                <Option type="QString" name="needs a hand check" value="check"/>
+                <Option value="check" name="needs a hand check" type="QString"/>
               </Option>
             </Option>
           </Option>
         </config>
       </editWidget>
     </field>
-    <field name="reason" configurationFlags="None">
+    <field configurationFlags="None" name="reason">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="offset_e_m" configurationFlags="None">
+    <field configurationFlags="None" name="offset_e_m">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="offset_n_m" configurationFlags="None">
+    <field configurationFlags="None" name="offset_n_m">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="rot_deg" configurationFlags="None">
+    <field configurationFlags="None" name="rot_deg">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="ratio" configurationFlags="None">
+    <field configurationFlags="None" name="ratio">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="margin" configurationFlags="None">
+    <field configurationFlags="None" name="margin">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="residual_m" configurationFlags="None">
+    <field configurationFlags="None" name="residual_m">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="share" configurationFlags="None">
+    <field configurationFlags="None" name="share">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="n_field" configurationFlags="None">
+    <field configurationFlags="None" name="n_field">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="n_measured" configurationFlags="None">
+    <field configurationFlags="None" name="n_measured">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="n_pairs" configurationFlags="None">
+    <field configurationFlags="None" name="n_pairs">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="n_sugg" configurationFlags="None">
+    <field configurationFlags="None" name="n_sugg">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="radius_m" configurationFlags="None">
+    <field configurationFlags="None" name="radius_m">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="x" configurationFlags="None">
+    <field configurationFlags="None" name="x">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="y" configurationFlags="None">
+    <field configurationFlags="None" name="y">
       <editWidget type="">
         <config>
           <Option/>
@@ -317,45 +318,45 @@
     <default expression="" applyOnUpdate="0" field="y"/>
   </defaults>
   <constraints>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="plot_id" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="status" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="reason" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="offset_e_m" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="offset_n_m" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="rot_deg" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="ratio" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="margin" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="residual_m" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="share" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="n_field" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="n_measured" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="n_pairs" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="n_sugg" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="radius_m" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="x" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="y" unique_strength="0"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="plot_id"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="status"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="reason"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="offset_e_m"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="offset_n_m"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="rot_deg"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="ratio"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="margin"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="residual_m"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="share"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="n_field"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="n_measured"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="n_pairs"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="n_sugg"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="radius_m"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="x"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="y"/>
   </constraints>
   <constraintExpressions>
-    <constraint desc="" exp="" field="plot_id"/>
-    <constraint desc="" exp="" field="status"/>
-    <constraint desc="" exp="" field="reason"/>
-    <constraint desc="" exp="" field="offset_e_m"/>
-    <constraint desc="" exp="" field="offset_n_m"/>
-    <constraint desc="" exp="" field="rot_deg"/>
-    <constraint desc="" exp="" field="ratio"/>
-    <constraint desc="" exp="" field="margin"/>
-    <constraint desc="" exp="" field="residual_m"/>
-    <constraint desc="" exp="" field="share"/>
-    <constraint desc="" exp="" field="n_field"/>
-    <constraint desc="" exp="" field="n_measured"/>
-    <constraint desc="" exp="" field="n_pairs"/>
-    <constraint desc="" exp="" field="n_sugg"/>
-    <constraint desc="" exp="" field="radius_m"/>
-    <constraint desc="" exp="" field="x"/>
-    <constraint desc="" exp="" field="y"/>
+    <constraint exp="" desc="" field="plot_id"/>
+    <constraint exp="" desc="" field="status"/>
+    <constraint exp="" desc="" field="reason"/>
+    <constraint exp="" desc="" field="offset_e_m"/>
+    <constraint exp="" desc="" field="offset_n_m"/>
+    <constraint exp="" desc="" field="rot_deg"/>
+    <constraint exp="" desc="" field="ratio"/>
+    <constraint exp="" desc="" field="margin"/>
+    <constraint exp="" desc="" field="residual_m"/>
+    <constraint exp="" desc="" field="share"/>
+    <constraint exp="" desc="" field="n_field"/>
+    <constraint exp="" desc="" field="n_measured"/>
+    <constraint exp="" desc="" field="n_pairs"/>
+    <constraint exp="" desc="" field="n_sugg"/>
+    <constraint exp="" desc="" field="radius_m"/>
+    <constraint exp="" desc="" field="x"/>
+    <constraint exp="" desc="" field="y"/>
   </constraintExpressions>
   <expressionfields/>
-  <attributetableconfig sortExpression="" sortOrder="0" actionWidgetStyle="dropDown">
+  <attributetableconfig actionWidgetStyle="dropDown" sortOrder="0" sortExpression="">
     <columns/>
   </attributetableconfig>
   <conditionalstyles>

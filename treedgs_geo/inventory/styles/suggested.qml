@@ -1,50 +1,50 @@
 <!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>
-<qgis version="3.22.16-Białowieża" styleCategories="LayerConfiguration|Symbology|Labeling|Fields|Forms|MapTips|AttributeTable" labelsEnabled="0" readOnly="0">
+<qgis simplifyAlgorithm="0" maxScale="0" simplifyDrawingTol="1" symbologyReferenceScale="-1" readOnly="0" simplifyMaxScale="1" version="3.22.16-Białowieża" simplifyDrawingHints="1" hasScaleBasedVisibilityFlag="0" styleCategories="LayerConfiguration|Symbology|Labeling|Fields|Forms|MapTips|AttributeTable|Rendering" minScale="100000000" labelsEnabled="0" simplifyLocal="1">
   <flags>
     <Identifiable>1</Identifiable>
     <Removable>1</Removable>
     <Searchable>1</Searchable>
     <Private>0</Private>
   </flags>
-  <renderer-v2 symbollevels="0" enableorderby="0" type="singleSymbol" referencescale="-1" forceraster="0">
+  <renderer-v2 symbollevels="0" forceraster="0" referencescale="-1" type="singleSymbol" enableorderby="0">
     <symbols>
-      <symbol clip_to_extent="1" type="line" name="0" force_rhr="0" alpha="1">
+      <symbol clip_to_extent="1" name="0" alpha="1" type="line" force_rhr="0">
         <data_defined_properties>
           <Option type="Map">
-            <Option type="QString" name="name" value=""/>
+            <Option value="" name="name" type="QString"/>
             <Option name="properties"/>
-            <Option type="QString" name="type" value="collection"/>
+            <Option value="collection" name="type" type="QString"/>
           </Option>
         </data_defined_properties>
-        <layer locked="0" pass="0" class="SimpleLine" enabled="1">
+        <layer locked="0" enabled="1" pass="0" class="SimpleLine">
           <Option type="Map">
-            <Option type="QString" name="align_dash_pattern" value="0"/>
-            <Option type="QString" name="capstyle" value="square"/>
-            <Option type="QString" name="customdash" value="5;2"/>
-            <Option type="QString" name="customdash_map_unit_scale" value="3x:0,0,0,0,0,0"/>
-            <Option type="QString" name="customdash_unit" value="MM"/>
-            <Option type="QString" name="dash_pattern_offset" value="0"/>
-            <Option type="QString" name="dash_pattern_offset_map_unit_scale" value="3x:0,0,0,0,0,0"/>
-            <Option type="QString" name="dash_pattern_offset_unit" value="MM"/>
-            <Option type="QString" name="draw_inside_polygon" value="0"/>
-            <Option type="QString" name="joinstyle" value="bevel"/>
-            <Option type="QString" name="line_color" value="106,61,154,255"/>
-            <Option type="QString" name="line_style" value="dash"/>
-            <Option type="QString" name="line_width" value="0.6"/>
-            <Option type="QString" name="line_width_unit" value="MM"/>
-            <Option type="QString" name="offset" value="0"/>
-            <Option type="QString" name="offset_map_unit_scale" value="3x:0,0,0,0,0,0"/>
-            <Option type="QString" name="offset_unit" value="MM"/>
-            <Option type="QString" name="ring_filter" value="0"/>
-            <Option type="QString" name="trim_distance_end" value="0"/>
-            <Option type="QString" name="trim_distance_end_map_unit_scale" value="3x:0,0,0,0,0,0"/>
-            <Option type="QString" name="trim_distance_end_unit" value="MM"/>
-            <Option type="QString" name="trim_distance_start" value="0"/>
-            <Option type="QString" name="trim_distance_start_map_unit_scale" value="3x:0,0,0,0,0,0"/>
-            <Option type="QString" name="trim_distance_start_unit" value="MM"/>
-            <Option type="QString" name="tweak_dash_pattern_on_corners" value="0"/>
-            <Option type="QString" name="use_custom_dash" value="0"/>
-            <Option type="QString" name="width_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option value="0" name="align_dash_pattern" type="QString"/>
+            <Option value="square" name="capstyle" type="QString"/>
+            <Option value="5;2" name="customdash" type="QString"/>
+            <Option value="3x:0,0,0,0,0,0" name="customdash_map_unit_scale" type="QString"/>
+            <Option value="MM" name="customdash_unit" type="QString"/>
+            <Option value="0" name="dash_pattern_offset" type="QString"/>
+            <Option value="3x:0,0,0,0,0,0" name="dash_pattern_offset_map_unit_scale" type="QString"/>
+            <Option value="MM" name="dash_pattern_offset_unit" type="QString"/>
+            <Option value="0" name="draw_inside_polygon" type="QString"/>
+            <Option value="bevel" name="joinstyle" type="QString"/>
+            <Option value="106,61,154,255" name="line_color" type="QString"/>
+            <Option value="dash" name="line_style" type="QString"/>
+            <Option value="0.6" name="line_width" type="QString"/>
+            <Option value="MM" name="line_width_unit" type="QString"/>
+            <Option value="0" name="offset" type="QString"/>
+            <Option value="3x:0,0,0,0,0,0" name="offset_map_unit_scale" type="QString"/>
+            <Option value="MM" name="offset_unit" type="QString"/>
+            <Option value="0" name="ring_filter" type="QString"/>
+            <Option value="0" name="trim_distance_end" type="QString"/>
+            <Option value="3x:0,0,0,0,0,0" name="trim_distance_end_map_unit_scale" type="QString"/>
+            <Option value="MM" name="trim_distance_end_unit" type="QString"/>
+            <Option value="0" name="trim_distance_start" type="QString"/>
+            <Option value="3x:0,0,0,0,0,0" name="trim_distance_start_map_unit_scale" type="QString"/>
+            <Option value="MM" name="trim_distance_start_unit" type="QString"/>
+            <Option value="0" name="tweak_dash_pattern_on_corners" type="QString"/>
+            <Option value="0" name="use_custom_dash" type="QString"/>
+            <Option value="3x:0,0,0,0,0,0" name="width_map_unit_scale" type="QString"/>
           </Option>
           <prop v="0" k="align_dash_pattern"/>
           <prop v="square" k="capstyle"/>
@@ -75,9 +75,9 @@
           <prop v="3x:0,0,0,0,0,0" k="width_map_unit_scale"/>
           <data_defined_properties>
             <Option type="Map">
-              <Option type="QString" name="name" value=""/>
+              <Option value="" name="name" type="QString"/>
               <Option name="properties"/>
-              <Option type="QString" name="type" value="collection"/>
+              <Option value="collection" name="type" type="QString"/>
             </Option>
           </data_defined_properties>
         </layer>
@@ -88,92 +88,93 @@
   </renderer-v2>
   <blendMode>0</blendMode>
   <featureBlendMode>0</featureBlendMode>
+  <layerOpacity>1</layerOpacity>
   <fieldConfiguration>
-    <field name="plot_id" configurationFlags="None">
+    <field configurationFlags="None" name="plot_id">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="field_id" configurationFlags="None">
+    <field configurationFlags="None" name="field_id">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="tree_id" configurationFlags="None">
+    <field configurationFlags="None" name="tree_id">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="field_cm" configurationFlags="None">
+    <field configurationFlags="None" name="field_cm">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="dbh_cm" configurationFlags="None">
+    <field configurationFlags="None" name="dbh_cm">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="delta_cm" configurationFlags="None">
+    <field configurationFlags="None" name="delta_cm">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="dbh_lo_cm" configurationFlags="None">
+    <field configurationFlags="None" name="dbh_lo_cm">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="dbh_hi_cm" configurationFlags="None">
+    <field configurationFlags="None" name="dbh_hi_cm">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="qc_flag" configurationFlags="None">
+    <field configurationFlags="None" name="qc_flag">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="dist_m" configurationFlags="None">
+    <field configurationFlags="None" name="dist_m">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="margin" configurationFlags="None">
+    <field configurationFlags="None" name="margin">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="pair_status" configurationFlags="None">
+    <field configurationFlags="None" name="pair_status">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="note" configurationFlags="None">
+    <field configurationFlags="None" name="note">
       <editWidget type="">
         <config>
           <Option/>
@@ -212,37 +213,37 @@
     <default expression="" applyOnUpdate="0" field="note"/>
   </defaults>
   <constraints>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="plot_id" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="field_id" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="tree_id" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="field_cm" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="dbh_cm" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="delta_cm" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="dbh_lo_cm" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="dbh_hi_cm" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="qc_flag" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="dist_m" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="margin" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="pair_status" unique_strength="0"/>
-    <constraint constraints="0" exp_strength="0" notnull_strength="0" field="note" unique_strength="0"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="plot_id"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="field_id"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="tree_id"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="field_cm"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="dbh_cm"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="delta_cm"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="dbh_lo_cm"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="dbh_hi_cm"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="qc_flag"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="dist_m"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="margin"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="pair_status"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="note"/>
   </constraints>
   <constraintExpressions>
-    <constraint desc="" exp="" field="plot_id"/>
-    <constraint desc="" exp="" field="field_id"/>
-    <constraint desc="" exp="" field="tree_id"/>
-    <constraint desc="" exp="" field="field_cm"/>
-    <constraint desc="" exp="" field="dbh_cm"/>
-    <constraint desc="" exp="" field="delta_cm"/>
-    <constraint desc="" exp="" field="dbh_lo_cm"/>
-    <constraint desc="" exp="" field="dbh_hi_cm"/>
-    <constraint desc="" exp="" field="qc_flag"/>
-    <constraint desc="" exp="" field="dist_m"/>
-    <constraint desc="" exp="" field="margin"/>
-    <constraint desc="" exp="" field="pair_status"/>
-    <constraint desc="" exp="" field="note"/>
+    <constraint exp="" desc="" field="plot_id"/>
+    <constraint exp="" desc="" field="field_id"/>
+    <constraint exp="" desc="" field="tree_id"/>
+    <constraint exp="" desc="" field="field_cm"/>
+    <constraint exp="" desc="" field="dbh_cm"/>
+    <constraint exp="" desc="" field="delta_cm"/>
+    <constraint exp="" desc="" field="dbh_lo_cm"/>
+    <constraint exp="" desc="" field="dbh_hi_cm"/>
+    <constraint exp="" desc="" field="qc_flag"/>
+    <constraint exp="" desc="" field="dist_m"/>
+    <constraint exp="" desc="" field="margin"/>
+    <constraint exp="" desc="" field="pair_status"/>
+    <constraint exp="" desc="" field="note"/>
   </constraintExpressions>
   <expressionfields/>
-  <attributetableconfig sortExpression="" sortOrder="0" actionWidgetStyle="dropDown">
+  <attributetableconfig actionWidgetStyle="dropDown" sortOrder="0" sortExpression="">
     <columns/>
   </attributetableconfig>
   <conditionalstyles>

@@ -1,47 +1,47 @@
 <!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>
-<qgis styleCategories="LayerConfiguration|Symbology|Labeling|Fields|Forms|MapTips|AttributeTable" labelsEnabled="1" readOnly="0" version="3.22.16-Białowieża">
+<qgis simplifyAlgorithm="0" maxScale="0" simplifyDrawingTol="1" symbologyReferenceScale="-1" readOnly="0" simplifyMaxScale="1" version="3.22.16-Białowieża" simplifyDrawingHints="1" hasScaleBasedVisibilityFlag="0" styleCategories="LayerConfiguration|Symbology|Labeling|Fields|Forms|MapTips|AttributeTable|Rendering" minScale="100000000" labelsEnabled="1" simplifyLocal="1">
   <flags>
     <Identifiable>1</Identifiable>
     <Removable>1</Removable>
     <Searchable>1</Searchable>
     <Private>0</Private>
   </flags>
-  <renderer-v2 referencescale="-1" enableorderby="0" attr="qc_flag" symbollevels="0" type="categorizedSymbol" forceraster="0">
+  <renderer-v2 attr="qc_flag" symbollevels="0" forceraster="0" referencescale="-1" type="categorizedSymbol" enableorderby="0">
     <categories>
-      <category value="ok" label="measured" render="true" symbol="0"/>
-      <category value="check" label="measured, to be checked" render="true" symbol="1"/>
-      <category value="reject" label="seen, no DBH" render="true" symbol="2"/>
+      <category label="measured" render="true" value="ok" symbol="0"/>
+      <category label="measured, to be checked" render="true" value="check" symbol="1"/>
+      <category label="seen, no DBH" render="true" value="reject" symbol="2"/>
     </categories>
     <symbols>
-      <symbol alpha="1" force_rhr="0" type="marker" clip_to_extent="1" name="0">
+      <symbol clip_to_extent="1" name="0" alpha="1" type="marker" force_rhr="0">
         <data_defined_properties>
           <Option type="Map">
-            <Option value="" type="QString" name="name"/>
+            <Option value="" name="name" type="QString"/>
             <Option name="properties"/>
-            <Option value="collection" type="QString" name="type"/>
+            <Option value="collection" name="type" type="QString"/>
           </Option>
         </data_defined_properties>
-        <layer class="SimpleMarker" locked="0" enabled="1" pass="0">
+        <layer locked="0" enabled="1" pass="0" class="SimpleMarker">
           <Option type="Map">
-            <Option value="0" type="QString" name="angle"/>
-            <Option value="square" type="QString" name="cap_style"/>
-            <Option value="46,139,61,255" type="QString" name="color"/>
-            <Option value="1" type="QString" name="horizontal_anchor_point"/>
-            <Option value="bevel" type="QString" name="joinstyle"/>
-            <Option value="circle" type="QString" name="name"/>
-            <Option value="0,0" type="QString" name="offset"/>
-            <Option value="3x:0,0,0,0,0,0" type="QString" name="offset_map_unit_scale"/>
-            <Option value="MM" type="QString" name="offset_unit"/>
-            <Option value="18,64,26,255" type="QString" name="outline_color"/>
-            <Option value="solid" type="QString" name="outline_style"/>
-            <Option value="0.3" type="QString" name="outline_width"/>
-            <Option value="3x:0,0,0,0,0,0" type="QString" name="outline_width_map_unit_scale"/>
-            <Option value="MM" type="QString" name="outline_width_unit"/>
-            <Option value="diameter" type="QString" name="scale_method"/>
-            <Option value="2" type="QString" name="size"/>
-            <Option value="3x:0,0,0,0,0,0" type="QString" name="size_map_unit_scale"/>
-            <Option value="MM" type="QString" name="size_unit"/>
-            <Option value="1" type="QString" name="vertical_anchor_point"/>
+            <Option value="0" name="angle" type="QString"/>
+            <Option value="square" name="cap_style" type="QString"/>
+            <Option value="46,139,61,255" name="color" type="QString"/>
+            <Option value="1" name="horizontal_anchor_point" type="QString"/>
+            <Option value="bevel" name="joinstyle" type="QString"/>
+            <Option value="circle" name="name" type="QString"/>
+            <Option value="0,0" name="offset" type="QString"/>
+            <Option value="3x:0,0,0,0,0,0" name="offset_map_unit_scale" type="QString"/>
+            <Option value="MM" name="offset_unit" type="QString"/>
+            <Option value="18,64,26,255" name="outline_color" type="QString"/>
+            <Option value="solid" name="outline_style" type="QString"/>
+            <Option value="0.3" name="outline_width" type="QString"/>
+            <Option value="3x:0,0,0,0,0,0" name="outline_width_map_unit_scale" type="QString"/>
+            <Option value="MM" name="outline_width_unit" type="QString"/>
+            <Option value="diameter" name="scale_method" type="QString"/>
+            <Option value="2" name="size" type="QString"/>
+            <Option value="3x:0,0,0,0,0,0" name="size_map_unit_scale" type="QString"/>
+            <Option value="MM" name="size_unit" type="QString"/>
+            <Option value="1" name="vertical_anchor_point" type="QString"/>
           </Option>
           <prop v="0" k="angle"/>
           <prop v="square" k="cap_style"/>
@@ -64,48 +64,48 @@
           <prop v="1" k="vertical_anchor_point"/>
           <data_defined_properties>
             <Option type="Map">
-              <Option value="" type="QString" name="name"/>
-              <Option type="Map" name="properties">
-                <Option type="Map" name="size">
-                  <Option value="true" type="bool" name="active"/>
-                  <Option value="max(coalesce(&quot;dbh_cm&quot;, 0) * 10 / @map_scale, 1.4 + coalesce(&quot;dbh_cm&quot;, 15) * 0.05)" type="QString" name="expression"/>
-                  <Option value="3" type="int" name="type"/>
+              <Option value="" name="name" type="QString"/>
+              <Option name="properties" type="Map">
+                <Option name="size" type="Map">
+                  <Option value="true" name="active" type="bool"/>
+                  <Option value="max(coalesce(&quot;dbh_cm&quot;, 0) * 10 / @map_scale, 1.4 + coalesce(&quot;dbh_cm&quot;, 15) * 0.05)" name="expression" type="QString"/>
+                  <Option value="3" name="type" type="int"/>
                 </Option>
               </Option>
-              <Option value="collection" type="QString" name="type"/>
+              <Option value="collection" name="type" type="QString"/>
             </Option>
           </data_defined_properties>
         </layer>
       </symbol>
-      <symbol alpha="1" force_rhr="0" type="marker" clip_to_extent="1" name="1">
+      <symbol clip_to_extent="1" name="1" alpha="1" type="marker" force_rhr="0">
         <data_defined_properties>
           <Option type="Map">
-            <Option value="" type="QString" name="name"/>
+            <Option value="" name="name" type="QString"/>
             <Option name="properties"/>
-            <Option value="collection" type="QString" name="type"/>
+            <Option value="collection" name="type" type="QString"/>
           </Option>
         </data_defined_properties>
-        <layer class="SimpleMarker" locked="0" enabled="1" pass="0">
+        <layer locked="0" enabled="1" pass="0" class="SimpleMarker">
           <Option type="Map">
-            <Option value="0" type="QString" name="angle"/>
-            <Option value="square" type="QString" name="cap_style"/>
-            <Option value="242,161,13,255" type="QString" name="color"/>
-            <Option value="1" type="QString" name="horizontal_anchor_point"/>
-            <Option value="bevel" type="QString" name="joinstyle"/>
-            <Option value="circle" type="QString" name="name"/>
-            <Option value="0,0" type="QString" name="offset"/>
-            <Option value="3x:0,0,0,0,0,0" type="QString" name="offset_map_unit_scale"/>
-            <Option value="MM" type="QString" name="offset_unit"/>
-            <Option value="122,75,0,255" type="QString" name="outline_color"/>
-            <Option value="solid" type="QString" name="outline_style"/>
-            <Option value="0.3" type="QString" name="outline_width"/>
-            <Option value="3x:0,0,0,0,0,0" type="QString" name="outline_width_map_unit_scale"/>
-            <Option value="MM" type="QString" name="outline_width_unit"/>
-            <Option value="diameter" type="QString" name="scale_method"/>
-            <Option value="2" type="QString" name="size"/>
-            <Option value="3x:0,0,0,0,0,0" type="QString" name="size_map_unit_scale"/>
-            <Option value="MM" type="QString" name="size_unit"/>
-            <Option value="1" type="QString" name="vertical_anchor_point"/>
+            <Option value="0" name="angle" type="QString"/>
+            <Option value="square" name="cap_style" type="QString"/>
+            <Option value="242,161,13,255" name="color" type="QString"/>
+            <Option value="1" name="horizontal_anchor_point" type="QString"/>
+            <Option value="bevel" name="joinstyle" type="QString"/>
+            <Option value="circle" name="name" type="QString"/>
+            <Option value="0,0" name="offset" type="QString"/>
+            <Option value="3x:0,0,0,0,0,0" name="offset_map_unit_scale" type="QString"/>
+            <Option value="MM" name="offset_unit" type="QString"/>
+            <Option value="122,75,0,255" name="outline_color" type="QString"/>
+            <Option value="solid" name="outline_style" type="QString"/>
+            <Option value="0.3" name="outline_width" type="QString"/>
+            <Option value="3x:0,0,0,0,0,0" name="outline_width_map_unit_scale" type="QString"/>
+            <Option value="MM" name="outline_width_unit" type="QString"/>
+            <Option value="diameter" name="scale_method" type="QString"/>
+            <Option value="2" name="size" type="QString"/>
+            <Option value="3x:0,0,0,0,0,0" name="size_map_unit_scale" type="QString"/>
+            <Option value="MM" name="size_unit" type="QString"/>
+            <Option value="1" name="vertical_anchor_point" type="QString"/>
           </Option>
           <prop v="0" k="angle"/>
           <prop v="square" k="cap_style"/>
@@ -128,48 +128,48 @@
           <prop v="1" k="vertical_anchor_point"/>
           <data_defined_properties>
             <Option type="Map">
-              <Option value="" type="QString" name="name"/>
-              <Option type="Map" name="properties">
-                <Option type="Map" name="size">
-                  <Option value="true" type="bool" name="active"/>
-                  <Option value="max(coalesce(&quot;dbh_cm&quot;, 0) * 10 / @map_scale, 1.4 + coalesce(&quot;dbh_cm&quot;, 15) * 0.05)" type="QString" name="expression"/>
-                  <Option value="3" type="int" name="type"/>
+              <Option value="" name="name" type="QString"/>
+              <Option name="properties" type="Map">
+                <Option name="size" type="Map">
+                  <Option value="true" name="active" type="bool"/>
+                  <Option value="max(coalesce(&quot;dbh_cm&quot;, 0) * 10 / @map_scale, 1.4 + coalesce(&quot;dbh_cm&quot;, 15) * 0.05)" name="expression" type="QString"/>
+                  <Option value="3" name="type" type="int"/>
                 </Option>
               </Option>
-              <Option value="collection" type="QString" name="type"/>
+              <Option value="collection" name="type" type="QString"/>
             </Option>
           </data_defined_properties>
         </layer>
       </symbol>
-      <symbol alpha="1" force_rhr="0" type="marker" clip_to_extent="1" name="2">
+      <symbol clip_to_extent="1" name="2" alpha="1" type="marker" force_rhr="0">
         <data_defined_properties>
           <Option type="Map">
-            <Option value="" type="QString" name="name"/>
+            <Option value="" name="name" type="QString"/>
             <Option name="properties"/>
-            <Option value="collection" type="QString" name="type"/>
+            <Option value="collection" name="type" type="QString"/>
           </Option>
         </data_defined_properties>
-        <layer class="SimpleMarker" locked="0" enabled="1" pass="0">
+        <layer locked="0" enabled="1" pass="0" class="SimpleMarker">
           <Option type="Map">
-            <Option value="0" type="QString" name="angle"/>
-            <Option value="square" type="QString" name="cap_style"/>
-            <Option value="255,255,255,0" type="QString" name="color"/>
-            <Option value="1" type="QString" name="horizontal_anchor_point"/>
-            <Option value="bevel" type="QString" name="joinstyle"/>
-            <Option value="circle" type="QString" name="name"/>
-            <Option value="0,0" type="QString" name="offset"/>
-            <Option value="3x:0,0,0,0,0,0" type="QString" name="offset_map_unit_scale"/>
-            <Option value="MM" type="QString" name="offset_unit"/>
-            <Option value="198,40,40,255" type="QString" name="outline_color"/>
-            <Option value="solid" type="QString" name="outline_style"/>
-            <Option value="0.5" type="QString" name="outline_width"/>
-            <Option value="3x:0,0,0,0,0,0" type="QString" name="outline_width_map_unit_scale"/>
-            <Option value="MM" type="QString" name="outline_width_unit"/>
-            <Option value="diameter" type="QString" name="scale_method"/>
-            <Option value="2" type="QString" name="size"/>
-            <Option value="3x:0,0,0,0,0,0" type="QString" name="size_map_unit_scale"/>
-            <Option value="MM" type="QString" name="size_unit"/>
-            <Option value="1" type="QString" name="vertical_anchor_point"/>
+            <Option value="0" name="angle" type="QString"/>
+            <Option value="square" name="cap_style" type="QString"/>
+            <Option value="255,255,255,0" name="color" type="QString"/>
+            <Option value="1" name="horizontal_anchor_point" type="QString"/>
+            <Option value="bevel" name="joinstyle" type="QString"/>
+            <Option value="circle" name="name" type="QString"/>
+            <Option value="0,0" name="offset" type="QString"/>
+            <Option value="3x:0,0,0,0,0,0" name="offset_map_unit_scale" type="QString"/>
+            <Option value="MM" name="offset_unit" type="QString"/>
+            <Option value="198,40,40,255" name="outline_color" type="QString"/>
+            <Option value="solid" name="outline_style" type="QString"/>
+            <Option value="0.5" name="outline_width" type="QString"/>
+            <Option value="3x:0,0,0,0,0,0" name="outline_width_map_unit_scale" type="QString"/>
+            <Option value="MM" name="outline_width_unit" type="QString"/>
+            <Option value="diameter" name="scale_method" type="QString"/>
+            <Option value="2" name="size" type="QString"/>
+            <Option value="3x:0,0,0,0,0,0" name="size_map_unit_scale" type="QString"/>
+            <Option value="MM" name="size_unit" type="QString"/>
+            <Option value="1" name="vertical_anchor_point" type="QString"/>
           </Option>
           <prop v="0" k="angle"/>
           <prop v="square" k="cap_style"/>
@@ -192,15 +192,15 @@
           <prop v="1" k="vertical_anchor_point"/>
           <data_defined_properties>
             <Option type="Map">
-              <Option value="" type="QString" name="name"/>
-              <Option type="Map" name="properties">
-                <Option type="Map" name="size">
-                  <Option value="true" type="bool" name="active"/>
-                  <Option value="2.6" type="QString" name="expression"/>
-                  <Option value="3" type="int" name="type"/>
+              <Option value="" name="name" type="QString"/>
+              <Option name="properties" type="Map">
+                <Option name="size" type="Map">
+                  <Option value="true" name="active" type="bool"/>
+                  <Option value="2.6" name="expression" type="QString"/>
+                  <Option value="3" name="type" type="int"/>
                 </Option>
               </Option>
-              <Option value="collection" type="QString" name="type"/>
+              <Option value="collection" name="type" type="QString"/>
             </Option>
           </data_defined_properties>
         </layer>
@@ -211,32 +211,32 @@
   </renderer-v2>
   <labeling type="simple">
     <settings calloutType="simple">
-      <text-style fontSizeUnit="Point" fontUnderline="0" allowHtml="0" fontKerning="1" fontWordSpacing="0" textOpacity="1" textOrientation="horizontal" fontSize="8" previewBkgrdColor="255,255,255,255" namedStyle="" fontFamily="Sans" fontItalic="0" multilineHeight="1" fontSizeMapUnitScale="3x:0,0,0,0,0,0" fontWeight="50" capitalization="0" useSubstitutions="0" legendString="Aa" fieldName="CASE WHEN &quot;dbh_cm&quot; IS NOT NULL THEN format_number(&quot;dbh_cm&quot;, 1) END" fontStrikeout="0" isExpression="1" textColor="27,27,27,255" fontLetterSpacing="0" blendMode="0">
+      <text-style fontItalic="0" useSubstitutions="0" fontUnderline="0" fontWeight="50" fontLetterSpacing="0" fieldName="CASE WHEN &quot;dbh_cm&quot; IS NOT NULL THEN format_number(&quot;dbh_cm&quot;, 1) END" fontFamily="Sans" multilineHeight="1" allowHtml="0" previewBkgrdColor="255,255,255,255" fontSize="8" textOpacity="1" capitalization="0" fontSizeMapUnitScale="3x:0,0,0,0,0,0" fontStrikeout="0" fontSizeUnit="Point" fontWordSpacing="0" isExpression="1" namedStyle="" blendMode="0" textColor="27,27,27,255" legendString="Aa" fontKerning="1" textOrientation="horizontal">
         <families/>
-        <text-buffer bufferBlendMode="0" bufferNoFill="1" bufferSizeUnits="MM" bufferJoinStyle="128" bufferColor="255,255,255,255" bufferDraw="1" bufferOpacity="1" bufferSize="0.69999999999999996" bufferSizeMapUnitScale="3x:0,0,0,0,0,0"/>
-        <text-mask maskSizeMapUnitScale="3x:0,0,0,0,0,0" maskJoinStyle="128" maskSizeUnits="MM" maskType="0" maskedSymbolLayers="" maskOpacity="1" maskSize="1.5" maskEnabled="0"/>
-        <background shapeRotation="0" shapeOffsetMapUnitScale="3x:0,0,0,0,0,0" shapeRadiiY="0" shapeSizeY="0" shapeBlendMode="0" shapeDraw="0" shapeSVGFile="" shapeRadiiX="0" shapeRadiiUnit="MM" shapeSizeX="0" shapeFillColor="255,255,255,255" shapeBorderWidth="0" shapeSizeMapUnitScale="3x:0,0,0,0,0,0" shapeBorderWidthUnit="MM" shapeJoinStyle="64" shapeRadiiMapUnitScale="3x:0,0,0,0,0,0" shapeSizeType="0" shapeBorderColor="128,128,128,255" shapeBorderWidthMapUnitScale="3x:0,0,0,0,0,0" shapeOpacity="1" shapeType="0" shapeRotationType="0" shapeOffsetUnit="MM" shapeSizeUnit="MM" shapeOffsetX="0" shapeOffsetY="0">
-          <symbol alpha="1" force_rhr="0" type="fill" clip_to_extent="1" name="fillSymbol">
+        <text-buffer bufferNoFill="1" bufferSizeMapUnitScale="3x:0,0,0,0,0,0" bufferJoinStyle="128" bufferOpacity="1" bufferSizeUnits="MM" bufferBlendMode="0" bufferSize="0.69999999999999996" bufferDraw="1" bufferColor="255,255,255,255"/>
+        <text-mask maskedSymbolLayers="" maskSizeUnits="MM" maskOpacity="1" maskSize="1.5" maskEnabled="0" maskSizeMapUnitScale="3x:0,0,0,0,0,0" maskJoinStyle="128" maskType="0"/>
+        <background shapeRotationType="0" shapeJoinStyle="64" shapeOffsetY="0" shapeRadiiMapUnitScale="3x:0,0,0,0,0,0" shapeRadiiX="0" shapeDraw="0" shapeOffsetUnit="MM" shapeSizeY="0" shapeSizeType="0" shapeOpacity="1" shapeSVGFile="" shapeBorderWidthUnit="MM" shapeSizeUnit="MM" shapeOffsetMapUnitScale="3x:0,0,0,0,0,0" shapeBorderWidthMapUnitScale="3x:0,0,0,0,0,0" shapeSizeX="0" shapeRadiiY="0" shapeRadiiUnit="MM" shapeOffsetX="0" shapeRotation="0" shapeFillColor="255,255,255,255" shapeBorderColor="128,128,128,255" shapeBlendMode="0" shapeType="0" shapeSizeMapUnitScale="3x:0,0,0,0,0,0" shapeBorderWidth="0">
+          <symbol clip_to_extent="1" name="fillSymbol" alpha="1" type="fill" force_rhr="0">
             <data_defined_properties>
               <Option type="Map">
-                <Option value="" type="QString" name="name"/>
+                <Option value="" name="name" type="QString"/>
                 <Option name="properties"/>
-                <Option value="collection" type="QString" name="type"/>
+                <Option value="collection" name="type" type="QString"/>
               </Option>
             </data_defined_properties>
-            <layer class="SimpleFill" locked="0" enabled="1" pass="0">
+            <layer locked="0" enabled="1" pass="0" class="SimpleFill">
               <Option type="Map">
-                <Option value="3x:0,0,0,0,0,0" type="QString" name="border_width_map_unit_scale"/>
-                <Option value="255,255,255,255" type="QString" name="color"/>
-                <Option value="bevel" type="QString" name="joinstyle"/>
-                <Option value="0,0" type="QString" name="offset"/>
-                <Option value="3x:0,0,0,0,0,0" type="QString" name="offset_map_unit_scale"/>
-                <Option value="MM" type="QString" name="offset_unit"/>
-                <Option value="128,128,128,255" type="QString" name="outline_color"/>
-                <Option value="no" type="QString" name="outline_style"/>
-                <Option value="0" type="QString" name="outline_width"/>
-                <Option value="MM" type="QString" name="outline_width_unit"/>
-                <Option value="solid" type="QString" name="style"/>
+                <Option value="3x:0,0,0,0,0,0" name="border_width_map_unit_scale" type="QString"/>
+                <Option value="255,255,255,255" name="color" type="QString"/>
+                <Option value="bevel" name="joinstyle" type="QString"/>
+                <Option value="0,0" name="offset" type="QString"/>
+                <Option value="3x:0,0,0,0,0,0" name="offset_map_unit_scale" type="QString"/>
+                <Option value="MM" name="offset_unit" type="QString"/>
+                <Option value="128,128,128,255" name="outline_color" type="QString"/>
+                <Option value="no" name="outline_style" type="QString"/>
+                <Option value="0" name="outline_width" type="QString"/>
+                <Option value="MM" name="outline_width_unit" type="QString"/>
+                <Option value="solid" name="style" type="QString"/>
               </Option>
               <prop v="3x:0,0,0,0,0,0" k="border_width_map_unit_scale"/>
               <prop v="255,255,255,255" k="color"/>
@@ -251,230 +251,231 @@
               <prop v="solid" k="style"/>
               <data_defined_properties>
                 <Option type="Map">
-                  <Option value="" type="QString" name="name"/>
+                  <Option value="" name="name" type="QString"/>
                   <Option name="properties"/>
-                  <Option value="collection" type="QString" name="type"/>
+                  <Option value="collection" name="type" type="QString"/>
                 </Option>
               </data_defined_properties>
             </layer>
           </symbol>
         </background>
-        <shadow shadowRadiusUnit="MM" shadowRadiusMapUnitScale="3x:0,0,0,0,0,0" shadowColor="0,0,0,255" shadowUnder="0" shadowOffsetUnit="MM" shadowOpacity="0.69999999999999996" shadowScale="100" shadowRadius="1.5" shadowDraw="0" shadowOffsetMapUnitScale="3x:0,0,0,0,0,0" shadowOffsetGlobal="1" shadowOffsetAngle="135" shadowBlendMode="6" shadowOffsetDist="1" shadowRadiusAlphaOnly="0"/>
+        <shadow shadowOffsetGlobal="1" shadowRadiusAlphaOnly="0" shadowRadiusMapUnitScale="3x:0,0,0,0,0,0" shadowOffsetUnit="MM" shadowRadius="1.5" shadowDraw="0" shadowOpacity="0.69999999999999996" shadowColor="0,0,0,255" shadowBlendMode="6" shadowUnder="0" shadowOffsetAngle="135" shadowScale="100" shadowOffsetMapUnitScale="3x:0,0,0,0,0,0" shadowOffsetDist="1" shadowRadiusUnit="MM"/>
         <dd_properties>
           <Option type="Map">
-            <Option value="" type="QString" name="name"/>
+            <Option value="" name="name" type="QString"/>
             <Option name="properties"/>
-            <Option value="collection" type="QString" name="type"/>
+            <Option value="collection" name="type" type="QString"/>
           </Option>
         </dd_properties>
         <substitutions/>
       </text-style>
-      <text-format addDirectionSymbol="0" wrapChar="" placeDirectionSymbol="0" formatNumbers="0" plussign="0" autoWrapLength="0" leftDirectionSymbol="&lt;" multilineAlign="3" useMaxLineLengthForAutoWrap="1" reverseDirectionSymbol="0" decimals="3" rightDirectionSymbol=">"/>
-      <placement repeatDistanceMapUnitScale="3x:0,0,0,0,0,0" distMapUnitScale="3x:0,0,0,0,0,0" geometryGeneratorType="PointGeometry" placementFlags="10" overrunDistanceUnit="MM" overrunDistance="0" overrunDistanceMapUnitScale="3x:0,0,0,0,0,0" distUnits="MM" lineAnchorClipping="0" fitInPolygonOnly="0" centroidWhole="0" rotationAngle="0" quadOffset="4" lineAnchorPercent="0.5" polygonPlacementFlags="2" labelOffsetMapUnitScale="3x:0,0,0,0,0,0" maxCurvedCharAngleOut="-25" rotationUnit="AngleDegrees" repeatDistanceUnits="MM" layerType="UnknownGeometry" xOffset="0" centroidInside="0" offsetUnits="MM" geometryGeneratorEnabled="0" preserveRotation="1" maxCurvedCharAngleIn="25" lineAnchorType="0" offsetType="1" geometryGenerator="" repeatDistance="0" yOffset="0" placement="6" dist="0.59999999999999998" priority="5" predefinedPositionOrder="TR,TL,BR,BL,R,L,TSR,BSR"/>
-      <rendering labelPerPart="0" scaleMax="3000" obstacle="1" obstacleFactor="1" fontMinPixelSize="0" zIndex="0" maxNumLabels="2000" fontMaxPixelSize="10000" unplacedVisibility="0" displayAll="0" upsidedownLabels="0" mergeLines="0" fontLimitPixelSize="0" obstacleType="1" drawLabels="1" minFeatureSize="0" limitNumLabels="0" scaleVisibility="1" scaleMin="0"/>
+      <text-format useMaxLineLengthForAutoWrap="1" placeDirectionSymbol="0" reverseDirectionSymbol="0" rightDirectionSymbol=">" formatNumbers="0" addDirectionSymbol="0" leftDirectionSymbol="&lt;" decimals="3" autoWrapLength="0" wrapChar="" plussign="0" multilineAlign="3"/>
+      <placement centroidInside="0" geometryGenerator="" lineAnchorType="0" xOffset="0" distMapUnitScale="3x:0,0,0,0,0,0" lineAnchorPercent="0.5" centroidWhole="0" offsetType="1" labelOffsetMapUnitScale="3x:0,0,0,0,0,0" preserveRotation="1" polygonPlacementFlags="2" quadOffset="4" offsetUnits="MM" placementFlags="10" geometryGeneratorType="PointGeometry" overrunDistanceMapUnitScale="3x:0,0,0,0,0,0" layerType="UnknownGeometry" rotationAngle="0" overrunDistanceUnit="MM" placement="6" maxCurvedCharAngleIn="25" lineAnchorClipping="0" rotationUnit="AngleDegrees" fitInPolygonOnly="0" geometryGeneratorEnabled="0" priority="5" dist="0.59999999999999998" yOffset="0" predefinedPositionOrder="TR,TL,BR,BL,R,L,TSR,BSR" distUnits="MM" repeatDistance="0" repeatDistanceMapUnitScale="3x:0,0,0,0,0,0" repeatDistanceUnits="MM" overrunDistance="0" maxCurvedCharAngleOut="-25"/>
+      <rendering drawLabels="1" scaleVisibility="1" upsidedownLabels="0" zIndex="0" minFeatureSize="0" fontLimitPixelSize="0" unplacedVisibility="0" scaleMin="0" fontMinPixelSize="0" displayAll="0" mergeLines="0" labelPerPart="0" scaleMax="3000" fontMaxPixelSize="10000" obstacleType="1" limitNumLabels="0" obstacle="1" maxNumLabels="2000" obstacleFactor="1"/>
       <dd_properties>
         <Option type="Map">
-          <Option value="" type="QString" name="name"/>
+          <Option value="" name="name" type="QString"/>
           <Option name="properties"/>
-          <Option value="collection" type="QString" name="type"/>
+          <Option value="collection" name="type" type="QString"/>
         </Option>
       </dd_properties>
       <callout type="simple">
         <Option type="Map">
-          <Option value="pole_of_inaccessibility" type="QString" name="anchorPoint"/>
-          <Option value="0" type="int" name="blendMode"/>
-          <Option type="Map" name="ddProperties">
-            <Option value="" type="QString" name="name"/>
+          <Option value="pole_of_inaccessibility" name="anchorPoint" type="QString"/>
+          <Option value="0" name="blendMode" type="int"/>
+          <Option name="ddProperties" type="Map">
+            <Option value="" name="name" type="QString"/>
             <Option name="properties"/>
-            <Option value="collection" type="QString" name="type"/>
+            <Option value="collection" name="type" type="QString"/>
           </Option>
-          <Option value="false" type="bool" name="drawToAllParts"/>
-          <Option value="0" type="QString" name="enabled"/>
-          <Option value="point_on_exterior" type="QString" name="labelAnchorPoint"/>
-          <Option value="&lt;symbol alpha=&quot;1&quot; force_rhr=&quot;0&quot; type=&quot;line&quot; clip_to_extent=&quot;1&quot; name=&quot;symbol&quot;>&lt;data_defined_properties>&lt;Option type=&quot;Map&quot;>&lt;Option value=&quot;&quot; type=&quot;QString&quot; name=&quot;name&quot;/>&lt;Option name=&quot;properties&quot;/>&lt;Option value=&quot;collection&quot; type=&quot;QString&quot; name=&quot;type&quot;/>&lt;/Option>&lt;/data_defined_properties>&lt;layer class=&quot;SimpleLine&quot; locked=&quot;0&quot; enabled=&quot;1&quot; pass=&quot;0&quot;>&lt;Option type=&quot;Map&quot;>&lt;Option value=&quot;0&quot; type=&quot;QString&quot; name=&quot;align_dash_pattern&quot;/>&lt;Option value=&quot;square&quot; type=&quot;QString&quot; name=&quot;capstyle&quot;/>&lt;Option value=&quot;5;2&quot; type=&quot;QString&quot; name=&quot;customdash&quot;/>&lt;Option value=&quot;3x:0,0,0,0,0,0&quot; type=&quot;QString&quot; name=&quot;customdash_map_unit_scale&quot;/>&lt;Option value=&quot;MM&quot; type=&quot;QString&quot; name=&quot;customdash_unit&quot;/>&lt;Option value=&quot;0&quot; type=&quot;QString&quot; name=&quot;dash_pattern_offset&quot;/>&lt;Option value=&quot;3x:0,0,0,0,0,0&quot; type=&quot;QString&quot; name=&quot;dash_pattern_offset_map_unit_scale&quot;/>&lt;Option value=&quot;MM&quot; type=&quot;QString&quot; name=&quot;dash_pattern_offset_unit&quot;/>&lt;Option value=&quot;0&quot; type=&quot;QString&quot; name=&quot;draw_inside_polygon&quot;/>&lt;Option value=&quot;bevel&quot; type=&quot;QString&quot; name=&quot;joinstyle&quot;/>&lt;Option value=&quot;60,60,60,255&quot; type=&quot;QString&quot; name=&quot;line_color&quot;/>&lt;Option value=&quot;solid&quot; type=&quot;QString&quot; name=&quot;line_style&quot;/>&lt;Option value=&quot;0.3&quot; type=&quot;QString&quot; name=&quot;line_width&quot;/>&lt;Option value=&quot;MM&quot; type=&quot;QString&quot; name=&quot;line_width_unit&quot;/>&lt;Option value=&quot;0&quot; type=&quot;QString&quot; name=&quot;offset&quot;/>&lt;Option value=&quot;3x:0,0,0,0,0,0&quot; type=&quot;QString&quot; name=&quot;offset_map_unit_scale&quot;/>&lt;Option value=&quot;MM&quot; type=&quot;QString&quot; name=&quot;offset_unit&quot;/>&lt;Option value=&quot;0&quot; type=&quot;QString&quot; name=&quot;ring_filter&quot;/>&lt;Option value=&quot;0&quot; type=&quot;QString&quot; name=&quot;trim_distance_end&quot;/>&lt;Option value=&quot;3x:0,0,0,0,0,0&quot; type=&quot;QString&quot; name=&quot;trim_distance_end_map_unit_scale&quot;/>&lt;Option value=&quot;MM&quot; type=&quot;QString&quot; name=&quot;trim_distance_end_unit&quot;/>&lt;Option value=&quot;0&quot; type=&quot;QString&quot; name=&quot;trim_distance_start&quot;/>&lt;Option value=&quot;3x:0,0,0,0,0,0&quot; type=&quot;QString&quot; name=&quot;trim_distance_start_map_unit_scale&quot;/>&lt;Option value=&quot;MM&quot; type=&quot;QString&quot; name=&quot;trim_distance_start_unit&quot;/>&lt;Option value=&quot;0&quot; type=&quot;QString&quot; name=&quot;tweak_dash_pattern_on_corners&quot;/>&lt;Option value=&quot;0&quot; type=&quot;QString&quot; name=&quot;use_custom_dash&quot;/>&lt;Option value=&quot;3x:0,0,0,0,0,0&quot; type=&quot;QString&quot; name=&quot;width_map_unit_scale&quot;/>&lt;/Option>&lt;prop v=&quot;0&quot; k=&quot;align_dash_pattern&quot;/>&lt;prop v=&quot;square&quot; k=&quot;capstyle&quot;/>&lt;prop v=&quot;5;2&quot; k=&quot;customdash&quot;/>&lt;prop v=&quot;3x:0,0,0,0,0,0&quot; k=&quot;customdash_map_unit_scale&quot;/>&lt;prop v=&quot;MM&quot; k=&quot;customdash_unit&quot;/>&lt;prop v=&quot;0&quot; k=&quot;dash_pattern_offset&quot;/>&lt;prop v=&quot;3x:0,0,0,0,0,0&quot; k=&quot;dash_pattern_offset_map_unit_scale&quot;/>&lt;prop v=&quot;MM&quot; k=&quot;dash_pattern_offset_unit&quot;/>&lt;prop v=&quot;0&quot; k=&quot;draw_inside_polygon&quot;/>&lt;prop v=&quot;bevel&quot; k=&quot;joinstyle&quot;/>&lt;prop v=&quot;60,60,60,255&quot; k=&quot;line_color&quot;/>&lt;prop v=&quot;solid&quot; k=&quot;line_style&quot;/>&lt;prop v=&quot;0.3&quot; k=&quot;line_width&quot;/>&lt;prop v=&quot;MM&quot; k=&quot;line_width_unit&quot;/>&lt;prop v=&quot;0&quot; k=&quot;offset&quot;/>&lt;prop v=&quot;3x:0,0,0,0,0,0&quot; k=&quot;offset_map_unit_scale&quot;/>&lt;prop v=&quot;MM&quot; k=&quot;offset_unit&quot;/>&lt;prop v=&quot;0&quot; k=&quot;ring_filter&quot;/>&lt;prop v=&quot;0&quot; k=&quot;trim_distance_end&quot;/>&lt;prop v=&quot;3x:0,0,0,0,0,0&quot; k=&quot;trim_distance_end_map_unit_scale&quot;/>&lt;prop v=&quot;MM&quot; k=&quot;trim_distance_end_unit&quot;/>&lt;prop v=&quot;0&quot; k=&quot;trim_distance_start&quot;/>&lt;prop v=&quot;3x:0,0,0,0,0,0&quot; k=&quot;trim_distance_start_map_unit_scale&quot;/>&lt;prop v=&quot;MM&quot; k=&quot;trim_distance_start_unit&quot;/>&lt;prop v=&quot;0&quot; k=&quot;tweak_dash_pattern_on_corners&quot;/>&lt;prop v=&quot;0&quot; k=&quot;use_custom_dash&quot;/>&lt;prop v=&quot;3x:0,0,0,0,0,0&quot; k=&quot;width_map_unit_scale&quot;/>&lt;data_defined_properties>&lt;Option type=&quot;Map&quot;>&lt;Option value=&quot;&quot; type=&quot;QString&quot; name=&quot;name&quot;/>&lt;Option name=&quot;properties&quot;/>&lt;Option value=&quot;collection&quot; type=&quot;QString&quot; name=&quot;type&quot;/>&lt;/Option>&lt;/data_defined_properties>&lt;/layer>&lt;/symbol>" type="QString" name="lineSymbol"/>
-          <Option value="0" type="double" name="minLength"/>
-          <Option value="3x:0,0,0,0,0,0" type="QString" name="minLengthMapUnitScale"/>
-          <Option value="MM" type="QString" name="minLengthUnit"/>
-          <Option value="0" type="double" name="offsetFromAnchor"/>
-          <Option value="3x:0,0,0,0,0,0" type="QString" name="offsetFromAnchorMapUnitScale"/>
-          <Option value="MM" type="QString" name="offsetFromAnchorUnit"/>
-          <Option value="0" type="double" name="offsetFromLabel"/>
-          <Option value="3x:0,0,0,0,0,0" type="QString" name="offsetFromLabelMapUnitScale"/>
-          <Option value="MM" type="QString" name="offsetFromLabelUnit"/>
+          <Option value="false" name="drawToAllParts" type="bool"/>
+          <Option value="0" name="enabled" type="QString"/>
+          <Option value="point_on_exterior" name="labelAnchorPoint" type="QString"/>
+          <Option value="&lt;symbol clip_to_extent=&quot;1&quot; name=&quot;symbol&quot; alpha=&quot;1&quot; type=&quot;line&quot; force_rhr=&quot;0&quot;>&lt;data_defined_properties>&lt;Option type=&quot;Map&quot;>&lt;Option value=&quot;&quot; name=&quot;name&quot; type=&quot;QString&quot;/>&lt;Option name=&quot;properties&quot;/>&lt;Option value=&quot;collection&quot; name=&quot;type&quot; type=&quot;QString&quot;/>&lt;/Option>&lt;/data_defined_properties>&lt;layer locked=&quot;0&quot; enabled=&quot;1&quot; pass=&quot;0&quot; class=&quot;SimpleLine&quot;>&lt;Option type=&quot;Map&quot;>&lt;Option value=&quot;0&quot; name=&quot;align_dash_pattern&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;square&quot; name=&quot;capstyle&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;5;2&quot; name=&quot;customdash&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;3x:0,0,0,0,0,0&quot; name=&quot;customdash_map_unit_scale&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;MM&quot; name=&quot;customdash_unit&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;0&quot; name=&quot;dash_pattern_offset&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;3x:0,0,0,0,0,0&quot; name=&quot;dash_pattern_offset_map_unit_scale&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;MM&quot; name=&quot;dash_pattern_offset_unit&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;0&quot; name=&quot;draw_inside_polygon&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;bevel&quot; name=&quot;joinstyle&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;60,60,60,255&quot; name=&quot;line_color&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;solid&quot; name=&quot;line_style&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;0.3&quot; name=&quot;line_width&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;MM&quot; name=&quot;line_width_unit&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;0&quot; name=&quot;offset&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;3x:0,0,0,0,0,0&quot; name=&quot;offset_map_unit_scale&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;MM&quot; name=&quot;offset_unit&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;0&quot; name=&quot;ring_filter&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;0&quot; name=&quot;trim_distance_end&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;3x:0,0,0,0,0,0&quot; name=&quot;trim_distance_end_map_unit_scale&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;MM&quot; name=&quot;trim_distance_end_unit&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;0&quot; name=&quot;trim_distance_start&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;3x:0,0,0,0,0,0&quot; name=&quot;trim_distance_start_map_unit_scale&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;MM&quot; name=&quot;trim_distance_start_unit&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;0&quot; name=&quot;tweak_dash_pattern_on_corners&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;0&quot; name=&quot;use_custom_dash&quot; type=&quot;QString&quot;/>&lt;Option value=&quot;3x:0,0,0,0,0,0&quot; name=&quot;width_map_unit_scale&quot; type=&quot;QString&quot;/>&lt;/Option>&lt;prop v=&quot;0&quot; k=&quot;align_dash_pattern&quot;/>&lt;prop v=&quot;square&quot; k=&quot;capstyle&quot;/>&lt;prop v=&quot;5;2&quot; k=&quot;customdash&quot;/>&lt;prop v=&quot;3x:0,0,0,0,0,0&quot; k=&quot;customdash_map_unit_scale&quot;/>&lt;prop v=&quot;MM&quot; k=&quot;customdash_unit&quot;/>&lt;prop v=&quot;0&quot; k=&quot;dash_pattern_offset&quot;/>&lt;prop v=&quot;3x:0,0,0,0,0,0&quot; k=&quot;dash_pattern_offset_map_unit_scale&quot;/>&lt;prop v=&quot;MM&quot; k=&quot;dash_pattern_offset_unit&quot;/>&lt;prop v=&quot;0&quot; k=&quot;draw_inside_polygon&quot;/>&lt;prop v=&quot;bevel&quot; k=&quot;joinstyle&quot;/>&lt;prop v=&quot;60,60,60,255&quot; k=&quot;line_color&quot;/>&lt;prop v=&quot;solid&quot; k=&quot;line_style&quot;/>&lt;prop v=&quot;0.3&quot; k=&quot;line_width&quot;/>&lt;prop v=&quot;MM&quot; k=&quot;line_width_unit&quot;/>&lt;prop v=&quot;0&quot; k=&quot;offset&quot;/>&lt;prop v=&quot;3x:0,0,0,0,0,0&quot; k=&quot;offset_map_unit_scale&quot;/>&lt;prop v=&quot;MM&quot; k=&quot;offset_unit&quot;/>&lt;prop v=&quot;0&quot; k=&quot;ring_filter&quot;/>&lt;prop v=&quot;0&quot; k=&quot;trim_distance_end&quot;/>&lt;prop v=&quot;3x:0,0,0,0,0,0&quot; k=&quot;trim_distance_end_map_unit_scale&quot;/>&lt;prop v=&quot;MM&quot; k=&quot;trim_distance_end_unit&quot;/>&lt;prop v=&quot;0&quot; k=&quot;trim_distance_start&quot;/>&lt;prop v=&quot;3x:0,0,0,0,0,0&quot; k=&quot;trim_distance_start_map_unit_scale&quot;/>&lt;prop v=&quot;MM&quot; k=&quot;trim_distance_start_unit&quot;/>&lt;prop v=&quot;0&quot; k=&quot;tweak_dash_pattern_on_corners&quot;/>&lt;prop v=&quot;0&quot; k=&quot;use_custom_dash&quot;/>&lt;prop v=&quot;3x:0,0,0,0,0,0&quot; k=&quot;width_map_unit_scale&quot;/>&lt;data_defined_properties>&lt;Option type=&quot;Map&quot;>&lt;Option value=&quot;&quot; name=&quot;name&quot; type=&quot;QString&quot;/>&lt;Option name=&quot;properties&quot;/>&lt;Option value=&quot;collection&quot; name=&quot;type&quot; type=&quot;QString&quot;/>&lt;/Option>&lt;/data_defined_properties>&lt;/layer>&lt;/symbol>" name="lineSymbol" type="QString"/>
+          <Option value="0" name="minLength" type="double"/>
+          <Option value="3x:0,0,0,0,0,0" name="minLengthMapUnitScale" type="QString"/>
+          <Option value="MM" name="minLengthUnit" type="QString"/>
+          <Option value="0" name="offsetFromAnchor" type="double"/>
+          <Option value="3x:0,0,0,0,0,0" name="offsetFromAnchorMapUnitScale" type="QString"/>
+          <Option value="MM" name="offsetFromAnchorUnit" type="QString"/>
+          <Option value="0" name="offsetFromLabel" type="double"/>
+          <Option value="3x:0,0,0,0,0,0" name="offsetFromLabelMapUnitScale" type="QString"/>
+          <Option value="MM" name="offsetFromLabelUnit" type="QString"/>
         </Option>
       </callout>
     </settings>
   </labeling>
   <blendMode>0</blendMode>
   <featureBlendMode>0</featureBlendMode>
+  <layerOpacity>1</layerOpacity>
   <fieldConfiguration>
-    <field name="tree_id" configurationFlags="None">
+    <field configurationFlags="None" name="tree_id">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="plot_id" configurationFlags="None">
+    <field configurationFlags="None" name="plot_id">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="x" configurationFlags="None">
+    <field configurationFlags="None" name="x">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="y" configurationFlags="None">
+    <field configurationFlags="None" name="y">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="z_ground" configurationFlags="None">
+    <field configurationFlags="None" name="z_ground">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="dbh_cm" configurationFlags="None">
+    <field configurationFlags="None" name="dbh_cm">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="dbh_se_cm" configurationFlags="None">
+    <field configurationFlags="None" name="dbh_se_cm">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="dbh_lo_cm" configurationFlags="None">
+    <field configurationFlags="None" name="dbh_lo_cm">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="dbh_hi_cm" configurationFlags="None">
+    <field configurationFlags="None" name="dbh_hi_cm">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="bh_m" configurationFlags="None">
+    <field configurationFlags="None" name="bh_m">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="height_m" configurationFlags="None">
+    <field configurationFlags="None" name="height_m">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="ba_m2" configurationFlags="None">
+    <field configurationFlags="None" name="ba_m2">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="lean_deg" configurationFlags="None">
+    <field configurationFlags="None" name="lean_deg">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="arc_deg" configurationFlags="None">
+    <field configurationFlags="None" name="arc_deg">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="n_pts" configurationFlags="None">
+    <field configurationFlags="None" name="n_pts">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="n_views" configurationFlags="None">
+    <field configurationFlags="None" name="n_views">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="n_slices" configurationFlags="None">
+    <field configurationFlags="None" name="n_slices">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="opac_mean" configurationFlags="None">
+    <field configurationFlags="None" name="opac_mean">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="taper_cm_m" configurationFlags="None">
+    <field configurationFlags="None" name="taper_cm_m">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="method" configurationFlags="None">
+    <field configurationFlags="None" name="method">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="qc_flag" configurationFlags="None">
+    <field configurationFlags="None" name="qc_flag">
       <editWidget type="ValueMap">
         <config>
           <Option type="Map">
-            <Option type="List" name="map">
+            <Option name="map" type="List">
               <Option type="Map">
-                <Option value="ok" type="QString" name="measured"/>
+                <Option value="ok" name="measured" type="QString"/>
               </Option>
               <Option type="Map">
-                <Option value="check" type="QString" name="measured, to be checked"/>
+                <Option value="check" name="measured, to be checked" type="QString"/>
               </Option>
               <Option type="Map">
-                <Option value="reject" type="QString" name="seen, no DBH"/>
+                <Option value="reject" name="seen, no DBH" type="QString"/>
               </Option>
             </Option>
           </Option>
         </config>
       </editWidget>
     </field>
-    <field name="qc_reason" configurationFlags="None">
+    <field configurationFlags="None" name="qc_reason">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field name="run_id" configurationFlags="None">
+    <field configurationFlags="None" name="run_id">
       <editWidget type="">
         <config>
           <Option/>
@@ -483,107 +484,107 @@
     </field>
   </fieldConfiguration>
   <aliases>
-    <alias index="0" field="tree_id" name="Tree"/>
-    <alias index="1" field="plot_id" name="Plot"/>
-    <alias index="2" field="x" name="Easting at breast height [m]"/>
-    <alias index="3" field="y" name="Northing at breast height [m]"/>
-    <alias index="4" field="z_ground" name="Ground height [m]"/>
-    <alias index="5" field="dbh_cm" name="DBH [cm]"/>
-    <alias index="6" field="dbh_se_cm" name="DBH standard error [cm]"/>
-    <alias index="7" field="dbh_lo_cm" name="DBH, lower end of 90 % interval [cm]"/>
-    <alias index="8" field="dbh_hi_cm" name="DBH, upper end of 90 % interval [cm]"/>
-    <alias index="9" field="bh_m" name="Breast height used [m]"/>
-    <alias index="10" field="height_m" name="Tree height [m]"/>
-    <alias index="11" field="ba_m2" name="Basal area [m²]"/>
-    <alias index="12" field="lean_deg" name="Lean [°]"/>
-    <alias index="13" field="arc_deg" name="Stem circumference seen [°]"/>
-    <alias index="14" field="n_pts" name="Stem points"/>
-    <alias index="15" field="n_views" name="Photos that see the stem"/>
-    <alias index="16" field="n_slices" name="Slices fitted"/>
-    <alias index="17" field="opac_mean" name="Mean opacity (0-1)"/>
-    <alias index="18" field="taper_cm_m" name="Taper [cm/m]"/>
-    <alias index="19" field="method" name="Method"/>
-    <alias index="20" field="qc_flag" name="Quality"/>
-    <alias index="21" field="qc_reason" name="Reasons"/>
-    <alias index="22" field="run_id" name="Run"/>
+    <alias index="0" name="Tree" field="tree_id"/>
+    <alias index="1" name="Plot" field="plot_id"/>
+    <alias index="2" name="Easting at breast height [m]" field="x"/>
+    <alias index="3" name="Northing at breast height [m]" field="y"/>
+    <alias index="4" name="Ground height [m]" field="z_ground"/>
+    <alias index="5" name="DBH [cm]" field="dbh_cm"/>
+    <alias index="6" name="DBH standard error [cm]" field="dbh_se_cm"/>
+    <alias index="7" name="DBH, lower end of 90 % interval [cm]" field="dbh_lo_cm"/>
+    <alias index="8" name="DBH, upper end of 90 % interval [cm]" field="dbh_hi_cm"/>
+    <alias index="9" name="Breast height used [m]" field="bh_m"/>
+    <alias index="10" name="Tree height [m]" field="height_m"/>
+    <alias index="11" name="Basal area [m²]" field="ba_m2"/>
+    <alias index="12" name="Lean [°]" field="lean_deg"/>
+    <alias index="13" name="Stem circumference seen [°]" field="arc_deg"/>
+    <alias index="14" name="Stem points" field="n_pts"/>
+    <alias index="15" name="Photos that see the stem" field="n_views"/>
+    <alias index="16" name="Slices fitted" field="n_slices"/>
+    <alias index="17" name="Mean opacity (0-1)" field="opac_mean"/>
+    <alias index="18" name="Taper [cm/m]" field="taper_cm_m"/>
+    <alias index="19" name="Method" field="method"/>
+    <alias index="20" name="Quality" field="qc_flag"/>
+    <alias index="21" name="Reasons" field="qc_reason"/>
+    <alias index="22" name="Run" field="run_id"/>
   </aliases>
   <defaults>
-    <default field="tree_id" applyOnUpdate="0" expression=""/>
-    <default field="plot_id" applyOnUpdate="0" expression=""/>
-    <default field="x" applyOnUpdate="0" expression=""/>
-    <default field="y" applyOnUpdate="0" expression=""/>
-    <default field="z_ground" applyOnUpdate="0" expression=""/>
-    <default field="dbh_cm" applyOnUpdate="0" expression=""/>
-    <default field="dbh_se_cm" applyOnUpdate="0" expression=""/>
-    <default field="dbh_lo_cm" applyOnUpdate="0" expression=""/>
-    <default field="dbh_hi_cm" applyOnUpdate="0" expression=""/>
-    <default field="bh_m" applyOnUpdate="0" expression=""/>
-    <default field="height_m" applyOnUpdate="0" expression=""/>
-    <default field="ba_m2" applyOnUpdate="0" expression=""/>
-    <default field="lean_deg" applyOnUpdate="0" expression=""/>
-    <default field="arc_deg" applyOnUpdate="0" expression=""/>
-    <default field="n_pts" applyOnUpdate="0" expression=""/>
-    <default field="n_views" applyOnUpdate="0" expression=""/>
-    <default field="n_slices" applyOnUpdate="0" expression=""/>
-    <default field="opac_mean" applyOnUpdate="0" expression=""/>
-    <default field="taper_cm_m" applyOnUpdate="0" expression=""/>
-    <default field="method" applyOnUpdate="0" expression=""/>
-    <default field="qc_flag" applyOnUpdate="0" expression=""/>
-    <default field="qc_reason" applyOnUpdate="0" expression=""/>
-    <default field="run_id" applyOnUpdate="0" expression=""/>
+    <default expression="" applyOnUpdate="0" field="tree_id"/>
+    <default expression="" applyOnUpdate="0" field="plot_id"/>
+    <default expression="" applyOnUpdate="0" field="x"/>
+    <default expression="" applyOnUpdate="0" field="y"/>
+    <default expression="" applyOnUpdate="0" field="z_ground"/>
+    <default expression="" applyOnUpdate="0" field="dbh_cm"/>
+    <default expression="" applyOnUpdate="0" field="dbh_se_cm"/>
+    <default expression="" applyOnUpdate="0" field="dbh_lo_cm"/>
+    <default expression="" applyOnUpdate="0" field="dbh_hi_cm"/>
+    <default expression="" applyOnUpdate="0" field="bh_m"/>
+    <default expression="" applyOnUpdate="0" field="height_m"/>
+    <default expression="" applyOnUpdate="0" field="ba_m2"/>
+    <default expression="" applyOnUpdate="0" field="lean_deg"/>
+    <default expression="" applyOnUpdate="0" field="arc_deg"/>
+    <default expression="" applyOnUpdate="0" field="n_pts"/>
+    <default expression="" applyOnUpdate="0" field="n_views"/>
+    <default expression="" applyOnUpdate="0" field="n_slices"/>
+    <default expression="" applyOnUpdate="0" field="opac_mean"/>
+    <default expression="" applyOnUpdate="0" field="taper_cm_m"/>
+    <default expression="" applyOnUpdate="0" field="method"/>
+    <default expression="" applyOnUpdate="0" field="qc_flag"/>
+    <default expression="" applyOnUpdate="0" field="qc_reason"/>
+    <default expression="" applyOnUpdate="0" field="run_id"/>
   </defaults>
   <constraints>
-    <constraint notnull_strength="0" exp_strength="0" field="tree_id" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="plot_id" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="x" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="y" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="z_ground" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="dbh_cm" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="dbh_se_cm" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="dbh_lo_cm" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="dbh_hi_cm" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="bh_m" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="height_m" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="ba_m2" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="lean_deg" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="arc_deg" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="n_pts" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="n_views" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="n_slices" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="opac_mean" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="taper_cm_m" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="method" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="qc_flag" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="qc_reason" constraints="0" unique_strength="0"/>
-    <constraint notnull_strength="0" exp_strength="0" field="run_id" constraints="0" unique_strength="0"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="tree_id"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="plot_id"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="x"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="y"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="z_ground"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="dbh_cm"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="dbh_se_cm"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="dbh_lo_cm"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="dbh_hi_cm"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="bh_m"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="height_m"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="ba_m2"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="lean_deg"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="arc_deg"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="n_pts"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="n_views"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="n_slices"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="opac_mean"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="taper_cm_m"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="method"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="qc_flag"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="qc_reason"/>
+    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="run_id"/>
   </constraints>
   <constraintExpressions>
-    <constraint field="tree_id" exp="" desc=""/>
-    <constraint field="plot_id" exp="" desc=""/>
-    <constraint field="x" exp="" desc=""/>
-    <constraint field="y" exp="" desc=""/>
-    <constraint field="z_ground" exp="" desc=""/>
-    <constraint field="dbh_cm" exp="" desc=""/>
-    <constraint field="dbh_se_cm" exp="" desc=""/>
-    <constraint field="dbh_lo_cm" exp="" desc=""/>
-    <constraint field="dbh_hi_cm" exp="" desc=""/>
-    <constraint field="bh_m" exp="" desc=""/>
-    <constraint field="height_m" exp="" desc=""/>
-    <constraint field="ba_m2" exp="" desc=""/>
-    <constraint field="lean_deg" exp="" desc=""/>
-    <constraint field="arc_deg" exp="" desc=""/>
-    <constraint field="n_pts" exp="" desc=""/>
-    <constraint field="n_views" exp="" desc=""/>
-    <constraint field="n_slices" exp="" desc=""/>
-    <constraint field="opac_mean" exp="" desc=""/>
-    <constraint field="taper_cm_m" exp="" desc=""/>
-    <constraint field="method" exp="" desc=""/>
-    <constraint field="qc_flag" exp="" desc=""/>
-    <constraint field="qc_reason" exp="" desc=""/>
-    <constraint field="run_id" exp="" desc=""/>
+    <constraint exp="" desc="" field="tree_id"/>
+    <constraint exp="" desc="" field="plot_id"/>
+    <constraint exp="" desc="" field="x"/>
+    <constraint exp="" desc="" field="y"/>
+    <constraint exp="" desc="" field="z_ground"/>
+    <constraint exp="" desc="" field="dbh_cm"/>
+    <constraint exp="" desc="" field="dbh_se_cm"/>
+    <constraint exp="" desc="" field="dbh_lo_cm"/>
+    <constraint exp="" desc="" field="dbh_hi_cm"/>
+    <constraint exp="" desc="" field="bh_m"/>
+    <constraint exp="" desc="" field="height_m"/>
+    <constraint exp="" desc="" field="ba_m2"/>
+    <constraint exp="" desc="" field="lean_deg"/>
+    <constraint exp="" desc="" field="arc_deg"/>
+    <constraint exp="" desc="" field="n_pts"/>
+    <constraint exp="" desc="" field="n_views"/>
+    <constraint exp="" desc="" field="n_slices"/>
+    <constraint exp="" desc="" field="opac_mean"/>
+    <constraint exp="" desc="" field="taper_cm_m"/>
+    <constraint exp="" desc="" field="method"/>
+    <constraint exp="" desc="" field="qc_flag"/>
+    <constraint exp="" desc="" field="qc_reason"/>
+    <constraint exp="" desc="" field="run_id"/>
   </constraintExpressions>
   <expressionfields/>
-  <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
+  <attributetableconfig actionWidgetStyle="dropDown" sortOrder="0" sortExpression="">
     <columns/>
   </attributetableconfig>
   <conditionalstyles>
