@@ -28,6 +28,7 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
     import numpy as np
 
     from ..core.errors import InputError
+    from ..inventory.circle_layers import stem_slices
     from ..inventory.tree_layer import write_trees
     from ..measure.cloud import measure_stems
     from ..pointcloud.files import LOCAL_CRS
@@ -47,7 +48,8 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
         trees = measure_stems(cloud, tree_id, dtm, settings, reporter)
     if not certain:
         mark_uncertain_ground(trees)
-    write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS)
+    slices = stem_slices(cloud.xyz, tree_id, trees)
+    write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, slices)
     return {"output": str(settings.output), **tree_summary(trees, reporter)}
 
 

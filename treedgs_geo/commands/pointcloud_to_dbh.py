@@ -31,12 +31,13 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
         from ..chain.preflight import check_cloud
 
         return check_cloud(settings, reporter)
+    from ..inventory.circle_layers import stem_slices
     from ..inventory.tree_layer import write_trees
     from ..measure.cloud import measure_cloud, point_weights
     from ..pointcloud.files import LOCAL_CRS, write_cloud
 
     ensure_writable(settings.output)
-    kept = None if settings.stems_output else ("intensity", "opacity")
+    kept = None if settings.stems_output else ("intensity", "opacity", "gps_time")
     cloud = load_cloud(settings, reporter, kept)
     point_weights(cloud, settings.weights)  # a missing attribute is told before the work, not after
     dtm, certain = load_ground(settings, cloud, reporter)
@@ -46,7 +47,8 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
         mark_uncertain_ground(trees)
     if settings.stems_output is not None and (tree_id > 0).any():
         write_cloud(settings.stems_output, cloud.with_attribute("tree_id", tree_id).select(tree_id > 0))
-    write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS)
+    slices = stem_slices(cloud.xyz, tree_id, trees)
+    write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, slices)
     stems_file = str(settings.stems_output) if settings.stems_output is not None and (tree_id > 0).any() else None
     return {"output": str(settings.output), "stems_output": stems_file, **tree_summary(trees, reporter)}
 
