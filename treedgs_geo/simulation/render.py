@@ -52,17 +52,22 @@ class World:
 def build_world(ground: Ground, mesh: StemMesh, faces: Faces, texture: GroundTexture, bark: np.ndarray,
                 rng: np.random.Generator) -> World:
     """One Embree scene of ground, stems and faces; per-stem shifts of the bark tile so that no two look alike."""
+    scene = scene_of(ground, mesh, faces)
+    count = len(mesh.first) - 1
+    shift = np.column_stack([rng.uniform(0, 1, count), rng.uniform(0, 30, count), rng.uniform(0.75, 1.3, count)])
+    return World(scene, ground, mesh, faces, texture, bark, shift.astype(np.float32), 2 * (len(ground.z) - 1) ** 2,
+                 len(mesh.triangles))
+
+
+def scene_of(ground: Ground, mesh: StemMesh, faces: Faces) -> Any:
+    """One ``open3d.t.geometry.RaycastingScene``; primitive ids run over ground, stems, then faces."""
     ground_vertices, ground_triangles = ground.mesh()
     leaves = faces.corners.reshape(-1, 3)
     vertices = np.concatenate([ground_vertices, mesh.vertices, leaves])
     triangles = np.concatenate([
         ground_triangles, mesh.triangles + len(ground_vertices),
         np.arange(len(leaves)).reshape(-1, 3) + len(ground_vertices) + len(mesh.vertices)])
-    scene = make_scene(vertices, triangles)
-    count = len(mesh.first) - 1
-    shift = np.column_stack([rng.uniform(0, 1, count), rng.uniform(0, 30, count), rng.uniform(0.75, 1.3, count)])
-    return World(scene, ground, mesh, faces, texture, bark, shift.astype(np.float32), len(ground_triangles),
-                 len(mesh.triangles))
+    return make_scene(vertices, triangles)
 
 
 @numba.njit(parallel=True, cache=True)

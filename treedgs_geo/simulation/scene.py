@@ -87,10 +87,11 @@ def total_height(dbh_m: np.ndarray) -> np.ndarray:
 
 
 def grow_stem(rng: np.random.Generator, ground: Ground, xy: np.ndarray, dbh_m: float, height_m: float, lean_rad: float,
-              lean_az_rad: float, **fields) -> Stem:
+              lean_az_rad: float, sweep_m: float = 0.0, flare_m: float = 0.0, **fields) -> Stem:
     """Axis and radii: lean, slight sweep, a taper curve through the DBH and butt flare.
 
-    Taper: d(s) = dbh ((H - s) / (H - 1.37))^p, p about 0.6, i.e. 0.5-1.2 cm/m at breast height.
+    Taper: d(s) = dbh ((H - s) / (H - 1.37))^p, p about 0.6, i.e. 0.5-1.2 cm/m at breast height. sweep_m: sideways bow
+    over the lowest 4 m. flare_m: height over which the butt flare falls to a third, 0 = drawn.
     """
     count = int(height_m / AXIS_STEP) + 1
     s = AXIS_STEP * np.arange(count)
@@ -102,6 +103,8 @@ def grow_stem(rng: np.random.Generator, ground: Ground, xy: np.ndarray, dbh_m: f
         bend = size * rng.uniform(0.3, 1.0, 2)
         along = along + bend[0] * (np.sin(2 * np.pi * s / wavelength + phase[0]) - np.sin(phase[0]))
         side = side + bend[1] * (np.sin(2 * np.pi * s / wavelength + phase[1]) - np.sin(phase[1]))
+    if sweep_m:
+        side = side + sweep_m * np.sin(np.pi * np.clip(s / 4.0, 0, 1)) ** 2
     horizontal = along[:, None] * direction + side[:, None] * np.array([-direction[1], direction[0]])
     step = np.diff(horizontal, axis=0)
     rise = np.sqrt(np.maximum(AXIS_STEP**2 - (step**2).sum(1), 1e-6))
@@ -110,7 +113,8 @@ def grow_stem(rng: np.random.Generator, ground: Ground, xy: np.ndarray, dbh_m: f
     axis = np.column_stack([np.asarray(xy) + horizontal, z])
     power = rng.uniform(0.48, 0.72)
     radii = dbh_m / 2 * (np.maximum(height_m - s, 0) / max(height_m - BREAST_HEIGHT_M, 0.3)) ** power
-    flare = rng.uniform(0.2, 0.4) * dbh_m / 2 * np.exp(-s / rng.uniform(0.16, 0.28))
+    lobe, length = rng.uniform(0.2, 0.4), rng.uniform(0.16, 0.28)
+    flare = lobe * dbh_m / 2 * np.exp(-s / (flare_m or length))
     return Stem(axis=axis, radii=np.maximum(radii + flare, 0.004), dbh_m=dbh_m, height_m=height_m,
                 lean_az_rad=lean_az_rad, **fields)
 
@@ -123,6 +127,8 @@ def grow_stand(rng: np.random.Generator, settings: SimulateSettings, sizes: Size
     """
     xy = plant(rng, settings.stems_per_ha, sizes.radius_m, stand_radius_m)
     xy = xy[np.argsort(np.hypot(*xy.T))]
+    if settings.clearing_m:
+        xy = xy[np.hypot(*xy.T) > settings.clearing_m]
     count = len(xy)
     dbh = np.clip(rng.normal(settings.dbh_mean_cm, settings.dbh_sd_cm, count), 8.2, 56.0) / 100
     height = total_height(dbh) * rng.normal(1, 0.035, count)
@@ -133,7 +139,7 @@ def grow_stand(rng: np.random.Generator, settings: SimulateSettings, sizes: Size
     draw = iter(rng.permutation(inside))
     for kind, number in (("fork_below", settings.forks_below_bh), ("fork_above", settings.forks_above_bh),
                          ("touch", settings.touching_saplings), ("lean", settings.strong_leans),
-                         ("dead", settings.dead_trees)):
+                         ("dead", settings.dead_trees), ("twin", settings.twins)):
         for _ in range(number):
             index = next(draw, None)
             if index is not None:
@@ -147,6 +153,8 @@ def grow_stand(rng: np.random.Generator, settings: SimulateSettings, sizes: Size
                       in_plot=distance < sizes.radius_m, detail=detail,
                       crown_base_m=height[k] * rng.uniform(0.46, 0.56))
         azimuth = rng.uniform(0, 2 * np.pi)
+        if common["in_plot"]:
+            common.update(sweep_m=settings.sweep_cm / 100, flare_m=settings.butt_flare_m)
         if kinds[k] == "fork_below":
             # Two leaders from one foot, far enough apart at breast height to be two stems there.
             for suffix, turn in (("a", 0.0), ("b", np.pi)):
@@ -159,6 +167,8 @@ def grow_stand(rng: np.random.Generator, settings: SimulateSettings, sizes: Size
         stems.append(stem)
         if kinds[k] == "fork_above":
             stems.append(_second_leader(rng, stem))
+        if kinds[k] == "twin":
+            stems.append(_twin(rng, ground, stem, settings.twin_gap_m, common))
         if kinds[k] == "touch":
             size = rng.uniform(0.045, 0.07)
             reach = stem.dbh_m / 2 + size / 2
@@ -168,6 +178,16 @@ def grow_stand(rng: np.random.Generator, settings: SimulateSettings, sizes: Size
             stems.append(_sapling(rng, ground, point, size, rng.uniform(4, 6), len(stems)))
     reach = min(stand_radius_m, sizes.radius_m + 16)
     return stems + _saplings(rng, settings.saplings_per_m2, ground, xy, reach, len(stems))
+
+
+def _twin(rng: np.random.Generator, ground: Ground, stem: Stem, gap_m: float, common: dict) -> Stem:
+    """A second full stem whose bark stands ``gap_m`` from the first one's at breast height."""
+    size = stem.dbh_m * rng.uniform(0.7, 1.0)
+    turn = rng.uniform(0, 2 * np.pi)
+    reach = stem.dbh_m / 2 + size / 2 + gap_m
+    point = axis_at(stem, np.array([BREAST_HEIGHT_M]))[0][0, :2] + reach * np.array([np.cos(turn), np.sin(turn)])
+    return grow_stem(rng, ground, point, size, 0.95 * stem.height_m, 0.0, turn,
+                     **{**common, "tree_id": common["tree_id"] + "t", "sweep_m": 0.0})
 
 
 def _second_leader(rng: np.random.Generator, stem: Stem) -> Stem:
@@ -212,8 +232,8 @@ class StemMesh:
     first: np.ndarray
 
 
-def mesh_stems(rng: np.random.Generator, stems: list[Stem]) -> StemMesh:
-    """Tubes around the axes with ellipticity, bark relief (plates of some millimetres) and a lobed butt."""
+def mesh_stems(rng: np.random.Generator, stems: list[Stem], ellipticity_pct: float = 0.0) -> StemMesh:
+    """Tubes around the axes with ellipticity (0 = drawn), bark relief (plates of some millimetres) and a lobed butt."""
     parts: list[tuple] = []
     offset, faces = 0, [0]
     for index, stem in enumerate(stems):
@@ -237,7 +257,8 @@ def mesh_stems(rng: np.random.Generator, stems: list[Stem]) -> StemMesh:
         e2 = np.cross(tangent, e1)
         relief = gaussian_filter(rng.standard_normal((len(s), sides)), (0.9, 0.8), mode=("nearest", "wrap"))
         relief *= (0.011 * radius + 0.0012)[:, None] / max(relief.std(), 1e-9)
-        ellipse = rng.uniform(0.002, 0.03) * np.cos(2 * (theta - rng.uniform(0, np.pi)))
+        oval = rng.uniform(0.002, 0.03)
+        ellipse = (ellipticity_pct / 200 or oval) * np.cos(2 * (theta - rng.uniform(0, np.pi)))
         lobes = 0.16 * np.cos(rng.integers(3, 6) * theta + rng.uniform(0, 6.28))
         lobes = lobes * np.exp(-np.maximum(s, 0) / 0.22)[:, None]
         shape = radius[:, None] * (1 + ellipse + lobes) + relief

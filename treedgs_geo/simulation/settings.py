@@ -8,18 +8,20 @@ from pathlib import Path
 
 from ..core.errors import InputError
 from ..core.settings import param
+from .trouble import TroubleSettings
 
-PRESETS = ("demo", "test", "plot")
+PRESETS = ("demo", "test", "plot", "micro")
 
 
 @dataclass(frozen=True, kw_only=True)
-class SimulateSettings:
+class SimulateSettings(TroubleSettings):
     """Settings of ``simulate-plot``. ``None`` means: as the preset says (:data:`SIZES`)."""
 
     output: Path = param(kind="output_folder",
                          help="folder for the plot; made if missing, replaced if it is a simulated plot")
     preset: str = param("demo", kind="choice", choices=PRESETS,
-                        help="size of the job: test (3-6 stems), demo (6-9 stems), plot (0.03 ha, 62 photos)")
+                        help="size of the job: micro (3-5 stems, for the stability suite), test (3-6 stems), "
+                             "demo (6-9 stems), plot (0.03 ha, 62 photos)")
     seed: int = param(1, kind="integer", minimum=0, maximum=2**31,
                       help="random seed; the same seed gives the same plot")
     name: str | None = param(None, kind="text", help="plot name, used in file names; default: the folder's name")
@@ -28,7 +30,7 @@ class SimulateSettings:
     dbh_mean_cm: float = param(27.4, kind="number", unit="cm", minimum=8, maximum=70,
                                 help="mean diameter at breast height")
     dbh_sd_cm: float = param(6.7, kind="number", unit="cm", minimum=0, maximum=25, help="its standard deviation")
-    lean_max_deg: float = param(4.0, kind="number", unit="deg", minimum=0, maximum=20, help="largest lean of any stem")
+    lean_max_deg: float = param(4.0, kind="number", unit="deg", minimum=0, maximum=30, help="largest lean of any stem")
     strong_leans: int = param(0, kind="integer", minimum=0, maximum=10,
                               help="in-plot stems that lean by 75-100 % of the largest lean", advanced=True)
     forks_below_bh: int = param(0, kind="integer", minimum=0, maximum=10,
@@ -88,6 +90,8 @@ class Sizes:
 
 
 SIZES = {
+    "micro": Sizes(3.6, 560, 440, 26, 1, 3.0, ((70.0, -57.0, 0.6, 0), (90.0, -53.0, 0.4, 1)),
+                   0.8, 2, 1400.0, 5.0, 24.0),
     "test": Sizes(4.6, 720, 540, 28, 4, 3.0, ((70.0, -57.0, 0.67, 0), (90.0, -53.0, 0.33, 1)),
                   1.0, 4, 200.0, 7.0, 36.0),
     "demo": Sizes(6.0, 1024, 768, 40, 4, 5.0, ((70.0, -75.0, 0.11, 0), (70.0, -57.0, 0.48, 0), (90.0, -53.0, 0.41, 1)),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime as dt
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from .scene import Stem, grow_stand, mesh_stems
 from .settings import SimulateSettings, Sizes, resolve
 from .terrain import make_ground
 from .textures import bark, litter
+from .trouble import disturb, photo_troubles, windy_worlds
 
 #: Where the synthetic stands grow (Arkansas), degrees; each seed shifts it by some hundred metres.
 LON_LAT = (-91.8, 33.6)
@@ -46,8 +48,8 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
         raise OutputError(f"{output}: is not empty and not a simulated plot; choose an empty or new folder.")
     began = time.monotonic()
     # One independent stream a part: changing the photos does not change the trees.
-    streams = dict(zip(("site", "stand", "leaves", "textures", "flight", "sensor", "lidar", "field", "light"),
-                       np.random.SeedSequence(settings.seed).spawn(9), strict=True))
+    parts = ("site", "stand", "leaves", "textures", "flight", "sensor", "lidar", "field", "light", "trouble")
+    streams = dict(zip(parts, np.random.SeedSequence(settings.seed).spawn(len(parts)), strict=True))
     rng = {name: np.random.default_rng(stream) for name, stream in streams.items()}
     with reporter.stage("stand", 0.0, 0.12):
         world, stems, reach = _grow(rng, settings, sizes, reporter)
@@ -57,6 +59,8 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
     views = [View(s.name, output / "images" / s.name, camera, s.rotation, -s.rotation @ s.centre, s.flight)
              for s in stations]
     track = flight.ppk_track(rng["flight"], stations, start_utc, settings.float_epochs)
+    if settings.ppk_bias_m:
+        track = replace(track, position=track.position + settings.ppk_bias_m)
     seconds: dict[str, float] = {"stand_s": time.monotonic() - began}
     with atomic_folder(output) as folder:
         for name in ("images", "truth"):
@@ -101,7 +105,7 @@ def _grow(rng: dict[str, np.random.Generator], settings: SimulateSettings, sizes
     reach = footprint + sizes.target_off_m + 2
     ground = make_ground(rng["site"], sizes.stand_radius_m + 12, settings.slope_pct, settings.roughness_m)
     stems = grow_stand(rng["stand"], settings, sizes, ground, reach + 6, max(sizes.stand_radius_m, reach + 12))
-    mesh = mesh_stems(rng["stand"], stems)
+    mesh = mesh_stems(rng["stand"], stems, settings.ellipticity_pct)
     reporter.progress(0.2)
     faces = all_foliage(rng["leaves"], settings, ground, stems, reach)
     reporter.progress(0.5)
@@ -143,17 +147,26 @@ def _photograph(folder: Path, rng: dict[str, np.random.Generator], settings: Sim
     """Render, develop and write every photo; light is baked once a flight, or once in all under a still sun."""
     lon, lat, _ = geo.lonlat(np.zeros(3))[0]
     sky = SkyField(world.faces, -world.ground.low)
-    lights: dict[int, Light] = {}
+    worlds = windy_worlds(world, settings.wind_sway_cm, rng["trouble"])
+    troubles = photo_troubles(settings, len(views), rng["trouble"])
+    troubled = any((settings.shaken_pct, settings.misexposed_pct, settings.exposure_drift_stops,
+                    settings.white_drift_pct))
+    lights: dict[tuple[int, int], Light] = {}
     exposure, white = 1.0, np.ones(3)
     for number, (station, view) in enumerate(zip(stations, views, strict=True)):
         block = station.flight if settings.sun_shift_min > 0 else 0
-        if block not in lights:
+        phase = number % len(worlds)
+        here = worlds[phase]
+        if (block, phase) not in lights:
             sun = sun_direction(station.utc, lon, lat, geo.convergence_deg)
-            lights = {block: bake(world.scene, world.ground, world.mesh, world.faces, sky, sun, reach, rng["light"])}
+            baked = bake(here.scene, here.ground, here.mesh, here.faces, sky, sun, reach, rng["light"])
+            lights = {key: light for key, light in lights.items() if key[0] == block} | {(block, phase): baked}
         if number == 0 or station.flight != stations[number - 1].flight:
             exposure, white = 3.9 * float(np.exp(rng["sensor"].normal(0, 0.06))), 1 + rng["sensor"].normal(0, 0.02, 3)
-        image = radiance(world, lights[block], view, sizes.samples, settings.seed * 7919 + number)
+        image = radiance(here, lights[block, phase], view, sizes.samples, settings.seed * 7919 + number)
         pixels = develop(image, exposure, white, rng["sensor"])
+        if troubled:
+            pixels = disturb(pixels, troubles[number])
         tag_lon, tag_lat, tag_h = tags[number]
         local = station.utc - dt.timedelta(hours=5)
         exif = photo_files.exif_bytes(station, view.camera, sizes.name, tag_lon, tag_lat, tag_h,

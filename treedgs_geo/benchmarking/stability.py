@@ -1,0 +1,219 @@
+"""Run the stability suite: every case is rendered, measured and scored once and kept, so that a stopped run resumes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import __version__
+from ..core.errors import TreeDGSError
+from ..core.files import write_json
+from ..core.progress import Reporter
+from ..measure.cloud import measure_stems, segment_options
+from ..measure.options import MeasureOptions
+from ..measure.photo_trees import to_trees
+from ..measure.trees import Tree
+from ..pointcloud.cloud import PointCloud
+from ..reconstruction.cameras import View
+from ..simulation.settings import SimulateSettings
+from ..simulation.simulate import simulate_plot
+from ..simulation.trouble import TroubleSettings
+from ..stems.area import Area
+from ..stems.photos.find import stems_from_photos
+from ..stems.photos.options import PhotoStemOptions
+from ..stems.segment import find_stems, label_points
+from ..terrain.dtm import Dtm
+from . import perturb
+from .factors import BASE, CLOUD, FACTORS, PHOTOS, Factor
+from .plot import TruePlot, score_trees
+
+#: Method -> what it reads.
+METHODS = {"photos": PHOTOS, "lidar": CLOUD, "lidar cylinder": CLOUD, "lidar circle": CLOUD,
+           "lidar circle intensity": CLOUD}
+CLOUD_OPTIONS = {"lidar": MeasureOptions(), "lidar cylinder": MeasureOptions(method="paper", fit="cylinder"),
+                 "lidar circle": MeasureOptions(method="paper"),
+                 "lidar circle intensity": MeasureOptions(method="paper", weights="intensity")}
+#: Troubles of photos that need no rendering: factor -> setting.
+PHOTO_TROUBLES = {"shaken": ("shake_px", {"shaken_pct": 10.0}),
+                  "misexposed": ("misexposed_stops", {"misexposed_pct": 10.0}),
+                  "exposure": ("exposure_drift_stops", {}), "white": ("white_drift_pct", {})}
+#: Measured by these rooms: their source is part of what a kept result says about itself.
+ROOMS = ("stems", "measure", "reconstruction", "terrain", "pointcloud")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One factor at one level with one seed, by one method."""
+
+    factor: Factor
+    level: float
+    seed: int
+    method: str
+
+    @property
+    def name(self) -> str:
+        return f"{self.factor.key}-{self.level:g}-{self.seed}-{self.method.replace(' ', '_')}"
+
+    @property
+    def plot_settings(self) -> dict[str, Any]:
+        """What ``simulate-plot`` is given (without output)."""
+        changed = {} if self.is_base else self.factor.render.get(self.level, {})
+        return {**BASE, **changed, "seed": self.seed}
+
+    @property
+    def is_base(self) -> bool:
+        """The first level of every factor is the same, untroubled plot."""
+        return self.level == self.factor.levels[0]
+
+
+def all_cases(seeds: list[int], factors: list[str] | None = None, methods: list[str] | None = None) -> list[Case]:
+    """Every case, seed by seed, so that a stopped run has whole seeds."""
+    return [Case(factor, level, seed, method)
+            for seed in seeds for factor in FACTORS if not factors or factor.key in factors
+            for level in factor.levels for method, reads in METHODS.items()
+            if reads in factor.inputs and (not methods or method in methods)]
+
+
+def code_digest() -> str:
+    """Hash of the measuring code, to tell results of another state apart."""
+    root = Path(__file__).resolve().parents[1]
+    digest = hashlib.sha256()
+    for room in ROOMS:
+        for path in sorted((root / room).rglob("*.py")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def run_cases(cases: list[Case], folder: Path, reporter: Reporter | None = None, fresh: bool = False,
+              seconds: float = np.inf) -> Iterator[dict]:
+    """Records of the cases; what is kept in ``folder`` is not run again. ``fresh``: measured again where the measuring
+    code has changed since. Stops (without error) before a case that would begin after ``seconds``."""
+    reporter, began, code = reporter or Reporter(), time.monotonic(), code_digest()
+    same: dict[tuple, dict] = {}
+    memo: dict[str, Any] = {}
+    for number, case in enumerate(cases):
+        kept = folder / "cases" / f"{case.name}.json"
+        record = _kept(kept)
+        key = (case.seed, case.method, "base" if case.is_base else case.name)
+        if record is not None and not (fresh and record["code"] != code):
+            same.setdefault(key, record)
+            yield record
+            continue
+        if time.monotonic() - began > seconds:
+            return
+        reporter.progress(number / len(cases), case.name)
+        if key in same:
+            record = {**same[key], "factor": case.factor.key, "level": case.level}
+        else:
+            record = {"version": __version__, "code": code, **_run(case, folder, memo, reporter)}
+            same[key] = record
+        write_json(kept, record)
+        yield record
+
+
+def _kept(path: Path) -> dict | None:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+
+
+def plot_of(case: Case, folder: Path, reporter: Reporter) -> TruePlot:
+    """The rendered plot of a case; rendered once."""
+    settings = case.plot_settings
+    key = hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:12]
+    place = folder / "plots" / key
+    if not (place / "truth" / "config.json").exists():
+        with reporter.stage(f"render {case.factor.key} {case.level:g}", 0.0, 1.0):
+            simulate_plot(SimulateSettings(output=place, name="p", **settings), Reporter())
+    return TruePlot.load(place)
+
+
+def _run(case: Case, folder: Path, memo: dict[str, Any], reporter: Reporter) -> dict:
+    plot = plot_of(case, folder, reporter)
+    rng = np.random.default_rng([case.seed, *case.factor.key.encode()])
+    began = time.perf_counter()
+    clear: dict[str, int] | None = None
+    refused = ""
+    try:
+        if METHODS[case.method] == PHOTOS:
+            trees, images = _from_photos(case, plot, rng)
+            clear = plot.clear_views(images)
+        else:
+            trees = _from_cloud(case, plot, rng, memo)
+    except TreeDGSError as problem:
+        trees, refused = [], str(problem)
+    return {"factor": case.factor.key, "level": case.level, "seed": case.seed, "method": case.method,
+            "seconds": round(time.perf_counter() - began, 2), "refused": refused,
+            "rows": score_trees(plot, trees, clear)}
+
+
+def _from_photos(case: Case, plot: TruePlot, rng: np.random.Generator) -> tuple[list[Tree], set[str]]:
+    views: list[View] = plot.views()
+    ground = plot.dtm.local(plot.frame).height
+    what, level = case.factor.perturb, case.level
+    changed = not case.is_base
+    scratch = None
+    try:
+        if changed and what == "views":
+            views = perturb.few_views(views, int(level), rng)
+        elif changed and what == "sector":
+            views = perturb.sector_views(views, level, rng)
+        elif changed and what == "poses":
+            views = perturb.noisy_poses(views, level, rng)
+        elif changed and what == "dtm":
+            ground = perturb.shifted_ground(ground, level)
+        elif changed and what == "scale":
+            factor = 1 + level / 100
+            views, ground = perturb.scaled_views(views, factor), perturb.scaled_ground(ground, factor)
+        elif changed and what in PHOTO_TROUBLES:
+            setting, more = PHOTO_TROUBLES[what]
+            scratch = Path(tempfile.mkdtemp(prefix="treedgs-photos-"))
+            views = perturb.troubled_photos(views, TroubleSettings(**{setting: level, **more}), scratch, rng)
+        area = Area.circle(0.0, 0.0, plot.radius_m)
+        fits = stems_from_photos(views, plot.frame, ground, area, PhotoStemOptions())
+        return to_trees(fits, plot.frame), {view.name for view in views}
+    finally:
+        if scratch is not None:
+            shutil.rmtree(scratch, ignore_errors=True)
+
+
+def _from_cloud(case: Case, plot: TruePlot, rng: np.random.Generator, memo: dict[str, Any]) -> list[Tree]:
+    """The stems are found once for all methods (as in the paper: one segmentation for every fit)."""
+    key = f"{plot.folder}-{case.factor.perturb}-{case.level}-{case.seed}"
+    if key not in memo:
+        memo.clear()
+        cloud, dtm = _spoiled_cloud(case, plot, rng)
+        stems = find_stems(cloud, dtm, segment_options(MeasureOptions()))
+        height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
+        memo[key] = cloud, dtm, stems, label_points(cloud.xyz, height, stems)
+    cloud, dtm, stems, label = memo[key]
+    return measure_stems(cloud, label, dtm, CLOUD_OPTIONS[case.method], stems=stems)
+
+
+def _spoiled_cloud(case: Case, plot: TruePlot, rng: np.random.Generator) -> tuple[PointCloud, Dtm]:
+    cloud, dtm, truth = plot.cloud(), plot.dtm, plot.trees
+    stems = truth[["E_bh", "N_bh", "h_base"]].to_numpy(float)
+    what, level = case.factor.perturb, case.level
+    if case.is_base:
+        return cloud, dtm
+    if what == "dtm":
+        dtm = replace(dtm, heights=dtm.heights + level)
+    elif what == "density":
+        cloud = perturb.thin_cloud(cloud, level / case.factor.levels[0], rng)
+    elif what == "range_noise":
+        cloud = perturb.noisy_cloud(cloud, level / 100, rng)
+    elif what == "clutter":
+        cloud = perturb.cluttered_cloud(cloud, stems, level, rng)
+    elif what == "arc":
+        cloud = perturb.one_side_of_stems(cloud, np.column_stack([stems, truth["dbh_cm"] / 200]), level, rng)
+    return cloud, dtm
