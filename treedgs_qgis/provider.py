@@ -24,6 +24,7 @@ ALGORITHMS = (
     "measuredbh",
     "matchplots",
     "evaluate",
+    "standtable",
     "simulateplot",
     "checkengine",
     "setupengine",

@@ -28,6 +28,7 @@ FROZEN = {
     "measuredbh",
     "matchplots",
     "evaluate",
+    "standtable",
     "simulateplot",
     "checkengine",
     "setupengine",

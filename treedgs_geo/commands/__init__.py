@@ -22,6 +22,7 @@ MODULES = {
     "measure-dbh": "measure_dbh",
     "match-plots": "match_plots",
     "evaluate": "evaluate",
+    "stand-table": "stand_table",
     "simulate-plot": "simulate_plot",
     "doctor": "doctor",
 }

@@ -36,6 +36,8 @@ PACKAGES = {
     "cv2": "opencv-python-headless",
     "pycolmap": "pycolmap",
     "open3d": "open3d",
+    "openpyxl": "openpyxl",
+    "reportlab": "reportlab",
 }
 #: Used when installed, needed by nothing.
 OPTIONAL = {"torch": "torch"}
@@ -69,6 +71,7 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "measure-dbh": (*_BASE, *_CLOUDS),
     "match-plots": _BASE,
     "evaluate": _BASE,
+    "stand-table": (*_BASE, "openpyxl", "reportlab"),
     "simulate-plot": (*_BASE, *_CLOUDS, "PIL", "cv2", "open3d"),
     "doctor": (),
 }

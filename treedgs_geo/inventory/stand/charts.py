@@ -1,0 +1,190 @@
+"""The report's pictures: DBH histogram, and the maps of plots and trees."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import numpy as np
+
+from .survey import Stand
+from .tables import Table, cross_table
+from .units import UNITS
+
+#: Okabe and Ito's colours: told apart by colour-blind readers and in grey print.
+COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
+_OTHER, _DEAD = "#999999", "#666666"
+#: More plots than this are shown on the overview only.
+_MAPS = 12
+
+
+def _figure(width: float, height: float, **more: Any) -> tuple[Any, Any]:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    return plt.subplots(figsize=(width, height), layout="constrained", **more)
+
+
+def _png(figure: Any) -> bytes:
+    import matplotlib.pyplot as plt
+
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png", dpi=160)
+    plt.close(figure)
+    return picture.getvalue()
+
+
+def draw_classes(long: Table, units: str) -> bytes:
+    """PNG: trees and basal area by DBH class, stacked by species."""
+    figure, axes = _figure(9.2, 3.4, ncols=2)
+    for axis, name in zip(axes, ("trees", "ba"), strict=True):
+        table = cross_table(long, units, name)
+        rows = table.rows[:-1]
+        labels = [row["class"] for row in rows]
+        base = np.zeros(len(rows))
+        columns = [column for column in table.columns if column.key not in ("class", "all")]
+        for k, column in enumerate(columns):
+            heights = np.array([row.get(column.key, 0.0) for row in rows], float)
+            colour = _OTHER if column.key == "other" else COLOURS[k % len(COLOURS)]
+            axis.bar(labels, heights, 0.88, bottom=base, color=colour, label=column.heading)
+            base += heights
+        axis.set_xlabel(table.columns[0].heading)
+        axis.set_ylabel(UNITS[units][name].heading)
+        axis.spines[["top", "right"]].set_visible(False)
+        axis.grid(axis="y", alpha=0.3)
+        axis.set_axisbelow(True)
+        if len(labels) > 12:
+            axis.set_xticks(range(0, len(labels), len(labels) // 10 + 1))
+            axis.tick_params(axis="x", labelrotation=45)
+        if name == "trees":
+            axis.legend(frameon=False, fontsize=9)
+    return _png(figure)
+
+
+def draw_overview(stand: Stand) -> bytes | None:
+    """PNG: where the plots are, with the stand's boundary; None when nothing is on the map."""
+    placed = [plot for plot in stand.plots if plot.outline is not None]
+    if not placed or (len(placed) == 1 and stand.boundary is None):
+        return None
+    figure, axis = _figure(7.2, 5.6)
+    origin = np.round(np.mean([[plot.x, plot.y] for plot in placed], axis=0))
+    if stand.boundary is not None:
+        _outline(axis, stand.boundary, origin, color="0.35", lw=1.6)
+    density = dict(zip(stand.plot_rows["plot_id"], stand.plot_rows["ba_m2_ha"], strict=True))
+    values = np.array([density[plot.plot_id] for plot in placed])
+    from matplotlib import cm, colors
+
+    shade = cm.ScalarMappable(colors.Normalize(0, max(values.max(), 1e-9)), "viridis_r")
+    for plot, value in zip(placed, values, strict=True):
+        if plot.edge == "census":
+            continue
+        for part in _parts(plot.outline):
+            xy = np.asarray(part.exterior.coords) - origin
+            axis.fill(*xy.T, facecolor=shade.to_rgba(value), edgecolor="0.2", lw=0.8)
+        # A small plot in a wide survey would be invisible at true size.
+        axis.plot(plot.x - origin[0], plot.y - origin[1], "o", ms=5, color=shade.to_rgba(value), mec="0.2", mew=0.6)
+        if len(placed) <= 40:
+            axis.annotate(
+                plot.plot_id,
+                (plot.x - origin[0], plot.y - origin[1]),
+                xytext=(6, 6),
+                fontsize=9,
+                textcoords="offset points",
+            )
+    if stand.design.census:
+        _trees(axis, stand, 0, origin, 0.25)
+    elif len(placed) > 1:
+        figure.colorbar(shade, ax=axis, label="Basal area, m²/ha", shrink=0.7)
+    axis.set_aspect("equal", adjustable="datalim")
+    axis.margins(0.08)
+    axis.set_xlabel(f"Easting − {origin[0]:.0f} m")
+    axis.set_ylabel(f"Northing − {origin[1]:.0f} m")
+    axis.grid(alpha=0.25)
+    return _png(figure)
+
+
+def draw_plots(stand: Stand) -> bytes | None:
+    """PNG: the trees of each plot, discs growing with DBH; None without positions or for a census."""
+    placed = [(k, plot) for k, plot in enumerate(stand.plots) if plot.outline is not None]
+    placed = [item for item in placed if np.isfinite(_positions(stand, item[0])).any()]
+    if not placed or stand.design.census:
+        return None
+    placed = placed[:_MAPS]
+    across = min(len(placed), 2 if len(placed) in (2, 4) else 3)
+    down = -(-len(placed) // across)
+    size = 5.8 if len(placed) == 1 else 9.2 / across
+    figure, axes = _figure(size * across, size * down + 0.5, nrows=down, ncols=across, squeeze=False)
+    for axis in axes.ravel()[len(placed) :]:
+        axis.set_visible(False)
+    handles: dict[str, Any] = {}
+    for axis, (k, plot) in zip(axes.ravel(), placed, strict=False):
+        origin = np.array([plot.x, plot.y])
+        _outline(axis, plot.outline, origin, color="0.35", lw=1.2)
+        if stand.boundary is not None and plot.inside < 1:
+            _outline(axis, stand.boundary, origin, color="#D55E00", lw=1.2, ls="--")
+            handles.setdefault("stand's boundary", axis.plot([], [], color="#D55E00", ls="--")[0])
+        handles.update(_trees(axis, stand, k, origin, 1.0 if len(placed) == 1 else 2.2 / across, len(placed) <= 4))
+        axis.plot(0, 0, "+", color="0.5", ms=7)
+        low_x, low_y, high_x, high_y = plot.outline.bounds
+        half = 0.55 * max(high_x - low_x, high_y - low_y)
+        middle = np.array([low_x + high_x, low_y + high_y]) / 2 - origin
+        axis.set(xlim=(middle[0] - half, middle[0] + half), ylim=(middle[1] - half, middle[1] + half), aspect="equal")
+        axis.set_title(f"{plot.plot_id}: {stand.plot_rows['n_trees'].iloc[k]} trees", fontsize=10)
+        axis.tick_params(labelsize=8)
+        axis.grid(alpha=0.25)
+    axes[-1, 0].set_xlabel("m east of the centre", fontsize=9)
+    axes[-1, 0].set_ylabel("m north of the centre", fontsize=9)
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=4, frameon=False, fontsize=9)
+    return _png(figure)
+
+
+def _positions(stand: Stand, plot: int) -> np.ndarray:
+    tree = stand.rows.loc[(stand.rows["plot"] == plot) & (stand.rows["kind"] == "measured"), "tree"].to_numpy(int)
+    return stand.trees["x"].to_numpy(float)[tree]
+
+
+def _trees(
+    axis: Any, stand: Stand, plot: int, origin: np.ndarray, scale: float, labels: bool = False
+) -> dict[str, Any]:
+    """Draw one plot's trees; returns the legend's entries."""
+    place = stand.trees[["x", "y"]].to_numpy(float) - origin
+    species = stand.trees["species"].to_numpy(object)
+    order = stand.rows["tree"].map(lambda k: species[int(k)]).value_counts().index.tolist()
+    handles: dict[str, Any] = {}
+    from .species import species_of
+
+    counted = stand.rows[(stand.rows["plot"] == plot) & (stand.rows["kind"] == "measured")]["tree"].to_numpy(int)
+    for k, name in enumerate(order):
+        mine = counted[species[counted] == name]
+        colour = COLOURS[k] if k < len(COLOURS) else _OTHER
+        drawn = axis.scatter(
+            *place[mine].T, s=scale * (stand.values.dbh[mine] / 2.2) ** 2, color=colour, alpha=0.85, lw=0, zorder=3
+        )
+        if len(mine):
+            handles[species_of(name).label if k < len(COLOURS) else "other species"] = drawn
+    if labels:
+        for k in counted:
+            axis.annotate(
+                f"{stand.values.dbh[k]:.0f}", place[k], xytext=(6, 4), textcoords="offset points", fontsize=7.5
+            )
+    for frame, label, mark, colour in (
+        (stand.missing, "seen, without a DBH", "o", "#D55E00"),
+        (stand.dead, "dead", "x", _DEAD),
+    ):
+        mine = frame.loc[frame["plot"] == plot, "tree"].to_numpy(int)
+        if len(mine):
+            face = {"facecolors": "none", "edgecolors": colour} if mark == "o" else {"color": colour}
+            handles[label] = axis.scatter(*place[mine].T, s=40 * scale + 15, marker=mark, lw=1.4, zorder=4, **face)
+    return handles
+
+
+def _parts(shape: Any) -> list[Any]:
+    return [part for part in getattr(shape, "geoms", [shape]) if part.geom_type == "Polygon"]
+
+
+def _outline(axis: Any, shape: Any, origin: np.ndarray, **line: Any) -> None:
+    for part in _parts(shape):
+        for ring in (part.exterior, *part.interiors):
+            axis.plot(*(np.asarray(ring.coords)[:, :2] - origin).T, **line)

@@ -1,0 +1,216 @@
+"""Volume, biomass and height equations kept as data: read, chosen per tree, evaluated in SI with their range."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+
+from ...core.errors import InputError
+from .expression import Formula
+from .species import Species, species_of
+
+QUANTITIES = ("volume", "biomass", "height")
+ORIGINS = ("natural", "planted")
+_DBH_CM = {"cm": 1.0, "mm": 0.1, "m": 100.0, "in": 2.54}
+_HEIGHT_M = {"m": 1.0, "ft": 0.3048}
+#: Result unit -> factor to m3, kg or m.
+_RESULT = {
+    "volume": {"m3": 1.0, "dm3": 1e-3, "l": 1e-3, "ft3": 0.3048**3},
+    "biomass": {"kg": 1.0, "t": 1000.0, "lb": 0.45359237},
+    "height": _HEIGHT_M,
+}
+COLUMNS = (
+    "id",
+    "quantity",
+    "species",
+    "origin",
+    "formula",
+    "dbh_unit",
+    "height_unit",
+    "result_unit",
+    "dbh_min",
+    "dbh_max",
+    "height_min",
+    "height_max",
+    "limits",
+    "source",
+)
+
+
+@dataclass(frozen=True)
+class Equation:
+    """One row. species: symbols, names or numbers, ``group:pine``, or ``*``. Limits in the row's own units (NaN: none).
+
+    limits: who set them (the source, or us). source: the citation.
+    """
+
+    id: str
+    quantity: str
+    species: str
+    origin: str
+    formula: Formula
+    dbh_unit: str
+    height_unit: str
+    result_unit: str
+    dbh_min: float
+    dbh_max: float
+    height_min: float
+    height_max: float
+    limits: str
+    source: str
+
+    @property
+    def needs_height(self) -> bool:
+        """Whether the formula has H in it."""
+        return "H" in self.formula.uses
+
+    def fits(self, species: Species, origin: str) -> bool:
+        """Whether the row is for this species and stand origin."""
+        if self.origin not in ("any", "", origin):
+            return False
+        tokens = [token.replace("_", " ") for token in self.species.split()]
+        for token in tokens:
+            if token == "*" or token.upper() == species.symbol.upper():
+                return True
+            if token.startswith("group:") and species.group and token[6:].lower() == species.group.lower():
+                return True
+            if not token.startswith("group:") and species_of(token).symbol.upper() == species.symbol.upper():
+                return True
+        return False
+
+    def value(self, dbh_cm: np.ndarray, height_m: np.ndarray) -> np.ndarray:
+        """m3, kg or m for each tree; NaN where the formula gives none."""
+        diameter = np.asarray(dbh_cm, float) / _DBH_CM[self.dbh_unit]
+        height = np.asarray(height_m, float) / _HEIGHT_M[self.height_unit]
+        found = np.broadcast_to(self.formula(D=diameter, H=height), np.broadcast(diameter, height).shape)
+        found = np.where(np.isfinite(found) & (found >= 0), found, np.nan)
+        return found * _RESULT[self.quantity][self.result_unit]
+
+    def outside(self, dbh_cm: np.ndarray, height_m: np.ndarray) -> np.ndarray:
+        """True where the tree is outside the range that the equation holds for."""
+        diameter = np.asarray(dbh_cm, float) / _DBH_CM[self.dbh_unit]
+        # A hair of tolerance: 2.54 cm is 1 inch, whatever the last bit says.
+        beyond = (diameter < self.dbh_min - 1e-6) | (diameter > self.dbh_max + 1e-6)
+        if self.needs_height:
+            height = np.asarray(height_m, float) / _HEIGHT_M[self.height_unit]
+            beyond = beyond | (height < self.height_min - 1e-6) | (height > self.height_max + 1e-6)
+        return beyond
+
+    @property
+    def range_text(self) -> str:
+        """``DBH 1 to 40 in, height 4.5 to 160 ft``."""
+        parts = []
+        for name, low, high, unit in (
+            ("DBH", self.dbh_min, self.dbh_max, self.dbh_unit),
+            ("height", self.height_min, self.height_max, self.height_unit),
+        ):
+            if np.isfinite(low) and np.isfinite(high):
+                parts.append(f"{name} {low:g} to {high:g} {unit}")
+            elif np.isfinite(low):
+                parts.append(f"{name} from {low:g} {unit}")
+            elif np.isfinite(high):
+                parts.append(f"{name} up to {high:g} {unit}")
+        return ", ".join(parts) or "no limits stated"
+
+
+def read_equations(own: Path | None = None) -> list[Equation]:
+    """The built-in table, behind the user's ``own`` rows, which are tried first.
+
+    Raises:
+        InputError: file, line, and what is wrong in it; an id twice in one file.
+    """
+    text = (files(__package__) / "data" / "equations.csv").read_text(encoding="utf-8")
+    built_in = _parse(text, "built-in equations")
+    if own is None:
+        return built_in
+    try:
+        text = Path(own).read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as problem:
+        raise InputError(f"{own}: cannot be read as a CSV table ({problem}); give a table of equations.") from None
+    mine = _parse(text, str(own))
+    names = {equation.id for equation in mine}
+    return [*mine, *(equation for equation in built_in if equation.id not in names)]
+
+
+def choose(
+    book: list[Equation], quantity: str, species: Species, origin: str, has_height: bool, named: str | None = None
+) -> Equation | None:
+    """The first row of ``book`` for this tree; with ``named`` that row or none.
+
+    Raises:
+        InputError: no row has the id ``named``, or it is for another quantity.
+    """
+    if named:
+        found = next((equation for equation in book if equation.id == named), None)
+        if found is None or found.quantity != quantity:
+            known = ", ".join(equation.id for equation in book if equation.quantity == quantity)
+            raise InputError(f"--{quantity}-equation: {named!r} is no {quantity} equation; known: {known}.")
+        return found if has_height or not found.needs_height else None
+    for equation in book:
+        if (
+            equation.quantity == quantity
+            and equation.fits(species, origin)
+            and (has_height or not equation.needs_height)
+        ):
+            return equation
+    return None
+
+
+def _parse(text: str, where: str) -> list[Equation]:
+    rows = list(csv.DictReader(io.StringIO(text)))
+    if not rows:
+        raise InputError(f"{where}: holds no equation, expected columns {', '.join(COLUMNS)}.")
+    lost = [name for name in ("id", "quantity", "species", "formula", "result_unit", "source") if name not in rows[0]]
+    if lost:
+        raise InputError(f"{where}: lacks the columns {', '.join(lost)}; expected {', '.join(COLUMNS)}.")
+    found: list[Equation] = []
+    for number, row in enumerate(rows, start=2):
+        cell = {name: (row.get(name) or "").strip() for name in COLUMNS}
+        line = f"{where}, line {number}"
+        if cell["id"] in {equation.id for equation in found} or not cell["id"]:
+            raise InputError(f"{line}: id {cell['id']!r} is empty or appears twice; give every equation its own id.")
+        if cell["quantity"] not in QUANTITIES:
+            raise InputError(f"{line}: quantity {cell['quantity']!r}, expected one of {', '.join(QUANTITIES)}.")
+        units = {
+            "dbh_unit": (cell["dbh_unit"] or "cm", _DBH_CM),
+            "height_unit": (cell["height_unit"] or "m", _HEIGHT_M),
+            "result_unit": (cell["result_unit"], _RESULT[cell["quantity"]]),
+        }
+        for name, (unit, known) in units.items():
+            if unit not in known:
+                raise InputError(f"{line}: {name} {unit!r}, expected one of {', '.join(known)}.")
+        if cell["origin"] not in ("", "any", *ORIGINS):
+            raise InputError(f"{line}: origin {cell['origin']!r}, expected any, {' or '.join(ORIGINS)}.")
+        if not cell["source"] or not cell["species"]:
+            raise InputError(
+                f"{line}: has no {'species' if cell['source'] else 'source'}; say it, or * for any species."
+            )
+        limits = {}
+        for name, empty in (("dbh_min", -1), ("dbh_max", 1), ("height_min", -1), ("height_max", 1)):
+            try:
+                limits[name] = float(cell[name]) if cell[name] else empty * np.inf
+            except ValueError:
+                raise InputError(f"{line}: {name} is {cell[name]!r}, expected a number or nothing.") from None
+        if cell["quantity"] == "height" and "H" in (formula := Formula(cell["formula"], where=line)).uses:
+            raise InputError(f"{line}: the height formula {formula.text!r} needs H itself; use D alone.")
+        found.append(
+            Equation(
+                id=cell["id"],
+                quantity=cell["quantity"],
+                species=cell["species"],
+                origin=cell["origin"] or "any",
+                formula=Formula(cell["formula"], where=line),
+                dbh_unit=units["dbh_unit"][0],
+                height_unit=units["height_unit"][0],
+                result_unit=cell["result_unit"],
+                **limits,
+                limits=cell["limits"],
+                source=cell["source"],
+            )
+        )
+    return found

@@ -1,0 +1,191 @@
+"""From trees and plots to rows (plot, tree, weight): who stands where, how often it counts, and who stands for whom."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from ...core.errors import InputError
+from .sample import SamplePlot, at_the_edge, weights
+from .treelist import TreeList
+
+MISSING = ("impute", "exclude")
+#: With fewer measured trees than this a plot borrows from all plots.
+OWN_DONORS = 5
+#: A plot this far (and 3 radii) from any measured tree was not surveyed: it is no empty plot.
+UNSEEN_M = 50.0
+#: A tree this near to a plot's line may be in or out by the positions' own error.
+NEAR_LINE_M = 0.25
+
+
+@dataclass
+class Expanded:
+    """rows: ``plot`` and ``tree`` (positions in plots and trees), ``weight`` (how often the tree counts), ``kind``:
+    ``measured``, ``imputed`` (stands for a tree without a DBH), ``missing`` (such a tree), ``dead``, ``small``.
+    """
+
+    plots: list[SamplePlot]
+    rows: pd.DataFrame
+    notes: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+    def of(self, *kinds: str) -> pd.DataFrame:
+        """Rows of these kinds."""
+        return self.rows[self.rows["kind"].isin(kinds)]
+
+
+def expand(
+    trees: TreeList,
+    plots: list[SamplePlot],
+    boundary: BaseGeometry | None,
+    edge_rule: str,
+    min_dbh_cm: float,
+    path: Path = Path("plots"),
+) -> Expanded:
+    """Put the trees into the plots, weigh them at the edge, and let measured trees stand for those without a DBH.
+
+    Raises:
+        InputError: tally trees of an unknown plot, or no plot left.
+    """
+    plots, notes = at_the_edge(plots, boundary, edge_rule)
+    found = Expanded(plots, pd.DataFrame(), [], notes)
+    table = trees.trees
+    if trees.from_field:
+        parts = _by_name(found, trees, boundary, path)
+    else:
+        parts = _by_place(found, table, boundary)
+    if not found.plots:
+        raise InputError(f"{path}: no plot is left to count; see the warnings above.")
+    rows = pd.concat(parts, ignore_index=True) if parts else _rows(0, [], [])
+    known, dead = table["dbh_cm"].notna().to_numpy(), table["dead"].to_numpy(bool)
+    small = known & (table["dbh_cm"].to_numpy(float) < min_dbh_cm - 1e-9)
+    tree = rows["tree"].to_numpy(int)
+    rows["kind"] = np.select([dead[tree], ~known[tree], small[tree]], ["dead", "missing", "small"], "measured")
+    found.rows = rows
+    found.rows = pd.concat([rows, _stand_ins(found, table, min_dbh_cm)], ignore_index=True)
+    return found
+
+
+def _rows(plot: int, tree: np.ndarray | list, weight: np.ndarray | list) -> pd.DataFrame:
+    return pd.DataFrame(
+        {
+            "plot": np.full(len(tree), plot, int),
+            "tree": np.asarray(tree, int),
+            "weight": np.asarray(weight, float),
+        }
+    )
+
+
+def _by_place(found: Expanded, table: pd.DataFrame, boundary: BaseGeometry | None) -> list[pd.DataFrame]:
+    """Measured trees, by where they stand. A tree in two plots counts in both: each is a sample of its own."""
+    x, y = table["x"].to_numpy(float), table["y"].to_numpy(float)
+    parts, kept, near = [], [], 0
+    for plot in found.plots:
+        away = np.hypot(x - plot.x, y - plot.y).min() if len(x) else np.inf
+        reach = np.sqrt(plot.area_ha * 1e4 / np.pi)
+        if plot.edge != "census" and away > max(UNSEEN_M, 3 * reach):
+            found.warnings.append(
+                f"Plot {plot.plot_id}: the nearest measured tree is {away:,.0f} m away; taken as not "
+                "surveyed and left out."
+            )
+            continue
+        inside = np.flatnonzero(plot.contains(x, y))
+        count = weights(plot, x[inside], y[inside], boundary)
+        inside, count = inside[count > 0], count[count > 0]
+        if plot.edge != "census" and plot.outline is not None and len(x):
+            near += int((shapely.distance(plot.outline.boundary, shapely.points(x, y)) < NEAR_LINE_M).sum())
+        if not len(inside):
+            found.warnings.append(f"Plot {plot.plot_id}: no tree stands in it; it counts as an empty plot.")
+        parts.append(_rows(len(kept), inside, count))
+        kept.append(plot)
+    found.plots[:] = kept
+    if near:
+        found.notes.append(
+            f"{near} trees stand within {NEAR_LINE_M:g} m of a plot's line: their positions' error decides whether "
+            "they count."
+        )
+    return parts
+
+
+def _by_name(found: Expanded, trees: TreeList, boundary: BaseGeometry | None, path: Path) -> list[pd.DataFrame]:
+    """Tally trees, by the plot that the crew wrote down."""
+    table = trees.trees
+    names = [plot.plot_id for plot in found.plots]
+    if len(names) == 1:
+        table["plot_id"] = table["plot_id"].where(table["plot_id"].notna(), names[0])
+    listed = table["plot_id"].map(lambda value: None if value is None or pd.isna(value) else str(value))
+    if listed.isna().any():
+        raise InputError("The field table has trees without a plot_id; name the plot of every tree.")
+    lost = sorted(set(listed) - set(names))
+    if lost and not any("left out" in note for note in found.warnings):
+        raise InputError(
+            f"{path}: lacks the plots {', '.join(lost[:5])} of the field table (it has {', '.join(names[:5])}"
+            f"{', …' if len(names) > 5 else ''}); add them or correct the plot_id."
+        )
+    parts = []
+    for k, plot in enumerate(found.plots):
+        rows = np.flatnonzero(listed.to_numpy() == plot.plot_id)
+        count = np.ones(len(rows))
+        if plot.edge.startswith("slopover"):
+            if table.loc[rows, "x"].notna().all():
+                count = weights(
+                    plot, table.loc[rows, "x"].to_numpy(float), table.loc[rows, "y"].to_numpy(float), boundary
+                )
+            elif plot.edge.endswith("walkthrough"):
+                found.plots[k] = replace(plot, edge="slopover, area", weight_area_ha=plot.area_ha * plot.inside)
+                found.warnings.append(
+                    f"Plot {plot.plot_id}: the tally has no positions for the walkthrough; its area inside "
+                    "the stand counts."
+                )
+        if not len(rows):
+            found.warnings.append(
+                f"Plot {plot.plot_id}: the field table has no tree of it; it counts as an empty plot."
+            )
+        far = table.loc[rows, "distance_m"].astype(float) if "distance_m" in table else pd.Series(dtype=float)
+        n_far = int((far > plot.radius_m + NEAR_LINE_M).sum())
+        if n_far:
+            found.warnings.append(
+                f"Plot {plot.plot_id}: {n_far} tally trees are farther from the centre than its radius of "
+                f"{plot.radius_m:g} m; they count, as the crew tallied them."
+            )
+        parts.append(_rows(k, rows[count > 0], count[count > 0]))
+    return parts
+
+
+def _stand_ins(found: Expanded, table: pd.DataFrame, min_dbh_cm: float) -> pd.DataFrame:
+    """Rows of kind ``imputed``: every tree without a DBH counts as the mean of its plot's measured trees.
+
+    Trees that are known to be too thin to measure (``too_small``) stay out: they are no draw from the measured ones.
+    """
+    rows = found.rows
+    tree = rows["tree"].to_numpy(int)
+    reason = table["qc_reason"].fillna("").astype(str).to_numpy()
+    thin = np.array([("too_small" in str(text).split(",")) for text in reason], bool)
+    alive = rows["kind"].isin(["measured", "small"])
+    missing = (rows["kind"] == "missing") & ~thin[tree]
+    n_thin = int(((rows["kind"] == "missing") & thin[tree]).sum())
+    if n_thin:
+        found.notes.append(f"{n_thin} stems that are too thin to measure (too_small) are left out of every figure.")
+    parts = []
+    for k in range(len(found.plots)):
+        gone = float(rows.loc[missing & (rows["plot"] == k), "weight"].sum())
+        if not gone:
+            continue
+        donors = rows[alive & (rows["plot"] == k)]
+        if len(donors) < OWN_DONORS:
+            donors = rows[alive]
+        if not len(donors):
+            found.warnings.append("No tree has a DBH: trees without one cannot be imputed.")
+            break
+        share = donors["weight"].to_numpy() / donors["weight"].sum() * gone
+        part = _rows(k, donors["tree"].to_numpy(), share)
+        # Those that a stand-in below the tally's limit stands for would not be tallied either.
+        part = part[(table["dbh_cm"].to_numpy(float)[part["tree"]] >= min_dbh_cm - 1e-9)]
+        parts.append(part.assign(kind="imputed"))
+    empty = _rows(0, [], []).assign(kind=pd.Series(dtype=object))
+    return pd.concat(parts, ignore_index=True) if parts else empty

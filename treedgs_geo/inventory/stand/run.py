@@ -1,0 +1,277 @@
+"""From the settings of ``stand-table`` to its files."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyproj
+
+from ... import __version__
+from ...core.crs import check_projected, project_crs
+from ...core.errors import CRSError, InputError
+from ...core.files import ensure_writable, fingerprint, write_json
+from ...core.plots import Plot
+from ...core.progress import Reporter
+from ..field_trees import place
+from .document import Document, make_document
+from .equations import read_equations
+from .expansion import expand
+from .fvs import write_fvs
+from .layers import write_geopackage, write_shapefiles
+from .page import write_page
+from .pdf import write_pdf
+from .sample import SamplePlot, census, read_boundary, read_sample
+from .sheets import CSV_TABLES, write_csv, write_workbook
+from .survey import Stand, make_stand
+from .treelist import TreeList, from_layer, from_tally, label_species, read_tally
+from .units import METRIC
+from .values import ValueOptions
+
+#: The bias that the DBHs of a survey share, as seen on rendered and simulated plots with known truth (README).
+_COMMON_SE_CM = 0.2
+
+
+def make_report(settings: Any, reporter: Reporter) -> dict[str, Any]:
+    """settings: ``StandTableSettings``. Returns the result of ``stand-table``.
+
+    Raises:
+        InputError: inputs that are missing or do not fit together.
+    """
+    folder = Path(settings.output)
+    ensure_writable(folder / "summary.json")
+    if settings.trees is None and settings.field is None:
+        raise InputError("Give --trees (a tree layer) or --field (a field tally).")
+    if settings.plots is None and settings.boundary is None:
+        raise InputError("Give --plots, or --boundary to count every tree of the stand.")
+    if settings.pairs is not None and settings.trees is None:
+        raise InputError("--pairs: says who the trees of --trees are, so it needs --trees.")
+    with reporter.stage("read", 0.0, 0.2):
+        book = read_equations(settings.equations)
+        trees = _read_trees(settings)
+        plots, boundary = _read_plots(settings, trees, reporter)
+        trees.trees = label_species(trees.trees, settings.species)
+    with reporter.stage("estimate", 0.2, 0.4):
+        expanded = expand(
+            trees, plots, boundary, settings.edge, settings.min_dbh_cm, settings.plots or settings.boundary
+        )
+        stand = make_stand(
+            trees,
+            expanded,
+            book,
+            _options(settings, trees),
+            settings.missing,
+            settings.confidence_pct / 100,
+            settings.stand_id.strip() or "stand",
+            boundary,
+        )
+    for sentence in stand.warnings:
+        reporter.warn(sentence)
+    for sentence in (*stand.notes, *stand.values.curves):
+        reporter.info(sentence)
+    with reporter.stage("write", 0.4, 1.0):
+        document = make_document(stand, settings.units, settings.class_width, _facts(settings, stand))
+        _write(folder, stand, document, settings, reporter)
+    return _result(folder, stand)
+
+
+def _options(settings: Any, trees: TreeList) -> ValueOptions:
+    common = settings.common_se_cm
+    if common is None:
+        common = 0.0 if trees.from_field else _COMMON_SE_CM
+    heights = trees.trees["bh_m"].dropna()
+    return ValueOptions(
+        heights=settings.heights,
+        origin=settings.origin,
+        outside=settings.outside,
+        dbh_se_cm=settings.dbh_se_cm,
+        common_se_cm=common,
+        breast_height_m=float(heights.median()) if len(heights) else settings.breast_height_m,
+        volume_equation=settings.volume_equation,
+        biomass_equation=settings.biomass_equation,
+    )
+
+
+def _read_trees(settings: Any) -> TreeList:
+    crs = project_crs(settings.crs) if settings.crs else None
+    if settings.trees is None:
+        return from_tally(settings.field, settings, settings.height_unit)
+    tally = read_tally(settings.field, settings, settings.height_unit) if settings.field is not None else None
+    found = from_layer(settings.trees, crs, settings.pairs, tally)
+    if found.crs is None:
+        if crs is None:
+            raise CRSError(f"{settings.trees}: holds no CRS; give it with --crs.")
+        found.crs = crs
+    check_projected(found.crs, str(settings.trees))
+    return found
+
+
+def _read_plots(settings: Any, trees: TreeList, reporter: Reporter) -> tuple[list[SamplePlot], Any]:
+    """Plots and boundary in the trees' CRS; tally trees get their positions where plots have a place."""
+    if trees.from_field:
+        trees.crs = _field_crs(settings)
+    boundary = None
+    if settings.boundary is not None:
+        if trees.crs is None:
+            raise CRSError(f"{settings.boundary}: the CRS to lay it in is not known; give --crs.")
+        boundary = read_boundary(settings.boundary, trees.crs)
+    if settings.plots is None:
+        if trees.from_field and trees.trees["x"].isna().all():
+            trees.trees["plot_id"] = "stand"
+        return [census(boundary, "stand")], boundary
+    plots = read_sample(settings.plots, trees.crs, settings.plot_size, on_map=not trees.from_field)
+    moved = [plot.plot_id for plot in plots if plot.plot_id in trees.centres and plot.shape == "circle"]
+    if moved:
+        from dataclasses import replace
+
+        from shapely import affinity
+
+        for k, plot in enumerate(plots):
+            if plot.plot_id in moved:
+                x, y = trees.centres[plot.plot_id]
+                shape = affinity.translate(plot.outline, x - plot.x, y - plot.y)
+                plots[k] = replace(plot, x=x, y=y, outline=shape)
+        trees.notes.append(f"The centres of {len(moved)} plots are those that match-plots found (co-registered).")
+    if trees.from_field and trees.crs is not None:
+        _place_tally(settings, trees, plots, reporter)
+    return plots, boundary
+
+
+def _place_tally(settings: Any, trees: TreeList, plots: list[SamplePlot], reporter: Reporter) -> None:
+    """Map positions of tally trees, for the maps and the walkthrough; without them the figures are the same."""
+    table = trees.trees
+    if table["x"].notna().all() or "azimuth_deg" not in table or table["azimuth_deg"].isna().all():
+        return
+    known = [Plot(p.plot_id, p.x, p.y, max(p.radius_m, 1.0)) for p in plots if np.isfinite(p.x)]
+    try:
+        placed = place(table.drop(columns=["x", "y"]), known, trees.crs, settings, settings.field)
+    except InputError as problem:
+        reporter.info(f"The tally's trees are not on the map: {problem}")
+        return
+    trees.trees = table.assign(x=placed["x"].to_numpy(float), y=placed["y"].to_numpy(float), plot_id=placed["plot_id"])
+
+
+def _field_crs(settings: Any) -> pyproj.CRS | None:
+    """The CRS of a tally's plots: ``--crs``, or the first ``epsg`` of a plots table in metres, or the layer's own."""
+    if settings.crs:
+        return project_crs(settings.crs)
+    path = settings.plots
+    if path is None:
+        return None
+    if Path(path).suffix.lower() != ".csv":
+        import pyogrio
+
+        try:
+            code = pyogrio.read_info(path).get("crs")
+        except Exception:  # noqa: BLE001 - the reader that follows says what is wrong with it
+            return None
+        return pyproj.CRS.from_user_input(code) if code else None
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as stream:
+            for row in csv.DictReader(stream):
+                code = (row.get("epsg") or "").strip()
+                if code and (row.get("easting") or "").strip():
+                    return check_projected(pyproj.CRS.from_epsg(int(float(code))), str(path))
+    except (OSError, UnicodeDecodeError, ValueError, pyproj.exceptions.CRSError):
+        return None
+    return None
+
+
+def _facts(settings: Any, stand: Stand) -> dict[str, str]:
+    inputs = [p for p in (settings.trees, settings.field, settings.pairs, settings.plots, settings.boundary) if p]
+    facts = {"Inputs": ", ".join(f"{Path(p).name} ({fingerprint([Path(p)])})" for p in inputs)}
+    if "run_id" in stand.trees:
+        facts["Measured in run"] = ", ".join(sorted(set(stand.trees["run_id"].dropna().astype(str))))
+    facts["Coordinates"] = stand.crs.name if stand.crs is not None else "none"
+    facts["Smallest DBH that counts"] = f"{settings.min_dbh_cm:g} cm" if settings.min_dbh_cm else "none"
+    facts["Stems without a DBH"] = {"impute": "imputed", "exclude": "left out"}[settings.missing]
+    facts["Heights of trees without one"] = {
+        "fitted": "from a curve fitted to the measured ones",
+        "measured": "none",
+        "published": "from a published regional curve",
+    }[settings.heights]
+    if settings.species:
+        facts["Species where none is known"] = settings.species
+    facts["Origin"] = settings.origin
+    facts["Outside an equation's range"] = {"flag": "used and flagged", "refuse": "refused"}[settings.outside]
+    if settings.boundary:
+        facts["Rule at the stand's edge"] = settings.edge
+    facts["Plot sizes"] = {"horizontal": "horizontal", "slope": "along the slope, corrected"}[settings.plot_size]
+    facts["Mean over plots"] = "ratio of means (plots weigh by their area); no finite population correction"
+    facts["Dominant height"] = "mean height of the 100 thickest trees per hectare, plot by plot"
+    facts["Units"] = {"metric": "metric", "us": "US (international foot and acre)"}[settings.units]
+    facts["TreeDGS"] = __version__
+    return facts
+
+
+def _write(folder: Path, stand: Stand, document: Document, settings: Any, reporter: Reporter) -> None:
+    """Every file; ``summary.json`` comes last, so that its presence means the rest is there."""
+    (folder / "summary.json").unlink(missing_ok=True)
+    write_page(folder / "report.html", document)
+    reporter.progress(0.3)
+    write_pdf(folder / "report.pdf", document)
+    reporter.progress(0.6)
+    write_workbook(folder / "stand_table.xlsx", document)
+    for name in CSV_TABLES:
+        write_csv(folder / f"{name}.csv", document.tables[name])
+    write_geopackage(folder / "stand.gpkg", stand)
+    write_shapefiles(folder, stand)
+    write_fvs(folder / "FVS_Data.db", stand, settings.fvs_variant, settings.year)
+    write_json(folder / "summary.json", summary(stand))
+
+
+def summary(stand: Stand) -> dict[str, Any]:
+    """Everything that counts, metric, as plain values; null where nothing is known."""
+    fields = ("mean", "se_plots", "se_trees", "se_common", "se", "df", "low", "high")
+
+    def plain(value: float) -> float | None:
+        return float(value) if math.isfinite(value) else None
+
+    def figures(found: dict) -> dict[str, Any]:
+        return {
+            METRIC[name].key: {field: plain(getattr(estimate, field)) for field in fields}
+            for name, estimate in found.items()
+        }
+
+    made = {
+        "stand_id": stand.stand_id,
+        "n_plots": stand.design.n,
+        "census": stand.design.census,
+        "confidence": stand.design.confidence,
+        "area_ha": float(stand.design.areas.sum()),
+        "treatment_of_missing": stand.treatment,
+        "n_trees": int((stand.rows["kind"] == "measured").sum()),
+        "n_missing": len(stand.missing),
+        "n_too_small": stand.n_thin,
+        "n_dead": len(stand.dead),
+        "estimates": figures(stand.estimates),
+        "other_treatment": figures(stand.other),
+        "uncorrected": {METRIC[name].key: plain(value) for name, value in stand.uncorrected.items()},
+        "dead_per_ha": stand.dead_per_ha,
+        "warnings": stand.warnings,
+        "notes": [*stand.notes, *stand.values.curves],
+        "version": __version__,
+    }
+    return json.loads(json.dumps(made))
+
+
+def _result(folder: Path, stand: Stand) -> dict[str, Any]:
+    found = {
+        "output": str(folder),
+        "report": str(folder / "report.html"),
+        "pdf": str(folder / "report.pdf"),
+        "layers": str(folder / "stand.gpkg"),
+        "n_plots": stand.design.n,
+        "n_trees": int((stand.rows["kind"] == "measured").sum()),
+        "n_missing": len(stand.missing),
+        "ba_se_m2_ha": stand.estimates["ba"].se,
+        **{METRIC[name].key: estimate.mean for name, estimate in stand.estimates.items()},
+    }
+    return {
+        key: (round(value, 4) if math.isfinite(value) else None) if isinstance(value, float) else value
+        for key, value in found.items()
+    }

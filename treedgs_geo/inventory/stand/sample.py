@@ -1,0 +1,299 @@
+"""Sample plots: shape, horizontal area, which trees stand in them, and what the stand's edge does to their weight."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import geopandas as gpd
+import numpy as np
+import pandas as pd
+import pyogrio
+import pyproj
+from shapely import affinity, contains_xy
+from shapely.geometry import Point, box
+from shapely.geometry.base import BaseGeometry
+
+from ...core.errors import CRSError, InputError
+from ..field_trees import read_table
+
+#: How a tree of a plot that reaches over the stand's boundary counts.
+EDGE_RULES = ("walkthrough", "area", "none")
+#: Square metres per unit of an area column.
+_AREA_M2 = {"area_m2": 1.0, "area_ha": 1e4, "area_ac": 4046.8564224}
+_LENGTH_M = {"m": 1.0, "ft": 0.3048}
+#: Segments a quarter circle, where a circle has to be a polygon (area 1e-6 too small).
+_SEGMENTS = 512
+
+
+@dataclass(frozen=True)
+class SamplePlot:
+    """One plot. area_ha: horizontal. shape: circle, ellipse, rectangle, polygon, or ``area`` (no place on the map).
+
+    x, y: centre (NaN for ``area``). outline: the plot on the ground. inside: share of it inside the stand (1 without a
+    boundary). weight_area_ha: the area that its trees are divided by. edge: what was found about the stand's edge.
+    """
+
+    plot_id: str
+    shape: str
+    area_ha: float
+    x: float = np.nan
+    y: float = np.nan
+    radius_m: float = np.nan
+    outline: BaseGeometry | None = None
+    slope_deg: float = 0.0
+    inside: float = 1.0
+    weight_area_ha: float = np.nan
+    edge: str = "no boundary given"
+
+    def contains(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """True for positions in the plot; on the line counts as in."""
+        x, y = np.asarray(x, float), np.asarray(y, float)
+        if self.shape == "circle":
+            # To a micrometre: coordinates of six digits carry that much rounding.
+            return np.hypot(x - self.x, y - self.y) <= self.radius_m + 1e-6
+        assert self.outline is not None
+        return contains_xy(self.outline.buffer(1e-6), x, y)
+
+
+def read_sample(path: Path, crs: pyproj.CRS | None, along: str = "horizontal", on_map: bool = True) -> list[SamplePlot]:
+    """Plots from a CSV table or a layer of polygons or points.
+
+    Centre: ``easting, northing`` (with ``epsg``), ``lon, lat`` or ``x, y``. Shape: ``radius_m`` (or ``_ft``), or
+    ``width_m, length_m`` with ``azimuth_deg`` of the length (grid north, default 0), or an area alone (``area_m2,
+    area_ha, area_ac``) where on_map is not needed. along: radii and sides were laid out ``horizontal`` or along the
+    ``slope`` (``slope_pct`` or ``slope_deg``; a circle then needs ``aspect_deg`` to know which trees are in it).
+
+    Raises:
+        InputError: file, line and what is wrong. CRSError: no CRS to place the plots in.
+    """
+    path = Path(path)
+    table = read_table(path) if path.suffix.lower() == ".csv" else _read_layer(path, crs)
+    if "plot_id" not in table:
+        other = next((name for name in ("plot", "plotid", "plot_no") if name in table), None)
+        table["plot_id"] = table[other] if other else [f"plot_{k + 1}" for k in range(len(table))]
+    plots: list[SamplePlot] = []
+    for position, row in table.iterrows():
+        where = f"{path}, plot {row['plot_id']}" if "geometry" in table else f"{path}, line {int(str(position)) + 2}"
+        if pd.isna(row["plot_id"]):
+            raise InputError(f"{where}: has no plot_id; name every plot.")
+        made = _plot(where, row, crs, along, on_map)
+        if any(plot.plot_id == made.plot_id for plot in plots):
+            raise InputError(f"{where}: plot_id {made.plot_id!r} appears twice; give every plot its own id.")
+        plots.append(replace(made, weight_area_ha=made.area_ha))
+    if not plots:
+        raise InputError(f"{path}: holds no plot, expected one row a plot.")
+    return plots
+
+
+def read_boundary(path: Path, crs: pyproj.CRS | None) -> BaseGeometry:
+    """The stand's outline (one or more polygons) in ``crs``.
+
+    Raises:
+        InputError: not readable or no polygon in it. CRSError: no CRS.
+    """
+    path = Path(path)
+    try:
+        layer = gpd.read_file(path, engine="pyogrio")
+    except Exception as problem:
+        raise InputError(f"{path}: cannot be read as a polygon layer ({problem}).") from None
+    layer = layer[layer.geometry.notna() & layer.geometry.geom_type.isin(["Polygon", "MultiPolygon"])]
+    if not len(layer):
+        raise InputError(f"{path}: holds no polygon; give the stand's outline.")
+    layer = _in_crs(path, layer, crs)
+    outline = layer.geometry.make_valid().union_all()
+    if outline.area <= 0:
+        raise InputError(f"{path}: the stand's outline has no area; correct it.")
+    return outline
+
+
+def census(boundary: BaseGeometry, name: str = "stand") -> SamplePlot:
+    """The whole stand as one plot: every tree in it is counted, nothing is sampled."""
+    centre = boundary.centroid
+    area = boundary.area / 1e4
+    return SamplePlot(name, "polygon", area, centre.x, centre.y, np.nan, boundary, weight_area_ha=area, edge="census")
+
+
+def at_the_edge(
+    plots: list[SamplePlot], boundary: BaseGeometry | None, rule: str
+) -> tuple[list[SamplePlot], list[str]]:
+    """Find plots that reach over the boundary, drop those whose centre is outside, set the area that counts.
+
+    Returns:
+        the plots, and sentences about what was found.
+    """
+    if boundary is None:
+        return plots, []
+    kept, notes = [], []
+    for plot in plots:
+        if plot.outline is None:
+            kept.append(replace(plot, edge="not on the map"))
+            continue
+        if not boundary.covers(Point(plot.x, plot.y)):
+            notes.append(f"Plot {plot.plot_id}: its centre is outside the stand's boundary; left out.")
+            continue
+        share = plot.outline.intersection(boundary).area / plot.outline.area
+        if share >= 1 - 1e-4:
+            kept.append(replace(plot, edge="inside"))
+            continue
+        chosen = "area" if rule == "walkthrough" and plot.shape == "polygon" else rule
+        area = plot.area_ha * share if chosen == "area" else plot.area_ha
+        kept.append(replace(plot, inside=share, weight_area_ha=area, edge=f"slopover, {chosen}"))
+        notes.append(f"Plot {plot.plot_id}: {100 * (1 - share):.0f} % lies outside the stand ({_RULE_TEXT[chosen]}).")
+    return kept, notes
+
+
+_RULE_TEXT = {
+    "walkthrough": "walkthrough: a tree counts twice where the point as far beyond it as the centre is outside",
+    "area": "only the area inside the stand counts",
+    "none": "only flagged: its whole area and all its trees count",
+}
+
+
+def weights(plot: SamplePlot, x: np.ndarray, y: np.ndarray, boundary: BaseGeometry | None) -> np.ndarray:
+    """How often each tree of the plot counts: 0 outside the stand, 1, or 2 (walkthrough).
+
+    Walkthrough: Ducey, Gove and Valentine 2004, Forest Science 50(4): 427-435.
+    """
+    count = np.ones(len(x))
+    if boundary is None or not plot.edge.startswith("slopover") or plot.edge.endswith("none"):
+        return count
+    inside = contains_xy(boundary, x, y)
+    if plot.edge.endswith("walkthrough"):
+        beyond = ~contains_xy(boundary, 2 * np.asarray(x) - plot.x, 2 * np.asarray(y) - plot.y)
+        count = np.where(beyond, 2.0, 1.0)
+    return np.where(inside, count, 0.0)
+
+
+def _plot(where: str, row: pd.Series, crs: pyproj.CRS | None, along: str, on_map: bool) -> SamplePlot:
+    name = str(row["plot_id"]).strip()
+    geometry = row.get("geometry")
+    slope = _slope_deg(where, row)
+    if along == "slope" and not np.isfinite(slope):
+        raise InputError(f"{where}: has no slope_pct or slope_deg, which a plot laid out along the slope needs.")
+    shrink = float(np.cos(np.radians(slope))) if along == "slope" else 1.0
+    slope = slope if np.isfinite(slope) else 0.0
+    circle = _size(where, row, "radius")
+    if isinstance(geometry, BaseGeometry) and geometry.geom_type != "Point" and circle is None:
+        if geometry.area <= 0:
+            raise InputError(f"{where}: its outline has no area; correct it.")
+        middle = geometry.centroid
+        return SamplePlot(name, "polygon", geometry.area / 1e4, middle.x, middle.y, np.nan, geometry, slope)
+    x, y = _centre(where, row, crs)
+    if on_map and not (np.isfinite(x) and np.isfinite(y)):
+        raise InputError(f"{where}: has no centre; expected easting, northing (with epsg) or lon, lat.")
+    width, length = _size(where, row, "width"), _size(where, row, "length")
+    if circle is not None:
+        area = np.pi * circle**2 * shrink / 1e4
+        if not np.isfinite(x):
+            return SamplePlot(name, "area", area, radius_m=circle, slope_deg=slope)
+        disc = Point(x, y).buffer(circle, _SEGMENTS)
+        if shrink > 1 - 1e-9:
+            return SamplePlot(name, "circle", area, x, y, circle, disc, slope)
+        aspect = _number(where, row, "aspect_deg")
+        if on_map and not np.isfinite(aspect):
+            raise InputError(
+                f"{where}: has no aspect_deg (where the slope faces), which a round plot on a slope needs."
+            )
+        # On the map a circle laid out along the ground is an ellipse, short downhill.
+        flat = affinity.rotate(affinity.scale(disc, 1.0, shrink), -aspect if np.isfinite(aspect) else 0.0)
+        return SamplePlot(name, "ellipse", area, x, y, circle, flat, slope)
+    if width is not None and length is not None:
+        area = width * length * shrink / 1e4
+        if not np.isfinite(x):
+            return SamplePlot(name, "area", area, slope_deg=slope)
+        if shrink < 1 - 1e-9 and on_map:
+            raise InputError(f"{where}: a rectangle laid out along the slope cannot be drawn; give horizontal sides.")
+        turn = _number(where, row, "azimuth_deg")
+        shape = box(x - width / 2, y - length / 2, x + width / 2, y + length / 2)
+        shape = affinity.rotate(shape, -turn if np.isfinite(turn) else 0.0, origin=(x, y))
+        return SamplePlot(name, "rectangle", area, x, y, np.nan, shape, slope)
+    for column, factor in _AREA_M2.items():
+        value = _number(where, row, column)
+        if np.isfinite(value) and value > 0 and not on_map:
+            return SamplePlot(name, "area", value * factor * shrink / 1e4, x, y, slope_deg=slope)
+    wanted = "radius_m, or width_m and length_m" + ("" if on_map else ", or area_m2, area_ha or area_ac")
+    raise InputError(f"{where}: has no size; expected {wanted}.")
+
+
+def _centre(where: str, row: pd.Series, crs: pyproj.CRS | None) -> tuple[float, float]:
+    geometry = row.get("geometry")
+    if isinstance(geometry, BaseGeometry) and ("x" not in row or geometry.geom_type == "Point"):
+        return geometry.centroid.x, geometry.centroid.y
+    for first, second in (("easting", "northing"), ("lon", "lat"), ("x", "y")):
+        if first not in row or second not in row:
+            continue
+        x, y = _number(where, row, first), _number(where, row, second)
+        if not (np.isfinite(x) and np.isfinite(y)):
+            continue
+        source = None
+        if first == "lon":
+            source = crs.geodetic_crs.to_2d() if crs is not None and crs.geodetic_crs else None
+        elif str(row.get("epsg") if pd.notna(row.get("epsg")) else "").strip():
+            try:
+                source = pyproj.CRS.from_epsg(int(float(row["epsg"])))
+            except (ValueError, pyproj.exceptions.CRSError):
+                raise CRSError(f"{where}: epsg {row['epsg']!r} is unknown; give the code of its coordinates.") from None
+        if source is not None and crs is not None and source != crs:
+            x, y = pyproj.Transformer.from_crs(source, crs, always_xy=True).transform(x, y)
+        return float(x), float(y)
+    return np.nan, np.nan
+
+
+def _size(where: str, row: pd.Series, what: str) -> float | None:
+    """A radius or side in metres, None where the row has none."""
+    for unit, factor in _LENGTH_M.items():
+        value = _number(where, row, f"{what}_{unit}")
+        if np.isfinite(value):
+            if not 0 < value * factor <= 1000:
+                raise InputError(f"{where}: {what}_{unit} is {value:g}, expected above 0 and up to 1000 m.")
+            return value * factor
+    return None
+
+
+def _slope_deg(where: str, row: pd.Series) -> float:
+    percent, degrees = _number(where, row, "slope_pct"), _number(where, row, "slope_deg")
+    slope = degrees if np.isfinite(degrees) else float(np.degrees(np.arctan(percent / 100)))
+    if abs(slope) > 60:
+        raise InputError(f"{where}: slope of {slope:.0f} degrees, expected up to 60; check its unit.")
+    return abs(slope)
+
+
+def _number(where: str, row: pd.Series, name: str) -> float:
+    value = row.get(name)
+    if value is None or pd.isna(value) or str(value).strip() == "":
+        return np.nan
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = np.inf
+    if not np.isfinite(number):
+        raise InputError(f"{where}: {name} is {value!r}, expected a number; correct it.")
+    return number
+
+
+def _read_layer(path: Path, crs: pyproj.CRS | None) -> gpd.GeoDataFrame:
+    try:
+        layers = [str(name) for name, kind in pyogrio.list_layers(path) if kind is not None]
+        chosen = next((name for name in ("plots", "stand_plots") if name in layers), layers[0] if layers else None)
+        if chosen is None:
+            raise ValueError("no layer with geometry")
+        layer = gpd.read_file(path, layer=chosen, engine="pyogrio")
+    except Exception as problem:
+        raise InputError(f"{path}: cannot be read as a plots table or layer ({problem}).") from None
+    layer.columns = [name if name == "geometry" else str(name).lower() for name in layer.columns]
+    layer = layer[layer.geometry.notna() & ~layer.geometry.is_empty].reset_index(drop=True)
+    kinds = set(layer.geometry.geom_type) - {"Point", "Polygon", "MultiPolygon"}
+    if kinds or not len(layer):
+        raise InputError(
+            f"{path}: holds {', '.join(sorted(kinds)) or 'nothing'}, expected plots as polygons or points."
+        )
+    return _in_crs(path, layer.set_geometry("geometry") if "geometry" in layer else layer, crs)
+
+
+def _in_crs(path: Path, layer: gpd.GeoDataFrame, crs: pyproj.CRS | None) -> gpd.GeoDataFrame:
+    if crs is None or layer.crs == crs:
+        return layer
+    if layer.crs is None:
+        raise CRSError(f"{path}: holds no CRS; set it (it has to be laid over trees in {crs.name}).")
+    return layer.to_crs(crs)

@@ -1,0 +1,204 @@
+"""The stand from trees and plots: everything that any of the report's files shows, computed once, in metric units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+import pyproj
+from shapely.geometry.base import BaseGeometry
+
+from ...core.errors import InputError
+from .equations import Equation
+from .estimate import (
+    Design,
+    Estimate,
+    dominant_height,
+    per_hectare,
+    plot_table,
+    quadratic_mean_diameter,
+    weighted_height,
+)
+from .expansion import Expanded
+from .sample import SamplePlot
+from .treelist import TreeList
+from .values import TreeValues, ValueOptions, tree_values
+
+
+@dataclass
+class Stand:
+    """estimates: ``trees, ba, volume, biomass, qmd, lorey, dominant`` (per ha; t for biomass) of the treatment chosen.
+
+    other: the same for the treatment that was not chosen. uncorrected: ``ba, volume, biomass`` from the DBHs as they
+    are. rows: the rows that count (``plot, tree, weight, kind``, ``per_ha``: trees a hectare of the stand that a row
+    stands for). dead, missing: what does not count. plot_rows: one row a plot.
+    """
+
+    stand_id: str
+    trees: pd.DataFrame
+    plots: list[SamplePlot]
+    design: Design
+    values: TreeValues
+    rows: pd.DataFrame
+    dead: pd.DataFrame
+    missing: pd.DataFrame
+    n_thin: int
+    treatment: str
+    estimates: dict[str, Estimate]
+    other: dict[str, Estimate]
+    uncorrected: dict[str, float]
+    dead_per_ha: dict[str, float]
+    plot_rows: pd.DataFrame
+    boundary: BaseGeometry | None
+    crs: pyproj.CRS | None
+    from_field: bool
+    notes: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+    @property
+    def equations(self) -> list[Equation]:
+        """Those that a counted tree uses."""
+        counted = self.rows["tree"].unique()
+        used = {name for column in self.values.used.values() for name in column[counted]}
+        return [e for e in self.values.equations if e.id in used or e.quantity == "height"]
+
+
+def make_stand(
+    trees: TreeList,
+    expanded: Expanded,
+    book: list[Equation],
+    options: ValueOptions,
+    treatment: str = "impute",
+    confidence: float = 0.95,
+    stand_id: str = "stand",
+    boundary: BaseGeometry | None = None,
+) -> Stand:
+    """Compute the stand.
+
+    Raises:
+        InputError: no tree with a DBH in any plot.
+    """
+    plots, rows = expanded.plots, expanded.rows
+    census = len(plots) == 1 and plots[0].edge == "census"
+    design = Design(np.array([plot.weight_area_ha for plot in plots]), census, confidence)
+    measured = expanded.of("measured").astype({"plot": int, "tree": int})
+    if not len(measured):
+        raise InputError(
+            f"No tree with a DBH stands in the {len(plots)} plots: check the plots' coordinates, their epsg and "
+            "--min-dbh-cm."
+        )
+    filled = expanded.of("measured", "imputed").astype({"plot": int, "tree": int})
+    table = trees.trees.copy()
+    counted = np.zeros(len(table), bool)
+    counted[filled["tree"].unique()] = True
+    dead = expanded.of("dead").astype({"plot": int, "tree": int})
+    values = tree_values(table.assign(in_table=counted), book, options)
+    chosen, left = (filled, measured) if treatment == "impute" else (measured, filled)
+    total = design.areas.sum()
+    chosen = chosen.assign(per_ha=chosen["weight"] / total).reset_index(drop=True)
+    missing = expanded.of("missing").astype({"plot": int, "tree": int})
+    thin = table["qc_reason"].fillna("").map(lambda text: "too_small" in str(text).split(",")).to_numpy(bool)
+    known_dead = dead[np.isfinite(values.dbh[dead["tree"].to_numpy(int)])]
+    stand = Stand(
+        stand_id=stand_id,
+        trees=table,
+        plots=plots,
+        design=design,
+        values=values,
+        rows=chosen,
+        dead=dead,
+        missing=missing[~thin[missing["tree"].to_numpy(int)]].reset_index(drop=True),
+        n_thin=int(thin[missing["tree"].to_numpy(int)].sum()),
+        treatment=treatment,
+        estimates=_estimates(design, chosen, values),
+        other=_estimates(design, left, values),
+        uncorrected={
+            name: float((chosen["per_ha"] * values.raw[name][chosen["tree"]]).sum())
+            / (1000 if name == "biomass" else 1)
+            for name in ("ba", "volume", "biomass")
+        },
+        dead_per_ha={
+            "trees": float(dead["weight"].sum() / total),
+            "ba": float((known_dead["weight"] * values.raw["ba"][known_dead["tree"]]).sum() / total),
+        },
+        plot_rows=plot_table(design, plots, chosen, values),
+        boundary=boundary,
+        crs=trees.crs,
+        from_field=trees.from_field,
+        notes=[*trees.notes, *expanded.notes],
+        warnings=[*trees.warnings, *expanded.warnings, *values.warnings],
+    )
+    for kind, frame in (("n_trees", measured), ("n_missing", stand.missing), ("n_dead", dead)):
+        stand.plot_rows[kind] = np.bincount(frame["plot"].to_numpy(int), minlength=design.n)
+    _remark(stand, rows, options)
+    return stand
+
+
+def _estimates(design: Design, rows: pd.DataFrame, values: TreeValues) -> dict[str, Estimate]:
+    n = len(values.dbh)
+    unknown = np.full(n, np.nan)
+    found = {"trees": per_hectare(design, rows, np.ones(n), unknown, np.zeros(n))}
+    for name in ("ba", "volume", "biomass"):
+        unit = 1000.0 if name == "biomass" else 1.0
+        found[name] = per_hectare(
+            design, rows, values.value[name] / unit, values.sd[name] / unit, values.shift[name] / unit
+        )
+    found["qmd"] = quadratic_mean_diameter(design, rows, values)
+    found["lorey"] = weighted_height(design, rows, values)
+    found["dominant"] = dominant_height(design, rows, values)
+    return found
+
+
+def _remark(stand: Stand, rows: pd.DataFrame, options: ValueOptions) -> None:
+    """Sentences that a reader of the numbers needs."""
+    design, values = stand.design, stand.values
+    if design.census:
+        stand.notes.append("Every tree of the stand was looked for: there is no sampling error, only measuring error.")
+    elif design.n == 1:
+        stand.warnings.append(
+            "One plot: how much the stand differs from it cannot be known, so there is no sampling error and no "
+            "interval for the stand; the intervals given are of measuring this one plot."
+        )
+    elif design.n < 5:
+        stand.notes.append(f"{design.n} plots: the standard errors are themselves uncertain, the intervals wide.")
+    n_missing = len(stand.missing)
+    if n_missing:
+        counted = len(rows[rows["kind"] == "measured"])
+        share = n_missing / (n_missing + counted)
+        text = (
+            f"{n_missing} stems were seen but have no DBH ({100 * share:.0f} %); "
+            + (
+                "each counts as the mean of its plot's measured trees"
+                if stand.treatment == "impute"
+                else "they are left out, so that the figures are too low if the stems are trees"
+            )
+            + f": basal area {stand.estimates['ba'].mean:.2f} m²/ha, {stand.other['ba'].mean:.2f} m²/ha "
+            + ("without them." if stand.treatment == "impute" else "with them imputed.")
+        )
+        stand.warnings.append(text)
+        if share > 0.3:
+            stand.warnings.append(
+                "More than 30 % of the stems have no DBH: take these figures as a lower and upper guess."
+            )
+    counted_trees = stand.rows["tree"].unique()
+    n_blind = int((~np.isfinite(values.se[counted_trees])).sum())
+    if n_blind:
+        stand.warnings.append(
+            f"{n_blind} of {len(counted_trees)} trees have no standard error of DBH: what it adds to basal area and "
+            "volume is not corrected for them (give --dbh-se-cm)."
+        )
+    flags = stand.trees["qc_flag"].to_numpy()[counted_trees]
+    n_check = int((flags == "check").sum())
+    if n_check:
+        stand.notes.append(f"{n_check} trees count whose DBH is marked 'check': look at them first.")
+    if not np.isfinite(stand.estimates["lorey"].mean) and "height" in values.gaps:
+        stand.notes.append(f"No mean height: {'; '.join(values.gaps['height'])}.")
+    for name, gaps in values.gaps.items():
+        if name in ("volume", "biomass"):
+            stand.warnings.append(f"No {name} for the stand: {'; '.join(gaps)}.")
+    if options.common_se_cm:
+        stand.notes.append(
+            f"A bias of {options.common_se_cm:g} cm (standard error) that all DBHs share is part of every interval; it "
+            "does not average out."
+        )

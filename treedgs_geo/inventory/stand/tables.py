@@ -1,0 +1,341 @@
+"""The stand's tables in metric or US units: the one place where numbers become columns, for every file alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from .species import species_of
+from .survey import Stand
+from .units import FOOT, METRIC, POUND, UNITS, make_classes
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column. decimals: None for text."""
+
+    key: str
+    heading: str
+    decimals: int | None = None
+
+
+@dataclass
+class Table:
+    """name: of file and sheet. rows: dicts by column key, None: not known. n_totals: rows of sums at the end."""
+
+    name: str
+    title: str
+    columns: list[Column]
+    rows: list[dict[str, Any]]
+    note: str = ""
+    n_totals: int = 0
+
+    def text(self, row: dict[str, Any], column: Column, empty: str = "–") -> str:
+        """A cell as shown on the page."""
+        value = row.get(column.key)
+        if value is None or (isinstance(value, float) and not np.isfinite(value)):
+            return empty
+        return str(value) if column.decimals is None else f"{value:,.{column.decimals}f}".replace(",", "\u202f")
+
+
+def summary_table(stand: Stand, units: str) -> Table:
+    """Stand figures with their errors."""
+    quantities = UNITS[units]
+    level = f"{100 * stand.design.confidence:g} %"
+    one = stand.design.n == 1 and not stand.design.census
+    whose = "of measuring this plot" if one else "of measuring" if stand.design.census else "of the stand"
+    rows = []
+    for name, found in stand.estimates.items():
+        q = quantities[name]
+        rows.append(
+            {
+                "quantity": q.heading,
+                "key": q.key,
+                **{
+                    key: _number(getattr(found, key), q.factor)
+                    for key in ("mean", "se_plots", "se_trees", "se_common", "se", "low", "high")
+                },
+                "half_pct": _number(found.half_pct),
+            }
+        )
+    decimals = 2
+    return Table(
+        "summary",
+        "Stand figures",
+        [
+            Column("quantity", "Quantity"),
+            Column("mean", "Mean", decimals),
+            Column("se_plots", "s.e. between plots", decimals),
+            Column("se_trees", "s.e. of tree DBHs", decimals),
+            Column("se_common", "s.e. of common bias", decimals),
+            Column("se", "s.e. in all", decimals),
+            Column("low", f"{level} from", decimals),
+            Column("high", f"{level} to", decimals),
+            Column("half_pct", "± %", 1),
+        ],
+        rows,
+        f"Interval {whose}. The spread between plots holds the errors of the trees' own DBHs already; the bias that "
+        "all DBHs may share comes on top. Errors of heights and of the volume and biomass equations themselves are not "
+        "known here and not in it.",
+    )
+
+
+def species_class_table(stand: Stand, units: str, width: float | None) -> Table:
+    """The stand and stock table in long form: a row for each species and DBH class, then the sums."""
+    classes, quantities = make_classes(units, width), UNITS[units]
+    rows, per_tree = stand.rows, stand.rows["tree"].to_numpy(int)
+    number = classes.of(stand.values.dbh[per_tree])
+    names = _species(stand)[per_tree]
+    frame = pd.DataFrame(
+        {
+            "species": names,
+            "class": number,
+            "n": (rows["kind"] == "measured").to_numpy(int),
+            "trees": rows["per_ha"].to_numpy(),
+            "ba": rows["per_ha"].to_numpy() * stand.values.value["ba"][per_tree],
+            "volume": rows["per_ha"].to_numpy() * stand.values.value["volume"][per_tree],
+            "biomass": rows["per_ha"].to_numpy() * stand.values.value["biomass"][per_tree] / 1000,
+        }
+    )
+    made = []
+
+    def add(part: pd.DataFrame, species: str, label: str, k: int | None) -> None:
+        row: dict[str, Any] = {"species": species, "class": label, "n": int(part["n"].sum())}
+        row["lower"] = None if k is None else classes.lower(k)
+        row["upper"] = None if k is None else classes.upper(k)
+        for name in ("trees", "ba", "volume", "biomass"):
+            row[quantities[name].key] = _number(part[name].sum(skipna=False), quantities[name].factor)
+        made.append(row)
+
+    for name in sorted(set(names)):
+        mine = frame[frame["species"] == name]
+        for k in sorted(set(mine["class"])):
+            add(mine[mine["class"] == k], name, classes.label(int(k)), int(k))
+    totals = sorted(set(names)) if len(set(names)) > 1 else []
+    for name in totals:
+        add(frame[frame["species"] == name], name, "all", None)
+    add(frame, "all", "all", None)
+    return Table(
+        "stand_table",
+        "Stand and stock table by species and DBH class",
+        [
+            Column("species", "Species"),
+            Column("class", f"DBH class, {classes.unit}"),
+            Column("lower", f"from, {classes.unit}", 1),
+            Column("upper", f"below, {classes.unit}", 1),
+            Column("n", "Trees measured", 0),
+            *(Column(quantities[n].key, quantities[n].heading, quantities[n].decimals) for n in _STOCK),
+        ],
+        made,
+        "Classes by the DBH as measured (its error moves some trees to a neighbouring class). Basal area, volume and "
+        "biomass are corrected for the DBHs' errors.",
+        len(totals) + 1,
+    )
+
+
+_STOCK = ("trees", "ba", "volume", "biomass")
+
+
+def cross_table(long: Table, units: str, name: str) -> Table:
+    """One quantity with classes down and species across (up to six, the rest together)."""
+    q = UNITS[units][name]
+    cells = [row for row in long.rows if row["lower"] is not None]
+    sums = {row["species"]: row[q.key] for row in long.rows if row["lower"] is None}
+    species = sorted({row["species"] for row in cells}, key=lambda s: -(sums.get(s) or sums.get("all") or 0))
+    shown = species if len(species) <= 6 else species[:5]
+    labels = list({row["class"]: None for row in sorted(cells, key=lambda row: row["lower"])})
+    rows = []
+    for label in labels:
+        mine = [row for row in cells if row["class"] == label]
+        rows.append(_cross_row(label, mine, shown, q.key))
+    rows.append(_cross_row("all", cells, shown, q.key))
+    columns = [Column("class", next(c.heading for c in long.columns if c.key == "class"))]
+    columns += [Column(s, species_of(s).label, q.decimals) for s in shown]
+    if len(species) > len(shown):
+        columns.append(Column("other", "other species", q.decimals))
+    if len(species) > 1:
+        columns.append(Column("all", "all", q.decimals))
+    return Table(f"{name}_by_class", f"{q.heading} by DBH class and species", columns, rows, "", 1)
+
+
+def _cross_row(label: str, rows: list[dict], shown: list[str], key: str) -> dict[str, Any]:
+    found: dict[str, Any] = {"class": label}
+    for row in rows:
+        for column in (row["species"] if row["species"] in shown else "other", "all"):
+            value = row[key]
+            found[column] = np.nan if value is None else found.get(column, 0.0) + value
+    return found
+
+
+def plots_table(stand: Stand, units: str) -> Table:
+    """One row a plot."""
+    quantities = UNITS[units]
+    names = ("trees", "ba", "qmd", "lorey", "dominant", "volume", "biomass")
+    rows = []
+    for _, plot in stand.plot_rows.iterrows():
+        row = {name: plot[name] for name in ("plot_id", "shape", "edge")}
+        row.update({name: int(plot[name]) for name in ("n_trees", "n_missing", "n_dead")})
+        row[quantities["area"].key] = _number(plot["area_ha"], quantities["area"].factor)
+        row["expansion"] = _number(plot["expansion"], quantities["trees"].factor)
+        for name in names:
+            row[quantities[name].key] = _number(plot[METRIC[name].key], quantities[name].factor)
+        rows.append(row)
+    area = quantities["area"]
+    return Table(
+        "plots",
+        "Plots",
+        [
+            Column("plot_id", "Plot"),
+            Column("shape", "Shape"),
+            Column(area.key, area.heading, 4),
+            Column("expansion", f"Expansion, {quantities['trees'].unit}", 2),
+            Column("edge", "Stand's edge"),
+            Column("n_trees", "Measured", 0),
+            Column("n_missing", "Without DBH", 0),
+            Column("n_dead", "Dead", 0),
+            *(Column(quantities[n].key, quantities[n].heading, quantities[n].decimals) for n in names),
+        ],
+        rows,
+        "Expansion: what one tree of the plot stands for. Area is horizontal.",
+    )
+
+
+def correction_table(stand: Stand, units: str) -> Table:
+    """What the DBHs' errors add, and what the trees without a DBH change."""
+    quantities = UNITS[units]
+    rows = []
+    for name in ("ba", "volume", "biomass"):
+        q, corrected, raw = quantities[name], stand.estimates[name].mean, stand.uncorrected[name]
+        rows.append(
+            {
+                "quantity": q.heading,
+                "key": q.key,
+                "uncorrected": _number(raw, q.factor),
+                "inflation": _number(raw - corrected, q.factor),
+                "inflation_pct": _number(100 * (raw - corrected) / corrected) if corrected else None,
+                "corrected": _number(corrected, q.factor),
+                "other": _number(stand.other[name].mean, q.factor),
+            }
+        )
+    other = "without them" if stand.treatment == "impute" else "with them imputed"
+    return Table(
+        "corrections",
+        "What was corrected",
+        [
+            Column("quantity", "Quantity"),
+            Column("uncorrected", "From the DBHs as measured", 3),
+            Column("inflation", "Added by DBH error", 3),
+            Column("inflation_pct", "in %", 2),
+            Column("corrected", "Corrected (used)", 3),
+            Column("other", f"Trees without a DBH: {other}", 3),
+        ],
+        rows,
+        "A random error of standard deviation s makes the mean of DBH² too large by s², so basal area by π/4 s² a "
+        "tree; volume and biomass by the same reasoning (three-point Gauss-Hermite rule). The error has to be "
+        "independent of the true DBH for this.",
+    )
+
+
+def equations_table(stand: Stand) -> Table:
+    """Which equations were used, for how many trees, and for what they hold."""
+    counted = stand.rows["tree"].unique()
+    rows = []
+    for equation in stand.equations:
+        if equation.quantity == "height":
+            n, beyond = None, None
+        else:
+            mine = stand.values.used[equation.quantity][counted] == equation.id
+            n, beyond = int(mine.sum()), int((stand.values.outside[equation.quantity][counted] & mine).sum())
+        rows.append(
+            {
+                "id": equation.id,
+                "quantity": equation.quantity,
+                "n": n,
+                "beyond": beyond,
+                "formula": equation.formula.text,
+                "units": f"D {equation.dbh_unit}, H {equation.height_unit}, result {equation.result_unit}",
+                "range": f"{equation.range_text} ({equation.limits or 'limits: not said by whom'})",
+                "source": equation.source,
+            }
+        )
+    return Table(
+        "equations",
+        "Equations",
+        [
+            Column("id", "Equation"),
+            Column("quantity", "For"),
+            Column("n", "Trees", 0),
+            Column("beyond", "outside its range", 0),
+            Column("formula", "Formula"),
+            Column("units", "Units"),
+            Column("range", "Range"),
+            Column("source", "Source"),
+        ],
+        rows,
+    )
+
+
+def trees_table(stand: Stand, units: str) -> Table:
+    """Every tree of the plots, also those that do not count."""
+    quantities = UNITS[units]
+    d, h, symbols = quantities["dbh"], quantities["height"], _species(stand)
+    rows = []
+    frames = [stand.rows[stand.rows["kind"] == "measured"], stand.missing, stand.dead]
+    for frame in frames:
+        for row in frame.itertuples():
+            k = int(row.tree)
+            v = stand.values
+            rows.append(
+                {
+                    "plot_id": stand.plots[int(row.plot)].plot_id,
+                    "tree_id": str(stand.trees["tree_id"].iloc[k]),
+                    "species": symbols[k],
+                    "kind": row.kind,
+                    d.key: _number(v.dbh[k], d.factor),
+                    "dbh_se": _number(v.se[k], d.factor),
+                    h.key: _number(v.height[k], h.factor),
+                    "height_source": v.height_source[k] or None,
+                    "weight": float(row.weight),
+                    "trees_per": row.weight / stand.design.areas[int(row.plot)] * quantities["trees"].factor,
+                    "ba": _number(v.value["ba"][k], 1 if units == "metric" else 1 / FOOT**2),
+                    "volume": _number(v.value["volume"][k], 1 if units == "metric" else 1 / FOOT**3),
+                    "biomass": _number(v.value["biomass"][k], 1 if units == "metric" else 1 / POUND),
+                    "qc_flag": stand.trees["qc_flag"].iloc[k],
+                    "qc_reason": stand.trees["qc_reason"].iloc[k] or None,
+                }
+            )
+    area, volume, mass = ("m²", "m³", "kg") if units == "metric" else ("ft²", "ft³", "lb")
+    return Table(
+        "trees",
+        "Trees",
+        [
+            Column("plot_id", "Plot"),
+            Column("tree_id", "Tree"),
+            Column("species", "Species"),
+            Column("kind", "Counts as"),
+            Column(d.key, d.heading, 1),
+            Column("dbh_se", f"s.e., {d.unit}", 2),
+            Column(h.key, h.heading, 1),
+            Column("height_source", "Height from"),
+            Column("weight", "Weight", 2),
+            Column("trees_per", f"Stands for, {quantities['trees'].unit}", 2),
+            Column("ba", f"Basal area, {area}", 4),
+            Column("volume", f"Volume, {volume}", 3),
+            Column("biomass", f"Biomass, {mass}", 1),
+            Column("qc_flag", "Flag"),
+            Column("qc_reason", "Reason"),
+        ],
+        rows,
+        "Basal area, volume and biomass of each tree are corrected for its DBH error.",
+    )
+
+
+def _species(stand: Stand) -> np.ndarray:
+    return np.array([species_of(entry).symbol for entry in stand.trees["species"]], dtype=object)
+
+
+def _number(value: Any, factor: float = 1.0) -> float | None:
+    return None if value is None or not np.isfinite(value) else float(value) * factor

@@ -1,0 +1,256 @@
+"""What each tree is worth: basal area, height, volume, biomass, freed of what the DBH's own error adds to them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+
+from .equations import Equation, choose
+from .heights import HeightCurve, fit_curve
+from .species import species_of
+
+BA = np.pi / 4e4
+#: Half the distance of the outer nodes of the three-point Gauss-Hermite rule, in standard errors.
+_NODE = np.sqrt(3.0)
+QUANTITIES = ("ba", "volume", "biomass")
+HEIGHT_MODES = ("measured", "fitted", "published")
+
+
+@dataclass(frozen=True)
+class ValueOptions:
+    """heights: ``measured`` (only those), ``fitted`` (curve from the measured ones) or ``published``. outside: ``flag``
+    or ``refuse``. dbh_se_cm: for trees without one. common_se_cm: standard error of what all DBHs share."""
+
+    heights: str = "fitted"
+    height_unit: str = "auto"
+    origin: str = "natural"
+    outside: str = "flag"
+    dbh_se_cm: float | None = None
+    common_se_cm: float = 0.2
+    breast_height_m: float = 1.37
+    volume_equation: str | None = None
+    biomass_equation: str | None = None
+
+
+@dataclass
+class TreeValues:
+    """Arrays, one entry a tree (NaN: not known). Per quantity of :data:`QUANTITIES`: ``raw`` from the DBH as measured,
+    ``value`` corrected, ``sd`` from the tree's own error, ``shift`` when all DBHs are one common error thicker.
+
+    ba in m2, volume in m3, biomass in kg. equations: rows of the equations table. curves: sentences. gaps: quantity ->
+    why some trees have none. outside: (tree, quantity) flags.
+    """
+
+    dbh: np.ndarray
+    se: np.ndarray
+    height: np.ndarray
+    height_source: np.ndarray
+    raw: dict[str, np.ndarray]
+    value: dict[str, np.ndarray]
+    sd: dict[str, np.ndarray]
+    shift: dict[str, np.ndarray]
+    used: dict[str, np.ndarray]
+    outside: dict[str, np.ndarray]
+    equations: list[Equation] = field(default_factory=list)
+    curves: list[str] = field(default_factory=list)
+    gaps: dict[str, list[str]] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+
+
+def tree_values(trees: pd.DataFrame, book: list[Equation], options: ValueOptions) -> TreeValues:
+    """trees: ``dbh_cm`` (NaN: none), ``dbh_se_cm``, ``height_m``, ``species``, ``dead``, ``in_table`` (False: counts
+    for the height curve only)."""
+    d = trees["dbh_cm"].to_numpy(float)
+    se = trees["dbh_se_cm"].to_numpy(float).copy()
+    known = np.isfinite(d)
+    if options.dbh_se_cm is not None:
+        se = np.where(np.isfinite(se), se, options.dbh_se_cm)
+    species = np.array([species_of(entry).symbol for entry in trees["species"]], dtype=object)
+    found = TreeValues(
+        d, se, trees["height_m"].to_numpy(float).copy(), np.full(len(d), "", object), {}, {}, {}, {}, {}, {}
+    )
+    in_table = trees["in_table"].to_numpy(bool) & known
+    height_of = _heights(found, trees, species, book, options, in_table)
+    error = np.where(np.isfinite(se), se, 0.0)
+    error = np.where(known, error, 0.0)
+    n_wide = int((in_table & (error > d / 2)).sum())
+    if n_wide:
+        found.warnings.append(
+            f"{n_wide} trees have a DBH error above half their DBH: their basal area is nearly guesswork."
+        )
+    rules = {"ba": lambda x: BA * x**2}
+    rules["volume"] = _equations(found, "volume", species, book, options, height_of, in_table, options.volume_equation)
+    rules["biomass"] = _equations(
+        found, "biomass", species, book, options, height_of, in_table, options.biomass_equation
+    )
+    for name, rule in rules.items():
+        _propagate(found, name, rule, error, options.common_se_cm)
+    return found
+
+
+def _propagate(
+    found: TreeValues, name: str, rule: Callable[[np.ndarray], np.ndarray], error: np.ndarray, common: float
+) -> None:
+    """Mean and spread of ``rule(DBH + error)`` by the three-point Gauss-Hermite rule (exact for basal area).
+
+    With measured = true + error the mean of ``rule(measured)`` is too large (convex rules): what the same error adds at
+    the measured DBH is taken off.
+    """
+    d = found.dbh
+    middle = rule(d)
+    low, high = rule(np.maximum(d - _NODE * error, 0.1)), rule(d + _NODE * error)
+    if name == "ba":
+        gain = BA * error**2
+    else:
+        # Where the lower node leaves the rule's reach, the tree keeps its value uncorrected.
+        gain = np.nan_to_num((low + high) / 6 - middle / 3)
+    spread = np.sqrt(
+        np.maximum((low**2 + high**2) / 6 + middle**2 * 2 / 3 - ((low + high) / 6 + middle * 2 / 3) ** 2, 0)
+    )
+    found.raw[name] = middle
+    found.value[name] = np.maximum(middle - gain, 0.0)
+    found.sd[name] = np.where(np.isfinite(found.se), np.nan_to_num(spread), np.nan)
+    shifted = (rule(d + common) - rule(np.maximum(d - common, 0.1))) / 2
+    found.shift[name] = np.nan_to_num(shifted)
+
+
+def _heights(
+    found: TreeValues,
+    trees: pd.DataFrame,
+    species: np.ndarray,
+    book: list[Equation],
+    options: ValueOptions,
+    in_table: np.ndarray,
+) -> Callable[[np.ndarray], np.ndarray]:
+    """Fill ``height`` and ``height_source``; returns heights as a function of the DBHs of all trees."""
+    d, h = found.dbh, found.height.copy()
+    measured = np.isfinite(h)
+    found.height_source[measured] = "measured"
+    rules: list[tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]] = []
+    open_ = np.isfinite(d) & ~measured
+    n_open = int((open_ & in_table).sum())
+    live = ~trees["dead"].to_numpy(bool)
+    if n_open and options.heights == "fitted":
+        pooled, why = fit_curve(d[live], h[live], options.breast_height_m)
+        for name in sorted(set(species[open_])):
+            own, _ = fit_curve(d[live & (species == name)], h[live & (species == name)], options.breast_height_m)
+            curve = own or pooled
+            if curve is not None:
+                chosen = open_ & (species == name)
+                rules.append((chosen, curve))
+                _tell_curve(found, curve, name if own else "all species", chosen & in_table)
+        if pooled is None:
+            found.gaps["height"] = [f"{n_open} trees have no height ({why})"]
+    elif n_open and options.heights == "published":
+        for name in sorted(set(species[open_])):
+            chosen = open_ & (species == name)
+            equation = choose(book, "height", species_of(name), options.origin, False)
+            if equation is None:
+                found.gaps.setdefault("height", []).append(f"no published height curve for {name}")
+                continue
+            found.equations += [] if equation in found.equations else [equation]
+            beyond = equation.outside(d, np.nan) & chosen
+            if options.outside == "refuse":
+                chosen = chosen & ~beyond
+                if (beyond & in_table).any():
+                    found.gaps.setdefault("height", []).append(
+                        f"{int((beyond & in_table).sum())} trees are outside the range of {equation.id}"
+                    )
+            rules.append((chosen, lambda x, equation=equation: equation.value(x, np.full(np.shape(x), np.nan))))
+            found.curves.append(
+                f"{int((chosen & in_table).sum())} heights of {name} are from {equation.id}, a regional curve: this "
+                "stand's may differ by metres."
+            )
+    elif n_open:
+        found.gaps["height"] = [f"{n_open} trees have no measured height"]
+
+    def height_of(x: np.ndarray) -> np.ndarray:
+        heights = h.copy()
+        for chosen, rule in rules:
+            heights[chosen] = rule(x[chosen])
+        return heights
+
+    for chosen, _ in rules:
+        found.height_source[chosen] = "curve" if options.heights == "fitted" else "published"
+    found.height = height_of(d)
+    return height_of
+
+
+def _tell_curve(found: TreeValues, curve: HeightCurve, name: str, chosen: np.ndarray) -> None:
+    n = int(chosen.sum())
+    text = (
+        f"Height curve ({name}): {curve.text}, from {curve.n} trees of {curve.low_cm:.1f} to {curve.high_cm:.1f} cm, "
+        f"residual {curve.rmse_m:.2f} m."
+    )
+    if text not in found.curves:
+        found.curves.append(text)
+    far = int((chosen & curve.outside(found.dbh)).sum())
+    if far:
+        found.warnings.append(
+            f"{far} of {n} heights from the curve ({name}) are of trees beyond the DBHs it was fitted to."
+        )
+
+
+def _equations(
+    found: TreeValues,
+    quantity: str,
+    species: np.ndarray,
+    book: list[Equation],
+    options: ValueOptions,
+    height_of: Callable[[np.ndarray], np.ndarray],
+    in_table: np.ndarray,
+    named: str | None,
+) -> Callable[[np.ndarray], np.ndarray]:
+    """Choose each tree's equation; returns the quantity as a function of the DBHs of all trees."""
+    d, h = found.dbh, found.height
+    used = np.full(len(d), "", object)
+    beyond = np.zeros(len(d), bool)
+    groups: list[tuple[np.ndarray, Equation]] = []
+    if named:
+        choose(book, quantity, species_of(None), options.origin, True, named)
+    why: Counter[str] = Counter()
+    for name in sorted(set(species)):
+        for tall in (True, False):
+            chosen = np.isfinite(d) & (species == name) & (np.isfinite(h) == tall)
+            if not chosen.any():
+                continue
+            equation = choose(book, quantity, species_of(name), options.origin, tall, named)
+            if equation is None:
+                with_height = not tall and choose(book, quantity, species_of(name), options.origin, True, named)
+                reason = "without a height" if with_height else f"of species {name} without an equation"
+                why[reason] += int((chosen & in_table).sum())
+                continue
+            outside = equation.outside(d, h) & chosen
+            beyond |= outside
+            if options.outside == "refuse":
+                why[f"outside the range of {equation.id} ({equation.range_text})"] += int((outside & in_table).sum())
+                chosen = chosen & ~outside
+            elif (outside & in_table).any():
+                found.warnings.append(
+                    f"{int((outside & in_table).sum())} trees are outside the range of {equation.id} "
+                    f"({equation.range_text}); their {quantity} is an extrapolation."
+                )
+            if equation.id.startswith("form-factor") and (chosen & in_table).any():
+                found.warnings.append(
+                    f"The volume of {int((chosen & in_table).sum())} trees ({name}) is a generic form factor, no "
+                    "equation of the species: give --species or --equations."
+                )
+            used[chosen] = equation.id
+            groups.append((chosen, equation))
+            found.equations += [] if equation in found.equations else [equation]
+    gaps = [f"{count} trees {reason}" for reason, count in why.items() if count]
+    if gaps:
+        found.gaps[quantity] = gaps
+    found.used[quantity], found.outside[quantity] = used, beyond
+
+    def rule(x: np.ndarray) -> np.ndarray:
+        heights, result = height_of(x), np.full(len(x), np.nan)
+        for chosen, equation in groups:
+            result[chosen] = equation.value(x[chosen], heights[chosen])
+        return result
+
+    return rule
