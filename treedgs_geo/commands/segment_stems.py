@@ -13,6 +13,9 @@ from ..core.settings import param
 from ..stems.options import SegmentOptions
 from .cloud_input import CloudSettings, load_cloud, load_ground
 
+#: Points this near the terrain are ground in ``stem_class``, metres.
+GROUND_M = 0.12
+
 
 @dataclass(frozen=True, kw_only=True)
 class SegmentStemsSettings(SegmentOptions, CloudSettings):
@@ -20,16 +23,32 @@ class SegmentStemsSettings(SegmentOptions, CloudSettings):
 
     output: Path = param(kind="output_file", help="stem points with tree_id", suffixes=("laz", "las"))
     keep_all: bool = param(False, kind="flag", help="write every point (tree_id 0 = no stem), not only stem points")
+    segmenter: str = param("own", kind="choice", help="who finds the trees: own needs nothing; the others are programs "
+                           "that you installed yourself (docs/measuring.md)",
+                           choices=("own", "forestformer3d", "segmentanytree"), advanced=True)
+    segmenter_command: str | None = param(None, kind="text", help="command line of that program, with {input} and "
+                                          "{output} for its folders", advanced=True)
 
 
 def run(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
-    """Read, find the ground, find stems, write."""
+    """Read, find the ground, find stems, write: a large cloud tile by tile."""
+    from ..core.errors import InputError
+    from ..pointcloud.files import check_cloud_output
+    from ..pointcloud.tiles import is_large
+
+    ensure_writable(settings.output)
+    check_cloud_output(settings.output)
+    if settings.output.resolve() == settings.input.resolve():
+        raise InputError(f"{settings.output}: is the input itself; give another name for the stem points.")
+    return _run_tiled(settings, reporter) if is_large(settings.input) else _run_whole(settings, reporter)
+
+
+def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
     import numpy as np
 
     from ..pointcloud.files import write_cloud
     from ..stems.segment import find_stems, label_points
 
-    ensure_writable(settings.output)
     cloud = load_cloud(settings, reporter)
     dtm, _ = load_ground(settings, cloud, reporter)
     height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
@@ -41,11 +60,57 @@ def run(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
         if not settings.keep_all and stems.stems:
             labelled = labelled.select(tree_id > 0)
         write_cloud(settings.output, labelled)
-    if not stems.stems:
+    return _summary(settings, reporter, len(stems.stems), int((tree_id > 0).sum()), stems.sensor)
+
+
+def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
+    """The same in bounded memory: the points sorted into tiles on disk, the output copied chunk by chunk."""
+    import tempfile
+
+    import numpy as np
+
+    from ..pointcloud.cloud import horizontal
+    from ..pointcloud.stream import copy_cloud
+    from ..pointcloud.tiles import sort_into_tiles
+    from ..stems.labelling import Labeller
+    from ..stems.tiled import find_stems_tiled
+    from ..terrain.streamed import check_dtm, dtm_from_tiles
+
+    with tempfile.TemporaryDirectory(dir=settings.output.parent, prefix=".tiles.") as name:
+        folder = Path(name)
+        with reporter.stage("read cloud", 0.0, 0.1):
+            store = sort_into_tiles(settings.input, folder, settings.crs, ("opacity",), reporter)
+        reporter.info(f"{store.n_points:,} usable points in {len(store.tiles)} tiles of {store.side_m:g} m.")
+        with reporter.stage("ground", 0.1, 0.4):
+            if settings.dtm is not None:
+                dtm = check_dtm(settings.dtm, store)
+            else:
+                dtm = dtm_from_tiles(store, folder, crs=horizontal(store.crs), reporter=reporter)
+        with reporter.stage("find stems", 0.4, 0.85):
+            stems = find_stems_tiled(store, dtm, settings, reporter)
+            labeller = Labeller(stems)
+        tally = np.zeros(2, int)
+        everything = settings.keep_all or not stems.stems
+
+        def label(xyz: np.ndarray, _: Any) -> tuple[np.ndarray | None, dict[str, np.ndarray]]:
+            height = xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1])
+            tree_id = labeller(xyz, height)
+            tally[:] += len(xyz), int((tree_id > 0).sum())
+            reporter.progress(min(tally[0] / max(store.n_points, 1), 1.0))
+            return None if everything else tree_id > 0, {"tree_id": tree_id, "height_m": height.astype(np.float32)}
+
+        with reporter.stage("write", 0.85, 1.0):
+            copy_cloud(settings.input, settings.output, label, {"tree_id": "int32", "height_m": "float32"},
+                       settings.crs)
+    return _summary(settings, reporter, len(stems.stems), int(tally[1]), stems.sensor)
+
+
+def _summary(settings: SegmentStemsSettings, reporter: Reporter, n_stems: int, n_points: int,
+             source: str) -> dict[str, Any]:
+    if not n_stems:
         reporter.warn("No stem was found: the file holds all points with tree_id 0.")
-    reporter.info(f"{len(stems.stems)} stems, {int((tree_id > 0).sum()):,} stem points ({stems.sensor} settings).")
-    return {"output": str(settings.output), "n_stems": len(stems.stems), "n_stem_points": int((tree_id > 0).sum()),
-            "source": stems.sensor}
+    reporter.info(f"{n_stems} stems, {n_points:,} stem points ({source} settings).")
+    return {"output": str(settings.output), "n_stems": n_stems, "n_stem_points": n_points, "source": source}
 
 
 COMMAND = Command(
@@ -57,12 +122,13 @@ COMMAND = Command(
     help=(
         "Looks in the band from 0.5 to 5 m above ground for rings (or discs, for surface points of splats) that "
         "repeat over the height, fits a leaning, tapering cone to each, keeps what is empty inside, clean outside and "
-        "continuous, and follows the axis upwards. No trained weights. The output carries tree_id (0 = no stem) and "
-        "height_m."),
+        "continuous, and follows the axis upwards. No trained weights. The output carries tree_id (0 = no stem), "
+        "height_m and stem_class (0 other, 1 ground, 2 stem). --segmenter runs a program that you installed instead "
+        "and checks that its labels belong to the points it was given."),
     settings=SegmentStemsSettings,
     run=run,
     example="treedgs segment-stems --input plot.laz --dtm dtm.tif --output stems.laz",
     expert=("low_m", "high_m", "max_dbh_cm", "max_lean_deg"),
     outputs={"output": "stem points with tree_id and height_m", "n_stems": "stems found",
-             "n_stem_points": "points on stems", "source": "settings used: uls, tls or splat"},
+             "n_stem_points": "points on stems", "source": "settings used: uls, tls, splat, or the segmenter"},
 )

@@ -14,6 +14,8 @@ from numba import njit, prange
 
 _SECTORS = 24
 _FOR_LEVEL = 36
+#: Density of stray points inside a ring of bark over that outside.
+INSIDE_SHARE = 0.3
 
 
 @dataclass(frozen=True)
@@ -185,23 +187,57 @@ def _ring(points: np.ndarray, weights: np.ndarray, noise_m: float, seed: int) ->
     algebraic = hyper_circle(points, weights)
     if algebraic is not None:
         starts.append(algebraic)
-    consensus = _arc_consensus(np.ascontiguousarray(points), np.ascontiguousarray(weights), 400, 2.5 * noise_m,
-                               0.01, 1.5, np.uint64(seed))
+    low, high = np.percentile(points, [1, 99], axis=0)
+    area = float(np.prod(np.maximum(high - low, 4 * noise_m)))
+    consensus = _ring_consensus(np.ascontiguousarray(points), np.ascontiguousarray(weights), 600, noise_m, area, 0.01,
+                                1.5, np.uint64(seed))
     if np.isfinite(consensus[2]):
         starts.append(consensus)
     best, best_score = None, -np.inf
     for start in starts:
-        fitted = geometric_circle(points, weights, start, noise_m)
+        fitted = _mixture_circle(points, weights, start, noise_m, area)
         if fitted is None:
             continue
-        x, y, r = fitted[0]
-        score = _arc_score(points, weights, x, y, r, 2.5 * noise_m)
+        score = _ring_score(points, weights, *fitted[0], noise_m, area)
         if score > best_score:
             best, best_score = fitted, score
     if best is None:
         return None
-    vector, covariance, _ = best
+    vector, covariance = best
     return _describe(vector, points, weights, noise_m, float(np.sqrt(covariance[2, 2])))
+
+
+def _mixture_circle(points: np.ndarray, weights: np.ndarray, start: np.ndarray, noise_m: float,
+                    area: float) -> tuple[np.ndarray, np.ndarray] | None:
+    """Bark or clutter: expectation-maximisation of :func:`_ring_score`'s model from ``start``, noise shrinking to
+    ``noise_m``. ``(x, y, r)`` and (3, 3) covariance; ``None`` if it runs away."""
+    vector = np.asarray(start, float).copy()
+    noise, share = 2.0 * noise_m, 0.7
+    for _ in range(80):
+        offset = points - vector[:2]
+        distance = np.maximum(np.hypot(offset[:, 0], offset[:, 1]), 1e-9)
+        residual = distance - vector[2]
+        bark = np.exp(-0.5 * (residual / noise) ** 2) / (noise * 2.5066 * 2 * np.pi * max(vector[2], 0.01))
+        # The same odds on both sides, or the ring would be pulled to one of them.
+        posterior = share * bark / (share * bark + (1.0 - share) / area)
+        share = float(np.clip(np.average(posterior, weights=weights), 0.3, 0.995))
+        w = weights * posterior
+        jacobian = np.column_stack([-offset / distance[:, None], -np.ones(len(points))])
+        normal = (jacobian * w[:, None]).T @ jacobian + 1e-12 * np.eye(3)
+        step = np.linalg.solve(normal, -(jacobian * w[:, None]).T @ residual)
+        largest = np.abs(step).max()
+        vector = vector + step * min(1.0, 0.05 / max(largest, 1e-12))
+        if not np.isfinite(vector).all() or vector[2] <= 0 or vector[2] > 5:
+            return None
+        if noise == noise_m and largest < 1e-7:
+            break
+        noise = max(noise_m, 0.8 * noise)
+    total = posterior.sum()
+    if total < 3:
+        return None
+    variance = max(float((w * residual**2).sum() / w.sum()) * total / max(total - 3, 1.0), 1e-10)
+    effective = posterior * weights / max(float(np.average(weights, weights=posterior)), 1e-12)
+    return vector, variance * np.linalg.pinv((jacobian * effective[:, None]).T @ jacobian)
 
 
 @dataclass(frozen=True)
@@ -227,9 +263,10 @@ def fit_ellipse(points: np.ndarray, weights: np.ndarray | None = None, noise_m: 
     points = np.asarray(points, float).reshape(-1, 2)
     weights = np.ones(len(points)) if weights is None else np.asarray(weights, float)
     ring = fit_circle(points, weights, "ring", noise_m=max(noise_m, 0.004))
-    if ring is None or ring.arc_deg < 240:
+    if ring is None:
         return None
-    offset = points - (ring.x, ring.y)
+    if covered_arc_deg(points, ring.x, ring.y, ring.r, 0.3 * ring.r) < 240:
+        return None
     scale = max(4 * noise_m, 0.15 * ring.r)
     # r(t) = r0 + c1 cos t + s1 sin t (centre) + c2 cos 2t + s2 sin 2t (an ellipse to first order), then refined.
     vector = np.array([ring.x, ring.y, ring.r, 0.0, 0.0])
@@ -381,28 +418,31 @@ def _solid_batch(points, weights, starts, power, hypotheses, least, r_min, r_max
 
 
 @njit(cache=True)
-def _arc_score(points, weights, x, y, r, tolerance):  # pragma: no cover - compiled
-    """Covered angle first, mass second, points inside against: what a ring of bark looks like."""
-    covered = np.zeros(_FOR_LEVEL)
-    on = 0.0
-    inside = 0.0
+def _ring_score(points, weights, x, y, r, noise, area):  # pragma: no cover - compiled
+    """Mean log likelihood ratio of "bark around a ring, clutter elsewhere" to "clutter everywhere".
+
+    Bark spreads over the circumference, so that a wide ring has to hold more points to win; clutter is uniform, and
+    rarer inside (bark is opaque). Each sector counts once more with what it holds at best: covered angle matters.
+    """
+    best = np.zeros(_FOR_LEVEL)
     total = 0.0
+    mass = 0.0
+    peak = area / (noise * 2.5066 * 2 * np.pi * max(r, 0.01))
     for m in range(points.shape[0]):
         dx, dy = points[m, 0] - x, points[m, 1] - y
         e = np.sqrt(dx * dx + dy * dy) - r
-        total += weights[m]
-        if abs(e) < tolerance:
-            g = 1 - (e / tolerance) ** 2
-            on += weights[m] * g
+        mass += weights[m]
+        ratio = 0.7 * peak * np.exp(-0.5 * (e / noise) ** 2) + 0.3 * (INSIDE_SHARE if e < 0 else 1.0)
+        value = np.log(ratio)
+        total += weights[m] * value
+        if abs(e) < 2.5 * noise:
             k = int((np.arctan2(dy, dx) + np.pi) / (2 * np.pi) * _FOR_LEVEL) % _FOR_LEVEL
-            covered[k] = max(covered[k], g)
-        elif e < 0:
-            inside += weights[m]
-    return covered.sum() / _FOR_LEVEL + (on - 1.5 * inside) / max(total, 1e-12)
+            best[k] = max(best[k], value)
+    return total / max(mass, 1e-12) + 0.5 * best.sum() / _FOR_LEVEL
 
 
 @njit(cache=True)
-def _arc_consensus(points, weights, hypotheses, tolerance, r_min, r_max, seed):  # pragma: no cover - compiled
+def _ring_consensus(points, weights, hypotheses, noise, area, r_min, r_max, seed):  # pragma: no cover - compiled
     n = points.shape[0]
     cumulative = np.cumsum(weights)
     best = -np.inf
@@ -419,7 +459,7 @@ def _arc_consensus(points, weights, hypotheses, tolerance, r_min, r_max, seed): 
         cx, cy, r2 = _through(q, pick[0], pick[1], pick[2])
         if r2 < r_min * r_min or r2 > r_max * r_max:
             continue
-        score = _arc_score(q, weights, cx, cy, np.sqrt(r2), tolerance)
+        score = _ring_score(q, weights, cx, cy, np.sqrt(r2), 1.5 * noise, area)
         if score > best:
             best = score
             out[0] = cx + mx

@@ -23,7 +23,7 @@ from .stem import StemMeasure, measure_points, rebased, refuse
 from .trees import Tree
 
 #: Exponent p of eq:weighted_score by what weighs the points (paper.tex: held-out validation).
-PAPER_POWER = {"opacity": 0.6, "intensity": 0.85}
+PAPER_POWER = {"opacity": 0.6, "intensity": 0.85, "range_intensity": 0.85}
 #: Diameter lost per metre of height, where the slices of a stem do not say (planted pine, research/forest.md 4.3).
 USUAL_TAPER_CM_M = 1.0
 #: A stem's points beyond this many add nothing but time.
@@ -103,15 +103,19 @@ def point_weights(cloud: PointCloud, kind: str) -> np.ndarray | None:
     """
     if kind == "none":
         return None
+    if kind == "range_intensity":
+        from .intensity import range_normalised
+
+        cloud = cloud.with_attribute("range_intensity", range_normalised(cloud))
     if kind not in cloud.attributes:
         there = ", ".join(cloud.attributes) or "none"
         raise InputError(f"--weights {kind}: the cloud has no attribute {kind!r} (it has: {there}); "
                          "use --weights none.")
     values = np.asarray(cloud.attributes[kind], float)
-    if kind == "intensity":
+    if kind in ("intensity", "range_intensity"):
         low, high = np.percentile(values, [2, 98])
         if not high > low:
-            raise InputError("--weights intensity: all points have the same intensity; use --weights none.")
+            raise InputError(f"--weights {kind}: all points have the same intensity; use --weights none.")
         values = (values - low) / (high - low)
     return np.clip(np.nan_to_num(values, nan=0.0), 0.01, 1.0)
 

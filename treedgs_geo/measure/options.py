@@ -11,8 +11,9 @@ from ..core.settings import param
 class MeasureOptions:
     """How stems are measured."""
 
-    weights: str = param("none", kind="choice", help="reliability of the points: none, LiDAR intensity, or opacity of "
-                         "surface points", choices=("none", "intensity", "opacity"))
+    weights: str = param("none", kind="choice", help="reliability of the points: none, LiDAR intensity (as it is, or "
+                         "brought to one range), or opacity of surface points",
+                         choices=("none", "intensity", "range_intensity", "opacity"))
     fit: str = param("circle", kind="choice", help="cross-section model", choices=("circle", "cylinder"))
     method: str = param("default", kind="choice", help="default = our estimator; paper = the published constants",
                         choices=("default", "paper"))
