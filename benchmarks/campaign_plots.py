@@ -1,0 +1,67 @@
+"""Make the simulated plots of the campaign benchmarks, and their manifest.
+
+    python benchmarks/campaign_plots.py --output build/campaign_plots --clouds 36 --photos 4
+
+Each plot is ``simulate-plot`` with its own seed: cloud plots with few, tiny photos (they are not used) and a LiDAR
+cloud, photo plots of the preset ``test``. Plots that are there already are kept. ``plots.csv`` is the manifest.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from treedgs_geo.core.progress import make_reporter  # noqa: E402
+from treedgs_geo.simulation.settings import SimulateSettings  # noqa: E402
+from treedgs_geo.simulation.simulate import simulate_plot  # noqa: E402
+
+EPSG = "EPSG:6344"
+#: Pulses per square metre, one after the other: plots of different sizes.
+DENSITIES = (400.0, 700.0, 1000.0, 1400.0)
+
+
+def cloud_plot(folder: Path, seed: int) -> SimulateSettings:
+    """A plot whose cloud is used; its photos are as few and small as the simulator allows."""
+    return SimulateSettings(output=folder, preset="test", seed=seed, photos=10, image_width=320, image_height=240,
+                            gsd_cm=2.5, samples=1, lidar_density_m2=DENSITIES[seed % len(DENSITIES)])
+
+
+def photo_plot(folder: Path, seed: int) -> SimulateSettings:
+    """A plot whose photos are used."""
+    return SimulateSettings(output=folder, preset="test", seed=seed, lidar_density_m2=0.0)
+
+
+def main() -> int:
+    """Make what is missing; write the manifest."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--output", type=Path, required=True)
+    parser.add_argument("--clouds", type=int, default=36)
+    parser.add_argument("--photos", type=int, default=4)
+    parser.add_argument("--first-seed", type=int, default=1000)
+    given = parser.parse_args()
+    rows = []
+    for number in range(given.clouds + given.photos):
+        is_cloud, seed = number < given.clouds, given.first_seed + number
+        name = f"{'cloud' if is_cloud else 'photo'}_{seed}"
+        folder = given.output / name
+        if not (folder / "truth" / "config.json").exists():
+            settings = (cloud_plot if is_cloud else photo_plot)(folder, seed)
+            simulate_plot(settings, make_reporter("quiet"))
+            print(name, flush=True)
+        rows.append({
+            "plot_id": name, "cloud": f"{name}/lidar/{name}_uls.laz" if is_cloud else "",
+            "photos": "" if is_cloud else f"{name}/images", "geotags": "" if is_cloud else name,
+            "crs": EPSG, "field": f"{name}/field_trees.csv", "plots": f"{name}/plots.csv"})
+    with open(given.output / "plots.csv", "w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

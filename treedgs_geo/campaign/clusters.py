@@ -1,0 +1,294 @@
+"""Where plots run: Dask workers on this machine, behind a scheduler that runs already, or from a batch queue."""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from typing import Any
+
+from ..core.errors import InputError, MissingComponentError, TreeDGSError
+from ..core.progress import Reporter
+from .task import RESOURCE
+
+QUEUES = {"slurm": "SLURMCluster", "pbs": "PBSCluster"}
+#: Share of the free memory that plots may declare; the rest is for the coordinator, the page cache and QGIS.
+MEMORY_SHARE = 0.8
+#: Options of a queue: ``--queue-options`` name -> dask-jobqueue's name.
+_QUEUE_OPTIONS = ("queue", "account", "project", "walltime", "cores", "memory", "jobs", "interface", "job_extra",
+                  "prologue")
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A local cluster. processes: Dask workers; slots: plots at once in each; memory_gb: for the plots of each."""
+
+    processes: int
+    slots: int
+    memory_gb: float
+
+
+def shape_of(workers: int, threads: int, memory_gb: float, largest_gb: float, cores: int) -> Shape:
+    """As many plots at once as cores and memory carry.
+
+    workers: plots at once asked for, 0 = all that fit. memory_gb: for all plots together. largest_gb: what the largest
+    plot (that fits at all) declares; every process can take it. Dask then lets into a process only plots whose
+    declared memory fits beside those that run there.
+    """
+    at_once = workers or max(1, cores // threads)
+    processes = max(1, min(at_once, int(memory_gb / max(largest_gb, 1e-6))))
+    return Shape(processes, -(-at_once // processes), memory_gb / processes)
+
+
+def memory_for_plots() -> float:
+    """Memory of this machine that plots may use, GB; a control group's limit counts."""
+    import psutil
+
+    memory = psutil.virtual_memory()
+    free = float(memory.available)
+    for file in ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"):
+        with suppress(OSError, ValueError):
+            with open(file, encoding="ascii") as stream:
+                limit = int(stream.read())
+            if limit < memory.total:
+                free = min(free, limit - float(memory.total - memory.available))
+    return max(MEMORY_SHARE * free / 1e9, 0.3)
+
+
+def cores() -> int:
+    """Processor cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+class Crew:
+    """A connection to workers. ``local``: the workers are this process's children."""
+
+    def __init__(self, client: Any, address: str, local: bool, reporter: Reporter) -> None:
+        self.client, self.address, self.local, self.reporter = client, address, local, reporter
+        self._told = False
+        self._seen = (0.0, 0, 0.0, False)
+
+    @property
+    def dashboard(self) -> str:
+        """Address of Dask's live view, or ''."""
+        with suppress(Exception):
+            return str(self.client.dashboard_link or "")
+        return ""
+
+    def alive(self) -> bool:
+        """Whether the scheduler answers."""
+        return bool(self.client.status == "running")
+
+    def capacity(self) -> tuple[int, float, bool]:
+        """``(plots at once, memory of the largest worker in GB, whether workers declare memory)``."""
+        now = time.monotonic()
+        if now - self._seen[0] > 1:
+            workers = self._workers()
+            declared = [w for w in workers if w.get("resources", {}).get(RESOURCE)]
+            used = declared or workers
+            largest = max((float(w["resources"][RESOURCE]) for w in declared), default=float("inf"))
+            self._seen = (now, sum(int(w["nthreads"]) for w in used), largest, bool(declared))
+            if workers and not declared and not self._told:
+                self._told = True
+                self.reporter.warn(
+                    f"The workers at {self.address} declare no {RESOURCE}: each runs as many plots as it has threads, "
+                    f"whatever memory they need; start them with --resources \"{RESOURCE}=12\" (GB for plots)."
+                )
+        return self._seen[1:]
+
+    def _workers(self) -> list[dict[str, Any]]:
+        try:
+            found = self.client.scheduler_info(n_workers=-1)
+        except TypeError:  # older releases know no limit
+            found = self.client.scheduler_info()
+        except Exception:  # noqa: BLE001 - a lost scheduler raises many things
+            return []
+        return list(found.get("workers", {}).values())
+
+    def submit(self, function: Any, job: dict[str, Any]) -> Any:
+        """A future of ``function(job)``; with the plot's memory where workers declare theirs."""
+        needs = {RESOURCE: job["need_gb"]} if self.capacity()[2] else None
+        return self.client.submit(function, job, key=f"{job['plot_id']}-{job['turn']}", pure=False, resources=needs)
+
+    def reconnect(self, seconds: float) -> bool:
+        """Find a scheduler at the same address again."""
+        if self.local:
+            return False
+        from distributed import Client
+
+        until = time.monotonic() + seconds
+        with suppress(Exception):
+            self.client.close(timeout=1)
+        while time.monotonic() < until:
+            try:
+                self.client = Client(self.address, timeout=3, set_as_default=False)
+                self._seen = (0.0, 0, 0.0, False)
+                return True
+            except (OSError, TimeoutError):
+                time.sleep(1)
+        return False
+
+
+@contextmanager
+def open_crew(
+    scheduler: str, shape: Shape, threads: int, dashboard: str, options: str, reporter: Reporter
+) -> Iterator[Crew]:
+    """Workers for a campaign; those that were started here are ended with the block.
+
+    Raises:
+        InputError: an unknown scheduler or one that does not answer. MissingComponentError: no dask-jobqueue.
+    """
+    import dask
+
+    quiet()
+    # What the scheduler remembers for its pages must not grow with the campaign.
+    with dask.config.set({
+        "distributed.admin.low-level-log-length": 200, "distributed.admin.log-length": 200,
+        "distributed.scheduler.events-log-length": 500,
+        "distributed.scheduler.transition-log-length": 500,
+        "distributed.scheduler.dashboard.tasks.task-stream-length": 500,
+        "distributed.scheduler.dashboard.status.task-stream-length": 500,
+        "distributed.scheduler.allowed-failures": 20, "distributed.scheduler.worker-saturation": 1.0,
+        "distributed.worker.profile.enabled": False, "distributed.comm.timeouts.connect": "10s",
+        "distributed.scheduler.work-stealing": True,
+    }):
+        if scheduler == "local":
+            yield from _local(shape, dashboard, reporter)
+        elif scheduler in QUEUES:
+            yield from _queue(scheduler, shape, threads, dashboard, options, reporter)
+        else:
+            yield from _remote(scheduler, reporter)
+
+
+def _local(shape: Shape, dashboard: str, reporter: Reporter) -> Iterator[Crew]:
+    from distributed import Client, LocalCluster
+
+    # Memory is watched per plot (its own process), so Dask's watch over the thin workers is off.
+    cluster = LocalCluster(
+        n_workers=shape.processes, threads_per_worker=shape.slots, processes=True, memory_limit=0,
+        resources={RESOURCE: shape.memory_gb}, dashboard_address=_dashboard(dashboard), silence_logs=logging.CRITICAL,
+        host="127.0.0.1")
+    try:
+        with Client(cluster, set_as_default=False, timeout=30) as client:
+            crew = Crew(client, "this machine", True, reporter)
+            try:
+                yield crew
+            except BaseException:
+                _end_children()
+                raise
+    finally:
+        with suppress(Exception):
+            cluster.close(timeout=5)
+
+
+def _remote(address: str, reporter: Reporter) -> Iterator[Crew]:
+    from distributed import Client
+
+    try:
+        client = Client(address, timeout=10, set_as_default=False)
+    except (OSError, TimeoutError) as problem:
+        raise InputError(
+            f"--scheduler: nothing answers at {address} ({problem}); start 'dask scheduler' there, or use local."
+        ) from None
+    crew = Crew(client, address, False, reporter)
+    try:
+        yield crew
+    finally:
+        with suppress(Exception):
+            crew.client.close(timeout=5)
+
+
+def _queue(
+    scheduler: str, shape: Shape, threads: int, dashboard: str, options: str, reporter: Reporter
+) -> Iterator[Crew]:
+    from distributed import Client
+
+    chosen, jobs = queue_arguments(scheduler, shape, threads, options)
+    try:
+        import dask_jobqueue
+    except ModuleNotFoundError:
+        raise MissingComponentError(
+            f"--scheduler {scheduler}: dask-jobqueue is not installed; run pip install 'dask-jobqueue>=0.9'."
+        ) from None
+    cluster = getattr(dask_jobqueue, QUEUES[scheduler])(
+        **chosen, scheduler_options={"dashboard_address": _dashboard(dashboard)})
+    try:
+        cluster.scale(jobs=jobs)
+        reporter.info(f"{jobs} jobs of {shape.memory_gb:.1f} GB were handed to {scheduler}.")
+        with Client(cluster, set_as_default=False, timeout=30) as client:
+            yield Crew(client, scheduler, False, reporter)
+    except TreeDGSError:
+        raise
+    except (OSError, RuntimeError) as problem:
+        raise InputError(
+            f"--scheduler {scheduler}: the queue refused the jobs ({problem}); check --queue-options."
+        ) from None
+    finally:
+        with suppress(Exception):
+            cluster.close()
+
+
+def queue_arguments(scheduler: str, shape: Shape, threads: int, options: str) -> tuple[dict[str, Any], int]:
+    """``(arguments of the dask-jobqueue cluster, number of jobs)``.
+
+    options: ``queue=short,walltime=08:00:00,account=forest,jobs=20,memory=16GB,cores=4,interface=ib0``; further lines
+    of the job script as ``job_extra=--constraint=avx2;--nice=100``, shell lines before it as ``prologue=…;…``. What
+    is not given comes from dask-jobqueue's own configuration (``~/.config/dask/jobqueue.yaml``).
+
+    Raises:
+        InputError: an unknown option.
+    """
+    given: dict[str, str] = {}
+    for part in filter(None, (word.strip() for word in options.split(","))):
+        name, equals, value = part.partition("=")
+        if not equals or name.strip() not in _QUEUE_OPTIONS:
+            raise InputError(f"--queue-options: found {part!r}, expected name=value with {', '.join(_QUEUE_OPTIONS)}.")
+        given[name.strip()] = value.strip()
+    jobs = int(given.pop("jobs", shape.processes))
+    cores_each = int(given.pop("cores", shape.slots * threads))
+    memory = given.pop("memory", f"{max(shape.memory_gb + 0.5, 1):.1f}GB")
+    from dask.utils import parse_bytes
+
+    for_plots = max(parse_bytes(memory) / 1e9 - 0.5, 0.3)
+    account = given.pop("account", given.pop("project", None))
+    chosen: dict[str, Any] = {
+        "cores": cores_each, "processes": 1, "memory": memory, "python": sys.executable,
+        "name": "treedgs", "nanny": True,
+        "worker_extra_args": ["--nthreads", str(max(1, cores_each // threads)), "--memory-limit", "0",
+                              "--resources", f"{RESOURCE}={for_plots:.2f}"],
+        "job_extra_directives": [line for line in given.pop("job_extra", "").split(";") if line],
+        "job_script_prologue": [line for line in given.pop("prologue", "").split(";") if line],
+    }
+    if account:
+        chosen["account"] = account
+    return chosen | given, jobs
+
+
+def _dashboard(text: str) -> str | None:
+    if text == "off":
+        return None
+    if text == "auto":
+        return "127.0.0.1:0"
+    if not text.rpartition(":")[2].isdigit():
+        raise InputError(f"--dashboard: found {text!r}, expected auto, off, or an address like :8787.")
+    return text
+
+
+def quiet() -> None:
+    """Dask's log lines are for its developers; what matters is said in a sentence of ours."""
+    for name in ("distributed", "distributed.nanny", "distributed.worker", "distributed.scheduler", "bokeh", "tornado",
+                 "asyncio"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+
+
+def _end_children() -> None:
+    """End the workers at once; each plot's supervisor notices, ends its engine and keeps what was finished."""
+    import psutil
+
+    for child in psutil.Process().children():
+        with suppress(psutil.Error):
+            child.kill()

@@ -1,0 +1,216 @@
+"""One engine child: started, listened to, measured, ended with everything it started."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ..core.files import write_json
+
+#: What libraries read to know how many threads they may start.
+_THREADS = ("TREEDGS_THREADS", "NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS",
+            "NUMEXPR_NUM_THREADS", "OPENCV_FOR_THREADS_NUM", "VECLIB_MAXIMUM_THREADS")
+#: Below this share of the machine's memory a plot that uses more than it declared is ended before the machine swaps.
+_LOW_MEMORY = 0.04
+#: The kernel's order of victims: the plot before the worker.
+_OOM_SCORE = 600
+_EXITS = {2: "input", 3: "missing", 4: "memory", 130: "interrupted"}
+_FULL = ("no space left", "disk quota", "disk is full", "disk full", "file too large", "errno 28", "errno 122",
+         "sqlite_full", "not enough space")
+#: A disk with less than this left counts as full when a plot has failed on it.
+_FULL_BYTES = 4_000_000
+
+
+@dataclass
+class Ending:
+    """How the engine ended. outcome: ``done`` or a kind of failure; message: one sentence."""
+
+    outcome: str
+    message: str = ""
+    result: dict[str, Any] = field(default_factory=dict)
+    peak_gb: float = 0.0
+
+
+class EngineProcess:
+    """The engine of one plot."""
+
+    def __init__(self, folder: Path, job: dict[str, Any], threads: int, log: Path) -> None:
+        self.folder, self.stage, self.fraction, self.peak_gb = folder, "", 0.0, 0.0
+        self._result: dict[str, Any] | None = None
+        self._sentence = ""
+        self._stopped: tuple[str, str] | None = None
+        self._measured = 0.0
+        file = folder / "job.json"
+        write_json(file, job)
+        environment = {**os.environ, **dict.fromkeys(_THREADS, str(threads)), "PYTHONUNBUFFERED": "1"}
+        with open(log, "w", encoding="utf-8") as stream:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "treedgs_geo.campaign.plot", str(file)], cwd=folder, env=environment,
+                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=stream, **_own_group())
+        self._reader = threading.Thread(target=self._listen, daemon=True)
+        self._reader.start()
+
+    def _listen(self) -> None:
+        assert self._process.stdout is not None
+        for raw in self._process.stdout:
+            try:
+                message = json.loads(raw)
+            except ValueError:
+                continue
+            kind = message.get("t") if isinstance(message, dict) else None
+            if kind == "progress":
+                self.fraction = float(message.get("fraction", 0))
+            elif kind == "stage":
+                self.stage = str(message.get("name", ""))
+            elif kind == "error":
+                self._sentence = str(message.get("message", ""))
+            elif kind == "result":
+                self._result = message.get("result") or {}
+
+    def ended(self, wait_s: float) -> bool:
+        """Whether the engine has ended, after waiting up to ``wait_s``."""
+        try:
+            self._process.wait(wait_s)
+            return True
+        except subprocess.TimeoutExpired:
+            return False
+
+    def watch_memory(self, need_gb: float, limit_gb: float | None) -> None:
+        """Measure the engine and its children once a second; end it when it would make the machine swap."""
+        import psutil
+
+        now = time.monotonic()
+        if now - self._measured < 1:
+            return
+        self._measured = now
+        used = 0
+        try:
+            engine = psutil.Process(self._process.pid)
+            for part in (engine, *engine.children(recursive=True)):
+                try:
+                    used += part.memory_info().rss
+                except psutil.Error:
+                    continue
+        except psutil.Error:
+            return
+        gigabytes = used / 1e9
+        self.peak_gb = max(self.peak_gb, gigabytes)
+        if limit_gb and gigabytes > limit_gb:
+            self.stop("memory", f"used {gigabytes:.1f} GB of memory, its worker has {limit_gb:.1f} GB; run it on a "
+                      "larger machine, with a faster preset or fewer photos")
+        memory = psutil.virtual_memory()
+        if gigabytes > need_gb and memory.available < _LOW_MEMORY * memory.total:
+            self.stop("memory", f"used {gigabytes:.1f} GB of memory where {need_gb:.1f} GB were foreseen, and the "
+                      "machine had none left; run fewer plots at once or a faster preset")
+
+    def stop(self, outcome: str, message: str) -> None:
+        """End the engine for a reason of ours."""
+        self._stopped = self._stopped or (outcome, message)
+        self.kill()
+
+    def kill(self) -> None:
+        """End the engine and everything it started."""
+        import psutil
+
+        try:
+            parts = psutil.Process(self._process.pid).children(recursive=True)
+        except psutil.Error:
+            parts = []
+        if os.name == "posix":
+            try:
+                os.killpg(self._process.pid, signal.SIGKILL)
+            except (ProcessLookupError, PermissionError):
+                pass
+        elif self._process.poll() is None:
+            self._process.kill()
+        for part in parts:
+            try:
+                part.kill()
+            except psutil.Error:
+                continue
+        try:
+            self._process.wait(10)
+        except subprocess.TimeoutExpired:
+            pass
+        self._reader.join(5)
+
+    def ending(self) -> Ending:
+        """Outcome, in words."""
+        code = self._process.poll()
+        if self._stopped:
+            return Ending(*self._stopped, peak_gb=self.peak_gb)
+        if code == 0 and self._result is not None:
+            return Ending("done", "", self._result, self.peak_gb)
+        message = self._sentence or _last_line(self.folder / "engine.log")
+        if is_full(message) or _room(self.folder) < _FULL_BYTES:
+            return Ending("disk", f"{self.folder}: the disk is full; make room and run again ({message})",
+                          peak_gb=self.peak_gb)
+        return Ending(*explain(code, message), peak_gb=self.peak_gb)
+
+
+def explain(code: int | None, message: str) -> tuple[str, str]:
+    """``(outcome, sentence)`` of an exit code."""
+    if code is None:
+        return "crash", "the engine did not end when it was killed"
+    if code in (-9, 137):
+        return "memory", "was killed by the system, most likely because memory ran out"
+    if code == -signal.SIGTERM:
+        return "interrupted", "was stopped from outside"
+    if code < 0 or code in (134, 139):
+        number = -code if code < 0 else code - 128
+        try:
+            name = signal.Signals(number).name
+        except ValueError:
+            name = f"signal {number}"
+        return "crash", f"the engine crashed ({name}); see engine.log in the plot's folder"
+    return _EXITS.get(code, "defect"), message or f"the engine ended with code {code}"
+
+
+def is_full(message: str) -> bool:
+    """Whether a message speaks of a full disk."""
+    low = message.lower()
+    return any(words in low for words in _FULL)
+
+
+def _room(folder: Path) -> int:
+    import shutil
+
+    try:
+        return shutil.disk_usage(folder).free
+    except OSError:
+        return 1 << 40
+
+
+def _last_line(log: Path) -> str:
+    try:
+        text = log.read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    return lines[-1][:300] if lines else ""
+
+
+def _own_group() -> dict[str, Any]:
+    if sys.platform == "win32":
+        return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW}
+    return {"start_new_session": True, "preexec_fn": _before_start}
+
+
+def _before_start() -> None:
+    """In the child: dies with its supervisor, and before its worker when memory runs out. Linux only."""
+    try:
+        import ctypes
+
+        ctypes.CDLL(None).prctl(1, signal.SIGKILL)
+        with open("/proc/self/oom_score_adj", "w", encoding="ascii") as stream:
+            stream.write(str(_OOM_SCORE))
+    except (OSError, AttributeError):
+        pass

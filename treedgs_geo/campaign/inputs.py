@@ -1,0 +1,139 @@
+"""What a plot's inputs are: how much there is of them, their CRS, and whether they have changed."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from dataclasses import asdict, dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import pyproj
+
+from ..core.crs import project_crs
+from ..core.errors import InputError
+from ..core.files import fingerprint
+
+_CLOUDS = (".las", ".laz")
+_PHOTOS = {".jpg", ".jpeg", ".tif", ".tiff", ".png"}
+#: Bytes of a line of a text cloud, for counting without reading.
+_LINE_BYTES = 30
+FEWEST_PHOTOS = 3
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """photos, megapixels (all photos together), points (millions), gigabytes (on disk). crs: as text. use_crs: what has
+    to be handed to the verb, or "". stamp: changes when a name, size or time of a file changes."""
+
+    photos: int
+    megapixels: float
+    points_m: float
+    gigabytes: float
+    crs: str
+    use_crs: str
+    stamp: str
+
+    def to_json(self) -> dict[str, Any]:
+        """As plain values."""
+        return asdict(self)
+
+
+def look_at(route: str, values: dict[str, Any], plots: str, field: str, crs: str | None) -> Inputs:
+    """Names, sizes and headers only: milliseconds a plot.
+
+    Raises:
+        InputError: too few photos, a cloud whose header cannot be read. CRSError: no usable CRS.
+    """
+    files = input_files(route, values, plots, field)
+    sizes = [path.stat() for path in files]
+    stamp = hashlib.sha256()
+    for path, size in zip(files, sizes, strict=True):
+        stamp.update(f"{path}:{size.st_size}:{size.st_mtime_ns};".encode("utf-8", "surrogateescape"))
+    gigabytes = sum(size.st_size for size in sizes) / 1e9
+    if route == "photos":
+        folder = Path(values["photos"])
+        photos = [path for path in files if path.suffix.lower() in _PHOTOS and folder in path.parents]
+        if len(photos) < FEWEST_PHOTOS:
+            raise InputError(f"photos {folder} holds {len(photos)} photos, expected at least {FEWEST_PHOTOS}.")
+        megapixels = len(photos) * _megapixels(photos[len(photos) // 2])
+        return Inputs(len(photos), megapixels, 0.0, gigabytes, _known(values["crs"]), "", stamp.hexdigest()[:16])
+    cloud = Path(values["input"])
+    points, own = _cloud_header(cloud)
+    told = values.get("crs") or ("" if own else crs or "")
+    if not own and not told:
+        raise InputError(f"cloud {cloud} holds no CRS; give it in a column crs, or one for all rows with --crs.")
+    name = "local" if told == "local" else own or _known(told)
+    return Inputs(0, 0.0, points / 1e6, gigabytes, name, told, stamp.hexdigest()[:16])
+
+
+def input_files(route: str, values: dict[str, Any], plots: str, field: str) -> list[Path]:
+    """Every file that decides the result, in a fixed order."""
+    found: list[Path] = []
+    places = ("photos", "geotags", "dtm") if route == "photos" else ("input", "dtm")
+    for name in places:
+        if values.get(name):
+            found += _below(Path(values[name]), deep=name == "photos")
+    found += [Path(name) for name in (plots, field) if name]
+    return list(dict.fromkeys(found))
+
+
+def content_key(files: list[Path]) -> str:
+    """Fingerprint of the content: the same after a copy, a touch or a move."""
+    return fingerprint(files)
+
+
+def _below(path: Path, deep: bool) -> list[Path]:
+    if path.is_file():
+        return [path]
+    found = []
+    for folder, inner, names in os.walk(path):
+        inner[:] = sorted(name for name in inner if not name.startswith(".")) if deep else []
+        found += [Path(folder) / name for name in sorted(names) if not name.startswith(".")]
+    if deep:
+        return [item for item in found if item.suffix.lower() in _PHOTOS]
+    return [item for item in found if item.suffix.lower() not in _PHOTOS | {".gpkg", ".laz", ".las"}]
+
+
+def _megapixels(photo: Path) -> float:
+    from PIL import Image
+
+    try:
+        with Image.open(photo) as image:
+            return image.width * image.height / 1e6
+    except (OSError, Image.DecompressionBombError) as problem:
+        raise InputError(f"photos: {photo} is no image that can be read ({problem}); remove it.") from None
+
+
+def _cloud_header(path: Path) -> tuple[int, str]:
+    """Points and CRS ("" if none) of a cloud, from its header."""
+    if path.suffix.lower() not in _CLOUDS:
+        return path.stat().st_size // _LINE_BYTES, ""
+    import laspy
+
+    try:
+        with laspy.open(path) as reader:
+            crs = reader.header.parse_crs()
+            return int(reader.header.point_count), _horizontal(crs) if crs is not None else ""
+    except Exception as problem:
+        raise InputError(f"cloud {path} is not a LAS/LAZ file that can be read ({problem}); export it again.") from None
+
+
+def _horizontal(crs: pyproj.CRS) -> str:
+    flat = crs.sub_crs_list[0] if crs.is_compound else crs
+    return _text(flat.to_wkt())
+
+
+@lru_cache(maxsize=64)
+def _known(text: str) -> str:
+    if text == "local":
+        return text
+    return _text(project_crs(text).to_wkt())
+
+
+@lru_cache(maxsize=64)
+def _text(wkt: str) -> str:
+    crs = pyproj.CRS.from_wkt(wkt)
+    code = crs.to_epsg(min_confidence=60)
+    return f"EPSG:{code}" if code else wkt

@@ -1,0 +1,193 @@
+"""The campaign's one trees layer: every finished plot's trees, a few plots at a time, renamed into place at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyproj
+
+from ..core.errors import OutputError
+from ..core.files import atomic_geopackage, atomic_path, ensure_unlocked, ensure_writable
+from ..core.plots import read_plots
+from .places import TREES
+
+#: A tree's number is its plot's number times this, plus its number in the plot: it stays when other plots come or go.
+IDS_PER_PLOT = 100_000
+#: Trees held in memory before they are written.
+_BATCH = 5000
+#: Trees of two plots nearer than this are one tree.
+SAME_TREE_M = 0.4
+SUFFIXES = (".gpkg", ".csv")
+
+
+def check_output(path: Path) -> None:
+    """Prove that the layer can be written, before hours of work.
+
+    Raises:
+        OutputError: another ending, a folder that cannot be written, or a layer that is being edited.
+    """
+    if path.suffix.lower() not in SUFFIXES:
+        raise OutputError(f"{path}: ends in {path.suffix!r}, expected .gpkg or .csv; rename the output.")
+    ensure_writable(path)
+    if path.suffix.lower() == ".gpkg":
+        ensure_unlocked(path)
+
+
+def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str) -> int:
+    """Write the layer; returns the number of trees.
+
+    plots: ``plot_id, number, folder, crs, table`` (whether the row has a plots table) per finished plot, in order;
+    taken one by one. crs: of the layer; trees of plots in another one are transformed, heights stay.
+
+    Columns are those of a tree layer; ``tree_id`` is unique in the campaign, ``plot_tree`` is the number in the plot's
+    own folder, ``camp_plot`` the manifest's plot_id. ``plot_id`` is NULL for trees outside the plot's circle.
+    """
+    import pandas as pd
+
+    total = 0
+    held: list[Any] = []
+    waiting = 0
+    with _target(path) as temporary:
+        for plot in plots:
+            table = _plot_trees(plot, crs)
+            total += len(table)
+            waiting += len(table)
+            if len(table) or not held:
+                held.append(table)
+            if waiting >= _BATCH:
+                _append(temporary, pd.concat(held, ignore_index=True))
+                held, waiting = [], 0
+        if held or not temporary.exists():
+            _append(temporary, pd.concat(held, ignore_index=True) if held else _empty(crs))
+        if path.suffix.lower() == ".gpkg":
+            from ..inventory.tree_layer import LAYER, save_style
+
+            qml = (files("treedgs_geo.inventory") / "styles" / "trees.qml").read_text(encoding="utf-8")
+            save_style(temporary, LAYER, qml)
+    return total
+
+
+@contextmanager
+def _target(path: Path) -> Iterator[Path]:
+    with (atomic_geopackage if path.suffix.lower() == ".gpkg" else atomic_path)(path) as temporary:
+        yield temporary
+
+
+def _append(target: Path, table: Any) -> None:
+    import pandas as pd
+    import pyogrio
+
+    from ..inventory.tree_layer import LAYER
+
+    table = table.sort_values("tree_id", kind="stable")
+    if target.suffix.lower() == ".csv":
+        pd.DataFrame(table.drop(columns="geometry")).to_csv(
+            target, mode="a", header=not target.exists(), index=False)
+        return
+    new = not target.exists()
+    options = {"dataset_options": {"VERSION": "1.2"}} if new else {}
+    pyogrio.write_dataframe(
+        table, target, layer=LAYER, driver="GPKG", geometry_type="Point Z", append=not new, **options)
+
+
+def _plot_trees(plot: dict[str, Any], crs: str) -> Any:
+    """One plot's trees with the campaign's ids."""
+    import geopandas as gpd
+
+    from ..inventory.tree_layer import read_trees
+
+    table = read_trees(Path(plot["folder"]) / TREES)
+    table = _typed(table)
+    table["plot_tree"] = table["tree_id"]
+    table["tree_id"] = table["tree_id"] + plot["number"] * IDS_PER_PLOT
+    table["camp_plot"] = plot["plot_id"]
+    if not plot["table"]:
+        table["plot_id"] = plot["plot_id"]
+    elif len(table) and table["plot_id"].isna().all():
+        # The cloud route knows no circles: they are applied here.
+        table["plot_id"] = _circles(table, Path(plot["folder"]) / "plots.csv")
+    if plot["crs"] == crs or not len(table):
+        return table.set_crs(table.crs if plot["crs"] == crs else _crs(crs), allow_override=True)
+    mover = pyproj.Transformer.from_crs(_crs(plot["crs"]), _crs(crs), always_xy=True)
+    x, y = mover.transform(table["x"].to_numpy(), table["y"].to_numpy())
+    table["x"], table["y"] = np.round(x, 3), np.round(y, 3)
+    heights = table.geometry.z.to_numpy()
+    points = gpd.points_from_xy(table["x"], table["y"], heights)
+    return table.set_geometry(gpd.GeoSeries(points, index=table.index, crs=_crs(crs)))
+
+
+def _typed(table: Any) -> Any:
+    """Integers stay integers where some are missing; an all-missing column keeps its type, so that plots agree."""
+    import pandas as pd
+
+    from ..inventory.tree_layer import tree_table
+
+    like = tree_table([], table.crs)
+    for name, kind in like.dtypes.items():
+        if name == "geometry":
+            continue
+        if name not in table:
+            table[name] = pd.Series([None] * len(table), dtype=kind)
+        elif kind.name == "Int64":
+            table[name] = pd.array(pd.to_numeric(table[name]), dtype="Int64")
+        elif kind.kind == "f":
+            table[name] = pd.to_numeric(table[name]).astype(float)
+        else:
+            table[name] = table[name].astype(object).where(table[name].notna(), None)
+    return table[[*like.columns]]
+
+
+def _circles(table: Any, plots: Path) -> list[str | None]:
+    found: list[str | None] = [None] * len(table)
+    for plot in read_plots(plots, table.crs):
+        for row in np.flatnonzero(np.hypot(table["x"] - plot.x, table["y"] - plot.y) <= plot.radius_m):
+            found[row] = found[row] or plot.plot_id
+    return found
+
+
+def _empty(crs: str) -> Any:
+    from ..inventory.tree_layer import tree_table
+
+    table = tree_table([], _crs(crs))
+    table["plot_tree"], table["camp_plot"] = table["tree_id"], table["plot_id"]
+    return table
+
+
+def _crs(text: str) -> pyproj.CRS:
+    from ..pointcloud.files import LOCAL_CRS
+
+    return LOCAL_CRS if text == "local" else pyproj.CRS.from_user_input(text)
+
+
+def twins(plots: list[tuple[str, Path, tuple[float, float, float, float]]]) -> list[tuple[str, str, int]]:
+    """Pairs of plots that measured the same trees: ``(plot, plot, trees in both)``.
+
+    plots: plot id, folder, bounds of its trees. Only plots whose bounds meet are read.
+    """
+    from scipy.spatial import cKDTree
+    from shapely import STRtree, box
+
+    from ..inventory.tree_layer import read_trees
+
+    if len(plots) < 2:
+        return []
+    boxes = [box(b[0] - SAME_TREE_M, b[1] - SAME_TREE_M, b[2] + SAME_TREE_M, b[3] + SAME_TREE_M) for *_, b in plots]
+    first, second = STRtree(boxes).query(boxes)
+    found = []
+    for one, other in zip(first, second, strict=True):
+        if one >= other:
+            continue
+        trees = [read_trees(plots[k][1] / TREES) for k in (one, other)]
+        trees = [table[table["dbh_cm"].notna()] for table in trees]
+        if not len(trees[0]) or not len(trees[1]):
+            continue
+        here, there = (table[["x", "y"]].to_numpy(float) for table in trees)
+        both = int((cKDTree(there).query(here, distance_upper_bound=SAME_TREE_M)[0] < SAME_TREE_M).sum())
+        if both:
+            found.append((plots[one][0], plots[other][0], both))
+    return found

@@ -1,0 +1,183 @@
+"""Who works on a folder now: a lease that works on a shared folder and survives the death of its holder.
+
+Files ``lease.N`` beside the work. The one with the highest number counts; taking over means to create ``N+1``
+exclusively, which only one can. The holder renews the file's time; one that was not renewed for :data:`STALE_S` is
+dead, and so is one of this host whose process is gone. Times are compared on the folder's own clock. A holder that was
+asleep finds a higher number and must stop.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import socket
+import time
+import uuid
+from pathlib import Path
+from typing import Any
+
+#: Seconds between two renewals, and without any until a lease of another host counts as dead.
+RENEW_S, STALE_S = 5.0, 60.0
+_NAME = re.compile(r"lease\.(\d{6})(\.free)?")
+
+
+class Busy(Exception):
+    """Somebody alive holds the lease; ``holder`` says who."""
+
+    def __init__(self, holder: dict[str, Any]) -> None:
+        who = f"{holder.get('host', '?')}, process {holder.get('pid', '?')}"
+        super().__init__(f"{who}, since {holder.get('since', '?')}")
+        self.holder = holder
+
+
+class Lost(Exception):
+    """Somebody else has taken the lease over."""
+
+
+class Lease:
+    """A lease held by this process."""
+
+    def __init__(self, folder: Path, number: int) -> None:
+        self.folder, self.number = Path(folder), number
+        self._file = self.folder / f"lease.{number:06d}"
+        self._renewed = time.monotonic()
+
+    @classmethod
+    def take(cls, folder: Path) -> Lease:
+        """Take the folder's lease.
+
+        Raises:
+            Busy: somebody alive holds it. OSError: the folder cannot be written.
+        """
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        number, free = _highest(folder)
+        if number and not free:
+            holder = _holder(folder / f"lease.{number:06d}")
+            if _alive(folder, number, holder):
+                raise Busy(holder)
+        lease = cls(folder, number + 1)
+        text = json.dumps({"host": host(), "pid": os.getpid(), "started": _started(os.getpid()),
+                           "since": time.strftime("%Y-%m-%d %H:%M:%S"), "key": uuid.uuid4().hex})
+        # Written aside and linked into place: whoever sees the lease sees its holder.
+        aside = folder / f".lease.{uuid.uuid4().hex[:12]}"
+        try:
+            aside.write_text(text, encoding="utf-8")
+            try:
+                os.link(aside, lease._file)
+            except FileExistsError:
+                raise Busy(_holder(lease._file)) from None
+            except OSError:  # a file system without links: exclusive creation is nearly as good
+                lease._exclusive(text)
+        finally:
+            aside.unlink(missing_ok=True)
+        for old in folder.glob("lease.*"):
+            match = _NAME.fullmatch(old.name)
+            if match and int(match.group(1)) < lease.number:
+                old.unlink(missing_ok=True)
+        lease.check()
+        return lease
+
+    def _exclusive(self, text: str) -> None:
+        try:
+            handle = os.open(self._file, os.O_CREAT | os.O_EXCL | os.O_WRONLY)
+        except FileExistsError:
+            raise Busy(_holder(self._file)) from None
+        with os.fdopen(handle, "w", encoding="utf-8") as stream:
+            stream.write(text)
+
+    def renew(self) -> None:
+        """Say that the holder lives; cheap when called often.
+
+        Raises:
+            Lost: somebody has taken over.
+        """
+        if time.monotonic() - self._renewed < RENEW_S:
+            return
+        self.check()
+        try:
+            os.utime(self._file)
+        except OSError:
+            self.check()
+        self._renewed = time.monotonic()
+
+    def check(self) -> None:
+        """Whether the lease is still ours.
+
+        Raises:
+            Lost: somebody has taken over, or the folder is gone.
+        """
+        if _highest(self.folder) != (self.number, False):
+            raise Lost(f"{self.folder}: another process has taken this folder over.")
+
+    def free(self) -> None:
+        """Give it back. Never raises: a lease that cannot be freed goes stale."""
+        try:
+            # A rename needs no room on a full disk.
+            os.rename(self._file, self._file.with_name(self._file.name + ".free"))
+        except OSError:
+            pass
+
+
+def holder_of(folder: Path) -> dict[str, Any] | None:
+    """Who holds the folder's lease now, or None."""
+    number, free = _highest(Path(folder))
+    if not number or free:
+        return None
+    holder = _holder(Path(folder) / f"lease.{number:06d}")
+    return holder if _alive(Path(folder), number, holder) else None
+
+
+def host() -> str:
+    """This host's name; network namespaces of one machine can be told apart with ``TREEDGS_HOST``."""
+    return os.environ.get("TREEDGS_HOST") or socket.gethostname()
+
+
+def _highest(folder: Path) -> tuple[int, bool]:
+    """``(number, free)`` of the lease that counts; ``(0, True)`` if there is none."""
+    found: list[tuple[int, bool]] = []
+    try:
+        names = os.listdir(folder)
+    except FileNotFoundError:
+        return 0, True
+    for name in names:
+        match = _NAME.fullmatch(name)
+        if match:
+            found.append((int(match.group(1)), bool(match.group(2))))
+    return max(found, default=(0, True))
+
+
+def _holder(file: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(file.read_text(encoding="utf-8"))
+        return found if isinstance(found, dict) else {}
+    except (OSError, ValueError):
+        return {}
+
+
+def _alive(folder: Path, number: int, holder: dict[str, Any]) -> bool:
+    if holder.get("host") == host() and isinstance(holder.get("pid"), int):
+        # The start time guards against another process with the same number.
+        return _started(holder["pid"]) == holder.get("started")
+    try:
+        renewed = (folder / f"lease.{number:06d}").stat().st_mtime
+        probe = folder / f".clock.{uuid.uuid4().hex[:12]}"
+        probe.touch()
+        try:
+            return probe.stat().st_mtime - renewed < STALE_S
+        finally:
+            probe.unlink(missing_ok=True)
+    except OSError:
+        return True
+
+
+def _started(pid: int) -> float | None:
+    """When a process started, seconds; None when it is gone."""
+    import psutil
+
+    try:
+        process = psutil.Process(pid)
+        return None if process.status() == psutil.STATUS_ZOMBIE else round(process.create_time(), 1)
+    except psutil.Error:
+        return None

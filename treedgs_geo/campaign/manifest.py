@@ -1,0 +1,279 @@
+"""The manifest: one row a plot, every row checked before anything starts."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import unicodedata
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from dataclasses import field as item
+from pathlib import Path
+from typing import Any
+
+from ..core.errors import InputError, TreeDGSError
+from ..core.settings import Param, build, params_of
+from .inputs import Inputs, look_at
+
+#: Column of the input -> verb that a row with it runs.
+ROUTES = {"photos": "photos-to-dbh", "cloud": "pointcloud-to-dbh"}
+#: Settings that the campaign gives itself.
+_OWN = {"workspace", "output", "stems_output", "input", "trees", "dry_run"}
+_PATHS = ("file", "folder", "files")
+#: How many rows are explained in one error.
+_TOLD = 8
+
+
+@dataclass(frozen=True)
+class PlotRow:
+    """One plot. line: in the manifest. route: ``photos`` or ``cloud``. values: the verb's settings by name, paths
+    absolute. plots, field: tables of centres and field trees, or "". pairing: settings of ``match-plots``."""
+
+    line: int
+    plot_id: str
+    route: str
+    values: dict[str, Any]
+    plots: str = ""
+    field: str = ""
+    pairing: dict[str, Any] = item(default_factory=dict)
+
+    def to_json(self) -> dict[str, Any]:
+        """As plain values."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A row that can be run, with what is known of its inputs."""
+
+    row: PlotRow
+    inputs: Inputs
+
+
+def read_rows(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
+    """``(line, cells by column name)`` of a CSV as it comes: comma, semicolon or tab, UTF-8, UTF-16 or the Western
+    Windows code page, with or without a byte-order mark. Column names in lower case with underscores; empty rows and
+    cells are left out.
+
+    Raises:
+        InputError: not readable, no heading, a column twice, more cells than columns.
+    """
+    text = _text_of(path)
+    first = text.lstrip("\r\n").split("\n", 1)[0].strip()
+    told = re.fullmatch(r'"?sep=(.)"?', first)
+    lines = io.StringIO(text, newline="")
+    skipped = 0
+    if told:
+        lines.readline()
+        skipped = 1
+        first = text.split("\n", 2)[1]
+    mark = told.group(1) if told else max(";\t,", key=first.count)
+    reader = csv.reader(lines, delimiter=mark)
+    heads: list[str] | None = None
+    try:
+        for cells in reader:
+            cells = [unicodedata.normalize("NFC", cell.strip()) for cell in cells]
+            line = reader.line_num + skipped
+            if not any(cells):
+                continue
+            if heads is None:
+                heads = [re.sub(r"[\s\-]+", "_", cell.lower()) for cell in cells]
+                named = [head for head in heads if head]
+                twice = sorted({head for head in named if named.count(head) > 1})
+                if twice:
+                    raise InputError(f"{path}: column {twice[0]!r} appears twice; keep one of them.")
+                continue
+            if any(cells[len(heads) :]) or any(cell and not head for cell, head in zip(cells, heads, strict=False)):
+                raise InputError(
+                    f"{path}, line {line}: has more cells than the heading has columns; put values that contain "
+                    f"{mark!r} in quotes, or name the column."
+                )
+            row = {head: cell for head, cell in zip(heads, cells, strict=False) if head and cell}
+            yield line, row | {"": mark}
+    except csv.Error as problem:
+        raise InputError(f"{path}, line {reader.line_num}: is not CSV ({problem}); save the table again.") from None
+    if heads is None:
+        raise InputError(f"{path}: is empty, expected a heading (plot_id, photos or cloud, …) and one row a plot.")
+
+
+def _text_of(path: Path) -> str:
+    try:
+        raw = Path(path).read_bytes()
+    except OSError as problem:
+        raise InputError(f"{path}: cannot be read ({problem.strerror}); give the manifest, a CSV table.") from None
+    if raw[:4] == b"PK\x03\x04" or raw[:4] == b"\xd0\xcf\x11\xe0":
+        raise InputError(f"{path}: is a workbook, expected a CSV table; in Excel choose Save as, CSV UTF-8.")
+    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return raw.decode("utf-16", errors="replace")
+    for encoding in ("utf-8-sig", "cp1252"):
+        try:
+            text = raw.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" not in text:
+            return text
+    raise InputError(f"{path}: is not a text table, expected CSV; save it as CSV UTF-8.")
+
+
+class Checker:
+    """Checks rows one after the other; keeps ids and marks only, so that memory stays small."""
+
+    def __init__(self, manifest: Path, crs: str | None) -> None:
+        from ..commands import get_command
+
+        self.manifest, self.crs = Path(manifest), crs
+        self.base = self.manifest.resolve().parent
+        self.commands = {route: get_command(verb) for route, verb in ROUTES.items()}
+        self.verbs = {route: _specs(command.settings) for route, command in self.commands.items()}
+        self.match = get_command("match-plots").settings
+        self.pairing = {k: v for k, v in _specs(self.match).items() if k not in ("field", "plots", "crs")}
+        self.problems: list[str] = []
+        self.n_bad = 0
+        self._ids: dict[str, int] = {}
+        self._marks: dict[int, int] = {}
+        self._inner: dict[str, int] = {}
+        self._table: tuple[str, set[str], str] = ("", set(), "")
+
+    def rows(self) -> Iterator[Checked]:
+        """Rows that can be run; the others are kept as sentences (:meth:`conclude`)."""
+        for line, cells in read_rows(self.manifest):
+            try:
+                yield self._check(line, cells)
+            except TreeDGSError as problem:
+                self.n_bad += 1
+                if len(self.problems) < _TOLD:
+                    name = cells.get("plot_id")
+                    self.problems.append(f"line {line}{f' ({name})' if name else ''}: {problem}")
+
+    def conclude(self) -> None:
+        """Refuse the manifest when any row cannot be run.
+
+        Raises:
+            InputError: every problem (the first :data:`_TOLD` in full), or no plot at all.
+        """
+        if self.problems:
+            more = f"; and {self.n_bad - _TOLD} more" if self.n_bad > _TOLD else ""
+            told = "; ".join(problem.rstrip(".;") for problem in self.problems)
+            rows = "1 row" if self.n_bad == 1 else f"{self.n_bad} rows"
+            raise InputError(f"{self.manifest}: {rows} cannot be used, nothing was started: {told}{more}.")
+        if not self._ids:
+            raise InputError(f"{self.manifest}: holds no plot, expected one row a plot below the heading.")
+
+    def _check(self, line: int, cells: dict[str, str]) -> Checked:
+        mark = cells.pop("")
+        plot_id = cells.pop("plot_id", "")
+        if not plot_id:
+            raise InputError("has no plot_id; give every plot its own id in a column plot_id.")
+        if any(unicodedata.category(letter) == "Cc" for letter in plot_id) or len(plot_id) > 80:
+            raise InputError(f"plot_id {plot_id[:40]!r} is no short line of text; give a shorter id.")
+        before = self._ids.setdefault(plot_id.casefold(), line)
+        if before != line:
+            raise InputError(f"plot_id {plot_id!r} appears twice (also in line {before}); give every plot its own id.")
+        named = [column for column in ROUTES if column in cells]
+        if len(named) != 1:
+            found = "both photos and cloud" if named else "neither photos nor cloud"
+            raise InputError(f"names {found}; give a folder of photos or one point cloud.")
+        row = self._row(line, plot_id, named[0], cells, mark)
+        inputs = look_at(row.route, row.values, row.plots, row.field, self.crs)
+        if row.route == "cloud" and inputs.use_crs:
+            row.values["crs"] = inputs.use_crs
+        self._twice(row, inputs)
+        return Checked(row, inputs)
+
+    def _row(self, line: int, plot_id: str, route: str, cells: dict[str, str], mark: str) -> PlotRow:
+        specs = self.verbs[route]
+        values: dict[str, Any] = {}
+        pairing: dict[str, Any] = {}
+        plots, tally = self._path("plots", cells.pop("plots", "")), self._path("field", cells.pop("field", ""))
+        if tally and not plots:
+            raise InputError("has a field table but no plots table; give the plot's centre in a column plots.")
+        for name, text in cells.items():
+            if name in ROUTES:
+                values["photos" if name == "photos" else "input"] = self._path(name, text)
+            elif name in specs:
+                values[name] = self._value(name, specs[name], text, mark)
+            elif name in self.pairing:
+                if tally:
+                    pairing[name] = self._value(name, self.pairing[name], text, mark)
+            elif not any(name in known for known in self.verbs.values()):
+                raise InputError(self._unknown(name))
+            elif name != "geotags":
+                raise InputError(f"{name} is not a setting of {ROUTES[route]}; empty that cell.")
+        if route == "photos" and "crs" not in values:
+            if self.crs is None:
+                raise InputError("has no crs; give it in a column crs, or one for all rows with --crs.")
+            values["crs"] = self.crs
+        if route == "photos" and plots:
+            values["plots"] = plots
+        self._table_of(plots, plot_id, line)
+        build(self.commands[route].settings, {**values, **_placeholders(route)})
+        if tally:
+            build(self.match, {**pairing, "trees": "t.gpkg", "field": tally, "plots": plots, "output": "p.gpkg"})
+        return PlotRow(line, plot_id, route, values, plots, tally, pairing)
+
+    def _value(self, name: str, spec: Param, text: str, mark: str) -> Any:
+        if spec.kind in _PATHS:
+            return self._path(name, text)
+        if spec.kind in ("number", "integer") and mark == ";":
+            return re.sub(r"^(-?\d+),(\d+)$", r"\1.\2", text)
+        return text
+
+    def _path(self, name: str, text: str) -> str:
+        """Absolute path; what is relative counts from the manifest's folder."""
+        if not text:
+            return ""
+        path = Path(text.replace("\\", "/") if not Path(text).exists() else text).expanduser()
+        path = path if path.is_absolute() else self.base / path
+        if not path.exists():
+            raise InputError(f"{name} {path} does not exist; correct the path (it counts from the manifest's folder).")
+        return str(path)
+
+    def _unknown(self, name: str) -> str:
+        import difflib
+
+        settings = (name for specs in self.verbs.values() for name in specs)
+        known = sorted({"plot_id", "field", "plots", *ROUTES, *self.pairing, *settings})
+        near = difflib.get_close_matches(name, known, n=1)
+        hint = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(known)}."
+        return f"column {name!r} is unknown; {hint}"
+
+    def _table_of(self, plots: str, plot_id: str, line: int) -> None:
+        """A plots table with the row's id gives that circle; any other gives all its plots, whose ids must be new."""
+        if not plots:
+            return
+        if self._table[0] != plots:
+            found = {cells.get("plot_id", "") for _, cells in read_rows(Path(plots))}
+            self._table = (plots, found, "")
+        ids = self._table[1]
+        if plot_id in ids:
+            return
+        for name in ids:
+            before = self._inner.setdefault(name, line)
+            if before != line or name.casefold() in self._ids:
+                raise InputError(
+                    f"plot {name!r} of {Path(plots).name} is also a plot of line "
+                    f"{before if before != line else self._ids[name.casefold()]}: its trees would be counted twice; "
+                    "name the row's plot_id in its plots table, or give each row its own table."
+                )
+
+    def _twice(self, row: PlotRow, inputs: Inputs) -> None:
+        """The same data under two ids would count its trees twice."""
+        own = row.plot_id if row.plots and row.plot_id in self._table[1] else row.plots
+        same = hash((row.route, row.values.get("photos") or row.values.get("input"), own))
+        before = self._marks.setdefault(same, row.line)
+        if before != row.line:
+            raise InputError(
+                f"names the same {row.route} as line {before}: its trees would be counted twice; remove one row, or "
+                "name each row's plot_id in a plots table."
+            )
+
+
+def _placeholders(route: str) -> dict[str, str]:
+    return {"output": "t.gpkg", "workspace": "w"} if route == "photos" else {"output": "t.gpkg"}
+
+
+def _specs(settings: type) -> dict[str, Param]:
+    return {name: spec for name, spec, _ in params_of(settings) if name not in _OWN}
+
+

@@ -1,0 +1,149 @@
+"""The engine process of one plot: the verb, then the field trees.
+
+Called as ``python -m treedgs_geo.campaign.plot JOB``. Speaks the JSON lines of
+:mod:`treedgs_geo.core.progress` on stdout; the result is its last line.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+from ..core.command import Command
+from ..core.errors import TreeDGSError
+from ..core.files import atomic_path, read_json
+from ..core.progress import Reporter, make_reporter
+from ..core.settings import build
+from .manifest import ROUTES, read_rows
+from .places import TREES
+
+
+def run_plot(job: dict[str, Any], reporter: Reporter) -> dict[str, Any]:
+    """Measure one plot in its folder.
+
+    job: ``folder``, ``row`` (:class:`~treedgs_geo.campaign.manifest.PlotRow` as JSON).
+
+    Returns:
+        counts, mean DBH, CRS, bounds, reasons of refusal, accuracy where field trees are given.
+    """
+    from ..commands import get_command
+    from ..inventory.tree_layer import read_trees
+
+    row, folder = job["row"], Path(job["folder"])
+    values = dict(row["values"], output=str(folder / TREES))
+    plots = ""
+    if row["plots"]:
+        plots = str(_own_plots(row, folder))
+    if row["route"] == "photos":
+        values["workspace"] = str(folder)
+        if plots:
+            values["plots"] = plots
+    command = get_command(ROUTES[row["route"]])
+    with reporter.stage("measure", 0.0, 0.95 if row["field"] else 1.0):
+        found = command.run(build(command.settings, values), reporter)
+    trees = read_trees(folder / TREES)
+    reasons: dict[str, int] = {}
+    for flag, text in zip(trees["qc_flag"], trees["qc_reason"].fillna(""), strict=True):
+        for reason in str(text).split(",") if flag == "reject" else ():
+            reasons[reason] = reasons.get(reason, 0) + 1
+    has = trees["dbh_cm"].notna()
+    result = {
+        "n_trees": len(trees), "n_measured": int(has.sum()), "n_rejected": int((~has).sum()), "reasons": reasons,
+        "mean_dbh_cm": round(float(trees.loc[has, "dbh_cm"].mean()), 2) if has.any() else None,
+        "bounds": [round(float(v), 2) for v in trees.total_bounds] if len(trees) else None,
+        "status": found.get("status") or f"{int(has.sum())} of {len(trees)} stems measured",
+        "warnings": list(found.get("warnings") or [])[:5], "accuracy": None,
+    }
+    if row["field"]:
+        with reporter.stage("field trees", 0.95, 1.0):
+            result["accuracy"] = _accuracy(row, plots, folder, len(trees), reporter)
+    return result
+
+
+def _own_plots(row: dict[str, Any], folder: Path) -> Path:
+    """The row's circle out of its plots table; the whole table when the row's id is not in it."""
+    cells = [found for _, found in read_rows(Path(row["plots"]))]
+    mine = [found for found in cells if found.get("plot_id") == row["plot_id"]] or cells
+    names = list(dict.fromkeys(name for found in mine for name in found if name))
+    target = folder / "plots.csv"
+    with atomic_path(target) as temporary, open(temporary, "w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, names, extrasaction="ignore", restval="")
+        writer.writeheader()
+        for found in mine:
+            comma = found.get("") == ";"
+            writer.writerow({name: _point(text) if comma else text for name, text in found.items() if name})
+    return target
+
+
+def _point(text: str) -> str:
+    """``4,6`` of a table with semicolons is ``4.6``."""
+    left, comma, right = text.partition(",")
+    return f"{left}.{right}" if comma and left.lstrip("-").isdigit() and right.isdigit() else text
+
+
+def _accuracy(row: dict[str, Any], plots: str, folder: Path, n_trees: int, reporter: Reporter) -> dict[str, Any]:
+    """Errors against the field trees; a plot that cannot be paired says why and loses nothing else."""
+    from ..commands import get_command
+    from ..core.plots import read_plots
+    from ..evaluation.tables import evidence_from_pairs, metrics_of
+    from ..inventory.tree_layer import read_trees
+
+    if not n_trees:
+        return {"note": "no tree was measured"}
+    try:
+        wanted = {plot.plot_id for plot in read_plots(Path(plots), read_trees(folder / TREES).crs)}
+        tally = _own_field(Path(row["field"]), wanted, folder)
+        command = get_command("match-plots")
+        pairs = folder / "pairs.gpkg"
+        command.run(build(command.settings, {
+            **row["pairing"], "trees": str(folder / TREES), "field": str(tally), "plots": plots,
+            "output": str(pairs)}), reporter)
+        pooled = metrics_of(evidence_from_pairs(pairs), repeats=100)["pooled"]
+    except TreeDGSError as problem:
+        reporter.warn(f"No accuracy: {problem}")
+        return {"note": str(problem)}
+    return {name: pooled.get(name) for name in (
+        "n", "n_reference", "success_rate", "rmse_cm", "me_cm", "n_false", "coverage_90")}
+
+
+def _own_field(field: Path, wanted: set[str], folder: Path) -> Path:
+    """The plot's rows of a field table that may hold every plot's trees."""
+    rows = [cells for _, cells in read_rows(field)]
+    heads = [name for name in dict.fromkeys(n for cells in rows for n in cells) if name]
+    column = next((name for name in ("plot_id", "plot", "plotid", "plot_no") if name in heads), "")
+    mine = [cells for cells in rows if not column or cells.get(column) in wanted]
+    target = folder / "field_trees.csv"
+    with atomic_path(target) as temporary, open(temporary, "w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, heads, extrasaction="ignore", restval="")
+        writer.writeheader()
+        for cells in mine:
+            comma = cells.get("") == ";"
+            writer.writerow({name: _point(text) if comma else text for name, text in cells.items() if name})
+    return target
+
+
+def main() -> int:
+    """Run the job file's plot."""
+    from ..cli import run_command
+
+    reporter = make_reporter("json")
+    # Native libraries print to stdout too: the protocol keeps its own stream.
+    reporter._stream = os.fdopen(os.dup(1), "w", encoding="utf-8", buffering=1)  # type: ignore[attr-defined]
+    os.dup2(2, 1)
+    try:
+        job = read_json(Path(sys.argv[1]))
+    except TreeDGSError as problem:
+        reporter.error(str(problem))
+        return problem.exit_code
+    from ..commands.doctor import DoctorSettings
+
+    verb = Command(name="plot", qgis_id="", title="", group="", summary="", help="", example="", outputs={},
+                   settings=DoctorSettings, run=lambda _, r: run_plot(job, r))
+    return run_command(verb, {}, reporter)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

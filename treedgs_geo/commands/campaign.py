@@ -1,0 +1,124 @@
+"""``campaign``: many plots from one table, on this machine or a cluster."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..core.command import Command
+from ..core.progress import Reporter
+from ..core.settings import param
+
+
+@dataclass(frozen=True, kw_only=True)
+class CampaignSettings:
+    """Options of ``campaign``."""
+
+    manifest: Path = param(
+        kind="file",
+        help="CSV with one row a plot: plot_id, photos (folder) or cloud (file), and where wanted geotags, dtm, crs, "
+        "plots, field and any setting of the verb by its name; paths count from the table's folder",
+        suffixes=(".csv", ".txt", ".tsv"),
+    )
+    crs: str | None = param(
+        None, kind="crs", help="CRS of rows that give none, and of the layer when rows have different ones"
+    )
+    scheduler: str = param(
+        "local",
+        kind="text",
+        help="where plots run: local, tcp://host:8786 (a running Dask scheduler), slurm or pbs",
+    )
+    workers: int = param(
+        0, kind="integer", minimum=0, maximum=100000, help="plots at once; 0 = as many as cores and memory carry"
+    )
+    predict: bool = param(
+        False, kind="flag", help="only check the table and say how long it will take and what it needs"
+    )
+    threads: int = param(1, kind="integer", minimum=1, maximum=256, help="processor threads a plot", advanced=True)
+    memory_gb: float = param(
+        0.0,
+        kind="number",
+        unit="GB",
+        minimum=0,
+        maximum=100000,
+        help="memory for all plots together (in a queue: of each job); 0 = what is free, less a reserve",
+        advanced=True,
+    )
+    time_limit_min: float = param(
+        0.0, kind="number", unit="min", minimum=0, help="end a plot that takes longer; 0 = never", advanced=True
+    )
+    patience_s: float = param(
+        120.0,
+        kind="number",
+        unit="s",
+        minimum=1,
+        help="how long to wait for a scheduler or workers that are lost",
+        advanced=True,
+    )
+    dashboard: str = param(
+        "auto", kind="text", help="Dask's live view: auto (a free port), off, or an address like :8787", advanced=True
+    )
+    queue_options: str = param(
+        "",
+        kind="text",
+        help="for slurm and pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4",
+        advanced=True,
+    )
+    costs: Path | None = param(
+        None,
+        kind="file",
+        help="cost model (costs.json of another campaign) for the forecast and the memory that plots declare",
+        suffixes=(".json",),
+        advanced=True,
+    )
+    workspace: Path = param(kind="output_folder", help="folder for the campaign; a second start does what is missing")
+    output: Path | None = param(
+        None,
+        kind="output_file",
+        help="the one trees layer (.gpkg or .csv); without it trees.gpkg in the workspace",
+        suffixes=(".gpkg", ".csv"),
+    )
+
+
+def run(settings: CampaignSettings, reporter: Reporter) -> dict[str, Any]:
+    """Run the campaign; see :func:`treedgs_geo.campaign.run.run_campaign`."""
+    from ..campaign.run import run_campaign
+
+    return run_campaign(settings, reporter)
+
+
+COMMAND = Command(
+    name="campaign",
+    qgis_id="campaign",
+    title="Measure many plots",
+    group="Measure trees",
+    summary="Many plots from one table, on this machine or a cluster: one trees layer, one report.",
+    help=(
+        "One row of the table is one plot, from photos or from a point cloud. All rows are checked before anything "
+        "starts. Plots run side by side, as many as memory and cores carry, each in a folder of its own; a plot that "
+        "fails is tried again at most twice and then reported, the others go on. A second start runs only what is "
+        "missing or whose inputs or settings have changed. Writes one trees layer with plot ids, campaign.html and "
+        "plots.csv (trees, refusals and reasons, seconds, memory, accuracy where field trees are given). With "
+        "--predict it only says how long it will take."
+    ),
+    settings=CampaignSettings,
+    run=run,
+    example="treedgs campaign --manifest plots.csv --workspace season",
+    outputs={
+        "output": "trees layer of all plots (file)",
+        "report": "campaign report (file)",
+        "table": "one row a plot (file)",
+        "n_plots": "plots in the table",
+        "n_done": "plots measured, now or before",
+        "n_run": "plots run by this start",
+        "n_kept": "plots kept from an earlier start",
+        "n_failed": "plots given up, each with its reason in the report",
+        "n_trees": "stems found",
+        "n_measured": "stems with a DBH",
+        "n_rejected": "stems without one, each with a reason",
+        "seconds": "seconds of this start",
+        "predicted_s": "seconds that were forecast",
+        "status": "what came out, in one sentence",
+    },
+)
