@@ -28,39 +28,110 @@ class TerrainSettings(ClothSimulation):
 
 
 def run(settings: TerrainSettings, reporter: Reporter) -> dict[str, Any]:
-    """Read, classify, grid, write."""
+    """Classify, grid, write: a cloud that fits in memory as a whole, a larger one tile by tile."""
+    import tempfile
+
     import numpy as np
 
     from ..core.errors import InputError
+    from ..pointcloud.files import check_cloud_output
+    from ..pointcloud.stream import copy_cloud
+    from ..pointcloud.tiles import is_large, sort_into_tiles
+    from ..terrain.dtm import write_dtm
+    from ..terrain.streamed import dtm_from_tiles
+
+    ensure_writable(settings.output)
+    if settings.ground_points is not None:
+        check_cloud_output(settings.ground_points)
+    if settings.ground_points is not None and settings.ground_points.resolve() == settings.input.resolve():
+        raise InputError(f"{settings.ground_points}: is the input itself; give another name for the ground points.")
+    if not is_large(settings.input):
+        return _run_whole(settings, reporter)
+    with tempfile.TemporaryDirectory(dir=settings.output.parent, prefix=".tiles.") as name:
+        folder = Path(name)
+        with reporter.stage("read cloud", 0.0, 0.3):
+            store = sort_into_tiles(settings.input, folder, settings.crs, ("classification",), reporter)
+            if settings.use_classes and "classification" not in store.extras:
+                raise InputError(f"{settings.input}: has no ground class (2), expected by --use-classes; leave it out.")
+        reporter.info(f"{store.n_points:,} usable points in {len(store.tiles)} tiles of {store.side_m:g} m.")
+        with reporter.stage("terrain", 0.3, 0.75):
+            dtm = dtm_from_tiles(store, folder, settings.resolution_m, settings, store.crs,
+                                 use_classes=settings.use_classes, reporter=reporter)
+        tally = np.zeros(2, int)
+        with reporter.stage("write", 0.75, 1.0):
+            if settings.ground_points is not None:
+                def classify(xyz: np.ndarray, read: Any) -> tuple[None, dict[str, np.ndarray]]:
+                    height = xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1])
+                    ground = np.abs(height) <= settings.ground_m
+                    tally[:] += len(xyz), int(ground.sum())
+                    reporter.progress(min(tally[0] / max(store.n_points, 1), 1.0))
+                    return None, {"classification": _classes(read("classification"), ground),
+                                  "height_m": height.astype(np.float32)}
+
+                copy_cloud(settings.input, settings.ground_points, classify, {"height_m": "float32"}, settings.crs)
+            else:
+                for tile in store.tiles:
+                    xyz, _ = store.read(tile)
+                    height = xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1])
+                    tally += len(xyz), int((np.abs(height) <= settings.ground_m).sum())
+            write_dtm(settings.output, dtm)
+        return _summary(settings, reporter, dtm, int(tally[0]), int(tally[1]))
+
+
+def _run_whole(settings: TerrainSettings, reporter: Reporter) -> dict[str, Any]:
+    import numpy as np
+
+    from ..core.errors import InputError
+    from ..pointcloud.cloud import usable
     from ..pointcloud.files import read_cloud, write_cloud
     from ..terrain.dtm import write_dtm
     from ..terrain.ground import dtm_from_cloud, height_above_ground
 
-    ensure_writable(settings.output)
     with reporter.stage("read cloud", 0.0, 0.3):
         cloud = read_cloud(settings.input, crs=settings.crs)
+        good = usable(cloud)
+        if not good.any():
+            raise InputError(f"{settings.input}: holds no usable point (all are noise or withheld); check the file.")
     known = None
     if settings.use_classes:
         if "classification" not in cloud.attributes or not (cloud.attributes["classification"] == 2).any():
             raise InputError(f"{settings.input}: has no ground class (2), expected by --use-classes; leave it out.")
-        known = cloud.attributes["classification"] == 2
+        known = cloud.attributes["classification"][good] == 2
     with reporter.stage("terrain", 0.3, 0.8):
-        dtm = dtm_from_cloud(cloud.xyz, settings.resolution_m, settings, cloud.horizontal_crs, ground=known)
+        dtm = dtm_from_cloud(cloud.xyz[good], settings.resolution_m, settings, cloud.crs, ground=known)
     height = height_above_ground(cloud.xyz, dtm)
     ground = np.abs(height) <= settings.ground_m
     with reporter.stage("write", 0.8, 1.0):
         if settings.ground_points is not None:
-            classes = np.array(cloud.attributes.get("classification", np.zeros(len(cloud), np.uint8)), np.uint8)
-            classes[classes == 2] = 1
-            classes[ground] = 2
+            classes = _classes(cloud.attributes.get("classification", np.zeros(len(cloud), np.uint8)), ground)
             write_cloud(settings.ground_points, cloud.with_attribute("classification", classes).with_attribute(
                 "height_m", height.astype(np.float32)))
         write_dtm(settings.output, dtm)
+    return _summary(settings, reporter, dtm, len(cloud), int(ground.sum()))
+
+
+def _classes(before: Any, ground: Any) -> Any:
+    """The file's classes with our ground as class 2; noise stays noise, former ground becomes unclassified."""
+    import numpy as np
+
+    classes = np.array(before, np.uint8)
+    noise = np.isin(classes, (7, 18))
+    classes[classes == 2] = 1
+    classes[ground & ~noise] = 2
+    return classes
+
+
+def _summary(settings: TerrainSettings, reporter: Reporter, dtm: Any, n_points: int, n_ground: int) -> dict[str, Any]:
+    import numpy as np
+
+    from ..inventory.tree_layer import style_terrain
+
+    style_terrain(settings.output)
     covered = float(np.isfinite(dtm.heights).mean())
     support = float(np.nanpercentile(dtm.support, 95)) if dtm.support is not None else None
-    reporter.info(f"{100 * ground.mean():.0f} % of the points are ground; the model covers {100 * covered:.0f} % of "
-                  f"the extent; 95 % of it lies within {support:.1f} m of a ground point.")
-    return {"output": str(settings.output), "n_points": len(cloud), "n_ground": int(ground.sum()),
+    reporter.info(f"{100 * n_ground / max(n_points, 1):.0f} % of the points are ground; the model covers "
+                  f"{100 * covered:.0f} % of the extent; 95 % of it lies within {support:.1f} m of a ground point.")
+    return {"output": str(settings.output), "n_points": n_points, "n_ground": n_ground,
             "covered_pct": round(100 * covered, 1), "support_p95_m": round(support, 2) if support is not None else None,
             "ground_points": str(settings.ground_points) if settings.ground_points else None}
 

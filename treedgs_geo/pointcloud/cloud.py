@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import pyproj
@@ -15,11 +16,13 @@ class PointCloud:
 
     xyz: (N, 3) float64, project coordinates in metres. crs: of the file (may be compound), ``None`` = local metres.
     attributes: name -> (N,) array: ``intensity``, ``classification``, returns, colours and any extra dimension.
+    layout: how the file that it came from stores points (:class:`.files.Layout`), so that it is written alike.
     """
 
     xyz: np.ndarray
     crs: pyproj.CRS | None = None
     attributes: dict[str, np.ndarray] = field(default_factory=dict)
+    layout: Any = None
 
     def __post_init__(self) -> None:
         if self.xyz.ndim != 2 or self.xyz.shape[1] != 3:
@@ -38,7 +41,8 @@ class PointCloud:
 
     def select(self, mask: np.ndarray) -> PointCloud:
         """The points of a mask or an index array, attributes with them."""
-        return PointCloud(self.xyz[mask], self.crs, {name: values[mask] for name, values in self.attributes.items()})
+        return replace(self, xyz=self.xyz[mask],
+                       attributes={name: values[mask] for name, values in self.attributes.items()})
 
     def with_attribute(self, name: str, values: np.ndarray) -> PointCloud:
         """A copy with one attribute added or replaced."""
@@ -48,6 +52,16 @@ class PointCloud:
 def horizontal(crs: pyproj.CRS | None) -> pyproj.CRS | None:
     """The horizontal part of a compound CRS, or the CRS itself."""
     return crs.sub_crs_list[0] if crs is not None and crs.is_compound else crs
+
+
+def usable(cloud: PointCloud) -> np.ndarray:
+    """(N,) bool: not withheld and not classified as noise (7 low, 18 high), where the file says so."""
+    keep = np.ones(len(cloud), bool)
+    if "classification" in cloud.attributes:
+        keep &= ~np.isin(cloud.attributes["classification"], (7, 18))
+    if "withheld" in cloud.attributes:
+        keep &= cloud.attributes["withheld"] == 0
+    return keep
 
 
 def concatenate(clouds: Iterable[PointCloud]) -> PointCloud:
@@ -62,7 +76,7 @@ def concatenate(clouds: Iterable[PointCloud]) -> PointCloud:
     names = [name for name in pieces[0].attributes if all(name in piece.attributes for piece in pieces)]
     return PointCloud(
         np.concatenate([piece.xyz for piece in pieces]), pieces[0].crs,
-        {name: np.concatenate([piece.attributes[name] for piece in pieces]) for name in names})
+        {name: np.concatenate([piece.attributes[name] for piece in pieces]) for name in names}, pieces[0].layout)
 
 
 def thin(xyz: np.ndarray, cell_m: float) -> np.ndarray:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
+import struct
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +24,56 @@ LOCAL_CRS = pyproj.CRS.from_wkt('LOCAL_CS["local metres",UNIT["metre",1]]')
 _TEXT = (".txt", ".xyz", ".asc", ".pts", ".csv")
 _KEPT = ("intensity", "return_number", "number_of_returns", "classification", "gps_time", "red", "green", "blue")
 _RGB = ("red", "green", "blue")
+#: VLRs that are made anew when a file is written.
+_OWN_VLRS = {("laszip encoded", 22204), ("LASF_Spec", 4), ("copc", 1), ("copc", 1000), ("LASF_Projection", 2112),
+             ("LASF_Projection", 34735), ("LASF_Projection", 34736), ("LASF_Projection", 34737)}
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How a LAS file stores its points: ``point_format`` 0-10, ``version``, ``scale`` and ``offset`` (3,), extra
+    dimensions as laspy's parameters, and the VLRs that are not rebuilt in writing."""
+
+    point_format: int
+    version: str
+    scale: np.ndarray
+    offset: np.ndarray
+    extras: dict[str, Any]
+    vlrs: tuple[Any, ...] = ()
+
+
+@dataclass(frozen=True)
+class About:
+    """What a file says of itself: points, extent (3,), coordinate scale and offset (``None`` for text), CRS as text."""
+
+    n_points: int
+    low: np.ndarray
+    high: np.ndarray
+    scale: np.ndarray | None = None
+    offset: np.ndarray | None = None
+
+
+def is_text(path: Path) -> bool:
+    """True for a cloud in text lines, by its ending."""
+    return Path(path).suffix.lower() in _TEXT
+
+
+def describe_cloud(path: Path) -> About:
+    """Number of points and extent from the header, without reading the points (text: counted by its size).
+
+    Raises:
+        InputError: missing or not a cloud.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"{path}: not found; give a LAS, LAZ or text point cloud.")
+    if path.suffix.lower() in _TEXT:
+        return About(path.stat().st_size // 20, np.zeros(3), np.full(3, np.inf))
+    reader = _open(path)
+    with reader:
+        header = reader.header
+        return About(header.point_count, np.asarray(header.mins, float), np.asarray(header.maxs, float),
+                     np.asarray(header.scales, float), np.asarray(header.offsets, float))
 
 
 def read_cloud(path: Path, bounds: tuple[float, float, float, float] | None = None, crs: str | None = None,
@@ -39,7 +92,12 @@ def read_cloud(path: Path, bounds: tuple[float, float, float, float] | None = No
     if not pieces:
         where = " within the given bounds" if bounds else ""
         raise InputError(f"{path}: holds no point{where}, expected a point cloud; check the file and the extent.")
-    return pieces[0] if len(pieces) == 1 else concatenate(pieces)
+    cloud = pieces[0] if len(pieces) == 1 else concatenate(pieces)
+    # What is zero throughout is what a writer fills in anyway: it need not be carried along.
+    extras = cloud.layout.extras if cloud.layout is not None else cloud.attributes
+    kept = {name: values for name, values in cloud.attributes.items()
+            if name in _KEPT or name in extras or values.any()}
+    return PointCloud(cloud.xyz, cloud.crs, kept, cloud.layout)
 
 
 def iter_cloud(path: Path, bounds: tuple[float, float, float, float] | None = None, crs: str | None = None,
@@ -50,43 +108,76 @@ def iter_cloud(path: Path, bounds: tuple[float, float, float, float] | None = No
     if not path.is_file():
         raise InputError(f"{path}: not found; give a LAS, LAZ or text point cloud.")
     if path.suffix.lower() in _TEXT:
-        yield _clip(_read_text(path, _agree(None, crs, path, need_crs)), bounds)
+        for piece in _iter_text(path, _agree(None, crs, path, need_crs), chunk_points):
+            yield _clip(piece, bounds)
         return
     yield from _iter_las(path, bounds, crs, attributes, need_crs, chunk_points)
 
 
-def write_cloud(path: Path, cloud: PointCloud, scale: float = 0.001, offsets: np.ndarray | None = None) -> None:
-    """Write LAS 1.4 (``.las``) or LAZ (``.laz``), coordinates to ``scale``, extra attributes as extra dimensions.
+def write_cloud(path: Path, cloud: PointCloud, scale: float | None = None, offsets: np.ndarray | None = None) -> None:
+    """Write LAS (``.las``) or LAZ (``.laz``) with extra attributes as extra dimensions.
 
-    offsets: (3,) of the file (default: whole metres at the cloud's minimum).
+    A cloud that was read from LAS keeps point format, version, scale, offsets, VLRs and types. Others become LAS 1.4,
+    format 6 (7 with colours), 1 mm, whole metres at the cloud's minimum as offset. scale, offsets: (3,) override both.
 
     Raises:
-        OutputError: the folder cannot be written. InputError: another ending than .las or .laz.
+        OutputError: the folder cannot be written. InputError: another ending than .las or .laz, or COPC.
     """
     import laspy
 
     path = Path(path)
-    if path.suffix.lower() not in (".las", ".laz"):
-        raise InputError(f"{path}: found ending {path.suffix!r}, expected .laz or .las; rename the output.")
-    coloured = all(name in cloud.attributes for name in _RGB)
-    header = laspy.LasHeader(version="1.4", point_format=7 if coloured else 6)
-    header.scales = np.full(3, scale)
-    if offsets is None:
-        offsets = np.floor(cloud.xyz.min(axis=0)) if len(cloud) else np.zeros(3)
-    header.offsets = np.asarray(offsets, float)
+    check_cloud_output(path)
+    layout = cloud.layout
+    if layout is None:
+        coloured = all(name in cloud.attributes for name in _RGB)
+        header = laspy.LasHeader(version="1.4", point_format=7 if coloured else 6)
+        header.scales = np.full(3, 0.001)
+    else:
+        header = laspy.LasHeader(version=layout.version, point_format=layout.point_format)
+        header.scales, header.offsets = layout.scale, layout.offset
+        header.vlrs.extend(layout.vlrs)
+    if scale is not None:
+        header.scales = np.full(3, scale)
+    if offsets is not None:
+        header.offsets = np.asarray(offsets, float)
+    elif layout is None or not _fits(cloud.xyz, header):
+        header.offsets = np.floor(cloud.xyz.min(axis=0)) if len(cloud) else np.zeros(3)
     if cloud.crs is not None:
         header.add_crs(cloud.crs, keep_compatibility=False)
     known = set(header.point_format.dimension_names)
-    extra = {name: values for name, values in cloud.attributes.items() if name not in known and name not in _RGB}
-    header.add_extra_dims([laspy.ExtraBytesParams(name=name[:32], type=_las_type(values))
+    values_of = dict(cloud.attributes)
+    if "scan_angle_rank" in values_of and "scan_angle" in known:
+        values_of["scan_angle"] = np.round(values_of.pop("scan_angle_rank") / 0.006).astype(np.int16)
+    extra = {name: values for name, values in values_of.items() if name not in known}
+    own = layout.extras if layout is not None else {}
+    header.add_extra_dims([own.get(name) or laspy.ExtraBytesParams(name=name[:32], type=_las_type(values))
                            for name, values in extra.items()])
     data = laspy.LasData(header)
     data.x, data.y, data.z = cloud.xyz[:, 0], cloud.xyz[:, 1], cloud.xyz[:, 2]
-    for name, values in cloud.attributes.items():
-        if name in known or name in extra:
-            data[name[:32]] = values.astype(_las_type(values)) if name in extra else values
+    for name, values in values_of.items():
+        data[name[:32]] = values.astype(_las_type(values)) if name in extra and name not in own else values
     with atomic_path(path) as temporary:
         data.write(str(temporary))
+
+
+def check_cloud_output(path: Path) -> None:
+    """Refuse an output that is no LAS or LAZ by its name, or that promises an index which is not written.
+
+    Raises:
+        InputError: see above.
+    """
+    if Path(path).suffix.lower() not in (".las", ".laz"):
+        raise InputError(f"{path}: found ending {Path(path).suffix!r}, expected .laz or .las; rename the output.")
+    if str(path).lower().endswith(".copc.laz"):
+        raise InputError(f"{path}: COPC is read but not written, expected .laz; rename the output.")
+
+
+def _fits(xyz: np.ndarray, header: Any) -> bool:
+    """True when the coordinates can be held as 32-bit multiples of the header's scale."""
+    if not len(xyz):
+        return True
+    reach = np.abs(np.vstack([xyz.min(axis=0), xyz.max(axis=0)]) - header.offsets) / header.scales
+    return bool((reach < 2**31 - 1).all())
 
 
 def _las_type(values: np.ndarray) -> str:
@@ -95,59 +186,156 @@ def _las_type(values: np.ndarray) -> str:
     return values.dtype.name
 
 
-def _iter_las(path: Path, bounds: Any, crs: str | None, attributes: tuple[str, ...] | None, need_crs: bool,
-              chunk_points: int) -> Iterator[PointCloud]:
+def _broken() -> tuple[type[BaseException], ...]:
     import laspy
 
-    broken = (laspy.errors.LaspyException, ValueError, OSError, EOFError, RuntimeError, OverflowError, MemoryError)
+    return (laspy.errors.LaspyException, ValueError, OSError, EOFError, RuntimeError, OverflowError, MemoryError)
+
+
+def _open(path: Path) -> Any:
+    """laspy's reader, its header checked.
+
+    Raises:
+        InputError: no LAS, a header that cannot be, or one that promises more points than the file can hold.
+    """
+    import laspy
+
+    _check_public_header(path)
     try:
         reader = laspy.open(path)
         header = reader.header
-        promised = header.point_count
-        scales = np.asarray(header.scales)
-    except broken as problem:
+        promised, scales, offsets = header.point_count, np.asarray(header.scales), np.asarray(header.offsets)
+    except _broken() as problem:
         raise InputError(f"{path}: is not a LAS/LAZ file that can be read ({_short(problem)}); "
                          "export it again from your LiDAR software.") from None
-    except Exception as problem:  # laspy lets struct and pyproj errors of broken headers through
+    except BaseException as problem:  # laspy lets struct and pyproj errors, lazrs panics of broken headers through
+        if isinstance(problem, (KeyboardInterrupt, SystemExit)):
+            raise
         raise InputError(f"{path}: has a broken LAS header ({_short(problem)}); export it again.") from None
-    with reader:
-        if not np.isfinite(scales).all() or (scales <= 0).any():
-            raise InputError(f"{path}: the header gives coordinate scales {scales.tolist()}, expected positive ones; "
-                             "export it again.")
-        if path.suffix.lower() == ".las" or not header.are_points_compressed:
-            stored = (path.stat().st_size - header.offset_to_point_data) // max(header.point_format.size, 1)
-            if stored < promised:
-                raise InputError(_truncated(path, promised, stored))
+    trouble = ""
+    if not np.isfinite(scales).all() or (scales <= 0).any() or (scales > 100).any():
+        trouble = f"the header gives coordinate scales {scales.tolist()}, expected positive ones (0.001)"
+    elif not np.isfinite(offsets).all() or (np.abs(offsets) > 1e9).any():
+        trouble = f"the header gives coordinate offsets {offsets.tolist()}, expected map coordinates"
+    elif path.suffix.lower() == ".las" or not header.are_points_compressed:
+        stored = (path.stat().st_size - header.offset_to_point_data) // max(header.point_format.size, 1)
+        trouble = _promise(promised, stored) if stored < promised else ""
+    if trouble:
+        reader.close()
+        raise InputError(f"{path}: {trouble}; export or copy it again.")
+    return reader
+
+
+def _check_public_header(path: Path) -> None:
+    """Sizes in the first bytes that would make a reader ask for absurd memory are refused before it does.
+
+    Raises:
+        InputError: the file is shorter than what its header says lies in front of the points.
+    """
+    try:
+        size = path.stat().st_size
+        with open(path, "rb") as stream:
+            head = stream.read(375)
+    except OSError as problem:
+        raise InputError(f"{path}: cannot be read ({problem.strerror}); check the file.") from None
+    if head[:4] != b"LASF" or len(head) < 227:
+        raise InputError(f"{path}: is not a LAS/LAZ file that can be read (found {len(head)} bytes starting "
+                         f"{head[:4]!r}, expected 'LASF'); export it again from your LiDAR software.")
+    header_size, to_points, n_vlrs = struct.unpack_from("<HII", head, 94)
+    record_size = struct.unpack_from("<H", head, 105)[0]
+    if not 227 <= header_size <= to_points <= size or n_vlrs * 54 > to_points or record_size < 20:
+        raise InputError(f"{path}: has a broken LAS header (points start at byte {to_points} of {size}, "
+                         f"{n_vlrs} records before, {record_size} bytes a point); export it again.")
+    if head[25] >= 4 and len(head) >= 247 and header_size >= 375:
+        first, count = struct.unpack_from("<QI", head, 235)
+        if count and (first > size or count * 60 > size):
+            raise InputError(f"{path}: has a broken LAS header ({count} extended records from byte {first} of {size}); "
+                             "copy it again.")
+
+
+def _iter_las(path: Path, bounds: Any, crs: str | None, attributes: tuple[str, ...] | None, need_crs: bool,
+              chunk_points: int) -> Iterator[PointCloud]:
+    with _open(path) as reader:
+        header = reader.header
         own = _agree(_file_crs(header, path), crs, path, need_crs)
         names = _names(header, attributes)
-        count = 0
+        layout = _layout(header)
+        pieces = _copc_pieces(path, header, bounds) if bounds is not None and _is_copc(header) else iter_points(
+            path, reader, chunk_points)
+        for points in pieces:
+            xyz = np.column_stack([np.asarray(points.x), np.asarray(points.y), np.asarray(points.z)])
+            values = {name: np.asarray(points[name]) for name in names}
+            yield _clip(PointCloud(xyz, own, values, layout), bounds)
+
+
+def iter_points(path: Path, reader: Any, chunk_points: int) -> Iterator[Any]:
+    """laspy's point records, chunk by chunk; a file that breaks off or holds fewer points than promised is named.
+
+    Raises:
+        InputError: see above.
+    """
+    promised, count = reader.header.point_count, 0
+    chunks = iter(reader.chunk_iterator(chunk_points))
+    while True:
         try:
-            for points in reader.chunk_iterator(chunk_points):
-                count += len(points)
-                xyz = np.column_stack([np.asarray(points.x), np.asarray(points.y), np.asarray(points.z)])
-                values = {name: np.asarray(points[name]) for name in names}
-                yield _clip(PointCloud(xyz, own, values), bounds)
-        except broken as problem:
+            points = next(chunks)
+        except StopIteration:
+            break
+        except BaseException as problem:  # a panic in the decompressor is a BaseException
+            if isinstance(problem, (KeyboardInterrupt, SystemExit, GeneratorExit)):
+                raise
             raise InputError(f"{path}: breaks off after {count} of {promised} points ({_short(problem)}); "
                              "copy or download it again.") from None
-        except Exception as problem:
-            if type(problem).__module__.startswith(("lazrs", "laspy")):
-                raise InputError(f"{path}: breaks off after {count} of {promised} points ({_short(problem)}); "
-                                 "copy or download it again.") from None
-            raise
-        if count != promised:
-            raise InputError(_truncated(path, promised, count))
+        count += len(points)
+        yield points
+    if count != promised:
+        raise InputError(_truncated(path, promised, count))
+
+
+def _is_copc(header: Any) -> bool:
+    return any(vlr.user_id == "copc" and vlr.record_id == 1 for vlr in header.vlrs)
+
+
+def _copc_pieces(path: Path, header: Any, bounds: tuple[float, float, float, float]) -> Iterator[Any]:
+    """The points of a COPC file near a box, by its index: the rest of the file is not read.
+
+    Raises:
+        InputError: the index is broken.
+    """
+    import laspy
+
+    west, south, east, north = bounds
+    try:
+        with laspy.CopcReader.open(path) as reader:
+            yield reader.query(laspy.Bounds(np.array([west, south, -np.inf]), np.array([east, north, np.inf])))
+    except _broken() as problem:
+        raise InputError(f"{path}: its COPC index cannot be read ({_short(problem)}); copy it again.") from None
+
+
+def _layout(header: Any) -> Layout:
+    import laspy
+
+    extras = {}
+    for dimension in header.point_format.extra_dimensions:
+        extras[dimension.name] = laspy.ExtraBytesParams(
+            name=dimension.name, type=dimension.type_str() or dimension.dtype, description=dimension.description or "",
+            offsets=dimension.offsets, scales=dimension.scales, no_data=dimension.no_data)
+    kept = tuple(vlr for vlr in header.vlrs if (vlr.user_id, vlr.record_id) not in _OWN_VLRS)
+    return Layout(header.point_format.id, str(header.version), np.asarray(header.scales, float).copy(),
+                  np.asarray(header.offsets, float).copy(), extras, kept)
 
 
 def _truncated(path: Path, promised: int, found: int) -> str:
-    return f"{path}: is truncated: the header promises {promised} points, the file holds {found}; copy it again."
+    return f"{path}: {_promise(promised, found)}; copy it again."
+
+
+def _promise(promised: int, found: int) -> str:
+    return f"is truncated: the header promises {promised} points, the file holds {found}"
 
 
 def _names(header: Any, attributes: tuple[str, ...] | None) -> list[str]:
-    there = list(header.point_format.dimension_names)
-    extra = list(header.point_format.extra_dimension_names)
-    wanted = [name for name in (*_KEPT, *extra) if name in there]
-    return [name for name in wanted if attributes is None or name in attributes]
+    there = [name for name in header.point_format.dimension_names if name not in "XYZ"]
+    return [name for name in there if attributes is None or name in attributes]
 
 
 def _clip(cloud: PointCloud, bounds: tuple[float, float, float, float] | None) -> PointCloud:
@@ -203,28 +391,40 @@ def same_place(one: pyproj.CRS, other: pyproj.CRS) -> bool:
     return codes[0] is not None and codes[0] == codes[1]
 
 
-def _read_text(path: Path, crs: pyproj.CRS | None) -> PointCloud:
+def _iter_text(path: Path, crs: pyproj.CRS | None, chunk_points: int) -> Iterator[PointCloud]:
     """x y z per line (blank, comma, semicolon or tab between), one optional header line that names the columns."""
     try:
         with open(path, encoding="utf-8-sig") as stream:
             first = stream.readline()
+            delimiter = next((mark for mark in (",", ";", "\t") if mark in first), None)
+            words = [word.strip().lower() for word in first.strip().lstrip("#/").split(delimiter)]
+            has_header = not all(_is_number(word) for word in words)
+            if len(words) < 3:
+                raise InputError(f"{path}: its first line has {len(words)} columns, expected x y z; give x y z per "
+                                 "line.")
+            names = words if has_header else []
+            where = [names.index(axis) for axis in "xyz"] if all(axis in names for axis in "xyz") else [0, 1, 2]
+            if not has_header:
+                stream.seek(0)
+                first_line = stream.readline()
+                assert first_line
+                lines = itertools.chain([first_line.lstrip("\ufeff")], stream)
+            else:
+                lines = itertools.chain(stream)
+            while True:
+                block = list(itertools.islice(lines, min(chunk_points, 500_000)))
+                if not block:
+                    return
+                table = np.loadtxt(block, delimiter=delimiter, ndmin=2)
+                if table.size == 0:
+                    continue
+                extra = {name: table[:, column] for column, name in enumerate(names[:table.shape[1]])
+                         if column not in where}
+                yield PointCloud(np.ascontiguousarray(table[:, where]), crs, extra)
     except (OSError, UnicodeDecodeError) as problem:
         raise InputError(f"{path}: is not a text file ({_short(problem)}); give x y z per line.") from None
-    delimiter = next((mark for mark in (",", ";", "\t") if mark in first), None)
-    words = [word.strip().lower() for word in first.strip().lstrip("#/").split(delimiter)]
-    has_header = not all(_is_number(word) for word in words)
-    names = words if has_header else []
-    if len(words) < 3:
-        raise InputError(f"{path}: its first line has {len(words)} columns, expected x y z; give x y z per line.")
-    try:
-        table = np.loadtxt(path, delimiter=delimiter, skiprows=int(has_header), ndmin=2, encoding="utf-8-sig")
-    except ValueError as problem:
+    except (ValueError, IndexError) as problem:
         raise InputError(f"{path}: is not a table of numbers ({_short(problem)}); give x y z per line.") from None
-    where = [names.index(axis) for axis in "xyz"] if all(axis in names for axis in "xyz") else [0, 1, 2]
-    if table.size == 0:
-        table = table.reshape(0, max(len(words), 3))
-    extra = {name: table[:, column] for column, name in enumerate(names[:table.shape[1]]) if column not in where}
-    return PointCloud(np.ascontiguousarray(table[:, where]), crs, extra)
 
 
 def _is_number(word: str) -> bool:

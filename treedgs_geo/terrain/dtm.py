@@ -82,11 +82,14 @@ class Dtm:
 
     def moved(self, offset: np.ndarray) -> Dtm:
         """The ground displaced by ``offset`` (3,): made near zero, put where it belongs."""
+        return replace(self.moved_grid(offset), heights=self.heights + float(offset[2]))
+
+    def moved_grid(self, offset: np.ndarray) -> Dtm:
+        """The same heights, the grid displaced by the first two of ``offset``."""
         from affine import Affine
 
         t = self.transform
-        there = Affine(t.a, t.b, t.c + float(offset[0]), t.d, t.e, t.f + float(offset[1]))
-        return replace(self, heights=self.heights + float(offset[2]), transform=there)
+        return replace(self, transform=Affine(t.a, t.b, t.c + float(offset[0]), t.d, t.e, t.f + float(offset[1])))
 
     @property
     def resolution_m(self) -> float:
@@ -197,22 +200,32 @@ def read_dtm(path: Path, crs: pyproj.CRS | None = None) -> Dtm:
 
 
 def write_dtm(path: Path, dtm: Dtm) -> None:
-    """Write a GeoTIFF (Float32, deflate, nodata -9999): band 1 ground height, band 2 ``support`` where known."""
-    import rasterio
+    """Write a GeoTIFF (Float32, deflate, nodata -9999): band 1 ground height, band 2 ``support`` where known.
 
-    bands = [dtm.heights + 0.0] + ([dtm.support] if dtm.support is not None else [])
+    Written in strips, so that a grid which lies on disk never has to fit into memory.
+    """
+    import rasterio
+    from rasterio.windows import Window
+
+    bands = [dtm.heights] + ([dtm.support] if dtm.support is not None else [])
     own_crs = dtm.grid_crs or dtm.crs
+    rows, cols = dtm.heights.shape
     profile = {
-        "driver": "GTiff", "width": dtm.heights.shape[1], "height": dtm.heights.shape[0], "count": len(bands),
+        "driver": "GTiff", "width": cols, "height": rows, "count": len(bands),
         "dtype": "float32", "nodata": -9999.0, "transform": dtm.transform, "compress": "deflate", "predictor": 3,
         "tiled": min(dtm.heights.shape) >= 256, "BIGTIFF": "IF_SAFER",
         "crs": own_crs.to_wkt() if own_crs is not None else None,
     }
+    step = 256 * max(int(2e7 / (256 * cols)), 1)
     with atomic_path(Path(path)) as temporary:
         with rasterio.open(temporary, "w", **profile) as target:
             for index, (band, name) in enumerate(zip(bands, ("ground", "support"), strict=False), start=1):
-                target.write(np.where(np.isfinite(band), band, -9999.0).astype(np.float32), index)
                 target.set_band_description(index, name)
+                target.set_band_unit(index, "metre")
+                for top in range(0, rows, step):
+                    part = np.asarray(band[top:top + step])
+                    target.write(np.where(np.isfinite(part), part, -9999.0).astype(np.float32), index,
+                                 window=Window(0, top, cols, len(part)))
 
 
 def require_coverage(dtm: Dtm, xy: np.ndarray, where: str, least: float = 0.5) -> None:

@@ -23,7 +23,7 @@ def classify_ground(xyz: np.ndarray, method: ClothSimulation | None = None) -> n
     """
     method = method or ClothSimulation()
     origin = xyz.min(axis=0)
-    seeds = _recentred(xyz - origin, _cloth_ground(xyz - origin, method))
+    seeds = recentred(xyz - origin, cloth_ground(lowest(xyz - origin, method), method))
     surface, _ = _surface_at(xyz[:, :2] - origin[:2], seeds)
     near = np.abs(xyz[:, 2] - origin[2] - surface)
     return near <= method.ground_m
@@ -43,7 +43,8 @@ def dtm_from_cloud(xyz: np.ndarray, resolution_m: float = 0.25, method: ClothSim
     if ground is not None and ground.sum() >= 10:
         seeds = cell_quantile(xyz[ground] - origin, 0.25, 0.3)
     else:
-        seeds = _recentred(xyz - origin, _cloth_ground(xyz - origin, method or ClothSimulation()))
+        method = method or ClothSimulation()
+        seeds = recentred(xyz - origin, cloth_ground(lowest(xyz - origin, method), method))
     bounds = xyz[:, :2].min(axis=0) - origin[:2], xyz[:, :2].max(axis=0) - origin[:2]
     dtm = grid_ground(seeds, resolution_m, neighbours=24, bandwidth_m=0.5, reach_m=reach_m, bounds=bounds, crs=crs)
     return dtm.moved(origin)
@@ -62,11 +63,15 @@ def height_above_ground(xyz: np.ndarray, dtm: Dtm, method: str = "bilinear") -> 
     return xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1], method)
 
 
-def _recentred(xyz: np.ndarray, lows: np.ndarray, reach_m: float = 0.10, cell_m: float = 0.25) -> np.ndarray:
-    """Ground points free of the bias of lowest points, which lie a noise's width under the ground."""
+def recentred(xyz: np.ndarray, lows: np.ndarray, reach_m: float = 0.10, cell_m: float = 0.25,
+              corner: np.ndarray | None = None) -> np.ndarray:
+    """Ground points free of the bias of lowest points, which lie a noise's width under the ground.
+
+    xyz: (N, 3) all points, lows: (M, 3) ground among the lowest points, both near zero. corner: of the cells' lattice.
+    """
     surface, _ = _surface_at(xyz[:, :2], lows)
     near = np.abs(xyz[:, 2] - surface) < reach_m
-    return cell_quantile(xyz[near], cell_m, 0.4) if near.sum() >= 10 else lows
+    return cell_quantile(xyz[near], cell_m, 0.4, corner) if near.sum() >= 10 else lows
 
 
 def _surface_at(xy: np.ndarray, seeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -75,11 +80,20 @@ def _surface_at(xy: np.ndarray, seeds: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return grid.height(xy[:, 0], xy[:, 1]), grid.support_m(xy[:, 0], xy[:, 1])
 
 
-def _cloth_ground(xyz: np.ndarray, method: ClothSimulation) -> np.ndarray:
-    """(M, 3) ground points, thinned, from coordinates near zero."""
+def lowest(xyz: np.ndarray, method: ClothSimulation, corner: np.ndarray | None = None) -> np.ndarray:
+    """(M, 3) the lowest point of each cell of ``method.thin_m``."""
+    return cell_quantile(xyz, method.thin_m, 0.0, corner)
+
+
+def cloth_ground(lows: np.ndarray, method: ClothSimulation) -> np.ndarray:
+    """(K, 3) the ground among (M, 3) lowest points, coordinates near zero.
+
+    Raises:
+        InputError: no ground was found.
+    """
     import CSF
 
-    lows = _without_pits(cell_quantile(xyz, method.thin_m, 0.0))
+    lows = _without_pits(lows)
     if len(lows) < 10:
         raise InputError(f"Terrain: found {len(lows)} cells with points, expected at least 10; give a larger cloud "
                          "or a DTM with --dtm.")

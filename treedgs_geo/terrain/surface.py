@@ -58,10 +58,16 @@ def _planes(xy: np.ndarray, near: np.ndarray, kernel: np.ndarray, width: np.ndar
     return plane[:, 0] + base[:, 0]
 
 
-def cell_quantile(points: np.ndarray, cell_m: float, quantile: float) -> np.ndarray:
-    """The point at a height quantile of each grid cell: (N, 3) -> (M, 3), one a cell."""
+def cell_quantile(points: np.ndarray, cell_m: float, quantile: float, corner: np.ndarray | None = None) -> np.ndarray:
+    """The point at a height quantile of each grid cell: (N, 3) -> (M, 3), one a cell.
+
+    corner: (2,) a corner of the lattice at or below the points' minimum (default: that minimum).
+    """
     points = np.asarray(points, float)
-    cell = np.floor((points[:, :2] - points[:, :2].min(axis=0)) / cell_m).astype(np.int64)
+    if not len(points):
+        return np.empty((0, 3))
+    corner = points[:, :2].min(axis=0) if corner is None else np.asarray(corner, float)
+    cell = np.floor((points[:, :2] - corner) / cell_m).astype(np.int64)
     key = cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1]
     order = np.lexsort((points[:, 2], key))
     starts = np.flatnonzero(np.r_[True, np.diff(key[order]) != 0])

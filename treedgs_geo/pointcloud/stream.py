@@ -1,0 +1,121 @@
+"""A cloud copied to a new file chunk by chunk, with dimensions added: point format, extra dimensions, VLRs and the
+stored integers of every coordinate stay as they are."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.files import atomic_path
+from .cloud import PointCloud
+from .files import (
+    _agree,
+    _file_crs,
+    _iter_text,
+    _open,
+    check_cloud_output,
+    is_text,
+    iter_points,
+)
+
+#: xyz (N, 3) and attributes by name -> which points to write (mask or None = all) and the added dimensions' values.
+Step = Callable[[np.ndarray, Callable[[str], np.ndarray]], tuple[np.ndarray | None, dict[str, np.ndarray]]]
+
+_CHUNK = 1_000_000
+
+
+def copy_cloud(source: Path, target: Path, step: Step, added: dict[str, str], crs: str | None = None) -> int:
+    """Copy ``source`` to ``target`` (LAS/LAZ), asking ``step`` for each chunk; returns the number of points written.
+
+    added: extra dimension -> type (``int32``, ``float32``); one of that name in the source is overwritten, and
+    dimensions that the point format already has (``classification``) may be answered without being listed.
+
+    Raises:
+        InputError: see :func:`.files.iter_cloud`; a target that is no LAS/LAZ. CRSError: missing or wrong CRS.
+    """
+    import laspy
+
+    source, target = Path(source), Path(target)
+    check_cloud_output(target)
+    if is_text(source):
+        return _copy_text(source, target, step, added, crs)
+    written = 0
+    with _open(source) as reader:
+        own = _agree(_file_crs(reader.header, source), crs, source, need_crs=True)
+        header = _new_header(reader.header, added)
+        if own is not None and reader.header.parse_crs() is None:
+            header.add_crs(own, keep_compatibility=False)
+        with atomic_path(target) as temporary, laspy.open(temporary, "w", header=header) as writer:
+            for points in iter_points(source, reader, _CHUNK):
+                xyz = np.column_stack([np.asarray(points.x), np.asarray(points.y), np.asarray(points.z)])
+                mask, values = step(xyz, lambda name, points=points: np.asarray(points[name]))
+                kept = points if mask is None else points[mask]
+                out = laspy.ScaleAwarePointRecord.zeros(len(kept), header=header)
+                for name in kept.array.dtype.names:
+                    out.array[name] = kept.array[name]
+                for name, value in values.items():
+                    out[name] = value if mask is None else value[mask]
+                writer.write_points(out)
+                written += len(kept)
+    return written
+
+
+def _new_header(source: Any, added: dict[str, str]) -> Any:
+    import laspy
+
+    header = copy.deepcopy(source)
+    header.vlrs = laspy.vlrs.vlrlist.VLRList(
+        [vlr for vlr in source.vlrs if vlr.user_id not in ("copc", "laszip encoded")])
+    if header.evlrs is not None:
+        header.evlrs = laspy.vlrs.vlrlist.VLRList([vlr for vlr in header.evlrs if vlr.user_id != "copc"])
+    there = set(header.point_format.dimension_names)
+    new = [laspy.ExtraBytesParams(name=name, type=kind) for name, kind in added.items() if name not in there]
+    if new:
+        header.add_extra_dims(new)
+    return header
+
+
+def _copy_text(source: Path, target: Path, step: Step, added: dict[str, str], crs: str | None) -> int:
+    """Text has no layout of its own: LAS 1.4, format 6, a tenth of a millimetre."""
+    import laspy
+
+    written = 0
+    own = _agree(None, crs, source, need_crs=True)
+    writer = None
+    with atomic_path(target) as temporary:
+        try:
+            for piece in _iter_text(source, own, _CHUNK):
+                if writer is None:
+                    writer = laspy.open(temporary, "w", header=_text_header(piece, added))
+                mask, values = step(piece.xyz, piece.attributes.__getitem__)
+                kept = piece if mask is None else piece.select(mask)
+                out = laspy.ScaleAwarePointRecord.zeros(len(kept), header=writer.header)
+                out.x, out.y, out.z = kept.xyz.T
+                for name, value in (*kept.attributes.items(), ):
+                    out[name[:32]] = value
+                for name, value in values.items():
+                    out[name] = value if mask is None else value[mask]
+                writer.write_points(out)
+                written += len(kept)
+        finally:
+            if writer is not None:
+                writer.close()
+    return written
+
+
+def _text_header(piece: PointCloud, added: dict[str, str]) -> Any:
+    import laspy
+
+    header = laspy.LasHeader(version="1.4", point_format=6)
+    header.scales, header.offsets = np.full(3, 1e-4), np.floor(piece.xyz[0])
+    if piece.crs is not None:
+        header.add_crs(piece.crs, keep_compatibility=False)
+    there = set(header.point_format.dimension_names)
+    extra = {name[:32]: "float64" for name in piece.attributes} | added
+    header.add_extra_dims([laspy.ExtraBytesParams(name=name, type=kind) for name, kind in extra.items()
+                           if name not in there])
+    return header
