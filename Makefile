@@ -1,5 +1,5 @@
-# make setup | demo | test | lint | qgis | parameters | screenshot | clean
-.PHONY: setup demo test lint qgis parameters styles screenshot clean
+# make setup | demo | test | qgis340 | lint | qgis | parameters | styles | models | screenshot | clean
+.PHONY: setup demo test qgis340 lint qgis parameters styles models screenshot clean
 PYTHON = .venv/bin/python
 SHELL = /bin/sh
 
@@ -25,6 +25,12 @@ parameters: setup  ## after a verb's settings or a pinned range changed
 
 styles: setup  ## the layers' styles, with PyQGIS
 	@/usr/bin/python3 tools/write_styles.py
+
+models: setup  ## the ready-made models, with PyQGIS
+	@/usr/bin/python3 tools/write_models.py
+
+qgis340:  ## the plugin's tests with QGIS 3.40 (Debian trixie in a folder; root, and network the first time)
+	@sh tools/qgis340.sh
 
 screenshot: setup  ## docs/images/toolbox.png, under Xvfb
 	@$(PYTHON) tools/screenshot.py

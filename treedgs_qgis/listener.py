@@ -39,6 +39,8 @@ STAGES = {
     "overlap": "Overlap of the photos",
     "pair trees": "Pairing field and measured trees",
     "write": "Writing layer and report",
+    "read": "Reading the tables",
+    "estimate": "Estimating per hectare",
 }
 
 

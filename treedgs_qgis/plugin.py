@@ -32,6 +32,8 @@ class TreeDGSPlugin:
 
             self.provider = TreeDGSProvider()
             QgsApplication.processingRegistry().addProvider(self.provider)
+            # The models name our own algorithms, which QGIS finds only once the provider is registered.
+            self.provider.refreshAlgorithms()
         except Exception:
             text = traceback.format_exc()
             QgsMessageLog.logMessage(text, "TreeDGS", LOG_CRITICAL)

@@ -7,7 +7,7 @@ import importlib
 from qgis.core import QgsProcessingProvider, QgsSettings
 from qgis.PyQt.QtGui import QIcon
 
-from . import engine
+from . import engine, models
 from .algorithm import ICON
 from .parameters import declarations
 
@@ -15,6 +15,7 @@ from .parameters import declarations
 ALGORITHMS = (
     "photostodbh",
     "pointcloudtodbh",
+    "campaign",
     "geotag",
     "reconstruct",
     "terrain",
@@ -85,3 +86,5 @@ class TreeDGSProvider(QgsProcessingProvider):
             made = importlib.import_module(f"{plugin}.processing.{module}").Algorithm()
             if getattr(made, "COMMAND", None) is None or made.COMMAND in declarations():
                 self.addAlgorithm(made)
+        for model in models.load():
+            self.addAlgorithm(model)

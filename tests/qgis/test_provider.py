@@ -19,6 +19,7 @@ DECLARED = {
 FROZEN = {
     "photostodbh",
     "pointcloudtodbh",
+    "campaign",
     "geotag",
     "reconstruct",
     "terrain",
@@ -33,6 +34,8 @@ FROZEN = {
     "checkengine",
     "setupengine",
 }
+#: Ready-made models.
+MODELS = {"photostostandtable", "cloudtostandtable", "photostoaccuracy"}
 
 
 def ids(listing: str) -> set[str]:
@@ -47,8 +50,9 @@ def test_processing_is_no_regular_package():
 def test_all_algorithms_are_listed_and_qgis_keeps_its_own(qgis, tmp_path):
     mine = ids(qgis("list").stdout)
     without = ids(qgis("list", QGIS_CUSTOM_CONFIG_PATH=tmp_path / "bare", QGIS_PLUGINPATH=tmp_path).stdout)
-    assert {name for name in mine if name.startswith("treedgs:")} == {f"treedgs:{name}" for name in FROZEN}
-    assert mine - without == {f"treedgs:{name}" for name in FROZEN} and without <= mine
+    ours = {f"treedgs:{name}" for name in FROZEN | MODELS}
+    assert {name for name in mine if name.startswith("treedgs:")} == ours
+    assert mine - without == ours and without <= mine
     assert any(name.startswith("gdal:") for name in mine) and any(name.startswith("qgis:") for name in mine)
 
 
@@ -81,8 +85,9 @@ for alg in provider.algorithms():
         "parameters": {d.name(): [d.help(), bool(d.flags() & d.FlagAdvanced)]
                        for d in made.parameterDefinitions()},
         "outputs": [o.name() for o in made.outputDefinitions()],
-        "help": made.shortHelpString(), "short": made.shortDescription(), "title": made.displayName(),
-        "group": [made.group(), made.groupId()], "icon": made.icon().isNull(), "tags": made.tags(),
+        "help": alg.shortHelpString(), "short": alg.shortDescription(), "title": alg.displayName(),
+        "group": [alg.group(), alg.groupId()], "icon": alg.icon().isNull(), "svg": alg.svgIconPath(),
+        "tags": alg.tags(),
     }
 found["provider"] = [provider.id(), provider.name(), provider.icon().isNull(), provider.warningMessage(),
                      provider.defaultVectorFileExtension()]
@@ -110,11 +115,13 @@ def test_results_are_declared(described):
 
 
 def test_everything_is_described(described):
-    for name in FROZEN:
+    icons = {described[name]["svg"] for name in FROZEN}
+    assert len(icons) == len(FROZEN), "each algorithm has an icon of its own"
+    for name in FROZEN | MODELS:
         shown = described[name]
         assert shown["help"] and shown["short"] and shown["title"] and all(shown["group"]) and shown["tags"], name
         assert not shown["icon"], name
-        if name != "setupengine":
+        if name in DECLARED:
             assert DECLARED[name]["example"].split()[1] in shown["help"]
     assert described["provider"][:3] == ["treedgs", "TreeDGS", False] and described["provider"][4] == "gpkg"
 
@@ -152,7 +159,7 @@ def test_nothing_but_qgis_and_the_standard_library_is_imported_in_qgis():
     import ast
 
     for folder in ("treedgs_qgis", "processing"):
-        for path in (ROOT / folder).glob("*.py"):
+        for path in (ROOT / folder).rglob("*.py"):
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
                 names = []
                 if isinstance(node, ast.Import):

@@ -4,19 +4,12 @@ from __future__ import annotations
 
 import json
 import signal
-import subprocess
 import time
 from pathlib import Path
 
 import pytest
 from qgis_driver import STUBBORN, alive, kill_all, patience_s
-
-
-def refused(done: subprocess.CompletedProcess, *words: str) -> None:
-    assert done.returncode == 1, done.stdout
-    assert "Traceback" not in done.stdout, done.stdout
-    for word in words:
-        assert word in done.stdout, done.stdout
+from qgis_helpers import refused, stems_cloud, wait_for
 
 
 def photo(path: Path, lon: float, lat: float) -> None:
@@ -116,15 +109,6 @@ def test_the_engine_is_checked(qgis):
     assert answer["results"]["STATUS"] == "all steps work" and answer["results"]["N_LIBRARIES"] > 15
 
 
-def wait_for(path: Path, seconds: float = 60) -> str:
-    until = time.monotonic() + seconds
-    while time.monotonic() < until:
-        if path.exists() and path.read_text():
-            return path.read_text()
-        time.sleep(0.05)
-    raise AssertionError(f"{path} did not appear")
-
-
 def test_ctrl_c_ends_everything_within_two_seconds(qgis, fake_engine, tmp_path):
     running = qgis.start("run", "treedgs:checkengine", TREEDGS_PYTHON=fake_engine(STUBBORN), PIDS=tmp_path / "pids")
     pids = [int(part) for part in wait_for(tmp_path / "pids").split()]
@@ -219,31 +203,6 @@ job.renderedImage().save(sys.argv[2])
     assert colours.get((46, 139, 61), 0) > 20, "the measured tree is a full green dot"
     assert colours.get((242, 161, 13), 0) > 20, "the doubtful one a full amber dot"
     assert 0 < colours.get((198, 40, 40), 0) < 60, "the rejected one a red ring"
-
-
-def stems_cloud(path: Path, radii_m: tuple[float, ...] = (0.12, 0.17, 0.22)) -> list[tuple[float, float, float]]:
-    """Write a terrestrial-looking cloud: flat ground and a row of upright stems; returns (x, y, dbh_cm)."""
-    import laspy
-    import numpy as np
-    import pyproj
-
-    rng = np.random.default_rng(3)
-    ground = np.column_stack([rng.uniform(0, 12, 30000), rng.uniform(0, 8, 30000), rng.normal(0, 0.01, 30000)])
-    parts, truth = [ground], []
-    for index, radius in enumerate(radii_m):
-        x, y = 2.5 + 3.5 * index, 4.0 + 0.3 * index
-        angle, height = rng.uniform(0, 2 * np.pi, 9000), rng.uniform(0, 9, 9000)
-        r = radius - 0.004 * (height - 1.37) + rng.normal(0, 0.004, 9000)
-        parts.append(np.column_stack([x + r * np.cos(angle), y + r * np.sin(angle), height]))
-        truth.append((500000 + x, 3450000 + y, 200 * radius))
-    points = np.vstack(parts) + [500000, 3450000, 100]
-    header = laspy.LasHeader(point_format=6, version="1.4")
-    header.scales, header.offsets = [0.001] * 3, [500000, 3450000, 100]
-    header.add_crs(pyproj.CRS("EPSG:32617"))
-    cloud = laspy.LasData(header)
-    cloud.x, cloud.y, cloud.z = points.T
-    cloud.write(path)
-    return truth
 
 
 def test_a_cloud_becomes_styled_trees(qgis, tmp_path):

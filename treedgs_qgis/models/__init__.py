@@ -1,0 +1,65 @@
+"""Ready-made models: chains of our algorithms as ``.model3`` files, shown in the toolbox like an algorithm.
+
+Written by ``make models``. They can also be opened in the model designer, changed and saved under another name.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from qgis.core import QgsProcessingModelAlgorithm
+from qgis.PyQt.QtGui import QIcon
+
+from ..i18n import tr
+
+FOLDER = Path(__file__).parent
+ICON = FOLDER.parent / "icons" / "model.svg"
+#: File name -> title in the toolbox.
+TITLES = {
+    "photostostandtable": "From drone photos to a stand table",
+    "cloudtostandtable": "From a point cloud to a stand table",
+    "photostoaccuracy": "From drone photos to accuracy against field trees",
+}
+
+
+class Model(QgsProcessingModelAlgorithm):
+    """A model with a plain id and a translated title."""
+
+    def displayName(self) -> str:  # noqa: N802
+        """The title in the toolbox."""
+        return tr(TITLES.get(self.name(), self.name()))
+
+    def group(self) -> str:
+        """One group for all of them."""
+        return tr("Ready-made models")
+
+    def groupId(self) -> str:  # noqa: N802
+        """The group's id."""
+        return "readymademodels"
+
+    def tags(self) -> list[str]:
+        """Search words."""
+        return ["treedgs", "model", "chain", "workflow", "dbh", "inventory"]
+
+    def shortDescription(self) -> str:  # noqa: N802
+        """One line."""
+        return self.displayName()
+
+    def icon(self) -> QIcon:
+        """A chain."""
+        return QIcon(self.svgIconPath())
+
+    def svgIconPath(self) -> str:  # noqa: N802
+        """The same icon as a file."""
+        return str(ICON)
+
+
+def load() -> list[Model]:
+    """Every model of the folder that this QGIS can read."""
+    found = []
+    for name in TITLES:
+        file = FOLDER / f"{name}.model3"
+        model = Model()
+        if file.exists() and model.fromFile(str(file)):
+            found.append(model)
+    return found
