@@ -26,6 +26,7 @@ ALGORITHMS = (
     "matchplots",
     "evaluate",
     "standtable",
+    "benchmark",
     "simulateplot",
     "checkengine",
     "setupengine",

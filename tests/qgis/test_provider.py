@@ -30,6 +30,7 @@ FROZEN = {
     "matchplots",
     "evaluate",
     "standtable",
+    "benchmark",
     "simulateplot",
     "checkengine",
     "setupengine",

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..pointcloud.cloud import PointCloud
 from ..reconstruction.cameras import View
+from ..reconstruction.images import load_image
 from ..simulation.trouble import TroubleSettings, disturb, photo_troubles
 
 #: Photos that look at the plot from the side, degrees from straight down.
@@ -72,7 +73,7 @@ def troubled_photos(views: list[View], settings: TroubleSettings, folder: Path,
         if trouble.shake_px < 1 and trouble.gain == 1 and (trouble.white == 1).all():
             changed.append(view)
             continue
-        pixels = cv2.imread(str(view.path), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)[..., ::-1]
+        pixels = load_image(view)
         path = folder / view.path.name
         spoiled = np.ascontiguousarray(disturb(pixels, trouble)[..., ::-1])
         cv2.imwrite(str(path), spoiled, [cv2.IMWRITE_JPEG_QUALITY, 92])

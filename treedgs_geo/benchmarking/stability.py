@@ -18,6 +18,7 @@ from .. import __version__
 from ..core.errors import TreeDGSError
 from ..core.files import write_json
 from ..core.progress import Reporter
+from ..core.settings import build
 from ..measure.cloud import measure_stems, segment_options
 from ..measure.options import MeasureOptions
 from ..measure.photo_trees import to_trees
@@ -178,7 +179,7 @@ def _from_photos(case: Case, plot: TruePlot, rng: np.random.Generator) -> tuple[
         elif changed and what in PHOTO_TROUBLES:
             setting, more = PHOTO_TROUBLES[what]
             scratch = Path(tempfile.mkdtemp(prefix="treedgs-photos-"))
-            views = perturb.troubled_photos(views, TroubleSettings(**{setting: level, **more}), scratch, rng)
+            views = perturb.troubled_photos(views, build(TroubleSettings, {setting: level, **more}), scratch, rng)
         area = Area.circle(0.0, 0.0, plot.radius_m)
         fits = stems_from_photos(views, plot.frame, ground, area, PhotoStemOptions())
         return to_trees(fits, plot.frame), {view.name for view in views}

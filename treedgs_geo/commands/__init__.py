@@ -13,6 +13,7 @@ from ..core.command import Command
 MODULES = {
     "photos-to-dbh": "photos_to_dbh",
     "pointcloud-to-dbh": "pointcloud_to_dbh",
+    "campaign": "campaign",
     "geotag": "geotag",
     "reconstruct": "reconstruct",
     "terrain": "terrain",
@@ -23,6 +24,7 @@ MODULES = {
     "match-plots": "match_plots",
     "evaluate": "evaluate",
     "stand-table": "stand_table",
+    "benchmark": "benchmark",
     "simulate-plot": "simulate_plot",
     "doctor": "doctor",
 }

@@ -36,6 +36,8 @@ PACKAGES = {
     "cv2": "opencv-python-headless",
     "pycolmap": "pycolmap",
     "open3d": "open3d",
+    "dask": "dask",
+    "distributed": "distributed",
     "openpyxl": "openpyxl",
     "reportlab": "reportlab",
 }
@@ -57,11 +59,13 @@ _BASE = (
 )
 _CLOUDS = ("laspy", "lazrs", "CSF")
 _PHOTOS = ("PIL", "cv2", "pycolmap")
+_MANY = ("dask", "distributed")
 
 #: Verb -> the modules it imports; the QGIS plugin checks them before it starts a job.
 NEEDS: dict[str, tuple[str, ...]] = {
     "photos-to-dbh": (*_BASE, *_CLOUDS, *_PHOTOS),
     "pointcloud-to-dbh": (*_BASE, *_CLOUDS),
+    "campaign": (*_BASE, *_CLOUDS, *_PHOTOS, *_MANY),
     "geotag": (*_BASE, "PIL"),
     "reconstruct": (*_BASE, *_CLOUDS, *_PHOTOS),
     "terrain": (*_BASE, *_CLOUDS),
@@ -72,6 +76,7 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "match-plots": _BASE,
     "evaluate": _BASE,
     "stand-table": (*_BASE, "openpyxl", "reportlab"),
+    "benchmark": (*_BASE, *_CLOUDS, *_PHOTOS, "open3d"),
     "simulate-plot": (*_BASE, *_CLOUDS, "PIL", "cv2", "open3d"),
     "doctor": (),
 }

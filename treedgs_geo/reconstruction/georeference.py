@@ -129,6 +129,7 @@ def _run_mapper(
             continue
         model = pycolmap.Reconstruction(str(folder))
         images = [image for image in model.images.values() if image.has_pose and image.name in number]
+        images.sort(key=lambda image: number[image.name])
         if len(images) < 3:
             continue
         poses = np.array([image.cam_from_world().matrix() for image in images])

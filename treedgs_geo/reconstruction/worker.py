@@ -17,10 +17,19 @@ from typing import Any
 def _extract(job: dict[str, Any]) -> None:
     import pycolmap
 
-    if not Path(job["database"]).exists():
-        pycolmap.Database.open(job["database"]).close()
     reader = pycolmap.ImageReaderOptions()
     reader.camera_model, reader.camera_params = "OPENCV", job["camera_params"]
+    if not Path(job["database"]).exists():
+        pycolmap.Database.open(job["database"]).close()
+        # Numbers of photos in the order of their names, not in the order in which threads finish: pairs, and all
+        # random draws over them, follow from the numbers.
+        pycolmap.import_images(
+            job["database"],
+            job["photos"],
+            camera_mode=pycolmap.CameraMode.SINGLE,
+            image_names=job["names"],
+            options=reader,
+        )
     options = pycolmap.FeatureExtractionOptions()
     options.num_threads, options.use_gpu, options.max_image_size = job["threads"], False, job["max_image_size"]
     options.sift.first_octave, options.sift.max_num_features = job["first_octave"], job["max_features"]

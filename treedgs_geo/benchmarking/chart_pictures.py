@@ -1,0 +1,165 @@
+"""The speed-accuracy chart: a static picture for print, and a page to point at."""
+
+from __future__ import annotations
+
+import html
+import json
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+# Okabe-Ito, each group with a mark of its own: the chart reads in grey too.
+LOOKS = {"presets": ("#000000", "o"), "photos used": ("#0072B2", "s"), "pixels used": ("#56B4E9", "D"),
+         "stem model": ("#009E73", "v"), "reconstruction": ("#E69F00", "P"), "splat, then fit": ("#D55E00", "X"),
+         "LiDAR": ("#CC79A7", "^")}
+
+
+def draw_chart(table: pd.DataFrame, facts: dict[str, Any]) -> Any:
+    """Seconds (log) against RMSE (log): a mark a configuration, hollow where it measures too few stems, the Pareto
+    front as steps, bars for the sampling error of the RMSE and the spread of the seconds."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    from matplotlib.ticker import FuncFormatter, NullFormatter
+
+    figure, axes = plt.subplots(figsize=(8.6, 5.6), dpi=120)
+    shown = table[table["rmse_cm"].notna()]
+    for group, (colour, mark) in LOOKS.items():
+        rows = shown[shown["group"] == group]
+        if not len(rows):
+            continue
+        enough = rows["success"] >= 0.9 * shown["success"].max()
+        spread = np.abs(rows[["seconds_lo", "seconds_hi"]].to_numpy(float).T - rows["seconds"].to_numpy(float))
+        doubt = np.abs(rows[["rmse_lo", "rmse_hi"]].to_numpy(float).T - rows["rmse_cm"].to_numpy(float))
+        axes.errorbar(rows["seconds"], rows["rmse_cm"], xerr=spread, yerr=doubt, fmt="none", ecolor=colour, alpha=0.35,
+                      elinewidth=1, zorder=2)
+        face = [colour if ok else "white" for ok in enough]
+        axes.scatter(rows["seconds"], rows["rmse_cm"], marker=mark, s=58, c=face, edgecolors=colour, linewidths=1.5,
+                     zorder=3, label=group)
+    front = shown[shown["front"]].sort_values("seconds")
+    if len(front):
+        axes.step(front["seconds"], front["rmse_cm"], where="post", color="0.35", lw=1.4, ls="--", zorder=1,
+                  label="Pareto front")
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    low, high = shown["rmse_cm"].min() / 1.6, shown["rmse_cm"].max() * 1.5
+    axes.set_ylim(low, high)
+    axes.set_xlim(shown["seconds"].min() / 1.5, shown["seconds"].max() * 1.9)
+    _label(axes, shown)
+    ticks = [t for t in (0.1, 0.2, 0.3, 0.5, 0.7, 1, 2, 3, 5, 7, 10, 20, 30, 50) if low <= t <= high]
+    axes.set_yticks(ticks, [f"{t:g}" for t in ticks])
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
+    marks = [t for t in (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1800, 3600)
+             if axes.get_xlim()[0] <= t <= axes.get_xlim()[1]]
+    axes.set_xticks(marks, [_time(t) for t in marks])
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.grid(alpha=0.25, linewidth=0.6)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+    axes.set_xlabel("time for one plot, reconstruction included")
+    axes.set_ylabel("RMSE of DBH, cm")
+    axes.set_title(f"{facts['plots_text']}; {facts['machine']['cores']} cores", fontsize=10, loc="left")
+    axes.legend(fontsize=8, framealpha=0.9, edgecolor="none", loc="best")
+    figure.text(0.01, 0.005, "Figures beside the marks: stems measured of those that 3 or more photos show clearly. "
+                "Hollow: fewer than 0.9 of the best. Bars: 90 % interval of the RMSE, least and most seconds.",
+                fontsize=7, color="0.3")
+    figure.tight_layout(rect=(0, 0.025, 1, 1))
+    return figure
+
+
+def _label(axes: Any, shown: pd.DataFrame) -> None:
+    """Names beside the marks, moved up or down where they would cover one another."""
+    from matplotlib.transforms import Bbox
+
+    axes.figure.canvas.draw()
+    taken: list[Bbox] = []
+    renderer = axes.figure.canvas.get_renderer()
+    for _, row in shown.sort_values(["group", "seconds"]).iterrows():
+        text = f"{row['title']} {round(row['success'] * row['stems'])}/{row['stems']}"
+        bold = "bold" if row["group"] == "presets" else "normal"
+        for dx, dy, align in ((7, 3, "left"), (7, -9, "left"), (-7, 3, "right"), (-7, -9, "right"), (0, 10, "center"),
+                              (0, -16, "center"), (7, 14, "left"), (7, -20, "left"), (-7, 14, "right"),
+                              (-7, -20, "right"), (0, 22, "center"), (0, -28, "center")):
+            note = axes.annotate(text, (row["seconds"], row["rmse_cm"]), xytext=(dx, dy), textcoords="offset points",
+                                 ha=align, fontsize=7.2, color=LOOKS[row["group"]][0], weight=bold)
+            box = note.get_window_extent(renderer)
+            if not any(box.overlaps(other) for other in taken) and axes.bbox.containsx(box.x0) \
+                    and axes.bbox.containsx(box.x1):
+                break
+            note.remove()
+        else:
+            note = axes.annotate(text, (row["seconds"], row["rmse_cm"]), xytext=(7, 3), textcoords="offset points",
+                                 fontsize=7.2, color=LOOKS[row["group"]][0], weight=bold)
+            box = note.get_window_extent(renderer)
+        taken.append(box)
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds:g} s" if seconds < 60 else f"{seconds / 60:g} min"
+
+
+COLUMNS = (("title", "configuration"), ("group", "rung"), ("seconds", "s"), ("sfm_s", "of it SfM s"),
+           ("peak_memory_mb", "MB"), ("rmse_cm", "RMSE cm"), ("me_cm", "mean cm"), ("worst_cm", "worst cm"),
+           ("success", "success"), ("ok_off_5cm", "ok but > 5 cm off"), ("coverage", "in 90 %"), ("false", "false"),
+           ("megapixels", "megapixels"), ("gaussians", "Gaussians"))
+
+
+def table_rows(table: pd.DataFrame) -> list[list[str]]:
+    """The table as text, quickest first; the front is marked."""
+    rows = []
+    for _, row in table.sort_values("seconds").iterrows():
+        cells = []
+        for name, _ in COLUMNS:
+            value = row[name]
+            if isinstance(value, str):
+                cells.append(value + (" *" if name == "title" and row["front"] else ""))
+            elif value is None or not np.isfinite(value):
+                cells.append("–")
+            elif name in ("success", "coverage"):
+                cells.append(f"{100 * value:.0f} %")
+            elif name in ("rmse_cm", "me_cm", "worst_cm"):
+                cells.append(f"{value:.2f}")
+            else:
+                cells.append(f"{value:.0f}" if value >= 10 else f"{value:.1f}".removesuffix(".0"))
+        rows.append(cells)
+    return rows
+
+
+def markdown(table: pd.DataFrame, facts: dict[str, Any], knees: dict[str, str]) -> str:
+    """The same table for the docs, with what it was measured on."""
+    titles = dict(zip(table["key"], table["title"], strict=True))
+    head = "| " + " | ".join(label for _, label in COLUMNS) + " |\n|" + "---|" * len(COLUMNS) + "\n"
+    body = "".join("| " + " | ".join(cells) + " |\n" for cells in table_rows(table))
+    advice = "; ".join(f"`{preset}`: {titles[key]}" for preset, key in knees.items())
+    notes = "" if not facts["left_out"] else f" Left out for lack of time: {', '.join(facts['left_out'])}."
+    return (f"{facts['plots_text']}; {facts['machine']['cores']} cores of {facts['machine']['processor']}, "
+            f"TreeDGS {facts['machine']['version']}; {facts['repeats']} run(s) each; seed 0. * = on the Pareto front. "
+            f"Recommended by the rule of the page: {advice or 'nothing'}.{notes}\n\n{head}{body}")
+
+
+def page(table: pd.DataFrame, facts: dict[str, Any], knees: dict[str, str]) -> str:
+    """A self-contained page: groups can be hidden, points tell their figures."""
+    data = json.loads(table.to_json(orient="records"))
+    most = max((row["success"] for row in data if row["rmse_cm"] is not None), default=0)
+    for row in data:
+        row["enough"] = row["success"] >= 0.9 * most
+    looks = {group: colour for group, (colour, _) in LOOKS.items()}
+    titles = dict(zip(table["key"], table["title"], strict=True))
+    head = "".join(f"<th>{html.escape(label)}</th>" for _, label in COLUMNS)
+    body = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>"
+                   for row in table_rows(table))
+    advice = "".join(f"<li><b>{preset}</b>: {html.escape(titles[key])}</li>" for preset, key in knees.items())
+    script = {name: json.dumps(value).replace("</", "<\\/") for name, value in (("d", data), ("l", looks))}
+    left = "" if not facts["left_out"] else "<p>Left out for lack of time: " + html.escape(
+        ", ".join(facts["left_out"])) + ".</p>"
+    machine = ", ".join(f"{name} {value}" for name, value in facts["machine"].items())
+    filled = {"PLOTS": html.escape(facts["plots_text"]), "MACHINE": html.escape(machine), "REPEATS": facts["repeats"],
+              "ADVICE": advice, "LEFT": left, "HEAD": head, "BODY": body, "DATA": script["d"], "LOOKS": script["l"]}
+    text = files(__package__).joinpath("chart_page.html").read_text(encoding="utf-8")
+    for name, value in filled.items():
+        text = text.replace(f"@@{name}@@", str(value))
+    return text

@@ -1,0 +1,194 @@
+"""One measured piece of work in a process of its own: its seconds and its peak memory are nobody else's.
+
+Called as ``python -m treedgs_geo.benchmarking.jobs JOB.json RESULT.json``.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.crs import LocalFrame
+from ..core.errors import ReconstructionError
+from ..core.files import read_json, write_json
+from ..core.progress import Reporter
+from ..core.workspace import peak_memory_mb
+from ..measure.trees import Tree
+from ..reconstruction.cameras import View
+from ..stems.area import Area
+from ..terrain.dtm import Dtm
+from .plot import TruePlot, score_trees
+
+
+def run_job(job: dict[str, Any], result: Path) -> dict[str, Any]:
+    """Run a job in a child process; returns and keeps its record (``error`` instead of results if it failed)."""
+    job_file = result.with_suffix(".job.json")
+    write_json(job_file, job)
+    began = time.perf_counter()
+    child = subprocess.Popen([sys.executable, "-m", "treedgs_geo.benchmarking.jobs", str(job_file), str(result)],
+                             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    try:
+        errors = child.communicate()[1]
+    finally:
+        if child.poll() is None:
+            child.kill()
+            child.wait()
+    job_file.unlink(missing_ok=True)
+    if child.returncode or not result.exists():
+        last = (errors or b"").decode(errors="replace").strip().splitlines()[-1:] or ["no message"]
+        write_json(result, {"error": f"exit code {child.returncode}: {last[0][:300]}",
+                            "wall_s": round(time.perf_counter() - began, 2)})
+    return read_json(result)
+
+
+def run_sfm(job: dict[str, Any]) -> dict[str, Any]:
+    """Geotags and structure from motion of a plot into ``job["sfm"]``."""
+    from ..geotags.reading import read_stations
+    from ..reconstruction.pipeline import ReconstructOptions, reconstruct_photos
+
+    plot = Path(job["plot"])
+    stations = read_stations(plot / "images", plot, "EPSG:6344")
+    # Features of an earlier run must not make this one look quick.
+    report = reconstruct_photos(stations, ReconstructOptions(**job["params"]), Path(job["sfm"]))
+    return {"stages": report["stage_seconds"], "photos": report["photos"], "registered": report["registered"]}
+
+
+def _scene(job: dict[str, Any]) -> tuple[TruePlot, LocalFrame, list[View], Dtm, Area]:
+    """Cameras, ground and area as the chain would have them; nothing true but the scoring."""
+    from ..core.plots import read_plots
+    from ..reconstruction.model import load_points, load_views
+    from ..terrain.sparse_ground import dtm_from_sparse
+
+    plot = TruePlot.load(Path(job["plot"]))
+    frame, views = load_views(Path(job["sfm"]), plot.folder / "images")
+    points = load_points(Path(job["sfm"])).xyz
+    circles = read_plots(plot.folder / "plots.csv", frame.crs)
+    centres = frame.to_local(np.array([[p.x, p.y, frame.origin[2]] for p in circles]))[:, :2]
+    area = Area.circles(centres, np.array([p.radius_m for p in circles]))
+    low_x, low_y, high_x, high_y = area.bounds(8.0)
+    corners = frame.to_project(np.array([[low_x, low_y, 0.0], [high_x, high_y, 0.0]]))
+    dtm = dtm_from_sparse(frame.to_project(points), crs=frame.crs, bounds=(corners[0, :2], corners[1, :2]))
+    return plot, frame, views, dtm, area
+
+
+def run_photos(job: dict[str, Any]) -> dict[str, Any]:
+    """Stems found and fitted straight in the photos (``scale`` < 1: in reduced photos)."""
+    from ..measure.photo_trees import to_trees
+    from ..stems.photos.find import stems_from_photos
+    from ..stems.photos.options import PhotoStemOptions
+
+    plot, frame, views, dtm, area = _scene(job)
+    if job["scale"] != 1:
+        views = reduced(views, job["scale"], Path(job["scratch"]))
+    began = time.perf_counter()
+    fits = stems_from_photos(views, frame, dtm.local(frame).height, area, PhotoStemOptions(**job["params"]))
+    seconds = time.perf_counter() - began
+    used = min(len(views), job["params"].get("max_views", 10**6))
+    return {"stages": {"stems": seconds}, **_scored(plot, to_trees(fits, frame)),
+            "modelled": {"photos": used, "megapixels": used * views[0].camera.width * views[0].camera.height / 1e6}}
+
+
+def reduced(views: list[View], scale: float, folder: Path) -> list[View]:
+    """The photos at a share of their size, with cameras that fit (not timed: a drone would store them so)."""
+    import cv2
+
+    from ..reconstruction.images import load_image
+
+    folder.mkdir(parents=True, exist_ok=True)
+    made = []
+    for view in views:
+        image = load_image(view)[..., ::-1]
+        height, width = round(image.shape[0] * scale), round(image.shape[1] * scale)
+        path = folder / view.path.name
+        cv2.imwrite(str(path), cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA),
+                    [cv2.IMWRITE_JPEG_QUALITY, 95])
+        sx, sy = width / image.shape[1], height / image.shape[0]
+        c = view.camera
+        camera = replace(c, width=width, height=height, fx=c.fx * sx, fy=c.fy * sy, cx=c.cx * sx, cy=c.cy * sy)
+        made.append(replace(view, path=path, camera=camera))
+    return made
+
+
+def run_splats(job: dict[str, Any]) -> dict[str, Any]:
+    """Splats fitted about stems that were found in the photos (positions only), then measured as a cloud."""
+    from ..gaussians.options import PAPER_SAMPLING, GaussianOptions, SampleOptions
+    from ..gaussians.train import fit_with_report
+    from ..measure.cloud import measure_stems
+    from ..measure.options import MeasureOptions
+    from ..measure.photo_trees import to_trees
+    from ..pointcloud.cloud import PointCloud
+    from ..stems.photos.find import stems_from_photos
+    from ..stems.photos.options import PhotoStemOptions
+    from .splat_points import points_of
+
+    plot, frame, views, dtm, area = _scene(job)
+    paper = job["params"].get("preset") == "paper"
+    clock = [time.perf_counter()]
+    found = to_trees(stems_from_photos(views, frame, dtm.local(frame).height, area,
+                                       PhotoStemOptions(max_views=48)), frame)
+    if not found:
+        raise ReconstructionError("no stem was found to fit splats around; give another plot.")
+    places = frame.to_local(np.array([[t.x, t.y, t.z_ground or 0.0] for t in found]))[:, :2]
+    clock.append(time.perf_counter())
+    options = GaussianOptions(**job["params"])
+    field, report = fit_with_report(views, frame, dtm.local(frame).height, places, None, options, Reporter())
+    clock.append(time.perf_counter())
+    sampling = replace(SampleOptions(), **(PAPER_SAMPLING if paper else {}))
+    xyz, opacity, groups = points_of(field, views, job["reads"], sampling)
+    clock.append(time.perf_counter())
+    cloud = PointCloud(frame.to_project(xyz), frame.crs, {"opacity": opacity})
+    measuring = MeasureOptions(weights="opacity", method="paper" if paper else "default", source="splat")
+    trees = measure_stems(cloud, groups + 1, dtm, measuring)
+    clock.append(time.perf_counter())
+    stages = dict(zip(("find stems", "fit splats", "sample", "measure"), np.diff(clock).tolist(), strict=True))
+    return {"stages": stages, **_scored(plot, trees),
+            "modelled": {"photos": report.photos, "megapixels": report.megapixels, "gaussians": len(field)}}
+
+
+def run_cloud(job: dict[str, Any]) -> dict[str, Any]:
+    """The plot's LiDAR: ground, stems, diameters."""
+    from ..measure.cloud import measure_cloud
+    from ..measure.options import MeasureOptions
+    from ..terrain.ground import dtm_from_cloud
+
+    plot = TruePlot.load(Path(job["plot"]))
+    clock = [time.perf_counter()]
+    cloud = plot.cloud()
+    dtm = dtm_from_cloud(cloud.xyz, crs=cloud.horizontal_crs)
+    clock.append(time.perf_counter())
+    trees, _ = measure_cloud(cloud, dtm, MeasureOptions(**job["params"]))
+    clock.append(time.perf_counter())
+    stages = dict(zip(("read and ground", "stems"), np.diff(clock).tolist(), strict=True))
+    return {"stages": stages, **_scored(plot, trees), "modelled": {"points": len(cloud)}}
+
+
+def _scored(plot: TruePlot, trees: list[Tree]) -> dict[str, Any]:
+    clear = plot.clear_views({view.name for view in plot.views()})
+    rows = score_trees(plot, trees, clear)
+    inside = set(plot.trees.loc[plot.trees["in_plot"].astype(str).str.lower() == "true", "tree_id"].astype(str))
+    return {"rows": [row for row in rows if row["tree_id"] in inside or row.get("false")]}
+
+
+JOBS = {"sfm": run_sfm, "photos": run_photos, "splats": run_splats, "cloud": run_cloud}
+
+
+def main() -> int:
+    """Run one job."""
+    job = json.loads(Path(sys.argv[1]).read_text(encoding="utf-8"))
+    began = time.perf_counter()
+    record = JOBS[job["kind"]](job)
+    record["stages"] = {name: round(value, 2) for name, value in record["stages"].items()}
+    write_json(Path(sys.argv[2]), {**record, "wall_s": round(time.perf_counter() - began, 2),
+                                   "peak_memory_mb": peak_memory_mb()})
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,79 @@
+"""The configurations that the speed-accuracy chart compares (standard library only)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+#: Reconstruction settings by name; several configurations share one reconstruction, whose seconds count for each.
+SFM: dict[str, dict[str, Any]] = {
+    "2000 features": {"max_features": 2000, "neighbours": 8},
+    "4000 features": {"max_features": 4000, "neighbours": 12},
+    "8000 features": {},
+    "16000 features": {"max_features": 16000, "neighbours": 30},
+    "half-size photos": {"max_image_size": 640},
+}
+
+
+@dataclass(frozen=True)
+class Config:
+    """One point of the chart.
+
+    key: file name. title: on the chart. group: rung of the ladder (``docs/speed-accuracy.md``). kind: ``photos`` (stems
+    fitted in the photos), ``splats`` or ``cloud``. sfm: key of :data:`SFM`. params: settings of the stage. scale: size
+    of the photos that the stems are fitted in. preset: this is that preset of ``photos-to-dbh``. quick: part of
+    ``--quick``. reads: for splats, ``sample``, ``means`` or ``depth``: what is made of the field.
+    """
+
+    key: str
+    title: str
+    group: str
+    kind: str = "photos"
+    sfm: str = "8000 features"
+    params: dict[str, Any] = field(default_factory=dict)
+    scale: float = 1.0
+    preset: str = ""
+    quick: bool = False
+    reads: str = "sample"
+
+
+PRESET_GROUP = "presets"
+CONFIGS: tuple[Config, ...] = (
+    Config("balanced", "balanced", PRESET_GROUP, params={"max_views": 96}, preset="balanced", quick=True),
+    Config("fast", "fast", PRESET_GROUP, sfm="4000 features", params={"max_views": 48}, preset="fast", quick=True),
+    Config("lidar", "LiDAR, our circles", "LiDAR", "cloud", sfm="", quick=True),
+    Config("lidar-cylinder", "LiDAR, cylinder (published)", "LiDAR", "cloud", sfm="",
+           params={"method": "paper", "fit": "cylinder"}, quick=True),
+    Config("lidar-circle", "LiDAR, circle (published)", "LiDAR", "cloud", sfm="", params={"method": "paper"},
+           quick=True),
+    Config("lidar-intensity", "LiDAR, weighted circle (published)", "LiDAR", "cloud", sfm="",
+           params={"method": "paper", "weights": "intensity"}, quick=True),
+    Config("views-12", "12 photos", "photos used", params={"max_views": 12}, quick=True),
+    Config("views-24", "24 photos", "photos used", params={"max_views": 24}, quick=True),
+    Config("half", "photos at 1/2", "pixels used", params={"max_views": 96}, scale=0.5, quick=True),
+    Config("splat-fast", "splats, 600 a stem", "splat, then fit", "splats", params={"preset": "fast", "stems": "free"},
+           quick=True),
+    Config("sfm-2000", "2000 features", "reconstruction", sfm="2000 features", params={"max_views": 96}, quick=True),
+    Config("best", "best", PRESET_GROUP, sfm="16000 features", params={"max_views": 200}, preset="best", quick=True),
+    Config("upright", "upright stems only", "stem model", params={"max_views": 96, "max_lean_deg": 0.0}),
+    Config("coarse-grid", "search grid 10 cm", "stem model", params={"max_views": 96, "cell_m": 0.1}),
+    Config("views-6", "6 photos", "photos used", params={"max_views": 6}),
+    Config("views-48", "48 photos", "photos used", params={"max_views": 48}),
+    Config("quarter", "photos at 1/4", "pixels used", params={"max_views": 96}, scale=0.25),
+    Config("sfm-half", "half-size photos", "reconstruction", sfm="half-size photos", params={"max_views": 96}),
+    Config("sfm-4000", "4000 features", "reconstruction", sfm="4000 features", params={"max_views": 96}),
+    Config("sfm-16000", "16000 features", "reconstruction", sfm="16000 features", params={"max_views": 96}),
+    Config("splat-primitive", "splats around a stem", "splat, then fit", "splats",
+           params={"preset": "fast", "stems": "primitive"}),
+    Config("splat-balanced", "splats, 1000 a stem", "splat, then fit", "splats",
+           params={"preset": "balanced", "stems": "free"}),
+    Config("splat-epochs", "splats, a third of the epochs", "splat, then fit", "splats",
+           params={"preset": "balanced", "stems": "free", "coarse_epochs": 3, "fine_epochs": 2}),
+    Config("splat-band", "splats up to 8 m, 1 m about", "splat, then fit", "splats",
+           params={"preset": "fast", "stems": "free", "band_m": 8.0, "radius_m": 1.0, "gaussians": 3000}),
+    Config("splat-means", "splat centres only", "splat, then fit", "splats",
+           params={"preset": "fast", "stems": "free"}, reads="means"),
+    Config("splat-depth", "fused splat depths", "splat, then fit", "splats",
+           params={"preset": "fast", "stems": "free"}, reads="depth"),
+    Config("paper", "paper (3000 splats a stem)", PRESET_GROUP, "splats", params={"preset": "paper"}, preset="paper"),
+)

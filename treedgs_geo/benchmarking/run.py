@@ -1,0 +1,134 @@
+"""What ``treedgs benchmark`` does: chart or stability suite, kept and resumed in one output folder."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from ..core.errors import InputError, TreeDGSError
+from ..core.files import atomic_path, ensure_writable, write_json
+from ..core.progress import Reporter
+from ..evaluation.charts import close, render
+from . import chart, chart_pictures, stability_report
+from .ladder import CONFIGS
+from .stability import METHODS, all_cases, code_digest, run_cases
+
+
+def run_chart(output: Path, plots: Path | None, quick: bool, repeats: int, only: list[str], budget_min: float,
+              reporter: Reporter) -> dict[str, Any]:
+    """The speed-accuracy chart. Files: ``speed-accuracy.{svg,png,html,md}``, ``benchmark.{csv,json}``, ``trees.csv``.
+
+    Raises:
+        InputError: no plot, or an unknown configuration.
+    """
+    began = time.monotonic()
+    ensure_writable(output / "benchmark.json")
+    known = {config.key for config in CONFIGS}
+    if unknown := [key for key in only if key not in known]:
+        raise InputError(f"--only: {unknown[0]!r} is no configuration; known: {', '.join(sorted(known))}.")
+    configs = [c for c in CONFIGS if (c.key in only if only else c.quick or not quick)]
+    with reporter.stage("plots", 0.0, 0.15):
+        folders = chart.plots_of(plots, output, quick, reporter)
+    has_cloud = {folder: (folder / "lidar").exists() for folder in folders}
+    if not all(has_cloud.values()):
+        configs = [c for c in configs if c.kind != "cloud"]
+        reporter.info("Not every plot has a LiDAR cloud: LiDAR methods are left out.")
+    with reporter.stage("configurations", 0.15, 0.98):
+        budget = max(60 * budget_min - (time.monotonic() - began), 1.0) if budget_min else float("inf")
+        records, left = chart.run_configs(folders, configs, repeats, output, reporter, budget)
+    table = chart.summarise(records)
+    if not len(table):
+        raise TreeDGSError(f"{output}: no configuration finished, see the files in runs/; mend and run again.")
+    if left:
+        reporter.warn(f"Out of time; left out: {', '.join(left)}. Run again to add them.")
+    stems = int(table["stems"].max())
+    facts = {"command": f"treedgs benchmark{' --quick' if quick else ''} --repeats {repeats}",
+             "machine": chart.machine(), "plots": [folder.name for folder in folders], "repeats": repeats,
+             "left_out": left, "code": code_digest(), "seconds": round(time.monotonic() - began),
+             "plots_text": f"{', '.join(folder.name for folder in folders)}: {stems // repeats} visible stems"}
+    knees = chart.knees(table)
+    chart.write_records(output, records, table, {**facts, "recommended": knees})
+    figure = chart_pictures.draw_chart(table, facts)
+    for kind in ("svg", "png"):
+        _write(output / f"speed-accuracy.{kind}", render(figure, kind))
+    close(figure)
+    _write(output / "speed-accuracy.html", chart_pictures.page(table, facts, knees).encode())
+    _write(output / "speed-accuracy.md", chart_pictures.markdown(table, facts, knees).encode())
+    for preset, key in knees.items():
+        row = table[table["key"] == key].iloc[0]
+        reporter.info(f"{preset}: {row['title']}, {row['seconds']:.0f} s, RMSE {row['rmse_cm']:.2f} cm.")
+    return {"output": str(output), "page": str(output / "speed-accuracy.html"),
+            "chart": str(output / "speed-accuracy.svg"), "n_runs": len(records), "recommended": knees,
+            "left_out": left, "seconds": facts["seconds"]}
+
+
+def run_stability(output: Path, seeds: list[int], factors: list[str], fresh: bool, budget_min: float,
+                  reporter: Reporter) -> dict[str, Any]:
+    """The stability suite. Files: ``stability.{csv,json,md,html}``, ``stability-<method>.{svg,png}``, curves."""
+    from .factors import FACTORS
+
+    began = time.monotonic()
+    ensure_writable(output / "stability.json")
+    known = {factor.key for factor in FACTORS}
+    if unknown := [key for key in factors if key not in known]:
+        raise InputError(f"--factors: {unknown[0]!r} is no factor; known: {', '.join(sorted(known))}.")
+    cases = all_cases(seeds, factors)
+    with reporter.stage("cases", 0.0, 0.97):
+        budget = 60 * budget_min if budget_min else float("inf")
+        records = list(run_cases(cases, output, reporter, fresh, budget))
+    if len(records) < len(cases):
+        reporter.warn(f"Out of time after {len(records)} of {len(cases)} cases; run again to go on.")
+    return {**write_stability(output, records, seeds), "n_cases": len(records), "n_wanted": len(cases),
+            "seconds": round(time.monotonic() - began)}
+
+
+def write_stability(output: Path, records: list[dict], seeds: list[int]) -> dict[str, Any]:
+    """Tables, pictures and page of the records."""
+    if not records:
+        raise TreeDGSError("No case was run, so there is nothing to report; give more time with --budget-min.")
+    table = stability_report.tree_rows(records)
+    levels = stability_report.by_level(table)
+    claim = stability_report.verdict(table)
+    codes = sorted({record["code"] for record in records})
+    facts = {"machine": chart.machine(), "seeds": sorted({record["seed"] for record in records}), "cases": len(records),
+             "measuring_code": codes}
+    for name, frame in (("stability.csv", levels), ("stability-trees.csv", table)):
+        with atomic_path(output / name) as path:
+            frame.to_csv(path, index=False, float_format="%.4g")
+    wrong = stability_report.lies(table)
+    write_json(output / "stability.json", {**facts, "verdict": claim, "lies": _plain(wrong), "levels": _plain(levels)})
+    text = stability_report.markdown(table, levels, facts)
+    _write(output / "stability.md", text.encode())
+    pictures = {}
+    for method in METHODS:
+        if (table["method"] == method).any():
+            figure = stability_report.draw_errors(table, method)
+            name = f"stability-{method.replace(' ', '-')}"
+            pictures[method] = render(figure, "svg")
+            _write(output / f"{name}.svg", pictures[method])
+            _write(output / f"{name}.png", render(figure, "png"))
+            close(figure)
+    figure = stability_report.draw_curves(levels)
+    pictures["every method"] = render(figure, "svg")
+    _write(output / "stability-curves.svg", pictures["every method"])
+    _write(output / "stability-curves.png", render(figure, "png"))
+    close(figure)
+    _write(output / "stability.html", stability_report.page(text, pictures).encode())
+    own = claim.get("photos") or next(iter(claim.values()))
+    return {"output": str(output), "page": str(output / "stability.html"),
+            "chart": str(output / "stability-curves.svg"),
+            "n_ok": own["ok"], "n_lies": own["lies"], "coverage_90": own["coverage"], "claim_holds": bool(own["holds"])}
+
+
+def _plain(frame: pd.DataFrame) -> list[dict]:
+    import json
+
+    return json.loads(frame.to_json(orient="records"))
+
+
+def _write(target: Path, data: bytes) -> None:
+    with atomic_path(target) as temporary:
+        temporary.write_bytes(data)
