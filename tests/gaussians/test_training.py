@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-import pyproj
 import pytest
+from painted_stem import FRAME, GROUND, STEM, ground, load, scene
 
-from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.gaussians.crops import Crop, GroundPlane, band_outline, crop_camera, cut_out, sample_texture
+from treedgs_geo.gaussians.crops import Crop, GroundPlane, band_outline, crop_camera, cut_out
 from treedgs_geo.gaussians.optimise import Volume
 from treedgs_geo.gaussians.project import CropCamera
-from treedgs_geo.gaussians.raster import Rasteriser, render
+from treedgs_geo.gaussians.raster import render
 from treedgs_geo.gaussians.stem_fit import FitSettings, fit_stem
 from treedgs_geo.gaussians.train import GaussianOptions, choose_views, fit_gaussians, fit_with_report
-from treedgs_geo.reconstruction.cameras import Camera, View
+from treedgs_geo.reconstruction.cameras import View
 
-FRAME = LocalFrame(pyproj.CRS.from_epsg(6344), np.array([611337.0, 3718451.0, 38.0]))
-STEM, RADIUS, GROUND = np.array([1.0, -0.5]), 0.15, 2.0
-QUICK = GaussianOptions(gaussians=250, coarse_epochs=5, fine_epochs=1, max_views=12, threads=1)
+QUICK = GaussianOptions(stems="free", gaussians=250, coarse_epochs=5, fine_epochs=1, max_views=12, threads=1)
 
 
 class Heard(Reporter):
@@ -35,48 +31,6 @@ class Heard(Reporter):
 
     def warn(self, message: str) -> None:
         self.warnings.append(message)
-
-
-def ground(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    return np.full(np.shape(x), GROUND)
-
-
-@lru_cache(maxsize=1)
-def scene() -> tuple[tuple[View, ...], dict[str, np.ndarray]]:
-    """Twelve oblique views of the stem, and their photos."""
-    rng = np.random.default_rng(0)
-    angle, height = rng.uniform(0, 2 * np.pi, 1500), rng.uniform(-0.3, 5, 1500)
-    p = np.zeros((1500, 14))
-    p[:, :3] = np.column_stack([STEM[0] + (RADIUS - 0.02) * np.cos(angle), STEM[1] + (RADIUS - 0.02) * np.sin(angle),
-                                GROUND + height])
-    p[:, 3], p[:, 7:10], p[:, 10] = 1, np.log(0.03), 4
-    p[:, 11:] = rng.uniform(0.1, 0.25, (1500, 1))
-    plane = GroundPlane(0, 0, GROUND, 9.0, 0.08)
-    texture = rng.uniform(0.45, 0.8, (plane.cells, plane.cells, 1)).astype(np.float32).repeat(3, axis=2)
-    views, photos = [], {}
-    for number in range(12):
-        turn, tilt = 2 * np.pi * number / 12, np.radians(50)
-        target = np.array([*STEM, GROUND + 1.5])
-        centre = target + 60 * np.array([np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)])
-        forward = (target - centre) / 60
-        right = np.cross(forward, [0, 0, 1.0])
-        right /= np.linalg.norm(right)
-        rotation = np.stack([right, np.cross(forward, right), forward])
-        camera = Camera(260, 260, 2200, 2200, 130, 130)
-        view = View(f"{number:02d}.jpg", Path(f"{number:02d}.jpg"), camera, rotation, -rotation @ centre, number % 2)
-        crop = CropCamera(260, 260, 2200, 2200, 130, 130, rotation, -rotation @ centre)
-        done = Rasteriser().forward(p, crop)
-        behind = np.empty((260, 260, 3), np.float32)
-        sample_texture(texture, plane.texels(crop), behind)
-        picture = np.moveaxis(done.planes[:3], 0, -1) + done.planes[3][..., None] * behind
-        gain = 1 + 0.05 * np.sin(number)  # exposures differ
-        photos[view.name] = np.clip(picture * gain * 255, 0, 255).astype(np.uint8)
-        views.append(view)
-    return tuple(views), photos
-
-
-def load(view: View) -> np.ndarray:
-    return scene()[1][view.name]
 
 
 def test_a_stem_is_found_where_it_stands_and_the_ground_stays_clear():

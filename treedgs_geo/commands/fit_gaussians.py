@@ -12,10 +12,11 @@ from ..core.errors import InputError
 from ..core.files import fingerprint
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
+from ..gaussians.options import GaussianOptions
 
 
 @dataclass(frozen=True, kw_only=True)
-class FitGaussiansSettings:
+class FitGaussiansSettings(GaussianOptions):
     """Parameters of ``fit-gaussians``."""
 
     workspace: Path = param(kind="folder", help="Workspace with sfm/ and dtm.tif; field.ply is written there.")
@@ -29,43 +30,13 @@ class FitGaussiansSettings:
         help="Stem positions, good to a few decimetres: a point layer, or a CSV with x, y in the project CRS; "
         "without it trees.gpkg of the workspace.",
     )
-    preset: str = param(
-        "balanced",
-        kind="choice",
-        choices=("fast", "balanced", "best", "paper"),
-        help="How much is modelled; paper = the published losses.",
-    )
-    band_m: float = param(
-        3.0, kind="number", help="Top of the modelled stem band above ground.", unit="m", minimum=1.5, maximum=20
-    )
-    radius_m: float = param(
-        0.5,
-        kind="number",
-        help="Radius of the modelled cylinder about each stem.",
-        unit="m",
-        minimum=0.1,
-        maximum=5,
-        advanced=True,
-    )
-    max_gaussians: int = param(
-        60000,
-        kind="integer",
-        help="Hard limit on Gaussians in all, shared among the stems.",
-        minimum=10,
-        maximum=10_000_000,
-        advanced=True,
-    )
-    threads: int = param(2, kind="integer", help="Stems fitted at once.", minimum=1, maximum=256, advanced=True)
-    seed: int = param(
-        0, kind="integer", help="Seed of every random choice.", minimum=0, maximum=2**31 - 1, advanced=True
-    )
 
 
 def fit_gaussians(settings: FitGaussiansSettings, reporter: Reporter) -> dict[str, Any]:
     """Fit and write ``field.ply``; the record goes to ``run.json``."""
     from ..gaussians.ply import frame_path, write_field
     from ..gaussians.seeds import read_seeds
-    from ..gaussians.train import GaussianOptions, fit_with_report
+    from ..gaussians.train import fit_with_report
     from ..pointcloud.files import read_cloud
     from ..reconstruction.model import load_views
     from ..terrain.dtm import read_dtm
@@ -86,17 +57,9 @@ def fit_gaussians(settings: FitGaussiansSettings, reporter: Reporter) -> dict[st
     dense = None
     if dense_file.exists():
         dense = (frame.to_local(read_cloud(dense_file, attributes=()).xyz), None)
-    options = GaussianOptions(
-        preset=settings.preset,
-        band_m=settings.band_m,
-        radius_m=settings.radius_m,
-        max_gaussians=settings.max_gaussians,
-        threads=settings.threads,
-        seed=settings.seed,
-    )
     target = space.path(names.FIELD)
     with space.running("fit-gaussians", fingerprint([dtm_file, seeds_file]), to_json(settings)) as result:
-        field, report = fit_with_report(views, frame, ground, seeds, dense, options, reporter)
+        field, report = fit_with_report(views, frame, ground, seeds, dense, settings, reporter)
         write_field(target, field, frame)
         result.update(
             field=str(target),

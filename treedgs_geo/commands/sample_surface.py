@@ -12,10 +12,11 @@ from ..core.errors import InputError
 from ..core.files import fingerprint
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
+from ..gaussians.options import PAPER_SAMPLING, SampleOptions
 
 
 @dataclass(frozen=True, kw_only=True)
-class SampleSurfaceSettings:
+class SampleSurfaceSettings(SampleOptions):
     """Parameters of ``sample-surface``."""
 
     workspace: Path = param(kind="folder", help="Workspace with sfm/ and field.ply; surface.laz is written there.")
@@ -28,32 +29,11 @@ class SampleSurfaceSettings:
         choices=("balanced", "paper"),
         help="paper = every point of the published method, those that no view sees included.",
     )
-    samples: int = param(100, kind="integer", help="Candidate points per Gaussian (M).", minimum=1, maximum=10000)
-    law: str = param(
-        "clamp",
-        kind="choice",
-        choices=("clamp", "vacancy"),
-        advanced=True,
-        help="Opacity law: clamp = depth clamp of the paper, vacancy = stochastic solid.",
-    )
-    tau: float = param(
-        0.0,
-        kind="number",
-        minimum=0,
-        maximum=1,
-        advanced=True,
-        help="Keep points whose smallest opacity over the views is above this.",
-    )
-    threads: int = param(2, kind="integer", help="Views scored at once.", minimum=1, maximum=256, advanced=True)
-    seed: int = param(
-        0, kind="integer", help="Seed of every random choice.", minimum=0, maximum=2**31 - 1, advanced=True
-    )
 
 
 def sample_surface(settings: SampleSurfaceSettings, reporter: Reporter) -> dict[str, Any]:
     """Sample, score and write ``surface.laz``."""
     from ..gaussians.ply import read_field
-    from ..gaussians.sample import PAPER_SAMPLING, SampleOptions
     from ..gaussians.sample import sample_surface as sample
     from ..pointcloud.cloud import PointCloud
     from ..pointcloud.files import write_cloud
@@ -68,11 +48,7 @@ def sample_surface(settings: SampleSurfaceSettings, reporter: Reporter) -> dict[
         raise InputError(
             f"{field_file}: is in another local frame than {space.path(names.SFM)}; run fit-gaussians again."
         )
-    options = SampleOptions(
-        samples=settings.samples, law=settings.law, tau=settings.tau, threads=settings.threads, seed=settings.seed
-    )
-    if settings.preset == "paper":
-        options = replace(options, **PAPER_SAMPLING)
+    options = replace(settings, **PAPER_SAMPLING) if settings.preset == "paper" else settings
     with space.running("sample-surface", fingerprint([field_file]), to_json(settings)) as result:
         points = sample(field, views, options, reporter)
         write_cloud(

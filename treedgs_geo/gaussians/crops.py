@@ -7,7 +7,7 @@ and little more. A crop keeps its photo's rotation and centre; only the lens dis
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numba
@@ -296,3 +296,17 @@ def foliage_rule(samples: np.ndarray) -> FoliageRule | None:
     if explained < 0.72 or upper.mean() < 1 / 3 + 0.02 or upper.mean() - lower.mean() < 0.02:
         return None
     return FoliageRule(float(split), float(upper.mean()))
+
+
+def halved(crop: Crop, plane: GroundPlane) -> Crop:
+    """The crop at half resolution."""
+    camera = crop.camera.scaled(0.5)
+    size = (camera.width, camera.height)
+    return replace(
+        crop,
+        camera=camera,
+        image=cv2.resize(crop.image, size, interpolation=cv2.INTER_AREA),
+        weight=cv2.resize(crop.weight, size, interpolation=cv2.INTER_AREA),
+        ground=cv2.resize(crop.ground, size, interpolation=cv2.INTER_AREA),
+        texels=plane.texels(camera),
+    )

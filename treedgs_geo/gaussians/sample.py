@@ -17,78 +17,29 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from ..core.errors import InputError
 from ..core.progress import Reporter
-from ..core.settings import param
 from ..reconstruction.cameras import View
 from .field import GaussianField
+from .options import SampleOptions
 from .point_kernels import TILE_PX, list_by_tile, opacity_before
 from .project import CropCamera
 from .raster import ALPHA_MIN, project
 
-
-@dataclass(frozen=True, kw_only=True)
-class SampleOptions:
-    """How a field becomes points."""
-
-    samples: int = param(100, kind="integer", help="candidate points drawn per Gaussian (M)", minimum=1, maximum=10000)
-    law: str = param(
-        "clamp",
-        kind="choice",
-        choices=("clamp", "vacancy"),
-        advanced=True,
-        help="opacity law: clamp = RaDe-GS depth clamp, vacancy = stochastic solid",
-    )
-    tau: float = param(
-        0.0,
-        kind="number",
-        minimum=0,
-        maximum=1,
-        advanced=True,
-        help="keep points whose smallest opacity over the views is above this",
-    )
-    seen_transmittance: float = param(
-        0.02,
-        kind="number",
-        minimum=0,
-        maximum=1,
-        advanced=True,
-        help="a view sees a point when more than this share of light gets past what is in front of it; "
-        "Gaussians that no view sees are dropped (0 keeps all)",
-    )
-    min_foreground: float = param(
-        0.0,
-        kind="number",
-        minimum=0,
-        maximum=1,
-        advanced=True,
-        help="a view counts as foreground where the accumulated alpha is above this",
-    )
-    threads: int = param(2, kind="integer", help="views scored at once", minimum=1, maximum=256, advanced=True)
-    seed: int = param(0, kind="integer", help="random seed", minimum=0, maximum=2**31 - 1, advanced=True)
-
-
-#: The constants of the paper (M = 100, tau = 0); nothing is dropped for being unseen.
-PAPER_SAMPLING: dict[str, Any] = {
-    "samples": 100,
-    "law": "clamp",
-    "tau": 0.0,
-    "seen_transmittance": 0.0,
-    "min_foreground": 0.0,
-}
+#: Points scored at once: bounds memory (one opacity per point and photo where a quantile is asked for).
+CHUNK = 400_000
 
 
 @dataclass(frozen=True)
 class SurfacePoints:
     """Points on and in the Gaussians.
 
-    xyz: (P, 3) float64, local frame. opacity: (P,) float32, smallest opacity in front of the point over its foreground
-    views. n_views: (P,) uint16 foreground views. n_seen: (P,) uint16 views that see the point. groups: (P,) int32 stem
-    of the Gaussian. n_dropped: Gaussians dropped because no view sees them.
+    xyz: (P, 3) float64, local frame. opacity: (P,) float32, smallest (or a low quantile of) opacity in front of the
+    point over its foreground views. n_views: (P,) uint16 foreground views. n_seen: (P,) uint16 views that see the
+    point. groups: (P,) int32 stem of the Gaussian. n_dropped: Gaussians dropped because no view sees them.
     """
 
     xyz: np.ndarray
@@ -166,6 +117,15 @@ def view_opacity(
     return opacity, foreground, pairs
 
 
+def _low_quantile(opacity: np.ndarray, n_views: np.ndarray, quantile: float) -> np.ndarray:
+    """(P,) the ``quantile`` of (V, P) opacities, +inf where a view does not count; 1 where none does."""
+    if quantile > 0:
+        opacity.sort(axis=0)
+        rank = np.floor(quantile * np.maximum(n_views.astype(int) - 1, 0)).astype(int)
+        opacity = np.take_along_axis(opacity, rank[None], axis=0)
+    return np.where(np.isfinite(opacity[0]), opacity[0], 1).astype(np.float32)
+
+
 def sample_surface(
     field: GaussianField, views: Sequence[View], options: SampleOptions | None = None, reporter: Reporter | None = None
 ) -> SurfacePoints:
@@ -185,15 +145,24 @@ def sample_surface(
     parameters = field.packed
     best = np.ones(len(points), np.float32)
     n_views, n_seen = np.zeros(len(points), np.uint16), np.zeros(len(points), np.uint16)
+    blocks = [slice(i, i + CHUNK) for i in range(0, len(points), CHUNK)]
     with ThreadPoolExecutor(options.threads) as pool:
-        scored = pool.map(
-            lambda view: view_opacity(parameters, view, points, options.law, options.min_foreground), views
-        )
-        for done, (opacity, foreground, _) in enumerate(scored, start=1):
-            best = np.where(foreground, np.minimum(best, opacity), best)
-            n_views += foreground
-            n_seen += foreground & (1 - opacity > options.seen_transmittance)
-            reporter.progress(done / len(views), f"opacity in view {done} of {len(views)}")
+        for number, block in enumerate(blocks):
+            own = points[block]
+            scored = pool.map(
+                lambda view, own=own: view_opacity(parameters, view, own, options.law, options.min_foreground), views
+            )
+            kept = np.full((len(views) if options.quantile > 0 else 1, len(own)), np.inf, np.float32)
+            for done, (opacity, foreground, _) in enumerate(scored, start=1):
+                shown = np.where(foreground, opacity, np.inf)
+                if options.quantile > 0:
+                    kept[done - 1] = shown
+                else:
+                    kept[0] = np.minimum(kept[0], shown)
+                n_views[block] += foreground
+                n_seen[block] += foreground & (1 - opacity > options.seen_transmittance)
+                reporter.progress((number + done / len(views)) / len(blocks))
+            best[block] = _low_quantile(kept, n_views[block], options.quantile)
     seen_by_gaussian = np.zeros(len(field), bool)
     seen_by_gaussian[source[n_seen > 0]] = True
     keep = (n_views > 0) & (best > options.tau)

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
-from .crops import Crop, GroundPlane, gather_texture, median_texture, sample_texture
+from .crops import Crop, GroundPlane, gather_texture, halved, median_texture, sample_texture
 from .field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION
 from .loss import d_ssim, l1, normal_consistency, robust_weight
 from .optimise import Adam, Controller, FixedSchedule, PlateauStop, Volume, constrain, learning_rates, relocate
 from .raster import Rasteriser
+from .stem_joint import StemPrimitive
 
 
 @dataclass(frozen=True)
@@ -39,9 +40,18 @@ class FitSettings:
 
 
 @dataclass(frozen=True)
+class HeldOut:
+    """l1: mean absolute colour error, robustly weighted. psnr_db, ssim: of the band, foliage masked."""
+
+    l1: float
+    psnr_db: float
+    ssim: float
+
+
+@dataclass(frozen=True)
 class StemFit:
-    """A fitted stem in its own frame. parameters: (N, 14). held_out_l1: mean absolute colour error of the held-out
-    crops.
+    """A fitted stem in its own frame. parameters: (N, 14). held_out: how well crops that took no part are predicted
+    (None where there were too few to hold any out). primitive: the stem, where one was fitted.
     """
 
     parameters: np.ndarray
@@ -51,7 +61,8 @@ class StemFit:
     pairs: int
     seconds: float
     stopped: str
-    held_out_l1: float
+    held_out: HeldOut | None
+    primitive: StemPrimitive | None = None
 
 
 def initial_parameters(
@@ -68,7 +79,7 @@ def initial_parameters(
     p[:, MEAN] = np.column_stack(
         [radius * np.cos(angle), radius * np.sin(angle), volume.low_m + height * rng.random(count)]
     )
-    size = (np.pi * volume.radius_m**2 * height / count) ** (1 / 3) * 0.4
+    size = (np.pi * volume.radius_m**2 * height / max(count, 1)) ** (1 / 3) * 0.4
     if dense is not None and len(dense) >= 50:
         from_points = min(len(dense), count // 2)
         p[:from_points, MEAN] = dense[rng.choice(len(dense), from_points, replace=False)]
@@ -90,6 +101,19 @@ def initial_parameters(
     return p
 
 
+def ground_textures(plane: GroundPlane, around: list[Crop], flights: set[int]) -> dict[int, np.ndarray]:
+    """Ground colours of each flight. Shadows move between flights: each with enough crops has a ground of its own."""
+    pooled, textures = None, {}
+    for flight in sorted(flights):
+        own = [crop for crop in around if crop.flight == flight]
+        if 6 <= len(own) < len(around):
+            textures[flight] = median_texture(plane, own)
+        else:
+            pooled = median_texture(plane, around) if pooled is None else pooled
+            textures[flight] = pooled.copy()
+    return textures
+
+
 class StemModel:
     """Parameters, background and exposure of one stem while it is being fitted."""
 
@@ -105,12 +129,7 @@ class StemModel:
         self.rasteriser = Rasteriser(1, settings.dilation_px2)
         self.pairs = 0
         self.gain = {crop.view: np.ones(3, np.float32) for crop in crops}
-        # Shadows move between flights: each flight with enough crops has its own ground.
-        pooled = median_texture(plane, around)
-        self.texture = {}
-        for flight in {crop.flight for crop in crops}:
-            own = [crop for crop in around if crop.flight == flight]
-            self.texture[flight] = median_texture(plane, own) if 6 <= len(own) < len(around) else pooled.copy()
+        self.texture = ground_textures(plane, around, {crop.flight for crop in crops})
         self._reset_sums()
 
     def _reset_sums(self) -> None:
@@ -205,8 +224,7 @@ def fit_stem(
     began = time.perf_counter()
     rng = np.random.default_rng(settings.seed)
     controller = controller or (PlateauStop() if settings.plateau else FixedSchedule())
-    held = crops[:: max(len(crops) // 2, 6)][:2] if len(crops) >= 12 else []
-    taught = [crop for crop in crops if not any(crop is other for other in held)]
+    taught, held = hold_out(crops)
     coarse = [halved(crop, plane) for crop in taught]
     parameters = initial_parameters(coarse, volume, settings.gaussians, dense, rng)
     model = StemModel(coarse, plane, parameters, settings, around or coarse)
@@ -232,7 +250,6 @@ def fit_stem(
             relocate(parameters, adam, volume, rng)
         if held and controller.epoch(held_out_error(model, held)) and epoch >= settings.coarse_epochs:
             break
-    error = held_out_error(model, held) if held else math.nan
     keep = (
         (1 / (1 + np.exp(-parameters[:, LOGIT])) >= 0.01)
         & volume.contains(parameters[:, MEAN])
@@ -246,36 +263,52 @@ def fit_stem(
         model.pairs,
         time.perf_counter() - began,
         controller.reason,
-        error,
+        held_out_quality(model, held),
     )
 
 
+def hold_out(crops: list[Crop]) -> tuple[list[Crop], list[Crop]]:
+    """(taught, held out): two crops are held out where there are twelve or more."""
+    held = crops[:: max(len(crops) // 2, 6)][:2] if len(crops) >= 12 else []
+    return [crop for crop in crops if not any(crop is other for other in held)], held
+
+
+def _predict(model: StemModel, crop: Crop) -> np.ndarray:
+    """A held-out crop's prediction at its least-squares exposure."""
+    model.gain.setdefault(crop.view, np.ones(3, np.float32))
+    _, _, composite = model.shown(crop)
+    gain = np.einsum("hw,hwc,hwc->c", crop.weight, composite, crop.image) / np.maximum(
+        np.einsum("hw,hwc,hwc->c", crop.weight, composite, composite), 1e-6
+    )
+    return composite * gain.astype(np.float32)
+
+
 def held_out_error(model: StemModel, held: list[Crop]) -> float:
-    """Weighted mean absolute colour error of crops that the fit does not see, at their least-squares exposure."""
+    """Weighted mean absolute colour error of crops that the fit does not see."""
     total = mass = 0.0
     for crop in held:
-        model.gain.setdefault(crop.view, np.ones(3, np.float32))
         if crop.flight not in model.texture:
             continue
-        _, _, composite = model.shown(crop)
-        gain = np.einsum("hw,hwc,hwc->c", crop.weight, composite, crop.image) / np.maximum(
-            np.einsum("hw,hwc,hwc->c", crop.weight, composite, composite), 1e-6
-        )
-        error = np.abs(composite * gain.astype(np.float32) - crop.image).mean(axis=-1)
-        weight = crop.weight * robust_weight(composite - crop.image, model.settings.robust_scale)
+        shown = _predict(model, crop)
+        error = np.abs(shown - crop.image).mean(axis=-1)
+        weight = crop.weight * robust_weight(shown - crop.image, model.settings.robust_scale)
         total, mass = total + float((weight * error).sum()), mass + float(weight.sum())
     return total / mass if mass > 0 else math.nan
 
 
-def halved(crop: Crop, plane: GroundPlane) -> Crop:
-    """The crop at half resolution."""
-    camera = crop.camera.scaled(0.5)
-    size = (camera.width, camera.height)
-    return replace(
-        crop,
-        camera=camera,
-        image=cv2.resize(crop.image, size, interpolation=cv2.INTER_AREA),
-        weight=cv2.resize(crop.weight, size, interpolation=cv2.INTER_AREA),
-        ground=cv2.resize(crop.ground, size, interpolation=cv2.INTER_AREA),
-        texels=plane.texels(camera),
+def held_out_quality(model: StemModel, held: list[Crop]) -> HeldOut | None:
+    """Error, PSNR and SSIM over all held-out crops together; None where there are none."""
+    square, structure, mass = 0.0, 0.0, 0.0
+    for crop in held:
+        if crop.flight not in model.texture:
+            continue
+        shown = np.clip(_predict(model, crop), 0, 1).astype(np.float32)
+        weight = float(crop.weight.sum())
+        square += float((crop.weight * ((shown - crop.image) ** 2).mean(axis=-1)).sum())
+        structure += (1 - 2 * d_ssim(shown, crop.image, crop.weight)[0]) * weight
+        mass += weight
+    if mass <= 0:
+        return None
+    return HeldOut(
+        held_out_error(model, held), -10 * math.log10(max(square / mass, 1e-10)), structure / mass
     )

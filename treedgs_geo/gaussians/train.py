@@ -17,7 +17,6 @@ import numpy as np
 from ..core.crs import LocalFrame
 from ..core.errors import InputError
 from ..core.progress import Reporter
-from ..core.settings import param
 from ..reconstruction.cameras import View
 from ..reconstruction.images import load_image
 from .crops import (
@@ -33,121 +32,21 @@ from .crops import (
 )
 from .field import LARGEST_COORDINATE_M, MEAN, GaussianField, merge_fields
 from .optimise import Volume
+from .options import GaussianOptions
 from .stem_fit import FitSettings, StemFit, fit_stem
+from .stem_joint import JointSettings, StemPrimitive
+from .stem_loop import fit_with_primitive
 
-#: Numbers behind each preset; every one can be overridden by the option of the same name.
-PRESETS: dict[str, dict[str, float]] = {
-    "fast": {
-        "gaussians": 600,
-        "coarse_epochs": 8,
-        "fine_epochs": 2,
-        "max_views": 24,
-        "ssim": 0.1,
-        "normals": 0.0,
-        "fog": 0.07,
-    },
-    "balanced": {
-        "gaussians": 1000,
-        "coarse_epochs": 8,
-        "fine_epochs": 6,
-        "max_views": 32,
-        "ssim": 0.1,
-        "normals": 0.0,
-        "fog": 0.07,
-    },
-    "best": {
-        "gaussians": 2000,
-        "coarse_epochs": 10,
-        "fine_epochs": 10,
-        "max_views": 48,
-        "ssim": 0.1,
-        "normals": 0.0,
-        "fog": 0.07,
-    },
-    "paper": {
-        "gaussians": 3000,
-        "coarse_epochs": 10,
-        "fine_epochs": 10,
-        "max_views": 48,
-        "ssim": 0.2,
-        "normals": 0.05,
-        "fog": 0.0,
-    },
-}
-
-
+#: Most photos a stem primitive is fitted to.
+STEM_VIEWS = 60
 #: Ground is modelled to this many band heights from a stem: as far as an oblique ray through the band's top goes.
 _BEHIND = 1.1
-
-
-@dataclass(frozen=True, kw_only=True)
-class GaussianOptions:
-    """How stems become Gaussians. Options left empty follow the preset."""
-
-    preset: str = param("balanced", kind="choice", choices=tuple(PRESETS), help="how much work is spent")
-    gaussians: int | None = param(
-        None, kind="integer", help="Gaussians per stem", minimum=10, maximum=100000, advanced=True
-    )
-    max_gaussians: int = param(
-        60000,
-        kind="integer",
-        help="hard limit on Gaussians in all; shared among the stems",
-        minimum=10,
-        maximum=10_000_000,
-        advanced=True,
-    )
-    coarse_epochs: int | None = param(
-        None, kind="integer", help="passes over the crops at half resolution", minimum=1, maximum=1000, advanced=True
-    )
-    fine_epochs: int | None = param(
-        None, kind="integer", help="passes over the crops at full resolution", minimum=0, maximum=1000, advanced=True
-    )
-    max_views: int | None = param(
-        None, kind="integer", help="photos used per stem", minimum=1, maximum=1000, advanced=True
-    )
-    ssim: float | None = param(
-        None, kind="number", help="share of D-SSIM in the photometric loss", minimum=0, maximum=1, advanced=True
-    )
-    normals: float | None = param(
-        None, kind="number", help="weight of depth-normal consistency", minimum=0, maximum=10, advanced=True
-    )
-    fog: float | None = param(
-        None,
-        kind="number",
-        help="price of covering a pixel, in mean absolute colour (0..1); keeps Gaussians from explaining the ground",
-        minimum=0,
-        maximum=1,
-        advanced=True,
-    )
-    band_m: float = param(
-        3.0, kind="number", help="top of the modelled stem band above ground", unit="m", minimum=1.5, maximum=20
-    )
-    radius_m: float = param(
-        0.5, kind="number", help="radius of the modelled cylinder about each seed", unit="m", minimum=0.1, maximum=5
-    )
-    mask_foliage: bool = param(
-        True, kind="flag", help="leave out green pixels where the photos' colours show a clear split", advanced=True
-    )
-    controller: str = param(
-        "fixed",
-        kind="choice",
-        choices=("fixed", "plateau"),
-        advanced=True,
-        help="fixed = every epoch of the preset; plateau = stop a stem when held-out photos no longer improve",
-    )
-    threads: int = param(2, kind="integer", help="stems fitted at once", minimum=1, maximum=256, advanced=True)
-    seed: int = param(0, kind="integer", help="random seed", minimum=0, maximum=2**31 - 1, advanced=True)
-
-    def value(self, name: str) -> float:
-        """The option, or the preset's value where it was left empty."""
-        own = getattr(self, name)
-        return PRESETS[self.preset][name] if own is None else own
 
 
 @dataclass(frozen=True)
 class FitReport:
     """What was modelled, for ``run.json``. stems: one dict per seed with crops, pixels, Gaussians, seconds and why it
-    stopped.
+    stopped. primitives: fitted stems by seed.
     """
 
     stems: list[dict]
@@ -156,6 +55,15 @@ class FitReport:
     pairs: int = 0
     foliage: FoliageRule | None = None
     warnings: list[str] = field(default_factory=list)
+    primitives: dict[int, FoundStem] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class FoundStem:
+    """A stem primitive where it stands: ``origin`` (3,) local, its seed on the ground."""
+
+    origin: np.ndarray
+    primitive: StemPrimitive
 
 
 def read_photo(view: View) -> np.ndarray:
@@ -261,8 +169,10 @@ def fit_with_report(
     outline = band_outline(options.radius_m + 0.3, low, options.band_m)
     surround = band_outline(_BEHIND * options.band_m, 0.0, 0.1)
     jobs: dict[int, list[_Job]] = {}
+    # A primitive is cheap, and every clear view of its edges counts.
+    most = int(options.value("max_views")) if options.free else options.max_views or STEM_VIEWS
     for stem, origin in origins.items():
-        for view in choose_views(views, origin, int(options.value("max_views"))):
+        for view in choose_views(views, origin, most):
             camera = crop_camera(views[view], origin, outline)
             if camera is not None:
                 jobs.setdefault(view, []).append(_Job(stem, view, views[view].flight, camera))
@@ -294,7 +204,7 @@ def fit_with_report(
         near = [other - origins[stem] for key, other in origins.items() if key != stem]
         near = [offset for offset in near if np.hypot(offset[0], offset[1]) < 2 * _BEHIND * options.band_m]
         return stem, _fit_one(
-            stem, origins[stem], cut.get(stem, []), near, ground, settings, options, (low, high), dense
+            stem, origins[stem], cut.get(stem, []), near, ground, settings, options, (low, high), dense, share
         )
 
     fits: dict[int, StemFit] = {}
@@ -338,7 +248,10 @@ def fit_with_report(
                 "epochs": fit.epochs,
                 "seconds": round(fit.seconds, 2),
                 "stopped": fit.stopped,
-                "held_out_l1": None if math.isnan(fit.held_out_l1) else round(fit.held_out_l1, 4),
+                "held_out": None
+                if fit.held_out is None
+                else {key: round(value, 4) for key, value in vars(fit.held_out).items() if math.isfinite(value)},
+                "dbh_cm": None if fit.primitive is None else round(fit.primitive.dbh_cm, 2),
             }
             for stem, fit in sorted(fits.items())
         ],
@@ -347,6 +260,7 @@ def fit_with_report(
         sum(fit.pairs for fit in fits.values()),
         rule,
         warnings,
+        {stem: FoundStem(origins[stem], fit.primitive) for stem, fit in fits.items() if fit.primitive is not None},
     )
     return merge_fields(pieces), report
 
@@ -400,6 +314,7 @@ def _fit_one(
     options: GaussianOptions,
     band: tuple[float, float],
     dense: tuple[np.ndarray, np.ndarray | None] | None,
+    budget: int,
 ) -> StemFit | None:
     everything = list(cut)
     # A crop that is almost all foliage has nothing to teach.
@@ -428,6 +343,16 @@ def _fit_one(
     if dense is not None and len(dense[0]):
         local = np.asarray(dense[0], float) - origin
         points = local[volume.contains(local) & (local[:, 2] > 0.1)]
+    if not options.free:
+        settings = replace(
+            settings,
+            gaussians=min(options.stem_gaussians, settings.gaussians // 2),
+            fine_epochs=options.stem_epochs,
+            seed=settings.seed + 1000003 * stem % (2**31 - 1),
+        )
+        joint = JointSettings(bh_m=options.bh_m, high_m=min(options.band_m - 0.1, 2.9))
+        bark = max(budget - settings.gaussians, 0)
+        return fit_with_primitive(crops, plane, volume, settings, footprint, around, joint, bark)
     return fit_stem(
         crops,
         plane,
