@@ -16,7 +16,7 @@ from typing import Any
 from ..core.files import write_json
 
 #: What libraries read to know how many threads they may start.
-_THREADS = ("TREEDGS_THREADS", "NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS",
+THREADS = ("TREEDGS_THREADS", "NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS",
             "NUMEXPR_NUM_THREADS", "OPENCV_FOR_THREADS_NUM", "VECLIB_MAXIMUM_THREADS")
 #: Below this share of the machine's memory a plot that uses more than it declared is ended before the machine swaps.
 _LOW_MEMORY = 0.04
@@ -50,7 +50,7 @@ class EngineProcess:
         self._measured = 0.0
         file = folder / "job.json"
         write_json(file, job)
-        environment = {**os.environ, **dict.fromkeys(_THREADS, str(threads)), "PYTHONUNBUFFERED": "1"}
+        environment = {**os.environ, **dict.fromkeys(THREADS, str(threads)), "PYTHONUNBUFFERED": "1"}
         with open(log, "w", encoding="utf-8") as stream:
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "treedgs_geo.campaign.plot", str(file)], cwd=folder, env=environment,

@@ -138,12 +138,12 @@ class Checker:
     def rows(self) -> Iterator[Checked]:
         """Rows that can be run; the others are kept as sentences (:meth:`conclude`)."""
         for line, cells in read_rows(self.manifest):
+            name = cells.get("plot_id")
             try:
                 yield self._check(line, cells)
             except TreeDGSError as problem:
                 self.n_bad += 1
                 if len(self.problems) < _TOLD:
-                    name = cells.get("plot_id")
                     self.problems.append(f"line {line}{f' ({name})' if name else ''}: {problem}")
 
     def conclude(self) -> None:

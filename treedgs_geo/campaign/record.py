@@ -22,7 +22,7 @@ _KEPT_ATTEMPTS = 60
 @dataclass
 class Record:
     """``plot.json``. key: inputs and settings. stamp: names, sizes, times of the inputs. status: ``new``, ``done`` or
-    ``failed``. attempts: ``{"series", "host", "started", "outcome", …}``; one without outcome was cut short.
+    ``failed``. attempts: ``{"series", "host", "began", "outcome", …}``; one without outcome was cut short.
     result: what the plot's run returned."""
 
     folder: Path

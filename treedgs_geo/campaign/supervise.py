@@ -71,7 +71,7 @@ def _run(job: dict[str, Any], folder: Path, lease: Lease, orphaned: threading.Ev
         _fail(record, key, job)
         return {"outcome": "given_up", "message": record.last_problem()}
     attempt = {"series": job["series"], "key": key, "host": host(), "outcome": None,
-               "started": time.strftime("%Y-%m-%d %H:%M:%S")}
+               "began": round(time.time(), 2)}
     record.attempts.append(attempt)
     record.status, record.key, record.stamp = "new", key, job["stamp"]
     began = time.monotonic()

@@ -1,0 +1,160 @@
+"""Leases, records, costs, sizes of clusters, job scripts: the parts on their own."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from treedgs_geo.campaign import lease as leases
+from treedgs_geo.campaign.clusters import Shape, queue_arguments, shape_of
+from treedgs_geo.campaign.costs import CostModel, fit, makespan
+from treedgs_geo.campaign.engine_process import explain, is_full
+from treedgs_geo.campaign.lease import Busy, Lease, Lost
+from treedgs_geo.campaign.record import MOST_INTERRUPTIONS, RETRIES, Record
+from treedgs_geo.core.errors import InputError
+
+
+def test_only_one_of_many_takes_a_lease(tmp_path):
+    def take(_):
+        try:
+            return Lease.take(tmp_path)
+        except Busy:
+            return None
+
+    with ThreadPoolExecutor(16) as pool:
+        got = [lease for lease in pool.map(take, range(48)) if lease]
+    assert len(got) == 1
+    got[0].free()
+    second = Lease.take(tmp_path)
+    assert second.number == got[0].number + 1
+    with pytest.raises(Lost):
+        got[0].check()
+
+
+def test_a_dead_process_of_this_host_holds_nothing(tmp_path):
+    script = f"from treedgs_geo.campaign.lease import Lease; Lease.take({str(tmp_path)!r}); import os; os._exit(1)"
+    subprocess.run([sys.executable, "-c", script], check=False)
+    assert leases.holder_of(tmp_path) is None
+    lease = Lease.take(tmp_path)
+    with pytest.raises(Busy, match=str(os.getpid())):
+        Lease.take(tmp_path)
+    lease.check()
+
+
+def test_another_hosts_lease_holds_until_it_is_not_renewed(tmp_path):
+    lease = Lease.take(tmp_path)
+    file = next(tmp_path.glob("lease.*"))
+    file.write_text(json.dumps({"host": "elsewhere", "pid": 1, "started": 0.0, "since": "now"}))
+    with pytest.raises(Busy, match="elsewhere"):
+        Lease.take(tmp_path)
+    old = time.time() - leases.STALE_S - 5
+    os.utime(file, (old, old))
+    taken = Lease.take(tmp_path)
+    # The sleeper wakes up and must notice.
+    with pytest.raises(Lost):
+        lease.check()
+    lease.free()
+    taken.check()
+
+
+def test_a_clock_that_is_wrong_does_not_make_a_lease_stale(tmp_path, monkeypatch):
+    Lease.take(tmp_path)
+    file = next(tmp_path.glob("lease.*"))
+    file.write_text(json.dumps({"host": "elsewhere", "pid": 1, "started": 0.0}))
+    monkeypatch.setattr(time, "time", lambda: 4e9)
+    with pytest.raises(Busy):
+        Lease.take(tmp_path)
+
+
+def attempt(outcome, key="s:k", series=1):
+    return {"series": series, "key": key, "outcome": outcome}
+
+
+def test_three_failures_end_it_and_deaths_of_workers_do_not(tmp_path):
+    record = Record(tmp_path, attempts=[attempt("crash")] * RETRIES + [attempt(None), attempt("interrupted")])
+    assert record.may_run("s:k", 1)
+    record.attempts.append(attempt("crash"))
+    assert not record.may_run("s:k", 1)
+    assert record.may_run("s:other", 1) and record.may_run("s:k", 2)
+    assert not Record(tmp_path, attempts=[attempt(None)] * (MOST_INTERRUPTIONS + 1)).may_run("s:k", 1)
+    assert not Record(tmp_path, attempts=[attempt("input")]).may_run("s:k", 1)
+
+
+def test_a_broken_record_is_a_plot_that_never_ran(tmp_path):
+    (tmp_path / "plot.json").write_text('{"key": "x", "sta')
+    assert Record.read(tmp_path).status == "new"
+
+
+def test_costs_are_recovered_and_never_negative():
+    draw = np.random.default_rng(1)
+    runs = [{"route": "photos", "photos": n, "megapixels": n * m, "seconds": (8 + 1.5 * n + 2 * n * m) * f,
+             "memory_gb": 0.6 + 0.01 * n, "disk_gb": 0.01}
+            for n, m, f in zip(draw.integers(20, 300, 30), draw.uniform(0.4, 20, 30), draw.uniform(0.9, 1.1, 30),
+                               strict=True)]
+    entry = fit(runs, ("photos", "megapixels"))
+    assert entry["seconds"][2] == pytest.approx(2, rel=0.1) and entry["spread"]["seconds"] < 1.25
+    assert min(entry["seconds"] + entry["memory_gb"] + entry["disk_gb"]) >= 0
+    model = CostModel.load().refit(runs)
+    need = model.predict("photos", {"photos": 100, "megapixels": 500})
+    assert need.seconds == pytest.approx(1158, rel=0.15) and not need.outside
+    assert 1.6 * 1.25 < need.memory_gb < 1.6 * 1.4
+    assert model.predict("photos", {"photos": 4000, "megapixels": 90000}).outside
+
+
+def test_a_cost_file_that_is_none_is_refused(tmp_path):
+    (tmp_path / "c.json").write_text('{"routes": {"photos": {"seconds": [1, "x"]}}}')
+    with pytest.raises(InputError, match="no cost model"):
+        CostModel.load(tmp_path / "c.json")
+
+
+def test_memory_limits_plots_at_once():
+    assert shape_of(0, 1, 16.0, 2.0, cores=8) == Shape(8, 1, 2.0)
+    assert shape_of(0, 1, 16.0, 6.0, cores=8) == Shape(2, 4, 8.0)
+    assert shape_of(0, 4, 16.0, 2.0, cores=8) == Shape(2, 1, 8.0)
+    assert shape_of(2, 1, 16.0, 20.0, cores=8) == Shape(1, 2, 16.0)
+    for shape in (shape_of(w, 1, 10.0, need, 16) for w in (0, 3, 16) for need in (0.3, 1, 4, 9)):
+        assert shape.processes * shape.memory_gb <= 10.0 + 1e-9
+
+
+def test_makespan_of_list_scheduling():
+    assert makespan(np.array([3.0, 3, 2, 2, 2]), 2) == 7
+    assert makespan(np.array([5.0]), 100) == 5
+
+
+@pytest.mark.parametrize("queue, options, words", [
+    ("slurm", "queue=forest,account=inv42,walltime=03:30:00,memory=24GB,cores=6,jobs=3,job_extra=--constraint=avx2",
+     ["#SBATCH -p forest", "#SBATCH -A inv42", "#SBATCH -t 03:30:00", "#SBATCH --cpus-per-task=6", "#SBATCH --mem=23G",
+      "#SBATCH --constraint=avx2", "--nthreads 3", "--resources memory_gb=23.50", "--memory-limit 0"]),
+    ("pbs", "queue=long,walltime=01:00:00,cores=4,memory=8GB,prologue=module load python",
+     ["#PBS -q long", "#PBS -l walltime=01:00:00", "module load python", "--resources memory_gb=7.50"])])
+def test_job_scripts_say_what_a_plot_needs(queue, options, words):
+    import dask_jobqueue
+
+    from treedgs_geo.campaign.clusters import QUEUES
+
+    chosen, jobs = queue_arguments(queue, Shape(5, 1, 4.0), 2, options)
+    assert jobs == (3 if queue == "slurm" else 5)
+    script = getattr(dask_jobqueue, QUEUES[queue])(**chosen, scheduler_options={"dashboard_address": None}).job_script()
+    for word in words:
+        assert word in script, script
+    assert sys.executable in script
+
+
+def test_queue_options_are_checked():
+    with pytest.raises(InputError, match="found 'wall=3'"):
+        queue_arguments("slurm", Shape(1, 1, 4.0), 1, "wall=3")
+
+
+def test_exits_are_put_into_words(tmp_path):
+    assert explain(-9, "")[0] == "memory" and explain(-11, "")[1].startswith("the engine crashed (SIGSEGV)")
+    assert explain(2, "x is missing.") == ("input", "x is missing.") and explain(1, "")[0] == "defect"
+    assert is_full("[Errno 28] No space left on device") and not is_full("a spaceless line")
+    assert not list(Path(tmp_path).iterdir())

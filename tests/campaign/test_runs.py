@@ -1,0 +1,266 @@
+"""Real campaigns on small clouds: the trees of single runs, whatever is killed, full or broken meanwhile."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+from campaign_support import differences, may_make_hosts, two_hosts
+from small_campaign import ROOT, Ended, make_cloud, start, write_manifest
+
+from treedgs_geo.campaign.engine_process import THREADS
+from treedgs_geo.inventory.tree_layer import read_trees
+
+
+def rows_for(clouds: Path, count: int = 6) -> list[dict]:
+    return [{"plot_id": f"p{n}", "cloud": clouds / f"cloud_{n}.laz"} for n in range(count)]
+
+
+def table(workspace: Path) -> dict[str, dict]:
+    with open(workspace / "plots.csv", newline="", encoding="utf-8-sig") as stream:
+        return {row["plot_id"]: row for row in csv.DictReader(stream)}
+
+
+def processes(workspace: Path, module: str) -> list[psutil.Process]:
+    """Plots' supervisors or engines of this campaign."""
+    found = []
+    for process in psutil.process_iter(["cmdline", "cwd"]):
+        words = " ".join(process.info["cmdline"] or [])
+        if f"treedgs_geo.campaign.{module}" in words and (str(workspace) in words or module == "supervise"):
+            found.append(process)
+    return found
+
+
+def wait_until(condition, seconds: float = 90.0) -> None:
+    until = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < until, "it never happened"
+        time.sleep(0.05)
+
+
+def nobody_left(workspace: Path) -> bool:
+    return not processes(workspace, "plot")
+
+
+@pytest.fixture(scope="module")
+def calm(clouds, tmp_path_factory) -> Path:
+    """An undisturbed campaign of all six, in a place with blanks and accents, from an Excel manifest."""
+    place = tmp_path_factory.mktemp("Säson 2026 ü")
+    for n in range(6):
+        shutil.copy2(clouds / f"cloud_{n}.laz", place / f"Wölke {n}.laz")
+    lines = ["plot_id;cloud;bh_m", *(f"p{n};Wölke {n}.laz;1,37" for n in range(6))]
+    (place / "plots.csv").write_bytes("\r\n".join(lines).encode("utf-8-sig"))
+    ended = Ended(start(place / "plots.csv", place / "mein Ordner", "--workers", "2"))
+    assert ended.code == 0, ended.said("error") + [ended.log]
+    assert ended.result["n_run"] == 6 and ended.result["n_failed"] == 0
+    return place
+
+
+def test_the_trees_of_single_runs(calm, clouds, tmp_path):
+    layers = {}
+    for n in range(6):
+        layers[f"p{n}"] = tmp_path / f"{n}.gpkg"
+        subprocess.run([sys.executable, "-m", "treedgs_geo", "pointcloud-to-dbh", "--input", clouds / f"cloud_{n}.laz",
+                        "--output", layers[f"p{n}"], "--log-format", "quiet"], check=True, cwd=ROOT,
+                       env={**os.environ, **dict.fromkeys(THREADS, "1")}, stdout=subprocess.DEVNULL)
+    assert differences(calm / "mein Ordner" / "trees.gpkg", layers) == []
+    trees = read_trees(calm / "mein Ordner" / "trees.gpkg")
+    assert len(trees) >= 15 and set(trees["plot_id"]) == set(layers) and (trees["tree_id"] // 100_000).nunique() == 6
+    page = (calm / "mein Ordner" / "campaign.html").read_text(encoding="utf-8")
+    assert page.count("<tr class='done'>") == 6
+
+
+def test_a_second_start_does_only_what_is_missing(calm, campaign):
+    """Nothing; then what changed: one cloud, one setting, one plot taken out, one new."""
+    manifest, workspace = calm / "plots.csv", calm / "mein Ordner"
+    before = read_trees(workspace / "trees.gpkg").set_index("tree_id")
+    again = campaign(manifest, workspace)
+    assert (again.result["n_run"], again.result["n_kept"]) == (0, 6)
+    os.utime(calm / "Wölke 0.laz")  # touched, not changed
+    make_cloud(calm / "Wölke 1.laz", 77, 500_020.0)
+    make_cloud(calm / "neu.laz", 78, 500_200.0)
+    lines = ["plot_id;cloud;bh_m", "p0;Wölke 0.laz;1,37", "neu;neu.laz;1,37", "p1;Wölke 1.laz;1,37",
+             "p2;Wölke 2.laz;1,3", *(f"p{n};Wölke {n}.laz;1,37" for n in (4, 5))]
+    (calm / "changed.csv").write_bytes("\r\n".join(lines).encode("utf-8-sig"))
+    third = campaign(calm / "changed.csv", workspace)
+    assert (third.result["n_run"], third.result["n_kept"]) == (3, 3), third.messages
+    trees = read_trees(workspace / "trees.gpkg").set_index("tree_id")
+    assert set(trees["plot_id"]) == {"p0", "neu", "p1", "p2", "p4", "p5"}
+    for plot in ("p0", "p4", "p5"):
+        assert trees[trees["plot_id"] == plot]["dbh_cm"].equals(before[before["plot_id"] == plot]["dbh_cm"])
+    assert set(trees[trees["plot_id"] == "p2"]["bh_m"]) == {1.3}
+
+
+def test_killed_workers_and_supervisors(calm, clouds, tmp_path):
+    """SIGKILL at random: the same trees, nothing lost, nothing doubled, nobody left behind."""
+    manifest = write_manifest(tmp_path / "m.csv", rows_for(clouds, 4))
+    running = start(manifest, tmp_path / "w", "--workers", "2")
+    draw, killed = random.Random(5), 0
+    while killed < 4 and running.poll() is None:
+        wait_until(lambda: processes(tmp_path / "w", "plot") or running.poll() is not None)
+        time.sleep(draw.uniform(0, 1.5))
+        children = psutil.Process(running.pid).children(recursive=True) if running.poll() is None else []
+        kind = "supervise" if killed % 2 else "spawn_main"
+        victims = [child for child in children if kind in " ".join(child.cmdline())]
+        if victims:
+            draw.choice(victims).kill()
+            killed += 1
+    ended = Ended(running)
+    assert ended.code == 0 and ended.result["n_done"] == 4 and ended.result["n_failed"] == 0, ended.messages
+    assert killed == 4 and ended.result["n_interrupted"] + sum(
+        a["outcome"] in (None, "interrupted") for p in (tmp_path / "w" / "plots").iterdir()
+        for a in json.loads((p / "plot.json").read_text())["attempts"]) > 0
+    single = {f"p{n}": tmp_path / f"{n}.gpkg" for n in range(4)}
+    for n in range(4):
+        shutil.copy(tmp_path / "w" / "plots" / f"p{n}" / "trees.gpkg", single[f"p{n}"])
+    assert differences(tmp_path / "w" / "trees.gpkg", single) == []
+    undisturbed = Ended(start(manifest, tmp_path / "calm", "--workers", "2"))
+    assert undisturbed.code == 0
+    assert differences(tmp_path / "w" / "trees.gpkg", tmp_path / "calm" / "trees.gpkg") == []
+    wait_until(lambda: nobody_left(tmp_path / "w"), 20)
+
+
+def test_killed_coordinators_and_a_second_one(clouds, tmp_path):
+    """SIGKILL the whole campaign three times at random moments; a second coordinator meanwhile is refused."""
+    manifest, workspace = write_manifest(tmp_path / "m.csv", rows_for(clouds, 3)), tmp_path / "w"
+    draw = random.Random(3)
+    for turn in range(3):
+        running = start(manifest, workspace, "--workers", "2")
+        wait_until(lambda: processes(workspace, "plot") or running.poll() is not None)  # noqa: B023
+        if turn == 0:
+            other = Ended(start(manifest, workspace))
+            assert other.code == 2 and "is being run by" in other.said("error")[0]
+        time.sleep(draw.uniform(0, 2.5))
+        running.kill()
+        running.communicate()
+    ended = Ended(start(manifest, workspace, "--workers", "2"))
+    assert ended.code == 0 and ended.result["n_done"] == 3, ended.messages
+    assert json.loads((workspace / "campaign.json").read_text())["series"] == 1
+    trees = read_trees(workspace / "trees.gpkg")
+    assert trees["tree_id"].is_unique and set(trees["plot_id"]) == {"p0", "p1", "p2"}
+    wait_until(lambda: nobody_left(workspace), 20)
+
+
+def test_a_broken_plot_and_one_that_crashes(clouds, tmp_path):
+    """The others finish; the broken one says why at once, the crashing one after two more tries; a restart of a broken-off
+    start goes on counting."""
+    (tmp_path / "broken.laz").write_bytes((clouds / "cloud_0.laz").read_bytes()[:4000])
+    rows = [*rows_for(clouds, 2), {"plot_id": "crash", "cloud": clouds / "cloud_2.laz"},
+            {"plot_id": "broken", "cloud": "broken.laz"}]
+    manifest, workspace = write_manifest(tmp_path / "m.csv", rows), tmp_path / "w"
+    running = start(manifest, workspace, "--workers", "2")
+    folder, crashes = workspace / "plots" / "crash", 0
+    while running.poll() is None:
+        for engine in processes(workspace, "plot"):
+            if str(folder) in " ".join(engine.cmdline()):
+                engine.send_signal(signal.SIGSEGV)
+                crashes += 1
+                wait_until(lambda: not engine.is_running() or engine.status() == psutil.STATUS_ZOMBIE)  # noqa: B023
+        time.sleep(0.05)
+    ended = Ended(running)
+    assert ended.code == 0 and (ended.result["n_done"], ended.result["n_failed"]) == (2, 2), ended.messages
+    record = json.loads((folder / "plot.json").read_text())
+    assert [a["outcome"] for a in record["attempts"]] == ["crash"] * 3 and crashes == 3
+    found = table(workspace)
+    assert "SIGSEGV" in found["crash"]["remark"] and found["crash"]["attempts"] == "3"
+    assert "breaks off" in found["broken"]["remark"] and found["broken"]["attempts"] == "1"
+    assert set(read_trees(workspace / "trees.gpkg")["plot_id"]) == {"p0", "p1"}
+    # The start ended in order: the next one is a new decision.
+    again = Ended(start(manifest, workspace))
+    assert (again.result["n_run"], again.result["n_kept"], again.result["n_failed"]) == (1, 2, 1)
+
+
+def test_a_full_disk(clouds, tmp_path):
+    """A workspace on a disk that fills up: said in words; once there is room, the same command finishes."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=6m", "tmpfs", str(disk)], capture_output=True)
+    if mounted.returncode:
+        pytest.skip("mounting a small disk is not permitted here")
+    try:
+        manifest = write_manifest(tmp_path / "m.csv", rows_for(clouds, 2))
+        first = Ended(start(manifest, disk / "w", "--predict"))
+        assert first.code == 0
+        room = shutil.disk_usage(disk).free
+        (disk / "ballast").write_bytes(b"x" * (room - 60_000))
+        full = Ended(start(manifest, disk / "w"))
+        told = " ".join(full.said("error") + full.said("warn"))
+        assert ("free" in told or "full" in told or "No space" in told) and "Traceback" not in full.log, full.messages
+        assert not (disk / "w" / "trees.gpkg").exists() or not len(read_trees(disk / "w" / "trees.gpkg"))
+        (disk / "ballast").unlink()
+        freed = Ended(start(manifest, disk / "w"))
+        assert freed.code == 0 and freed.result["n_done"] == 2, freed.messages
+    finally:
+        subprocess.run(["umount", "-l", str(disk)], check=False)
+
+
+def test_a_lost_scheduler(clouds, tmp_path):
+    """kill -9 of the scheduler: the coordinator says so and keeps what was finished; a later start does the rest."""
+    manifest, workspace = write_manifest(tmp_path / "m.csv", rows_for(clouds, 3)), tmp_path / "w"
+    address, log = "tcp://127.0.0.1:8793", open(tmp_path / "log", "w")  # noqa: SIM115
+    command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "8793",
+               "--no-dashboard"]
+    scheduler = subprocess.Popen(command, stderr=log, stdout=log)
+    worker = subprocess.Popen([sys.executable, "-m", "distributed.cli.dask_worker", address, "--nthreads", "1",
+                               "--resources", "memory_gb=4", "--memory-limit", "0", "--no-dashboard"],
+                              stderr=log, stdout=log, cwd=tmp_path)
+    try:
+        time.sleep(3)
+        running = start(manifest, workspace, "--scheduler", address, "--patience-s", "4")
+        wait_until(lambda: list(workspace.glob("plots/*/trees.gpkg")))
+        scheduler.kill()
+        ended = Ended(running)
+        assert ended.code == 2 and "was lost" in ended.said("error")[0], ended.messages
+    finally:
+        scheduler.kill()
+        worker.kill()
+        scheduler.wait(), worker.wait()
+        log.close()
+    done = Ended(start(manifest, workspace))
+    assert done.code == 0 and done.result["n_done"] == 3 and done.result["n_kept"] >= 1, done.messages
+
+
+def test_two_hosts_with_a_shared_folder(calm, clouds, tmp_path):
+    """Two workers in network namespaces of their own: both work, the trees are the same."""
+    if not may_make_hosts():
+        pytest.skip("network namespaces are not permitted here")
+    manifest = write_manifest(tmp_path / "m.csv", rows_for(clouds, 4))
+    with two_hosts(tmp_path / "logs") as address:
+        ended = Ended(start(manifest, tmp_path / "w", "--scheduler", address))
+    assert ended.code == 0 and ended.result["n_done"] == 4, ended.messages
+    assert {row["host"] for row in table(tmp_path / "w").values()} == {"tdg-host-a", "tdg-host-b"}
+    here = Ended(start(manifest, tmp_path / "one", "--workers", "2"))
+    assert here.code == 0
+    assert differences(tmp_path / "w" / "trees.gpkg", tmp_path / "one" / "trees.gpkg") == []
+
+
+def test_overlapping_plots_are_told(clouds, tmp_path, campaign):
+    make_cloud(tmp_path / "same.laz", 0, 500_000.0)
+    manifest = write_manifest(tmp_path / "m.csv", [{"plot_id": "a", "cloud": clouds / "cloud_0.laz"},
+                                                   {"plot_id": "b", "cloud": "same.laz"}])
+    ended = campaign(manifest, tmp_path / "w", "--output", str(tmp_path / "all.csv"))
+    assert any("a and b overlap: 3 trees stand in both" in text for text in ended.said("warn")), ended.messages
+    with open(tmp_path / "all.csv", encoding="utf-8") as stream:
+        assert [row["camp_plot"] for row in csv.DictReader(stream)] == ["a"] * 3 + ["b"] * 3
+
+
+def test_a_plot_that_needs_too_much_memory_is_not_tried(clouds, tmp_path, campaign):
+    (tmp_path / "costs.json").write_text(json.dumps({"routes": {"cloud": {
+        "seconds": [3, 0], "memory_gb": [0.3, 900.0], "disk_gb": [0.001, 0], "n": 9, "largest": [9],
+        "spread": {"seconds": 1, "memory_gb": 1, "disk_gb": 1}}}}))
+    make_cloud(tmp_path / "small.laz", 3, 500_300.0, stems=1)
+    manifest = write_manifest(tmp_path / "m.csv", [{"plot_id": "large", "cloud": clouds / "cloud_0.laz"}])
+    ended = campaign(manifest, tmp_path / "w", "--costs", str(tmp_path / "costs.json"), "--memory-gb", "2")
+    assert ended.code == 2 and "no plot could be measured" in ended.said("error")[0]
+    assert "the largest worker has 2.0 GB" in table(tmp_path / "w")["large"]["remark"]
+    assert not (tmp_path / "w" / "plots" / "large" / "engine.log").exists()
