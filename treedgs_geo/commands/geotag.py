@@ -21,14 +21,32 @@ class GeotagSettings:
     geotags: Path | None = param(
         None,
         kind="files",
-        help="Folder or file with MRK and RTKLIB .pos (PPK), or a CSV with name, lat, lon, h; "
+        help="Folder or file with MRK and RTKLIB .pos or RINEX (PPK), or a CSV with name, lat, lon, h; "
         "without it EXIF/XMP positions are used.",
     )
     crs: str = param(
         kind="crs",
-        help="Project CRS, projected and in metres, for example EPSG:6344; its datum is that of the geotags.",
+        help="Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703.",
     )
     output: Path = param(kind="output_file", help="Camera stations layer to write.", suffixes=(".gpkg",))
+    geotags_crs: str | None = param(
+        None,
+        kind="crs",
+        help="Reference frame of the geotags (geographic), for example EPSG:7912 for ITRF2014; default: the project's.",
+    )
+    base: Path | None = param(
+        None, kind="file", help="RINEX observations of the base station, when they do not lie with the geotags."
+    )
+    base_position: str | None = param(
+        None,
+        kind="text",
+        help="Base station 'latitude, longitude, height' (degrees, ellipsoidal m), for RINEX; default: its header's.",
+    )
+    tagged_photos: Path | None = param(
+        None,
+        kind="output_folder",
+        help="New folder for copies of the photos with the corrected EXIF/XMP position; originals are never changed.",
+    )
     camera_delay_ms: float = param(
         0.0,
         kind="number",
@@ -49,8 +67,11 @@ def run(settings: GeotagSettings, reporter: Reporter) -> dict[str, Any]:
         )
     ensure_writable(settings.output)
     from ..geotags import read_stations, write_stations
+    from ..geotags.tagged import check_target, write_tagged_copies
     from ..inventory.tree_layer import style_stations
 
+    if settings.tagged_photos is not None:
+        check_target(settings.photos, settings.tagged_photos)
     with reporter.stage("geotags"):
         stations = read_stations(
             settings.photos,
@@ -58,10 +79,18 @@ def run(settings: GeotagSettings, reporter: Reporter) -> dict[str, Any]:
             settings.crs,
             check_photos=settings.check_photos,
             camera_delay_ms=settings.camera_delay_ms,
+            frame=settings.geotags_crs,
+            base=settings.base,
+            base_position=settings.base_position,
+            keep_solution=settings.output.with_name(f"{settings.output.stem}_ppk.pos"),
             reporter=reporter,
         )
         write_stations(settings.output, stations)
         style_stations(settings.output)
+    tagged = 0
+    if settings.tagged_photos is not None:
+        with reporter.stage("tag photos"):
+            tagged = write_tagged_copies(stations, settings.tagged_photos, reporter)
     counts = stations.counts()
     return {
         "output": str(settings.output),
@@ -71,6 +100,7 @@ def run(settings: GeotagSettings, reporter: Reporter) -> dict[str, Any]:
         "n_other": counts.get("exif", 0) + counts.get("single", 0),
         "n_none": counts.get("none", 0),
         "n_flights": len(set(stations.flight.tolist())),
+        "n_tagged": tagged,
     }
 
 
@@ -82,9 +112,9 @@ COMMAND = Command(
     summary="MRK and RTKLIB .pos (or EXIF/XMP) to camera positions at the exposure, as a point layer.",
     help=(
         "Inputs: the photos, and a folder with the drone's Timestamp.MRK and the PPK solution (.pos), or a CSV by "
-        "photo name. The antenna's "
-        "path is interpolated at each exposure and the lever arm applied once; heights stay in the datum of the "
-        "geotags. Output: layer "
+        "photo name. RINEX of rover and base is solved by RTKLIB (rnx2rtkp). The antenna's "
+        "path is interpolated at each exposure and the lever arm applied once; heights stay ellipsoidal "
+        "unless the project CRS has a height datum, which needs its geoid grid. Output: layer "
         "'stations' (PointZ, project CRS) with quality (fix, float, single, exif, none), standard deviations (m), "
         "time, flight and gimbal "
         "angles (degrees). Photos that are blurred or show nothing are left out with a warning; geotags of other "
@@ -101,5 +131,6 @@ COMMAND = Command(
         "n_other": "photos with a navigation-grade position",
         "n_none": "photos without a position",
         "n_flights": "flights",
+        "n_tagged": "tagged copies written",
     },
 )

@@ -13,6 +13,7 @@ import numpy as np
 import pyproj
 
 from .errors import CRSError
+from .frames import same_datum, transform, vertical_of
 
 
 def project_crs(text: str) -> pyproj.CRS:
@@ -45,7 +46,20 @@ def check_projected(crs: pyproj.CRS, where: str, lon_lat: tuple[float, float] | 
             f"{where}: {crs.name} is in {', '.join(sorted(units))}, expected metres; "
             "choose the metric version of this CRS or the UTM zone."
         )
+    vertical = vertical_of(crs)
+    height_units = {axis.unit_name for axis in crs.axis_info[2:]} | {axis.unit_name for axis in
+                                                                     (vertical.axis_info if vertical else [])}
+    if height_units - {"metre", "meter"}:
+        raise CRSError(
+            f"{where}: the heights of {crs.name} are in {', '.join(sorted(height_units))}, expected metres; "
+            "choose the metric version of this vertical datum."
+        )
     return crs
+
+
+def horizontal(crs: pyproj.CRS) -> pyproj.CRS:
+    """The horizontal part of a compound CRS, or the CRS itself."""
+    return crs.sub_crs_list[0] if crs.is_compound else crs
 
 
 def suggest_utm(lon_deg: float, lat_deg: float) -> pyproj.CRS:
@@ -93,17 +107,35 @@ class LocalFrame:
         return cls(pyproj.CRS.from_wkt(record["crs_wkt"]), np.asarray(record["origin"], float))
 
 
-def lonlat_to_project(crs: pyproj.CRS, lon_deg: np.ndarray, lat_deg: np.ndarray, h_m: np.ndarray) -> np.ndarray:
-    """Geodetic coordinates on the project CRS's own datum -> (N, 3) project; heights pass through unchanged."""
+def lonlat_to_project(
+    crs: pyproj.CRS,
+    lon_deg: np.ndarray,
+    lat_deg: np.ndarray,
+    h_m: np.ndarray,
+    source: pyproj.CRS | None = None,
+    year: float | None = None,
+) -> np.ndarray:
+    """Longitude, latitude and ellipsoidal height -> (N, 3) project coordinates.
+
+    source: geographic CRS of the positions (default: the project CRS's own datum). year: decimal year of the positions,
+    for frames that drift apart. In a project CRS without heights the ellipsoidal heights stay ellipsoidal; one with a
+    vertical datum (``EPSG:6344+5703``) gets its heights through the geoid grid.
+
+    Raises:
+        CRSError: no datum; no transformation of survey quality; the geoid's grid is not installed.
+    """
     if crs.geodetic_crs is None:
         raise CRSError(
             f"--crs: {crs.name} is not tied to a datum, expected a projected CRS; choose the UTM zone of the plot."
         )
-    transformer = pyproj.Transformer.from_crs(crs.geodetic_crs.to_2d(), crs, always_xy=True)
-    east, north = transformer.transform(np.asarray(lon_deg, float), np.asarray(lat_deg, float))
-    return np.column_stack([east, north, np.asarray(h_m, float)])
+    points = np.column_stack([np.asarray(part, float) for part in (lon_deg, lat_deg, h_m)])
+    if crs.is_compound or source is not None and not same_datum(source, crs):
+        return transform(source or crs.geodetic_crs.to_3d(), crs, points, "--crs", year)
+    transformer = pyproj.Transformer.from_crs(crs.geodetic_crs.to_2d(), crs.to_2d(), always_xy=True)
+    east, north = transformer.transform(points[:, 0], points[:, 1])
+    return np.column_stack([east, north, points[:, 2]])
 
 
 def grid_convergence_deg(crs: pyproj.CRS, lon_deg: float, lat_deg: float) -> float:
     """Meridian convergence: grid azimuth = true azimuth - convergence."""
-    return pyproj.Proj(crs).get_factors(lon_deg, lat_deg).meridian_convergence
+    return pyproj.Proj(horizontal(crs)).get_factors(lon_deg, lat_deg).meridian_convergence

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import shutil
+import tempfile
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
 import numpy as np
 import pyproj
 
-from ..core.crs import check_projected, lonlat_to_project, suggest_utm
+from ..core.crs import check_projected, horizontal, lonlat_to_project, suggest_utm
 from ..core.errors import CRSError, GeotagError, InputError
+from ..core.files import atomic_path
+from ..core.frames import frame_named, same_datum, vertical_of
 from ..core.progress import Reporter
 from .gpstime import describe_utc, gps_to_utc
 from .mrk import Marks, read_mrk
 from .pairing import pair_photos
 from .photos import Photo, read_photos, shorten
+from .ppk import solve
 from .rtklib import Trajectory, read_pos
 from .sharpness import find_defects
 from .sources import GeotagFiles, find_geotags
@@ -38,15 +43,20 @@ def read_stations(
     *,
     check_photos: bool = True,
     camera_delay_ms: float = 0.0,
+    frame: str | None = None,
+    base: Path | None = None,
+    base_position: str | None = None,
+    keep_solution: Path | None = None,
     reporter: Reporter | None = None,
 ) -> Stations:
     """Camera stations of the photos in a folder.
 
     Args:
-        photos: folder of photos (searched with its subfolders). geotags: folder or file with MRK (+ RTKLIB ``.pos``),
-        or a table of
-            positions; None = EXIF/XMP. crs: project CRS, projected, metres; its datum is the datum of the geotags.
+        photos: folder of photos (searched with its subfolders). geotags: folder or file with MRK (+ RTKLIB ``.pos``
+            or RINEX), or a table of positions; None = EXIF/XMP. crs: project CRS, projected, metres.
         check_photos: leave out blurred and empty photos. camera_delay_ms: exposure minus mark time.
+        frame: geographic CRS of the geotags (default: the project CRS's datum). base, base_position: the base station's
+            RINEX file and place, see :func:`.ppk.solve`. keep_solution: where the solved ``.pos`` is kept.
 
     Raises:
         InputError: no photo. CRSError: geographic or foreign CRS. GeotagError: no position, or geotags of other photos.
@@ -64,13 +74,27 @@ def read_stations(
                 f"{photos}: none of the {len(found)} photos has a GPS position in its EXIF; "
                 "give --geotags (MRK, .pos or a CSV with name, lat, lon, h)."
             )
+        if vertical_of(project) is not None:
+            reporter.warn(f"--crs: {project.name} has heights above {vertical_of(project).name}, EXIF heights do not say "
+                          "theirs and were left as they are: do not mix them with a DTM; give PPK geotags for true heights.")
         _note_unplaced(stations, reporter)
         return stations
     files = find_geotags(Path(geotags), Path(photos))
+    source = _frame(frame)
     if files.tables:
-        stations = _from_table(stations, read_position_table(files.tables[0], project))
+        stations = _from_table(stations, read_position_table(files.tables[0], project, source))
     else:
-        stations = _from_marks(stations, found, files, project, camera_delay_ms / 1000, reporter)
+        with tempfile.TemporaryDirectory(prefix="treedgs-ppk-") as scratch:
+            if files.rinex and not (files.pos or files.events):
+                solution = solve(files.rinex, base, base_position, Path(scratch), reporter)
+                files.pos.append(solution)
+                if keep_solution is not None:
+                    with atomic_path(keep_solution) as temporary:
+                        shutil.copyfile(solution, temporary)
+            elif files.rinex:
+                reporter.info(f"{files.rinex[0].name}: RINEX left alone, the solution {files.pos[0].name} is there."
+                              if files.pos else f"{files.rinex[0].name}: RINEX left alone.")
+            stations = _from_marks(stations, found, files, project, source, camera_delay_ms / 1000, reporter)
     _check_distance(stations, found, project, Path(geotags), reporter)
     if not stations.is_placed.any():
         raise GeotagError(
@@ -78,6 +102,69 @@ def read_stations(
         )
     _note_unplaced(stations, reporter)
     return stations
+
+
+def _frame(text: str | None) -> pyproj.CRS | None:
+    """The geographic CRS that the user says the geotags are in.
+
+    Raises:
+        CRSError: unknown, or not geographic.
+    """
+    if not text:
+        return None
+    try:
+        found = pyproj.CRS.from_user_input(text)
+    except pyproj.exceptions.CRSError:
+        raise CRSError(f"--geotags-crs: {text!r} is not a coordinate reference system; give one like EPSG:6319.") from None
+    if not found.is_geographic or found.is_compound:
+        raise CRSError(f"--geotags-crs: {found.name} is not geographic, expected longitude, latitude and ellipsoidal "
+                       "height, for example EPSG:6319 (NAD83(2011)) or EPSG:7912 (ITRF2014).")
+    return found.to_3d()
+
+
+def _check_frame(track: Trajectory, crs: pyproj.CRS, source: pyproj.CRS | None, reporter: Reporter) -> None:
+    """The solution's own word about its frame against the project's datum.
+
+    Raises:
+        CRSError: the header names a frame other than the one the positions would be read in.
+    """
+    named = frame_named(track.datum)
+    assumed = source or crs.geodetic_crs
+    if assumed is None:
+        return
+    if named is not None and not same_datum(named, assumed):
+        raise CRSError(
+            f"{track.path}: its header names {named.name} ({track.datum!r}), the positions would be read in "
+            f"{assumed.name}; give --geotags-crs {named.to_string()} (they are then transformed), or another project CRS.")
+    if named is None and source is None:
+        shift = _shift_from_itrf(track, crs)
+        if shift > 0.05:
+            reporter.warn(
+                f"{track.path.name}: its header says {track.datum or 'nothing'!r}, which names no frame; the positions are "
+                f"taken to be in the project's ({assumed.name}), as when the base station's coordinates were. If they "
+                f"were in ITRF (a PPP base), every photo is {shift:.1f} m off: give --geotags-crs EPSG:7912 then, else "
+                f"--geotags-crs {_code(assumed)} to say so.")
+
+
+def _shift_from_itrf(track: Trajectory, crs: pyproj.CRS) -> float:
+    """How far ITRF2014 coordinates are off when they are read on the project's datum, metres; 0 when unknown."""
+    place = [np.median(v) for v in (track.lon_deg, track.lat_deg, track.height_m)]
+    flat = horizontal(crs)
+    try:
+        there = lonlat_to_project(flat, *np.array(place)[:, None], pyproj.CRS("EPSG:7912"), _year(track.gps_s))
+    except CRSError:
+        return 0.0
+    return float(np.linalg.norm((there - lonlat_to_project(flat, *np.array(place)[:, None]))[0]))
+
+
+def _code(crs: pyproj.CRS) -> str:
+    code = crs.to_epsg()
+    return f"EPSG:{code}" if code else repr(crs.name)
+
+
+def _year(gps_s: np.ndarray) -> float:
+    """Decimal year."""
+    return 1970 + float(gps_to_utc(np.median(gps_s))) / (365.25 * 86400)
 
 
 def _checked_crs(crs: str | pyproj.CRS, lon_lat: tuple[float, float] | None) -> pyproj.CRS:
@@ -118,13 +205,15 @@ def _without_defects(photos: list[Photo], folder: Path, reporter: Reporter) -> l
 
 
 def _from_exif(photos: list[Photo], crs: pyproj.CRS) -> Stations:
+    """Positions as the photos say them; EXIF names no height datum, so heights stay as they are."""
+    flat = horizontal(crs)
     xyz = np.full((len(photos), 3), np.nan)
     sd = np.full((len(photos), 3), np.nan)
     quality = ["none"] * len(photos)
     for i, photo in enumerate(photos):
         if not (photo.has_position and np.isfinite(photo.height_m)):
             continue
-        xyz[i] = lonlat_to_project(crs, *np.array([[photo.lon_deg], [photo.lat_deg], [photo.height_m]]))[0]
+        xyz[i] = lonlat_to_project(flat, *np.array([[photo.lon_deg], [photo.lat_deg], [photo.height_m]]))[0]
         quality[i], sd[i] = _grade(photo.rtk_flag, photo.sd, "exif")
     utc = np.array([photo.utc if np.isfinite(photo.utc) else photo.local_time for photo in photos])
     return Stations(
@@ -195,23 +284,33 @@ def _from_table(stations: Stations, table: NamedPositions) -> Stations:
 
 
 def _from_marks(
-    stations: Stations, photos: list[Photo], files: GeotagFiles, crs: pyproj.CRS, delay_s: float, reporter: Reporter
+    stations: Stations,
+    photos: list[Photo],
+    files: GeotagFiles,
+    crs: pyproj.CRS,
+    source: pyproj.CRS | None,
+    delay_s: float,
+    reporter: Reporter,
 ) -> Stations:
     marks = [read_mrk(path) for path in files.mrk] or [_marks_of_events(path, reporter) for path in files.events]
     if not marks:
         raise GeotagError(
-            f"{files.pos[0]}: gives the antenna's path but no exposure times; put the drone's Timestamp.MRK beside it."
+            f"{(files.pos or files.rinex)[0]}: gives the antenna's path but no exposure times; put the drone's Timestamp.MRK beside it."
         )
     for each in marks:
         for note in each.notes:
             reporter.warn(note)
     tracks = [read_pos(path) for path in (files.pos or files.events)]
+    if delay_s and not files.pos:
+        reporter.warn("--camera-delay-ms: there is no antenna path between the exposures, so the delay is not applied; "
+                      "give the PPK solution (.pos).")
     for track in tracks:
         if track.datum:
             reporter.info(
                 f"{track.path.name}: {len(track.gps_s)} epochs, {np.mean(track.quality == 1):.0%} fixed, datum "
                 f"{track.datum}."
             )
+        _check_frame(track, crs, source, reporter)
     xyz, sd, quality = np.full_like(stations.xyz, np.nan), np.full_like(stations.sd, np.nan), ["none"] * len(stations)
     utc = stations.utc.copy()
     for each, group in _assign_marks(marks, photos):
@@ -221,14 +320,16 @@ def _from_marks(
         if len(paired) < len(group):
             lost = [photos[i].name for i in np.array(group)[rows < 0]]
             reporter.warn(f"{each.path.name}: no exposure for {len(lost)} of {len(group)} photos: {shorten(lost)}.")
-        utc[paired] = gps_to_utc(each.gps_s[own])
+        _note_spare(each, own, reporter)
+        utc[paired] = gps_to_utc(each.gps_s[own] + delay_s)
         if tracks:
-            solved = _antenna(each, own, tracks, crs, delay_s)
+            solved = _antenna(each, own, tracks, crs, source, delay_s)
             xyz[paired], sd[paired] = solved[0], solved[1]
             for i, value in zip(paired, solved[2], strict=True):
                 quality[i] = value
         else:
-            xyz[paired] = lonlat_to_project(crs, each.lon_deg[own], each.lat_deg[own], each.height_m[own])
+            place = each.lon_deg[own], each.lat_deg[own], each.height_m[own]
+            xyz[paired] = lonlat_to_project(crs, *place, source, _year(each.gps_s))
             for i, row in zip(paired, own, strict=True):
                 quality[i], sd[i] = _grade(each.flag[row], each.sd[row], "single")
     if tracks and not np.isfinite(xyz).any():
@@ -240,6 +341,14 @@ def _from_marks(
             f"{describe_utc(float(gps_to_utc(each.gps_s[0])))}; give the solution of this flight."
         )
     return replace(stations, xyz=xyz, sd=sd, quality=quality, utc=utc, flight=split_flights(stations.names, utc))
+
+
+def _note_spare(marks: Marks, used: np.ndarray, reporter: Reporter) -> None:
+    """Say which exposures inside the flight have no photo: a lost photo, or an event that was none."""
+    spare = np.setdiff1d(np.arange(len(marks.index)), used)
+    if len(spare):
+        numbers = shorten([str(n) for n in marks.index[spare]], 8)
+        reporter.warn(f"{marks.path.name}: {len(spare)} of {len(marks.index)} exposures have no photo (number {numbers}).")
 
 
 def _marks_of_events(path: Path, reporter: Reporter) -> Marks:
@@ -306,6 +415,7 @@ def _antenna(
     rows: np.ndarray,
     tracks: list[Trajectory],
     crs: pyproj.CRS,
+    source: pyproj.CRS | None,
     delay_s: float,
 ) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """Camera positions: the antenna's trajectory at the exposure plus the lever arm, once."""
@@ -313,7 +423,7 @@ def _antenna(
     solutions = [
         interpolate(
             track,
-            lonlat_to_project(crs, track.lon_deg, track.lat_deg, track.height_m),
+            lonlat_to_project(crs, track.lon_deg, track.lat_deg, track.height_m, source, _year(track.gps_s)),
             gps,
             max_gap_s=np.inf if track.path.stem.lower().endswith("_events") else 1.0,
         )

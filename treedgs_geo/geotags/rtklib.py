@@ -1,8 +1,8 @@
 """RTKLIB / Emlid ``.pos`` solutions: the antenna's trajectory.
 
-Supported: latitude/longitude/height in decimal degrees or degrees-minutes-seconds, and ECEF x/y/z; GPST or UTC; dates
-or GPS week + seconds; blanks, commas, semicolons or tabs between columns. Baselines (e/n/u) need the base position
-and are refused.
+Supported: latitude/longitude/height in decimal degrees or degrees-minutes-seconds, ECEF x/y/z, and baselines e/n/u
+whose base position stands in the header; GPST, UTC or JST; dates or GPS week + seconds; blanks, commas, semicolons or
+tabs between columns. Geodetic heights (RTKLIB's own coarse geoid) are refused.
 """
 
 from __future__ import annotations
@@ -51,6 +51,7 @@ def read_pos(path: Path) -> Trajectory:
     except OSError as problem:
         raise GeotagError(f"{path}: cannot be read ({problem.strerror}); give RTKLIB's solution file.") from None
     header, header_number, datum = "", 0, ""
+    base: np.ndarray | None = None
     rows: list[list[float]] = []
     body = [(number, line) for number, line in enumerate(lines, start=1) if line.strip()]
     for place, (number, line) in enumerate(body):
@@ -59,6 +60,13 @@ def read_pos(path: Path) -> Trajectory:
                 header, header_number = line, number
             found = re.search(r"height=([^,/]+)/|ref frame\s*:\s*(.+)", line)
             datum = (found[1] or found[2]).strip() if found else datum
+            if re.search(r"height=[^,/]+/geodetic", line):
+                raise GeotagError(
+                    f"{path}, line {number}: the heights are 'geodetic' (above RTKLIB's own coarse geoid), expected "
+                    "ellipsoidal ones; write the solution again with the height output set to ellipsoidal."
+                )
+            if re.match(r"\s*%\s*ref pos\b", line):
+                base = _base_ecef(line.partition(":")[2])
             continue
         if not header:
             raise GeotagError(
@@ -66,10 +74,10 @@ def read_pos(path: Path) -> Trajectory:
                 "write the solution again with RTKLIB's output headers on."
             )
         try:
-            rows.append(_parse_row(line, header))
+            rows.append(_parse_row(line, header, base))
         except _Unsupported as problem:
             raise GeotagError(
-                f"{path}, line {header_number}: columns {header.strip()!r} {problem}; write the solution as "
+                f"{path}, line {header_number}: columns {' '.join(header.split())[:90]!r} {problem}; write the solution as "
                 "latitude/longitude/height in decimal degrees."
             ) from None
         except (ValueError, IndexError):
@@ -97,8 +105,8 @@ class _Unsupported(Exception):
     pass
 
 
-def _parse_row(line: str, header: str) -> list[float]:
-    """gps_s, lon, lat, h, Q, sd E, N, U."""
+def _parse_row(line: str, header: str, base: np.ndarray | None) -> list[float]:
+    """gps_s, lon, lat, h, Q, sd E, N, U. base: (3,) ECEF of the reference station, for baselines."""
     parts = re.split(r"[\s,;]+", line.strip())
     if "/" in parts[0] or "-" in parts[0][1:]:
         unix = parse_datetime_unix(f"{parts[0]} {parts[1]}")
@@ -109,20 +117,27 @@ def _parse_row(line: str, header: str) -> list[float]:
         gps = float(week_tow_to_gps(float(parts[0]), float(parts[1])))
     rest = [float(part) for part in parts[2:]]
     lower = header.lower()
+    sd = [np.nan] * 3
     if "x-ecef" in lower:
         lon, lat, height = _FROM_ECEF.transform(rest[0], rest[1], rest[2])
-        values, sd = rest[3:], None
-        sd = [float(np.linalg.norm(values[2:5])) / np.sqrt(3)] * 3 if len(values) >= 5 else [np.nan] * 3
+        values = rest[3:]
+        if len(values) >= 5:
+            sd = _sd_enu(values[2:8], _enu_axes(lon, lat))
     elif "baseline" in lower:
-        raise _Unsupported("are a baseline from the base station, whose position is needed")
+        if base is None:
+            raise _Unsupported("are a baseline, and no 'ref pos' line gives the base station's position")
+        lon0, lat0, _ = _FROM_ECEF.transform(*base)
+        lon, lat, height = _FROM_ECEF.transform(*(base + np.array(rest[:3]) @ _enu_axes(lon0, lat0)))
+        values = rest[3:]
+        sd = values[2:5] if len(values) >= 5 else sd
     elif "latitude(d'" in lower:
         lat, lon, height = _dms(parts[2:5]), _dms(parts[5:8]), rest[6]
         values = rest[7:]
-        sd = [values[3], values[2], values[4]] if len(values) >= 5 else [np.nan] * 3
+        sd = [values[3], values[2], values[4]] if len(values) >= 5 else sd
     elif "latitude(deg)" in lower:
         lat, lon, height = rest[:3]
         values = rest[3:]
-        sd = [values[3], values[2], values[4]] if len(values) >= 5 else [np.nan] * 3
+        sd = [values[3], values[2], values[4]] if len(values) >= 5 else sd
     else:
         raise _Unsupported("are not known")
     quality = values[0]
@@ -133,7 +148,36 @@ def _parse_row(line: str, header: str) -> list[float]:
     return [gps, lon, lat, height, quality, *sd]
 
 
+def _enu_axes(lon_deg: float, lat_deg: float) -> np.ndarray:
+    """(3, 3): east, north and up as ECEF unit vectors, one a row."""
+    lon, lat = np.radians(lon_deg), np.radians(lat_deg)
+    return np.array([
+        [-np.sin(lon), np.cos(lon), 0.0],
+        [-np.sin(lat) * np.cos(lon), -np.sin(lat) * np.sin(lon), np.cos(lat)],
+        [np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)],
+    ])
+
+
+def _sd_enu(columns: list[float], axes: np.ndarray) -> list[float]:
+    """sdx, sdy, sdz (and sdxy, sdyz, sdzx: signed roots of the covariances) in ECEF -> E, N, U standard deviations."""
+    x, y, z, xy, yz, zx = [*columns[:3], *(columns[3:6] if len(columns) >= 6 else [0.0] * 3)]
+    root = [xy * abs(xy), yz * abs(yz), zx * abs(zx)]
+    covariance = np.array([[x * x, root[0], root[2]], [root[0], y * y, root[1]], [root[2], root[1], z * z]])
+    return np.sqrt(np.maximum(np.diag(axes @ covariance @ axes.T), 0.0)).tolist()
+
+
+def _base_ecef(text: str) -> np.ndarray | None:
+    """The header's reference position: decimal degrees and height, or ECEF metres; ``None`` when it is neither."""
+    numbers = [float(part) for part in re.findall(r"[-+]?\d+\.\d+", text)]
+    if len(numbers) != 3:
+        return None
+    if abs(numbers[0]) <= 90 and abs(numbers[1]) <= 180:
+        return np.array(_TO_ECEF.transform(numbers[1], numbers[0], numbers[2]))
+    return np.array(numbers) if 6.2e6 < float(np.linalg.norm(numbers)) < 6.5e6 else None
+
+
 _FROM_ECEF = pyproj.Transformer.from_crs("EPSG:4978", "EPSG:4979", always_xy=True)
+_TO_ECEF = pyproj.Transformer.from_crs("EPSG:4979", "EPSG:4978", always_xy=True)
 
 
 def _dms(parts: list[str]) -> float:

@@ -1,22 +1,25 @@
-"""Which geotag files there are: MRK, ``.pos`` and tables in a folder, sorted by what they are."""
+"""Which geotag files there are: MRK, ``.pos``, RINEX and tables in a folder, sorted by what they are."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..core.errors import GeotagError
+from .ppk import read_rinex_header
 from .tables import is_position_table
 
 
 @dataclass
 class GeotagFiles:
-    """Files found: MRK, ``.pos`` trajectories, ``_events.pos`` (one row a photo), tables by photo name."""
+    """Files found: MRK, ``.pos`` trajectories, ``_events.pos`` (one row a photo), RINEX, tables by photo name."""
 
     mrk: list[Path] = field(default_factory=list)
     pos: list[Path] = field(default_factory=list)
     events: list[Path] = field(default_factory=list)
     tables: list[Path] = field(default_factory=list)
+    rinex: list[Path] = field(default_factory=list)
 
 
 def find_geotags(geotags: Path, photos: Path) -> GeotagFiles:
@@ -31,7 +34,9 @@ def find_geotags(geotags: Path, photos: Path) -> GeotagFiles:
     found = GeotagFiles()
     if geotags.is_file():
         _sort_in(geotags, found, always=True)
-        if (found.pos or found.events) and not found.mrk:
+        if found.rinex:
+            found.rinex = [path for path in _files(geotags.parent) if _is_rinex(path)]
+        if (found.pos or found.events or found.rinex) and not found.mrk:
             for folder in dict.fromkeys((geotags.parent, photos, photos.parent)):
                 for path in _files(folder):
                     if path.suffix.lower() == ".mrk":
@@ -43,15 +48,15 @@ def find_geotags(geotags: Path, photos: Path) -> GeotagFiles:
             _sort_in(path, found)
         for below in sorted(p for p in geotags.iterdir() if p.is_dir() and not p.name.startswith(".")):
             for path in _files(below):
-                if path.suffix.lower() in (".mrk", ".pos"):
+                if path.suffix.lower() in (".mrk", ".pos") or _is_rinex(path):
                     _sort_in(path, found)
-        if not found.mrk and (found.pos or found.events):
+        if not found.mrk and (found.pos or found.events or found.rinex):
             found.mrk = [path for path in _files(photos) if path.suffix.lower() == ".mrk"]
     else:
         raise GeotagError(f"{geotags}: not found; give the folder or file with the MRK, .pos or CSV geotags.")
-    if not (found.mrk or found.pos or found.events or found.tables):
+    if not (found.mrk or found.pos or found.events or found.tables or found.rinex):
         raise GeotagError(
-            f"{geotags}: holds no geotags, expected MRK, RTKLIB .pos, or a table with the columns name, lat, lon, h; "
+            f"{geotags}: holds no geotags, expected MRK, RTKLIB .pos, RINEX, or a table with the columns name, lat, lon, h; "
             "leave --geotags out to use the photos' EXIF."
         )
     if found.tables and (found.mrk or found.pos or found.events):
@@ -82,5 +87,14 @@ def _sort_in(path: Path, found: GeotagFiles, always: bool = False) -> None:
         (found.events if path.stem.lower().endswith("_events") else found.pos).append(path)
     elif suffix in (".csv", ".txt", ".tsv") and (always or is_position_table(path)):
         found.tables.append(path)
+    elif _is_rinex(path):
+        found.rinex.append(path)
     elif always:
-        raise GeotagError(f"{path}: is not a kind of geotags that is known; give MRK, RTKLIB .pos, CSV or geo.txt.")
+        raise GeotagError(f"{path}: is not a kind of geotags that is known; give MRK, RTKLIB .pos, RINEX, CSV or geo.txt.")
+
+
+_RINEX = re.compile(r"\.(obs|nav|rnx|crx|\d\d[oOnNgGpPlLcCqQfFdD])$", re.IGNORECASE)
+
+
+def _is_rinex(path: Path) -> bool:
+    return bool(_RINEX.search(path.name)) and read_rinex_header(path) is not None

@@ -11,6 +11,7 @@ import pyproj
 
 from ..core.crs import lonlat_to_project
 from ..core.errors import CRSError, GeotagError
+from ..core.frames import transform
 
 _NAME = ("name", "photo", "filename", "file", "image", "image_name", "imagename", "label", "sourcefile", "#label")
 _LAT = ("lat", "latitude", "lat_deg", "latitude_deg", "gpslatitude")
@@ -48,12 +49,11 @@ def is_position_table(path: Path) -> bool:
     return bool(columns & set(_NAME)) and bool(columns & set(_LAT + _NORTH)) and bool(columns & set(_LON + _EAST))
 
 
-def read_position_table(path: Path, crs: pyproj.CRS) -> NamedPositions:
+def read_position_table(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None = None) -> NamedPositions:
     """Read positions by photo name into the project CRS.
 
-    Longitude and latitude are taken on the project CRS's datum, x and y columns as project coordinates (in
-    ``geo.txt``: in the
-    CRS of its first line); heights pass through.
+    Longitude and latitude are taken on ``frame`` (default: the project CRS's datum) with ellipsoidal heights, x and y
+    columns as project coordinates (in ``geo.txt``: in the CRS of its first line).
 
     Raises:
         GeotagError: missing columns, a bad number, a doubled name. CRSError: an unknown CRS line.
@@ -65,7 +65,7 @@ def read_position_table(path: Path, crs: pyproj.CRS) -> NamedPositions:
         raise GeotagError(
             f"{path}: cannot be read ({problem.strerror}); give a table of photo names and positions."
         ) from None
-    rows = _read_geo_txt(path, lines, crs) if path.name.lower() == "geo.txt" else _read_csv(path, lines, crs)
+    rows = _read_geo_txt(path, lines, crs, frame) if path.name.lower() == "geo.txt" else _read_csv(path, lines, crs, frame)
     names = [row[0] for row in rows]
     doubled = {name for name in names if names.count(name) > 1} if len(set(names)) < len(names) else set()
     if doubled:
@@ -83,7 +83,7 @@ def _split(line: str) -> list[str]:
     return line.split()
 
 
-def _read_csv(path: Path, lines: list[str], crs: pyproj.CRS) -> list[tuple[str, list[float]]]:
+def _read_csv(path: Path, lines: list[str], crs: pyproj.CRS, frame: pyproj.CRS | None) -> list[tuple[str, list[float]]]:
     columns = [cell.strip().lower() for cell in _split(lines[0])] if lines else []
 
     def place(options: tuple[str, ...]) -> int:
@@ -115,7 +115,7 @@ def _read_csv(path: Path, lines: list[str], crs: pyproj.CRS) -> list[tuple[str, 
                 "line 1; correct the row."
             ) from None
         xyz = (
-            lonlat_to_project(crs, *np.array([[first], [second], [h]]))[0]
+            lonlat_to_project(crs, *np.array([[first], [second], [h]]), frame)[0]
             if geographic
             else np.array([first, second, h])
         )
@@ -123,7 +123,7 @@ def _read_csv(path: Path, lines: list[str], crs: pyproj.CRS) -> list[tuple[str, 
     return rows
 
 
-def _read_geo_txt(path: Path, lines: list[str], crs: pyproj.CRS) -> list[tuple[str, list[float]]]:
+def _read_geo_txt(path: Path, lines: list[str], crs: pyproj.CRS, frame: pyproj.CRS | None) -> list[tuple[str, list[float]]]:
     """ODM: CRS line, then ``name x y [z] [yaw pitch roll] [h_acc v_acc]``."""
     filled = [(number, line) for number, line in enumerate(lines, start=1) if line.strip() and not line.startswith("#")]
     if not filled:
@@ -147,9 +147,8 @@ def _read_geo_txt(path: Path, lines: list[str], crs: pyproj.CRS) -> list[tuple[s
                 f"{path}, line {number}: found {line.strip()[:60]!r}, expected name x y z; correct the row."
             ) from None
         if source.is_geographic:
-            xyz = lonlat_to_project(crs, *np.array([[x], [y], [z]]))[0]
+            xyz = lonlat_to_project(crs, *np.array([[x], [y], [z]]), frame)[0]
         else:
-            east, north = pyproj.Transformer.from_crs(source, crs, always_xy=True).transform(x, y)
-            xyz = np.array([east, north, z])
+            xyz = transform(source, crs, np.array([[x, y, z]]), str(path))[0]
         rows.append((cells[0], [*xyz, *sd]))
     return rows

@@ -1,0 +1,105 @@
+"""Copies of the photos that carry the corrected positions in EXIF and XMP, by ExifTool. Originals are only ever read."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pyproj
+
+from ..core.crs import horizontal
+from ..core.errors import GeotagError, InputError, MissingComponentError, OutputError
+from ..core.files import atomic_folder
+from ..core.frames import transform
+from ..core.progress import Reporter
+from .stations import Stations
+
+#: Quality -> what DJI's RtkFlag says (0 none, 16 single, 34 float, 50 fixed).
+_FLAG = {"fix": 50, "float": 34, "single": 16, "exif": 0}
+_BATCH = 50
+
+
+def check_target(photos: Path, target: Path) -> None:
+    """Refuse a folder for the copies that could touch an original or another file.
+
+    Raises:
+        InputError: the photo folder itself, a folder around or inside it, or one that is not empty.
+    """
+    source, there = Path(photos).resolve(), Path(target).resolve()
+    if there == source or source in there.parents or there in source.parents:
+        raise InputError(f"{target}: is the photo folder or lies around or inside it; choose a folder of its own, the "
+                         "originals are never changed.")
+    if there.exists() and (not there.is_dir() or any(there.iterdir())):
+        raise InputError(f"{target}: is there already and not empty; choose a new folder for the tagged photos.")
+
+
+def write_tagged_copies(stations: Stations, target: Path, reporter: Reporter) -> int:
+    """Copy every placed photo into ``target`` (same relative names) with corrected tags; returns their number.
+
+    Longitude, latitude and ellipsoidal height are written on the datum of the project CRS: EXIF GPS (with the datum's
+    name and the horizontal error) and XMP ``drone-dji`` (position, AbsoluteAltitude, RtkFlag, RtkStd*).
+
+    Raises:
+        MissingComponentError: ExifTool is not installed. GeotagError: it refused. OutputError: not enough room.
+    """
+    program = shutil.which("exiftool")
+    if program is None:
+        raise MissingComponentError(f"{target}: writing tags needs ExifTool, which was not found; install the Debian "
+                                    "package libimage-exiftool-perl.")
+    geographic = horizontal(stations.crs).geodetic_crs
+    if geographic is None:
+        raise GeotagError(f"{target}: {stations.crs.name} is not tied to a datum, expected one with longitude and latitude.")
+    wanted = np.flatnonzero(stations.is_placed)
+    size = sum(stations.paths[i].stat().st_size for i in wanted)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    if 1.1 * size > shutil.disk_usage(target.parent).free:
+        raise OutputError(f"{target}: the copies need {size / 1e9:.1f} GB, more than is free there; choose another disk.")
+    places = _geographic(stations, geographic, str(target))
+    with atomic_folder(target) as folder:
+        for first in range(0, len(wanted), _BATCH):
+            batch = wanted[first:first + _BATCH]
+            lines: list[str] = []
+            for i in batch:
+                copy = folder / stations.names[i]
+                copy.parent.mkdir(parents=True, exist_ok=True)
+                lines += [*_tags(stations, i, places[i], geographic), "-o", str(copy), str(stations.paths[i].resolve()),
+                          "-execute"]
+            done = subprocess.run([program, "-@", "-", "-common_args", "-q", "-m", "-charset", "filename=utf8"],
+                                  input="\n".join(lines) + "\n", capture_output=True, text=True, check=False)
+            lost = [stations.names[i] for i in batch if not (folder / stations.names[i]).exists()]
+            if lost:
+                said = (done.stderr.strip().splitlines() or ["no message"])[0][:160]
+                raise GeotagError(f"{lost[0]}: ExifTool wrote no tagged copy ({said}); leave the photo out or copy it "
+                                  "again from the drone.")
+            reporter.progress((first + len(batch)) / len(wanted))
+    left = len(stations) - len(wanted)
+    if left:
+        reporter.warn(f"{left} photos have no position and were not copied to {target.name}.")
+    return len(wanted)
+
+
+def _geographic(stations: Stations, geographic: pyproj.CRS, where: str) -> np.ndarray:
+    """(N, 3) longitude, latitude, ellipsoidal height; NaN where unplaced."""
+    if stations.crs.is_compound:
+        return transform(stations.crs, geographic.to_3d(), stations.xyz, where)
+    lon, lat = pyproj.Transformer.from_crs(stations.crs, geographic, always_xy=True).transform(*stations.xyz[:, :2].T)
+    return np.column_stack([lon, lat, stations.xyz[:, 2]])
+
+
+def _tags(stations: Stations, i: int, place: np.ndarray, geographic: pyproj.CRS) -> list[str]:
+    lon, lat, height = (float(v) for v in place)
+    east, north, up = (float(v) for v in stations.sd[i])
+    tags = [
+        f"-EXIF:GPSLatitude={abs(lat):.10f}", f"-EXIF:GPSLatitudeRef={'N' if lat >= 0 else 'S'}",
+        f"-EXIF:GPSLongitude={abs(lon):.10f}", f"-EXIF:GPSLongitudeRef={'E' if lon >= 0 else 'W'}",
+        f"-EXIF:GPSAltitude={abs(height):.4f}", f"-EXIF:GPSAltitudeRef#={0 if height >= 0 else 1}",
+        f"-EXIF:GPSMapDatum={geographic.name}", f"-XMP-drone-dji:GpsLatitude={lat:.10f}",
+        f"-XMP-drone-dji:GpsLongitude={lon:.10f}", f"-XMP-drone-dji:AbsoluteAltitude={height:+.4f}",
+        f"-XMP-drone-dji:RtkFlag={_FLAG.get(stations.quality[i], 0)}",
+    ]
+    if np.isfinite([east, north, up]).all():
+        tags += [f"-EXIF:GPSHPositioningError={np.hypot(east, north):.4f}", f"-XMP-drone-dji:RtkStdLon={east:.5f}",
+                 f"-XMP-drone-dji:RtkStdLat={north:.5f}", f"-XMP-drone-dji:RtkStdHgt={up:.5f}"]
+    return tags
