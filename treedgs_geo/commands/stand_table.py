@@ -98,12 +98,13 @@ class StandTableSettings(FieldProtocol):
         help="trees outside an equation's range: use it and say so, or give no volume",
     )
     edge: str = param(
-        "walkthrough",
+        "zone",
         kind="choice",
-        choices=("walkthrough", "area", "none"),
+        choices=("zone", "walkthrough", "area", "none"),
         advanced=True,
-        help="plots that reach over the stand's edge: walkthrough (some trees count twice), area (only the part "
-        "inside) or none (flagged only)",
+        help="trees and plots at the stand's edge: zone (a tree weighs by the part of the plot-sized zone around it "
+        "that is inside), walkthrough (some trees count twice), area (only the plot's part inside) or none (only "
+        "flagged)",
     )
     plot_size: str = param(
         "horizontal",

@@ -68,13 +68,13 @@ def draw_overview(stand: Stand) -> bytes | None:
     placed = [plot for plot in stand.plots if plot.outline is not None]
     if not placed or (len(placed) == 1 and stand.boundary is None):
         return None
-    figure, axis = _figure(7.2, 5.6)
-    origin = np.round(np.mean([[plot.x, plot.y] for plot in placed], axis=0))
+    figure, axis = _figure(6.4, 4.6)
+    origin = np.array([[plot.x, plot.y] for plot in placed]).mean(axis=0).round()
     if stand.boundary is not None:
         _outline(axis, stand.boundary, origin, color="0.35", lw=1.6)
     density = dict(zip(stand.plot_rows["plot_id"], stand.plot_rows["ba_m2_ha"], strict=True))
     values = np.array([density[plot.plot_id] for plot in placed])
-    from matplotlib import cm, colors
+    from matplotlib import cm, colors, patheffects
 
     shade = cm.ScalarMappable(colors.Normalize(0, max(values.max(), 1e-9)), "viridis_r")
     for plot, value in zip(placed, values, strict=True):
@@ -91,6 +91,7 @@ def draw_overview(stand: Stand) -> bytes | None:
                 (plot.x - origin[0], plot.y - origin[1]),
                 xytext=(6, 6),
                 fontsize=9,
+                path_effects=[patheffects.withStroke(linewidth=2.5, foreground="white")],
                 textcoords="offset points",
             )
     if stand.design.census:
@@ -108,8 +109,7 @@ def draw_overview(stand: Stand) -> bytes | None:
 def draw_plots(stand: Stand) -> bytes | None:
     """PNG: the trees of each plot, discs growing with DBH; None without positions or for a census."""
     placed = [(k, plot) for k, plot in enumerate(stand.plots) if plot.outline is not None]
-    placed = [item for item in placed if np.isfinite(_positions(stand, item[0])).any()]
-    if not placed or stand.design.census:
+    if stand.design.census or not any(np.isfinite(_positions(stand, k)).any() for k, _ in placed):
         return None
     placed = placed[:_MAPS]
     across = min(len(placed), 2 if len(placed) in (2, 4) else 3)
@@ -127,6 +127,7 @@ def draw_plots(stand: Stand) -> bytes | None:
             handles.setdefault("stand's boundary", axis.plot([], [], color="#D55E00", ls="--")[0])
         handles.update(_trees(axis, stand, k, origin, 1.0 if len(placed) == 1 else 2.2 / across, len(placed) <= 4))
         axis.plot(0, 0, "+", color="0.5", ms=7)
+        assert plot.outline is not None
         low_x, low_y, high_x, high_y = plot.outline.bounds
         half = 0.55 * max(high_x - low_x, high_y - low_y)
         middle = np.array([low_x + high_x, low_y + high_y]) / 2 - origin
@@ -166,9 +167,9 @@ def _trees(
             handles[species_of(name).label if k < len(COLOURS) else "other species"] = drawn
     if labels:
         for k in counted:
-            axis.annotate(
-                f"{stand.values.dbh[k]:.0f}", place[k], xytext=(6, 4), textcoords="offset points", fontsize=7.5
-            )
+            # Beside the disc, whatever its size.
+            gap = (2 + np.sqrt(scale) * stand.values.dbh[k] / 4.4, 3)
+            axis.annotate(f"{stand.values.dbh[k]:.0f}", place[k], xytext=gap, textcoords="offset points", fontsize=7.5)
     for frame, label, mark, colour in (
         (stand.missing, "seen, without a DBH", "o", "#D55E00"),
         (stand.dead, "dead", "x", _DEAD),

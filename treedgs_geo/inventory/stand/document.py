@@ -17,6 +17,7 @@ from .tables import (
     equations_table,
     plots_table,
     species_class_table,
+    stock_table,
     summary_table,
     trees_table,
 )
@@ -37,6 +38,14 @@ class Block:
     table: Table | None = None
     picture: bytes = b""
     columns: tuple[str, ...] = ()
+
+    def rows(self, most: int) -> tuple[list[dict[str, Any]], str]:
+        """The table's rows to show, and a sentence about those left out."""
+        assert self.table is not None
+        rows = self.table.rows
+        if self.kind != "folded" or len(rows) <= most:
+            return rows, ""
+        return rows[:most], f"{len(rows) - most} more in {self.table.name}.csv and stand_table.xlsx."
 
     @property
     def shown(self) -> list[Column]:
@@ -89,8 +98,10 @@ def make_document(stand: Stand, units: str, class_width: float | None, facts: di
         Block("heading", "Diameter distribution"),
         Block("picture", "trees and basal area by DBH class and species", picture=charts.draw_classes(long, units)),
     ]
-    shown = [name for name in ("trees", "ba", "volume", "biomass") if np.isfinite(stand.estimates[name].mean)]
-    blocks += [Block("table", table=cross_table(long, units, name)) for name in shown]
+    blocks.append(Block("table", table=stock_table(long, units)))
+    if len({row["species"] for row in long.rows} - {"all"}) > 1:
+        shown = [name for name in ("trees", "ba", "volume") if np.isfinite(stand.estimates[name].mean)]
+        blocks += [Block("table", table=cross_table(long, units, name)) for name in shown]
     blocks.append(Block("heading", "Plots"))
     for picture, text in (
         (charts.draw_overview(stand), "map of the plots, coloured by basal area"),
@@ -99,7 +110,7 @@ def make_document(stand: Stand, units: str, class_width: float | None, facts: di
         if picture is not None:
             blocks.append(Block("picture", text, picture=picture))
     q = UNITS[units]
-    plot_columns = ("plot_id", "edge", "n_trees", "n_missing", q["area"].key, "expansion")
+    plot_columns: tuple[str, ...] = ("plot_id", "edge", "n_trees", "n_missing", q["area"].key, "expansion")
     plot_columns += tuple(q[name].key for name in ("trees", "ba", "qmd", "dominant", "volume", "biomass"))
     blocks += [
         Block("table", table=tables["plots"], columns=plot_columns),
@@ -135,7 +146,8 @@ def _cards(stand: Stand, units: str) -> list[tuple[str, str, str]]:
         if np.isfinite(found.low) and np.isfinite(found.high):
             low, high = (f"{x * q.factor:,.{q.decimals}f}".replace(",", "\u202f") for x in (found.low, found.high))
             interval = f"{low} to {high}"
-        cards.append((q.label, f"{value} {q.unit}", interval))
+        label = "QMD" if name == "qmd" else q.label
+        cards.append((label, f"{value} {q.unit}", interval))
     return cards
 
 

@@ -56,9 +56,9 @@ def expand(
     found = Expanded(plots, pd.DataFrame(), [], notes)
     table = trees.trees
     if trees.from_field:
-        parts = _by_name(found, trees, boundary, path)
+        parts = _by_name(found, trees, boundary, edge_rule, path)
     else:
-        parts = _by_place(found, table, boundary)
+        parts = _by_place(found, table, boundary, edge_rule)
     if not found.plots:
         raise InputError(f"{path}: no plot is left to count; see the warnings above.")
     rows = pd.concat(parts, ignore_index=True) if parts else _rows(0, [], [])
@@ -81,10 +81,12 @@ def _rows(plot: int, tree: np.ndarray | list, weight: np.ndarray | list) -> pd.D
     )
 
 
-def _by_place(found: Expanded, table: pd.DataFrame, boundary: BaseGeometry | None) -> list[pd.DataFrame]:
+def _by_place(found: Expanded, table: pd.DataFrame, boundary: BaseGeometry | None, rule: str) -> list[pd.DataFrame]:
     """Measured trees, by where they stand. A tree in two plots counts in both: each is a sample of its own."""
     x, y = table["x"].to_numpy(float), table["y"].to_numpy(float)
-    parts, kept, near = [], [], 0
+    parts: list[pd.DataFrame] = []
+    kept: list[SamplePlot] = []
+    near = 0
     for plot in found.plots:
         away = np.hypot(x - plot.x, y - plot.y).min() if len(x) else np.inf
         reach = np.sqrt(plot.area_ha * 1e4 / np.pi)
@@ -95,7 +97,7 @@ def _by_place(found: Expanded, table: pd.DataFrame, boundary: BaseGeometry | Non
             )
             continue
         inside = np.flatnonzero(plot.contains(x, y))
-        count = weights(plot, x[inside], y[inside], boundary)
+        count = weights(plot, x[inside], y[inside], boundary, rule)
         inside, count = inside[count > 0], count[count > 0]
         if plot.edge != "census" and plot.outline is not None and len(x):
             near += int((shapely.distance(plot.outline.boundary, shapely.points(x, y)) < NEAR_LINE_M).sum())
@@ -112,7 +114,9 @@ def _by_place(found: Expanded, table: pd.DataFrame, boundary: BaseGeometry | Non
     return parts
 
 
-def _by_name(found: Expanded, trees: TreeList, boundary: BaseGeometry | None, path: Path) -> list[pd.DataFrame]:
+def _by_name(
+    found: Expanded, trees: TreeList, boundary: BaseGeometry | None, rule: str, path: Path
+) -> list[pd.DataFrame]:
     """Tally trees, by the plot that the crew wrote down."""
     table = trees.trees
     names = [plot.plot_id for plot in found.plots]
@@ -131,16 +135,15 @@ def _by_name(found: Expanded, trees: TreeList, boundary: BaseGeometry | None, pa
     for k, plot in enumerate(found.plots):
         rows = np.flatnonzero(listed.to_numpy() == plot.plot_id)
         count = np.ones(len(rows))
-        if plot.edge.startswith("slopover"):
-            if table.loc[rows, "x"].notna().all():
-                count = weights(
-                    plot, table.loc[rows, "x"].to_numpy(float), table.loc[rows, "y"].to_numpy(float), boundary
-                )
-            elif plot.edge.endswith("walkthrough"):
+        placed = table.loc[rows, ["x", "y"]].to_numpy(float)
+        if boundary is not None and rule in ("zone", "walkthrough") and plot.outline is not None and len(rows):
+            if np.isfinite(placed).all():
+                count = weights(plot, placed[:, 0], placed[:, 1], boundary, rule)
+            elif plot.edge.startswith("slopover"):
                 found.plots[k] = replace(plot, edge="slopover, area", weight_area_ha=plot.area_ha * plot.inside)
                 found.warnings.append(
-                    f"Plot {plot.plot_id}: the tally has no positions for the walkthrough; its area inside "
-                    "the stand counts."
+                    f"Plot {plot.plot_id}: the tally has no positions for the rule {rule}; its area inside the stand "
+                    "counts."
                 )
         if not len(rows):
             found.warnings.append(

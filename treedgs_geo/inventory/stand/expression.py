@@ -76,7 +76,7 @@ class Formula:
             raise InputError(f"{where}: {self.text!r} nests too deep; write it simpler.")
         children: list[ast.AST] = []
         if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)) and not isinstance(node.value, bool):
-            if not np.isfinite(float(node.value)):
+            if abs(node.value) > 1e300:
                 raise InputError(f"{where}: a number in {self.text!r} is too large.")
         elif isinstance(node, ast.Name) and node.id in (*self.inputs, *_CONSTANTS):
             self.uses.add(node.id)

@@ -115,8 +115,8 @@ def _fill(connection: sqlite3.Connection, stand: Stand, variant: str | None, yea
     records += [
         (row.plot, row.tree, row.count_, _DEAD) for row in dead.rename(columns={"count": "count_"}).itertuples()
     ]
-    for number, (plot, tree, count, history) in enumerate(records, start=1):
-        k, plot = int(tree), int(plot)
+    for number, (position, tree, count, history) in enumerate(records, start=1):
+        k, j = int(tree), int(position)
         if not np.isfinite(stand.values.dbh[k]):
             continue
         height = stand.values.height[k]
@@ -127,9 +127,9 @@ def _fill(connection: sqlite3.Connection, stand: Stand, variant: str | None, yea
             {
                 "Stand_CN": name,
                 "Stand_ID": name,
-                "StandPlot_CN": f"{name}_{stand.plots[plot].plot_id}",
-                "StandPlot_ID": f"{name}_{stand.plots[plot].plot_id}",
-                "Plot_ID": plot + 1,
+                "StandPlot_CN": f"{name}_{stand.plots[j].plot_id}",
+                "StandPlot_ID": f"{name}_{stand.plots[j].plot_id}",
+                "Plot_ID": j + 1,
                 "Tree_ID": number,
                 "Tree_Count": float(count),
                 "History": history,

@@ -68,5 +68,6 @@ def fit_curve(
         residual, start, bounds=([1e-6, 1e-6], [1e4, 1e4]), loss="soft_l1", f_scale=2.0, x_scale=start
     )
     rmse = float(np.sqrt(np.sum(residual(found.x) ** 2) / max(len(d) - 2, 1)))
-    curve = HeightCurve(*map(float, found.x), breast_height_m, len(d), rmse, float(d.min()), float(d.max()))
+    a, b = (float(value) for value in found.x)
+    curve = HeightCurve(a, b, breast_height_m, len(d), rmse, float(d.min()), float(d.max()))
     return curve, ""

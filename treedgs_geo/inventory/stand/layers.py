@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import shutil
 import tempfile
+import warnings
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import geopandas as gpd
 import numpy as np
 import pandas as pd
-from shapely.geometry import Point
+import shapely
 
 from ...core.files import atomic_path, ensure_writable
 from ..tree_layer import save_style
@@ -48,33 +50,33 @@ def tree_layer(stand: Stand) -> gpd.GeoDataFrame:
 
     Rows of stand-ins are folded into the tree that stands in: ``tph`` holds them, ``weight`` does not.
     """
-    v = stand.values
+    v, listed = stand.values, stand.listed()
+    tree, plot = listed["tree"].to_numpy(int), listed["plot"].to_numpy(int)
+    counted = (listed["kind"] == "measured").to_numpy()
     per_ha = stand.rows.groupby(["plot", "tree"])["per_ha"].sum()
-    rows = []
-    for frame in (stand.rows[stand.rows["kind"] == "measured"], stand.missing, stand.dead):
-        for row in frame.itertuples():
-            k, plot = int(row.tree), int(row.plot)
-            rows.append(
-                {
-                    "plot_id": stand.plots[plot].plot_id,
-                    "tree_id": str(stand.trees["tree_id"].iloc[k]),
-                    "species": stand.trees["species"].iloc[k],
-                    "counts_as": row.kind,
-                    "dbh_cm": v.dbh[k],
-                    "dbh_se_cm": v.se[k],
-                    "height_m": v.height[k],
-                    "height_src": v.height_source[k] or None,
-                    "weight": float(row.weight),
-                    "tph": float(per_ha.get((plot, k), 0.0)) if row.kind == "measured" else 0.0,
-                    "ba_m2": v.value["ba"][k],
-                    "volume_m3": v.value["volume"][k],
-                    "biomass_kg": v.value["biomass"][k],
-                    "qc_flag": stand.trees["qc_flag"].iloc[k],
-                    "qc_reason": stand.trees["qc_reason"].iloc[k] or None,
-                    "geometry": _point(stand, k),
-                }
-            )
-    return gpd.GeoDataFrame(pd.DataFrame(rows), geometry="geometry", crs=stand.crs)
+    place = stand.trees[["x", "y"]].to_numpy(float)[tree]
+    known = np.isfinite(place).all(axis=1)
+    table = pd.DataFrame(
+        {
+            "plot_id": np.array([p.plot_id for p in stand.plots], object)[plot],
+            "tree_id": stand.trees["tree_id"].astype(str).to_numpy(object)[tree],
+            "species": stand.trees["species"].to_numpy(object)[tree],
+            "counts_as": listed["kind"].to_numpy(object),
+            "dbh_cm": v.dbh[tree],
+            "dbh_se_cm": v.se[tree],
+            "height_m": v.height[tree],
+            "height_src": [text or None for text in v.height_source[tree]],
+            "weight": listed["weight"].to_numpy(float),
+            "tph": np.where(counted, per_ha.reindex(pd.MultiIndex.from_arrays([plot, tree])).fillna(0.0), 0.0),
+            "ba_m2": v.value["ba"][tree],
+            "volume_m3": v.value["volume"][tree],
+            "biomass_kg": v.value["biomass"][tree],
+            "qc_flag": stand.trees["qc_flag"].to_numpy(object)[tree],
+            "qc_reason": [text or None for text in stand.trees["qc_reason"].fillna("").to_numpy(object)[tree]],
+        }
+    )
+    points = np.where(known, shapely.points(np.where(known[:, None], place, 0.0)), None)
+    return gpd.GeoDataFrame(table, geometry=points, crs=stand.crs)
 
 
 def write_geopackage(path: Path, stand: Stand) -> Path:
@@ -82,7 +84,7 @@ def write_geopackage(path: Path, stand: Stand) -> Path:
     with atomic_path(path) as temporary:
         for name, layer, kind in ((PLOTS, plot_layer(stand), "Unknown"), (TREES, tree_layer(stand), "Point")):
             more = {"mode": "a"} if temporary.exists() else {"dataset_options": {"VERSION": "1.2"}}
-            layer.to_file(temporary, layer=name, driver="GPKG", engine="pyogrio", geometry_type=kind, **more)
+            _write(layer, temporary, layer=name, driver="GPKG", geometry_type=kind, **more)
             style = files("treedgs_geo.inventory") / "styles" / f"{name}.qml"
             if style.is_file():
                 save_style(temporary, name, style.read_text(encoding="utf-8"))
@@ -99,13 +101,15 @@ def write_shapefiles(folder: Path, stand: Stand) -> list[Path]:
         target = Path(folder) / f"{name}.shp"
         ensure_writable(target)
         with tempfile.TemporaryDirectory(dir=folder, prefix=".shp") as scratch:
-            layer.to_file(Path(scratch) / target.name, driver="ESRI Shapefile", engine="pyogrio", encoding="UTF-8")
+            _write(layer, Path(scratch) / target.name, driver="ESRI Shapefile", encoding="UTF-8")
             for part in Path(scratch).iterdir():
                 shutil.move(str(part), target.parent / part.name)
         written.append(target)
     return written
 
 
-def _point(stand: Stand, k: int) -> Point | None:
-    x, y = stand.trees["x"].iloc[k], stand.trees["y"].iloc[k]
-    return Point(x, y) if np.isfinite(x) and np.isfinite(y) else None
+def _write(table: gpd.GeoDataFrame, path: Path, **more: Any) -> None:
+    with warnings.catch_warnings():
+        # A tally without coordinates has no CRS, and needs none.
+        warnings.filterwarnings("ignore", message="'crs' was not provided")
+        table.to_file(path, engine="pyogrio", **more)

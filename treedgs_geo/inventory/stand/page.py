@@ -11,6 +11,9 @@ from string import Template
 from ...core.files import atomic_path
 from .document import Block, Document
 
+#: A longer list of trees makes the page slow to open.
+_LONGEST = 2000
+
 
 def write_page(path: Path, document: Document) -> Path:
     """Write the page atomically."""
@@ -58,12 +61,14 @@ def _table(block: Block) -> str:
     assert table is not None
     kinds = ["" if column.decimals is None else " class='n'" for column in columns]
     heads = "".join(f"<th{k}>{html.escape(c.heading)}</th>" for c, k in zip(columns, kinds, strict=True))
+    rows, left_out = block.rows(_LONGEST)
     body = []
-    for number, row in enumerate(table.rows):
+    for number, row in enumerate(rows):
         total = " class='total'" if number >= len(table.rows) - table.n_totals else ""
         cells = "".join(f"<td{k}>{html.escape(table.text(row, c))}</td>" for c, k in zip(columns, kinds, strict=True))
         body.append(f"<tr{total}>{cells}</tr>")
-    note = f"<p class='note'>{html.escape(table.note)}</p>" if table.note else ""
+    notes = " ".join(filter(None, (table.note, left_out)))
+    note = f"<p class='note'>{html.escape(notes)}</p>" if notes else ""
     return (
         f"<div class='scroll'><table id='{table.name}'><caption>{html.escape(table.title)}</caption>"
         f"<thead><tr>{heads}</tr></thead><tbody>{''.join(body)}</tbody></table></div>{note}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -43,6 +44,8 @@ def write_pdf(path: Path, document: Document) -> Path:
 
 
 _MARGIN = 42.0
+#: Nobody reads a longer list of trees on paper.
+_LONGEST = 300
 
 
 def _fonts() -> None:
@@ -112,9 +115,11 @@ def _flow(block: Block, width: float) -> list[Any]:
     head = Paragraph(
         escape(block.table.title), _style(9, fontName="Report-Bold", spaceBefore=8, spaceAfter=3, keepWithNext=1)
     )
-    parts = [head, _grid(block.table, block.shown, width)]
-    if block.table.note:
-        parts.append(Paragraph(escape(block.table.note), _style(7, textColor=_SOFT, spaceBefore=2, spaceAfter=8)))
+    rows, left_out = block.rows(_LONGEST)
+    parts = [head, _grid(replace(block.table, rows=rows), block.shown, width)]
+    notes = " ".join(filter(None, (block.table.note, left_out)))
+    if notes:
+        parts.append(Paragraph(escape(notes), _style(7, textColor=_SOFT, spaceBefore=2, spaceAfter=8)))
     return [KeepTogether(parts)] if len(block.table.rows) <= 20 else parts
 
 
@@ -210,7 +215,7 @@ def _grid(table: Table, columns: list[Column], width: float) -> Any:
     if table.n_totals:
         first = len(lines) - table.n_totals
         style.append(("LINEABOVE", (0, first), (-1, first), 0.9, "black"))
-    return Grid(lines, colWidths=_widths(table, columns, width, size), style=style, repeatRows=1)
+    return Grid(lines, colWidths=_widths(table, columns, width, size), style=style, repeatRows=1, hAlign="LEFT")
 
 
 def _widths(table: Table, columns: list[Column], width: float, size: float) -> list[float]:

@@ -28,6 +28,7 @@ from .pdf import write_pdf
 from .sample import SamplePlot, census, read_boundary, read_sample
 from .sheets import CSV_TABLES, write_csv, write_workbook
 from .survey import Stand, make_stand
+from .tables import missing_sentences
 from .treelist import TreeList, from_layer, from_tally, label_species, read_tally
 from .units import METRIC
 from .values import ValueOptions
@@ -69,6 +70,7 @@ def make_report(settings: Any, reporter: Reporter) -> dict[str, Any]:
             settings.stand_id.strip() or "stand",
             boundary,
         )
+    stand.warnings[:0] = missing_sentences(stand, settings.units)
     for sentence in stand.warnings:
         reporter.warn(sentence)
     for sentence in (*stand.notes, *stand.values.curves):
@@ -144,7 +146,7 @@ def _read_plots(settings: Any, trees: TreeList, reporter: Reporter) -> tuple[lis
 def _place_tally(settings: Any, trees: TreeList, plots: list[SamplePlot], reporter: Reporter) -> None:
     """Map positions of tally trees, for the maps and the walkthrough; without them the figures are the same."""
     table = trees.trees
-    if table["x"].notna().all() or "azimuth_deg" not in table or table["azimuth_deg"].isna().all():
+    if trees.crs is None or table["x"].notna().all() or "azimuth_deg" not in table or table["azimuth_deg"].isna().all():
         return
     known = [Plot(p.plot_id, p.x, p.y, max(p.radius_m, 1.0)) for p in plots if np.isfinite(p.x)]
     try:

@@ -34,8 +34,10 @@ def write_workbook(path: Path, document: Document) -> Path:
         sheet.append([column.heading for column in table.columns])
         for number, row in enumerate(table.rows):
             for k, column in enumerate(table.columns, start=1):
-                cell = sheet.cell(number + 2, k)
                 value = _plain(row.get(column.key))
+                if value is None:
+                    continue
+                cell = sheet.cell(number + 2, k)
                 cell.value = _CONTROL.sub(" ", value) if isinstance(value, str) else value
                 if isinstance(value, str):
                     # Never a formula, whatever a plot is called.

@@ -56,6 +56,11 @@ class Stand:
     notes: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
+    def listed(self) -> pd.DataFrame:
+        """Every tree of every plot once: measured, without a DBH, dead (``plot, tree, weight, kind``)."""
+        measured = self.rows[self.rows["kind"] == "measured"]
+        return pd.concat([measured, self.missing, self.dead], ignore_index=True)
+
     @property
     def equations(self) -> list[Equation]:
         """Those that a counted tree uses."""
@@ -79,7 +84,7 @@ def make_stand(
     Raises:
         InputError: no tree with a DBH in any plot.
     """
-    plots, rows = expanded.plots, expanded.rows
+    plots = expanded.plots
     census = len(plots) == 1 and plots[0].edge == "census"
     design = Design(np.array([plot.weight_area_ha for plot in plots]), census, confidence)
     measured = expanded.of("measured").astype({"plot": int, "tree": int})
@@ -131,7 +136,7 @@ def make_stand(
     )
     for kind, frame in (("n_trees", measured), ("n_missing", stand.missing), ("n_dead", dead)):
         stand.plot_rows[kind] = np.bincount(frame["plot"].to_numpy(int), minlength=design.n)
-    _remark(stand, rows, options)
+    _remark(stand, options)
     return stand
 
 
@@ -150,7 +155,7 @@ def _estimates(design: Design, rows: pd.DataFrame, values: TreeValues) -> dict[s
     return found
 
 
-def _remark(stand: Stand, rows: pd.DataFrame, options: ValueOptions) -> None:
+def _remark(stand: Stand, options: ValueOptions) -> None:
     """Sentences that a reader of the numbers needs."""
     design, values = stand.design, stand.values
     if design.census:
@@ -162,25 +167,6 @@ def _remark(stand: Stand, rows: pd.DataFrame, options: ValueOptions) -> None:
         )
     elif design.n < 5:
         stand.notes.append(f"{design.n} plots: the standard errors are themselves uncertain, the intervals wide.")
-    n_missing = len(stand.missing)
-    if n_missing:
-        counted = len(rows[rows["kind"] == "measured"])
-        share = n_missing / (n_missing + counted)
-        text = (
-            f"{n_missing} stems were seen but have no DBH ({100 * share:.0f} %); "
-            + (
-                "each counts as the mean of its plot's measured trees"
-                if stand.treatment == "impute"
-                else "they are left out, so that the figures are too low if the stems are trees"
-            )
-            + f": basal area {stand.estimates['ba'].mean:.2f} m²/ha, {stand.other['ba'].mean:.2f} m²/ha "
-            + ("without them." if stand.treatment == "impute" else "with them imputed.")
-        )
-        stand.warnings.append(text)
-        if share > 0.3:
-            stand.warnings.append(
-                "More than 30 % of the stems have no DBH: take these figures as a lower and upper guess."
-            )
     counted_trees = stand.rows["tree"].unique()
     n_blind = int((~np.isfinite(values.se[counted_trees])).sum())
     if n_blind:

@@ -24,7 +24,10 @@ class Column:
 
 @dataclass
 class Table:
-    """name: of file and sheet. rows: dicts by column key, None: not known. n_totals: rows of sums at the end."""
+    """name: of file and sheet. rows: dicts by column key, None: not known. n_totals: rows of sums at the end.
+
+    classes: labels of all DBH classes from the thinnest to the thickest, empty ones too.
+    """
 
     name: str
     title: str
@@ -32,13 +35,17 @@ class Table:
     rows: list[dict[str, Any]]
     note: str = ""
     n_totals: int = 0
+    classes: tuple[str, ...] = ()
 
     def text(self, row: dict[str, Any], column: Column, empty: str = "–") -> str:
         """A cell as shown on the page."""
         value = row.get(column.key)
         if value is None or (isinstance(value, float) and not np.isfinite(value)):
             return empty
-        return str(value) if column.decimals is None else f"{value:,.{column.decimals}f}".replace(",", "\u202f")
+        if column.decimals is None:
+            return str(value)
+        # Adding 0.0 turns a rounded -0.0 into 0.0.
+        return f"{round(value, column.decimals) + 0.0:,.{column.decimals}f}".replace(",", "\u202f")
 
 
 def summary_table(stand: Stand, units: str) -> Table:
@@ -56,8 +63,9 @@ def summary_table(stand: Stand, units: str) -> Table:
                 "key": q.key,
                 **{
                     key: _number(getattr(found, key), q.factor)
-                    for key in ("mean", "se_plots", "se_trees", "se_common", "se", "low", "high")
+                    for key in ("mean", "se_plots", "se_trees", "se", "low", "high")
                 },
+                "se_common": _number(found.se_common, q.factor) or None,
                 "half_pct": _number(found.half_pct),
             }
         )
@@ -133,10 +141,25 @@ def species_class_table(stand: Stand, units: str, width: float | None) -> Table:
         "Classes by the DBH as measured (its error moves some trees to a neighbouring class). Basal area, volume and "
         "biomass are corrected for the DBHs' errors.",
         len(totals) + 1,
+        tuple(classes.label(k) for k in range(int(number.min()), int(number.max()) + 1)),
     )
 
 
 _STOCK = ("trees", "ba", "volume", "biomass")
+
+
+def stock_table(long: Table, units: str) -> Table:
+    """All species together: classes down, the quantities across."""
+    columns = [column for column in long.columns if column.key not in ("species", "lower", "upper")]
+    rows = []
+    for label in (*long.classes, "all"):
+        mine = [r for r in long.rows if (r["class"] == label if label != "all" else r["species"] == "all")]
+        row: dict[str, Any] = {"class": label}
+        for column in columns[1:]:
+            values = [r[column.key] for r in mine]
+            row[column.key] = None if None in values else sum(values)
+        rows.append(row)
+    return Table("stock_table", "Stand and stock table", columns, rows, long.note, 1)
 
 
 def cross_table(long: Table, units: str, name: str) -> Table:
@@ -146,11 +169,10 @@ def cross_table(long: Table, units: str, name: str) -> Table:
     sums = {row["species"]: row[q.key] for row in long.rows if row["lower"] is None}
     species = sorted({row["species"] for row in cells}, key=lambda s: -(sums.get(s) or sums.get("all") or 0))
     shown = species if len(species) <= 6 else species[:5]
-    labels = list({row["class"]: None for row in sorted(cells, key=lambda row: row["lower"])})
     rows = []
-    for label in labels:
+    for label in long.classes:
         mine = [row for row in cells if row["class"] == label]
-        rows.append(_cross_row(label, mine, shown, q.key))
+        rows.append({**dict.fromkeys([*shown, "other", "all"], 0.0), **_cross_row(label, mine, shown, q.key)})
     rows.append(_cross_row("all", cells, shown, q.key))
     columns = [Column("class", next(c.heading for c in long.columns if c.key == "class"))]
     columns += [Column(s, species_of(s).label, q.decimals) for s in shown]
@@ -239,6 +261,25 @@ def correction_table(stand: Stand, units: str) -> Table:
     )
 
 
+def missing_sentences(stand: Stand, units: str) -> list[str]:
+    """How stems without a DBH were treated, with the result of both treatments."""
+    n = len(stand.missing)
+    if not n:
+        return []
+    q, share = UNITS[units]["ba"], n / (n + int((stand.rows["kind"] == "measured").sum()))
+    if stand.treatment == "impute":
+        what, other = "each counts as the mean of its plot's measured trees", "without them"
+    else:
+        what, other = "they are left out: the figures are too low if the stems are trees", "with them imputed"
+    found = [
+        f"{n} stem{'s were' if n > 1 else ' was'} seen but without a DBH ({100 * share:.0f} %); {what}. Basal area "
+        f"{stand.estimates['ba'].mean * q.factor:.2f} {q.unit}, {stand.other['ba'].mean * q.factor:.2f} {other}."
+    ]
+    if share > 0.3:
+        found.append("More than 30 % of the stems have no DBH: take both figures as guesses.")
+    return found
+
+
 def equations_table(stand: Stand) -> Table:
     """Which equations were used, for how many trees, and for what they hold."""
     counted = stand.rows["tree"].unique()
@@ -281,32 +322,34 @@ def equations_table(stand: Stand) -> Table:
 def trees_table(stand: Stand, units: str) -> Table:
     """Every tree of the plots, also those that do not count."""
     quantities = UNITS[units]
-    d, h, symbols = quantities["dbh"], quantities["height"], _species(stand)
-    rows = []
-    frames = [stand.rows[stand.rows["kind"] == "measured"], stand.missing, stand.dead]
-    for frame in frames:
-        for row in frame.itertuples():
-            k = int(row.tree)
-            v = stand.values
-            rows.append(
-                {
-                    "plot_id": stand.plots[int(row.plot)].plot_id,
-                    "tree_id": str(stand.trees["tree_id"].iloc[k]),
-                    "species": symbols[k],
-                    "kind": row.kind,
-                    d.key: _number(v.dbh[k], d.factor),
-                    "dbh_se": _number(v.se[k], d.factor),
-                    h.key: _number(v.height[k], h.factor),
-                    "height_source": v.height_source[k] or None,
-                    "weight": float(row.weight),
-                    "trees_per": row.weight / stand.design.areas[int(row.plot)] * quantities["trees"].factor,
-                    "ba": _number(v.value["ba"][k], 1 if units == "metric" else 1 / FOOT**2),
-                    "volume": _number(v.value["volume"][k], 1 if units == "metric" else 1 / FOOT**3),
-                    "biomass": _number(v.value["biomass"][k], 1 if units == "metric" else 1 / POUND),
-                    "qc_flag": stand.trees["qc_flag"].iloc[k],
-                    "qc_reason": stand.trees["qc_reason"].iloc[k] or None,
-                }
-            )
+    d, h, v = quantities["dbh"], quantities["height"], stand.values
+    listed = stand.listed()
+    tree, plot, weight = (listed[name].to_numpy() for name in ("tree", "plot", "weight"))
+    metric = units == "metric"
+    column = {
+        "plot_id": np.array([p.plot_id for p in stand.plots], object)[plot],
+        "tree_id": stand.trees["tree_id"].astype(str).to_numpy(object)[tree],
+        "species": _species(stand)[tree],
+        "kind": listed["kind"].to_numpy(object),
+        d.key: v.dbh[tree] * d.factor,
+        "dbh_se": v.se[tree] * d.factor,
+        h.key: v.height[tree] * h.factor,
+        "height_source": v.height_source[tree],
+        "weight": weight,
+        "trees_per": weight / stand.design.areas[plot] * quantities["trees"].factor,
+        "ba": v.value["ba"][tree] * (1 if metric else 1 / FOOT**2),
+        "volume": v.value["volume"][tree] * (1 if metric else 1 / FOOT**3),
+        "biomass": v.value["biomass"][tree] * (1 if metric else 1 / POUND),
+        "qc_flag": stand.trees["qc_flag"].to_numpy(object)[tree],
+        "qc_reason": stand.trees["qc_reason"].fillna("").to_numpy(object)[tree],
+    }
+    rows = [
+        {
+            key: (value if value != "" else None) if isinstance(value, str) else _number(value)
+            for key, value in zip(column, values, strict=True)
+        }
+        for values in zip(*column.values(), strict=True)
+    ]
     area, volume, mass = ("m²", "m³", "kg") if units == "metric" else ("ft²", "ft³", "lb")
     return Table(
         "trees",

@@ -11,7 +11,7 @@ import pandas as pd
 import pyproj
 
 from ...core.errors import InputError
-from ..field_trees import FieldProtocol, dbh_in_cm, numbers, read_field_trees, read_table
+from ..field_trees import NAMES, FieldProtocol, dbh_in_cm, numbers, read_field_trees, read_table
 from ..match import read_measured
 from ..pairs_layer import FIELD, LOCKED, PAIRS, PLOTS, SNAP_M, STATUSES, read_layer
 from .species import species_of
@@ -113,20 +113,14 @@ def read_tally(path: Path, protocol: FieldProtocol, height_unit: str = "auto") -
     """
     path = Path(path)
     table = read_table(path)
-    positions = {"azimuth_deg", "azimuth", "azim", "bearing_deg", "bearing", "az_deg", "az", "easting", "x", "x_m"}
-    if positions & set(table.columns):
+    if {*NAMES["azimuth"], *NAMES["x"]} & set(table.columns):
         found = read_field_trees(path, protocol)
     else:
         found = pd.DataFrame({"dbh_cm": dbh_in_cm(path, table, protocol.dbh_unit)})
-        for name, others in {
-            "plot_id": ("plot_id", "plot", "plotid", "plot_no"),
-            "field_id": ("tree_id", "field_id", "tree", "treeid", "tree_no", "stem_id", "tag", "n"),
-            "status": ("status",),
-            "species": ("species", "spp", "sp"),
-        }.items():
-            column = next((other for other in others if other in table), None)
+        for key in ("plot_id", "field_id", "status", "species"):
+            column = next((other for other in NAMES[key] if other in table), None)
             values = table[column].astype(object) if column else pd.Series([None] * len(table), dtype=object)
-            found[name] = values.where(values.notna(), None)
+            found[key] = values.where(values.notna(), None)
         if found["field_id"].isna().all():
             found["field_id"] = [str(k + 1) for k in range(len(found))]
         if found["field_id"].isna().any() or found.duplicated(["plot_id", "field_id"]).any():

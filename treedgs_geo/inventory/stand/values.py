@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -153,14 +154,14 @@ def _heights(
                 found.gaps.setdefault("height", []).append(f"no published height curve for {name}")
                 continue
             found.equations += [] if equation in found.equations else [equation]
-            beyond = equation.outside(d, np.nan) & chosen
+            beyond = equation.outside(d, np.full(len(d), np.nan)) & chosen
             if options.outside == "refuse":
                 chosen = chosen & ~beyond
                 if (beyond & in_table).any():
                     found.gaps.setdefault("height", []).append(
                         f"{int((beyond & in_table).sum())} trees are outside the range of {equation.id}"
                     )
-            rules.append((chosen, lambda x, equation=equation: equation.value(x, np.full(np.shape(x), np.nan))))
+            rules.append((chosen, partial(_by_dbh, equation)))
             found.curves.append(
                 f"{int((chosen & in_table).sum())} heights of {name} are from {equation.id}, a regional curve: this "
                 "stand's may differ by metres."
@@ -178,6 +179,11 @@ def _heights(
         found.height_source[chosen] = "curve" if options.heights == "fitted" else "published"
     found.height = height_of(d)
     return height_of
+
+
+def _by_dbh(equation: Equation, dbh_cm: np.ndarray) -> np.ndarray:
+    """An equation of DBH alone."""
+    return equation.value(dbh_cm, np.full(np.shape(dbh_cm), np.nan))
 
 
 def _tell_curve(found: TreeValues, curve: HeightCurve, name: str, chosen: np.ndarray) -> None:

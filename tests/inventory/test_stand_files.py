@@ -1,0 +1,282 @@
+"""``stand-table`` end to end: every file is read back and holds the same numbers; real tallies; mistakes."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import sqlite3
+import subprocess
+
+import geopandas as gpd
+import numpy as np
+import openpyxl
+import pandas as pd
+import pytest
+from inventory.stand_helpers import CRS, html_tables, make_survey, number, report
+from shared_data import needs_shared
+
+from treedgs_geo.commands.stand_table import StandTableSettings
+from treedgs_geo.core.errors import CRSError, InputError
+from treedgs_geo.core.settings import build
+from treedgs_geo.inventory.stand.sheets import CSV_TABLES
+from treedgs_geo.inventory.stand.units import UNITS
+
+FIGURES = ("trees", "ba", "volume", "biomass", "qmd", "lorey", "dominant")
+
+
+@pytest.fixture(scope="module", params=["metric", "us"])
+def written(request, tmp_path_factory):
+    """The survey's report in each system of units."""
+    folder = make_survey(tmp_path_factory.mktemp(request.param))
+    result, ears, out = report(folder, units=request.param, stand_id="Stand 7 é", year=2026, fvs_variant="SN")
+    return request.param, result, ears, out, json.loads((out / "summary.json").read_text(encoding="utf-8"))
+
+
+def expected(written, name, key="mean"):
+    units, _, _, _, summary = written
+    value = summary["estimates"][UNITS["metric"][name].key][key]
+    return np.nan if value is None else value * UNITS[units][name].factor
+
+
+def test_the_result_is_the_summary(written):
+    _, result, ears, out, summary = written
+    for name in FIGURES:
+        key = UNITS["metric"][name].key
+        assert result[key] == pytest.approx(summary["estimates"][key]["mean"], abs=1e-4)
+    assert result["n_plots"] == 4 and result["n_missing"] == summary["n_missing"] > 0
+    assert summary["warnings"] == ears.warnings and summary["estimates"]["ba_m2_ha"]["se_plots"] > 0
+    assert not list(out.glob(".*"))
+
+
+def test_csv(written):
+    units, _, _, out, _ = written
+    table = pd.read_csv(out / "summary.csv").set_index("key")
+    long = pd.read_csv(out / "stand_table.csv")
+    plots = pd.read_csv(out / "plots.csv")
+    for name in FIGURES:
+        key = UNITS[units][name].key
+        for column in ("mean", "se_plots", "low", "high"):
+            assert table.loc[key, column] == pytest.approx(expected(written, name, column), nan_ok=True), (name, column)
+    for name in FIGURES[:4]:
+        key = UNITS[units][name].key
+        assert long[key][long.species == "all"].item() == pytest.approx(expected(written, name))
+        assert long[key][long.species != "all"].sum() == pytest.approx(expected(written, name))
+        assert np.average(plots[key]) == pytest.approx(expected(written, name))  # plots of one size
+    trees = pd.read_csv(out / "trees.csv")
+    measured = trees[trees.kind == "measured"]
+    assert len(measured) == plots.n_trees.sum() and (trees.kind == "missing").sum() >= plots.n_missing.sum()
+    assert (long["lower"].dropna() < long["upper"].dropna()).all()
+
+
+def test_workbook(written):
+    units, _, _, out, _ = written
+    book = openpyxl.load_workbook(out / "stand_table.xlsx")
+    assert set(CSV_TABLES) < set(book.sheetnames)
+    for name in CSV_TABLES:
+        sheet, table = book[name], pd.read_csv(out / f"{name}.csv").drop(columns="key", errors="ignore")
+        assert sheet.max_column == len(table.columns)
+        for k, column in enumerate(table.columns, start=1):
+            cells = [sheet.cell(row + 2, k).value for row in range(len(table))]
+            if pd.api.types.is_numeric_dtype(table[column]):
+                found = np.array([np.nan if c is None else float(c) for c in cells])
+                assert found == pytest.approx(table[column].to_numpy(float), nan_ok=True), (name, column)
+    assert not any(c.data_type == "f" for sheet in book for row in sheet for c in row)
+
+
+def test_page(written):
+    units, _, _, out, _ = written
+    tables, outside = html_tables(out / "report.html")
+    assert outside == []
+    shown = {row[0]: [number(cell) for cell in row[1:]] for row in tables["summary"][1:]}
+    for name in FIGURES:
+        assert shown[UNITS[units][name].heading][0] == pytest.approx(expected(written, name), abs=0.0051)
+    stock, long = tables["stock_table"], pd.read_csv(out / "stand_table.csv")
+    total = [number(cell) for cell in stock[-1][1:]]
+    assert total[1:] == pytest.approx([expected(written, n) for n in FIGURES[:4]], abs=0.51)
+    columns = np.array([[number(cell) for cell in row[1:]] for row in stock[1:-1]])
+    assert columns.sum(axis=0)[1:] == pytest.approx(total[1:], abs=0.06 * len(columns) + 0.5)
+    assert columns[:, 0].sum() == long[long.species == "all"].n.item() == total[0]
+    plots = {row[0] for row in tables["plots"][1:]}
+    assert plots == {"A", "B", "C", "D & é"} and len(tables["trees"]) - 1 == len(pd.read_csv(out / "trees.csv"))
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert page.count("data:image/png;base64,") == 3 and "Westfall" in page and "Stand 7 é" in page
+
+
+def test_pdf(written):
+    """Text as a reader sees it, by poppler's pdftotext."""
+    if shutil.which("pdftotext") is None:
+        pytest.skip("pdftotext (poppler-utils) is not installed")
+    units, _, _, out, _ = written
+    done = subprocess.run(["pdftotext", "-layout", out / "report.pdf", "-"], capture_output=True, text=True, check=True)
+    text = re.sub(r"(?<=\d)\s(?=\d{3}\.)", "", done.stdout)
+    for name in FIGURES:
+        assert f"{expected(written, name):.2f}" in text, name
+    assert "Stand 7 é" in text and ("ft²/ac" if units == "us" else "m²/ha") in text and "Westfall" in text
+    assert (out / "report.pdf").read_bytes().startswith(b"%PDF") and text.count("\f") >= 3
+
+
+def test_layers(written):
+    _, _, _, out, summary = written
+    tables = {
+        ".gpkg": [gpd.read_file(out / "stand.gpkg", layer=n) for n in ("stand_plots", "stand_trees")],
+        ".shp": [gpd.read_file(out / f"{n}.shp") for n in ("plots", "trees")],
+    }
+    for kind, (plots, trees) in tables.items():
+        assert plots.crs == trees.crs == CRS or kind == ".shp" and plots.crs.to_epsg() == 6344
+        assert max(map(len, plots.columns)) <= 10 and max(map(len, trees.columns)) <= 10
+        means = summary["estimates"]
+        assert plots.ba_m2_ha.mean() == pytest.approx(means["ba_m2_ha"]["mean"])
+        assert plots.vol_m3_ha.mean() == pytest.approx(means["volume_m3_ha"]["mean"])
+        assert trees.tph.sum() == pytest.approx(means["trees_ha"]["mean"])
+        assert (trees.tph * trees.ba_m2.fillna(0)).sum() == pytest.approx(means["ba_m2_ha"]["mean"])
+        assert (trees.tph * trees.biomass_kg.fillna(0)).sum() / 1000 == pytest.approx(means["biomass_t_ha"]["mean"])
+        missing = trees[trees.counts_as == "missing"]
+        assert len(missing) and missing.dbh_cm.isna().all() and (missing.tph == 0).all()
+        assert plots.geometry.area.to_numpy() == pytest.approx(plots.area_ha * 1e4, rel=1e-4)
+
+
+def test_fvs(written):
+    """What FVS would compute: Tree_Count over Num_Plots is trees an acre; diameters in inches, heights in feet."""
+    _, _, _, out, summary = written
+    with sqlite3.connect(out / "FVS_Data.db") as connection:
+        stand = pd.read_sql("SELECT * FROM FVS_StandInit", connection)
+        plots = pd.read_sql("SELECT * FROM FVS_PlotInit", connection)
+        trees = pd.read_sql("SELECT * FROM FVS_TreeInit", connection)
+        groups = pd.read_sql("SELECT * FROM FVS_GroupAddFilesAndKeywords", connection)
+    connection.close()
+    assert stand[["Stand_ID", "Variant", "Inv_Year", "Num_Plots"]].values.tolist() == [["Stand 7 é", "SN", 2026, 4]]
+    assert (stand.Basal_Area_Factor == -1).all() and (stand.Inv_Plot_Size == 1).all()
+    assert len(plots) == 4 and set(trees.StandPlot_ID) == set(plots.StandPlot_ID) and trees.Tree_ID.is_unique
+    live = trees[trees.History < 6]
+    us = UNITS["us"]
+    tpa = summary["estimates"]["trees_ha"]["mean"] * us["trees"].factor
+    ba = summary["uncorrected"]["ba_m2_ha"] * us["ba"].factor
+    assert live.Tree_Count.sum() / 4 == pytest.approx(tpa)
+    assert (live.Tree_Count * np.pi / 576 * live.DBH**2).sum() / 4 == pytest.approx(ba)
+    by_plot = pd.read_csv(out / "plots.csv")
+    key = "trees_ac" if "trees_ac" in by_plot else "trees_ha"
+    factor = 1.0 if key == "trees_ac" else us["trees"].factor
+    one = live.groupby("StandPlot_ID").Tree_Count.sum().sort_index()  # a plot run as a stand of its own
+    assert one.to_numpy() == pytest.approx(by_plot.set_index("plot_id")[key].sort_index().to_numpy() * factor)
+    assert set(trees.Species) == {"131"} and trees.Ht.between(15, 120).all() and trees.DBH.between(2, 20).all()
+    assert 33 < stand.Latitude.item() < 34 and -92 < stand.Longitude.item() < -91
+    assert groups.Groups.tolist() == ["All_Stands", "All_Plots"]
+
+
+def test_both_treatments_of_stems_without_a_dbh_are_told(tmp_path):
+    folder = make_survey(tmp_path)
+    impute, told, out = report(folder)
+    exclude, told_too, other = report(folder, "other", missing="exclude")
+    assert impute["ba_m2_ha"] > exclude["ba_m2_ha"] and impute["n_trees"] == exclude["n_trees"]
+    for ears in (told, told_too):
+        text = next(w for w in ears.warnings if "without a DBH" in w)
+        assert f"{impute['ba_m2_ha']:.2f}" in text and f"{exclude['ba_m2_ha']:.2f}" in text
+    both = [json.loads((f / "summary.json").read_text()) for f in (out, other)]
+    assert both[0]["other_treatment"] == both[1]["estimates"] and both[0]["n_too_small"] > 0
+    assert any("too_small" in info for info in told.infos)
+
+
+def test_the_same_run_gives_the_same_numbers(tmp_path):
+    folder = make_survey(tmp_path)
+    report(folder)
+    first = (folder / "out" / "summary.json").read_bytes(), (folder / "out" / "report.html").read_bytes()
+    report(folder)
+    assert first == ((folder / "out" / "summary.json").read_bytes(), (folder / "out" / "report.html").read_bytes())
+
+
+def test_formulas_in_names_stay_text(tmp_path):
+    folder = make_survey(tmp_path)
+    plots = (folder / "plots.csv").read_text().replace("\nB,", "\n=1+1,")
+    (folder / "plots.csv").write_text(plots.replace("\nC,", "\n<script>,"))
+    _, _, out = report(folder)
+    cells = [c for row in openpyxl.load_workbook(out / "stand_table.xlsx")["plots"] for c in row if c.value == "=1+1"]
+    assert cells and cells[0].data_type == "s" and "\n'=1+1," in (out / "plots.csv").read_text()
+    assert "<script>" not in (out / "report.html").read_text()
+
+
+def test_a_real_tally(tmp_path):
+    """Petawawa PRF025: the crew's own sums by hand from the table; heights without a unit are refused."""
+    folder = needs_shared("field_prf025")
+    (tmp_path / "plots.csv").write_text(
+        "plot_id,easting,northing,epsg,radius_m\nPRF025,312029.5177,5096039.418,2959,11.28\n"
+    )
+    more = {"trees": None, "boundary": None, "species": None, "field": folder / "PRF025_field.csv"}
+    more.update(dbh_unit="cm", distance_unit="m", breast_height_m=1.3)
+    with pytest.raises(InputError, match="'ht' does not say its unit"):
+        report(tmp_path, **more)
+    result, ears, out = report(tmp_path, **more, height_unit="m", volume_equation="form-factor-0.45")
+    table = pd.read_csv(folder / "PRF025_field.csv")
+    live = table[table.Status == "L"]
+    area = np.pi * 11.28**2 / 1e4
+    assert result["n_trees"] == len(live) and result["trees_ha"] == pytest.approx(len(live) / area, abs=1e-3)
+    assert result["ba_m2_ha"] == pytest.approx((np.pi / 4e4 * live.DBH**2).sum() / area, abs=1e-3)
+    assert any("One plot" in w for w in ears.warnings)
+    tall = live[live.Ht > 0]
+    if len(tall) == len(live):
+        volume = (0.45 * np.pi / 4e4 * live.DBH**2 * live.Ht).sum() / area
+        assert result["volume_m3_ha"] == pytest.approx(volume, rel=1e-4)
+    drawn = gpd.read_file(out / "stand.gpkg", layer="stand_trees")
+    away = np.hypot(drawn.geometry.x - 312029.5177, drawn.geometry.y - 5096039.418)
+    assert away.max() < 11.5 and drawn.crs.to_epsg() == 2959
+
+
+def test_large_square_plots_of_many_species(tmp_path):
+    """Mount Rainier: fifteen plots of one hectare without coordinates, trees to 2.5 m, 18 species."""
+    table = pd.read_csv(needs_shared("field_rainier_forestplotr") / "mapping.csv").rename(columns={"dbh": "dbh_cm"})
+    table.rename(columns={"stand_id": "plot_id"}).drop(columns=["x_coord", "y_coord"]).to_csv(
+        tmp_path / "field.csv", index=False
+    )
+    stands = sorted(set(table.stand_id))
+    pd.DataFrame({"plot_id": stands, "area_ha": 1.0}).to_csv(tmp_path / "plots.csv", index=False)
+    more = {"trees": None, "boundary": None, "species": None, "field": tmp_path / "field.csv", "class_width": 20.0}
+    result, ears, out = report(tmp_path, **more)
+    ba = (np.pi / 4e4 * table.dbh_cm**2).groupby(table.stand_id).sum()
+    assert result["n_plots"] == 15 and result["ba_m2_ha"] == pytest.approx(ba.mean(), abs=1e-3)
+    assert result["ba_se_m2_ha"] == pytest.approx(ba.sem(), abs=1e-3)
+    assert result["volume_m3_ha"] is None and any("without a height" in w for w in ears.warnings)
+    # Old PLANTS symbols are in no list: no biomass by guess, and the trees are named.
+    assert result["biomass_t_ha"] is None and any("of species CANO without an equation" in w for w in ears.warnings)
+    assert any("outside the range of jenkins-agb-douglas-fir" in w for w in ears.warnings)
+    tables, _ = html_tables(out / "report.html")
+    assert tables["trees_by_class"][0][-2:] == ["other species", "all"]
+    counts = table[table.species == "ABAM"].shape[0] / 15
+    heads = tables["trees_by_class"][0]
+    assert number(tables["trees_by_class"][-1][heads.index("Pacific silver fir")]) == pytest.approx(counts, abs=0.051)
+    assert not (out / "plots.shp").exists()  # they have no place on the map
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "message"),
+    [
+        ({"trees": None}, InputError, "Give --trees"),
+        ({"plots": None, "boundary": None}, InputError, "Give --plots"),
+        ({"trees": None, "field": "plots.csv", "pairs": "trees.gpkg"}, InputError, "--pairs"),
+        ({"plots": "far.csv"}, InputError, "no plot is left"),
+        ({"plots": "twice.csv"}, InputError, "line 3: plot_id 'a' appears twice"),
+        ({"plots": "bad.csv"}, InputError, "line 2: radius_m is 'ten'"),
+        ({"plots": "none.csv"}, InputError, "has no size"),
+        ({"plots": "epsg.csv"}, CRSError, "epsg '999999' is unknown"),
+        ({"volume_equation": "best"}, InputError, "'best' is no volume equation"),
+        ({"min_dbh_cm": 300.0}, InputError, "No tree with a DBH"),
+    ],
+)
+def test_mistakes_are_told_before_anything_is_written(tmp_path, change, error, message):
+    folder = make_survey(tmp_path)
+    head = "plot_id,easting,northing,radius_m,epsg\n"
+    (folder / "far.csv").write_text(head + "a,1000,1000,10,\n")
+    (folder / "twice.csv").write_text(head + "a,611340,3718430,10,\na,611350,3718430,10,\n")
+    (folder / "bad.csv").write_text(head + "a,611340,3718430,ten,\n")
+    (folder / "none.csv").write_text("plot_id,easting,northing\na,611340,3718430\n")
+    (folder / "epsg.csv").write_text(head + "a,611340,3718430,10,999999\n")
+    change = {key: folder / value if str(value).endswith((".csv", ".gpkg")) else value for key, value in change.items()}
+    with pytest.raises(error, match=message):
+        report(folder, **change)
+    assert not list((folder / "out").glob("*"))
+
+
+def test_settings_are_checked_like_every_verbs():
+    with pytest.raises(InputError, match="expected one of zone, walkthrough, area, none"):
+        build(StandTableSettings, {"output": "x", "edge": "mirage"})
+    with pytest.raises(InputError, match="50 to 99.9"):
+        build(StandTableSettings, {"output": "x", "confidence_pct": 100})
