@@ -1,5 +1,5 @@
-# make setup | demo | test | qgis340 | lint | qgis | parameters | styles | models | screenshot | clean
-.PHONY: setup demo test qgis340 lint qgis parameters styles models screenshot clean
+# make setup | demo | test | qgis340 | lint | qgis | parameters | styles | models | translations | package | screenshot | clean
+.PHONY: setup demo test qgis340 lint qgis parameters styles models translations package screenshot clean
 PYTHON = .venv/bin/python
 SHELL = /bin/sh
 
@@ -31,6 +31,12 @@ models: setup  ## the ready-made models, with PyQGIS
 
 qgis340:  ## the plugin's tests with QGIS 3.40 (Debian trixie in a folder; root, and network the first time)
 	@sh tools/qgis340.sh
+
+translations: setup  ## collect and compile the texts (PyQGIS, lrelease)
+	@/usr/bin/python3 tools/write_translations.py
+
+package: setup  ## dist/: the plugin's zip, checked and scanned as the plugin repository does, and the wheel
+	@$(PYTHON) tools/package.py
 
 screenshot: setup  ## docs/images/toolbox.png, under Xvfb
 	@$(PYTHON) tools/screenshot.py

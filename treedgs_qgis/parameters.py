@@ -47,7 +47,15 @@ _WORDS = {
     "las": "LAS",
     "laz": "LAZ",
     "csv": "CSV",
+    "fvs": "FVS",
+    "ssim": "SSIM",
+    "lidar": "LiDAR",
+    "se": "standard error",
+    "sd": "standard deviation",
+    "ha": "hectare",
 }
+#: Endings of a name that only repeat the unit.
+_UNIT_WORDS = {"m", "cm", "mm", "deg", "s", "px", "gb", "pct", "m2", "ha", "min"}
 _NUMBER = re.compile(r"^(n_.+|cores|seed|.+_(m|cm|mm|m2|m3|s|gb|mb|pct|ha|px|deg|cm_m|count)|seconds)$")
 
 
@@ -69,8 +77,10 @@ def qgis_name(name: str) -> str:
 def label(entry: dict[str, Any]) -> str:
     """What stands beside the widget: words, with the unit in brackets."""
     words, unit = entry["name"].split("_"), entry.get("unit", "")
-    if unit and len(words) > 1 and words[-1] == unit.replace("²", "2").replace("%", "pct"):
+    if unit and len(words) > 1 and words[-1] in _UNIT_WORDS:
         words.pop()
+        if words[-1] == "per":
+            words.pop()
     text = " ".join(_WORDS.get(word, word) for word in words)
     text = text[0].upper() + text[1:]
     return f"{text} [{unit}]" if unit else text

@@ -228,7 +228,7 @@ shown = QgsVectorLayer(sys.argv[1] + "/trees.gpkg|layername=trees", "trees", "og
 import sqlite3
 log = sqlite3.connect(sys.argv[1] + "/trees.gpkg")
 log.execute("PRAGMA journal_mode=WAL"); log.execute("PRAGMA wal_autocheckpoint=0")
-log.execute("UPDATE trees SET plot_id='mine'"); log.commit()
+log.execute("UPDATE layer_styles SET description='mine'"); log.commit()
 print("SIDE", os.path.exists(sys.argv[1] + "/trees.gpkg-wal"), shown.featureCount())
 run("three")
 shown.dataProvider().reloadData()

@@ -1,0 +1,231 @@
+"""The plugin's zip and the library's wheel, checked as the QGIS plugin repository checks: ``make package``.
+
+Only tracked files go in, and of those what the plugin needs at run time. What the repository would refuse ends this
+with an error: missing metadata, no LICENSE, more than 25 MB, binaries or scripts, names that are no identifiers, and
+findings of its security scan (Bandit and detect-secrets) that cannot be waived there.
+"""
+
+from __future__ import annotations
+
+import argparse
+import configparser
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import venv
+import zipfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+NAME = "treedgs"
+WANTED = ("processing/", "treedgs_qgis/", "treedgs_geo/", "docs/")
+SINGLE = ("__init__.py", "metadata.txt", "LICENSE", "README.md", "CHANGELOG.md", ".bandit")
+REQUIRED = (
+    "name", "description", "version", "qgisMinimumVersion", "author", "email", "about", "tracker", "repository",
+    "homepage",
+)  # fmt: skip
+#: What may lie in the zip; everything else is a binary or a script to the repository.
+TEXT = {".py", ".txt", ".md", ".json", ".html", ".qml", ".svg", ".ts", ".csv", ".model3", ".css", ""}
+PICTURES = {".png", ".qm", ".jpg"}
+MOST_BYTES = 25 * 1024 * 1024
+#: Findings of Bandit that the plugin repository does not let anybody waive.
+BLOCKING = {
+    "B102", "B103", "B202", "B301", "B302", "B307", "B308", "B602", "B604", "B605", "B609", "B615", "B701", "B702",
+}  # fmt: skip
+#: Waivable there, and meant: listed with the reasons.
+WAIVED = ROOT / ".bandit"
+SCANNERS = ("bandit>=1.7,<2", "detect-secrets>=1.5,<2", "build>=1,<2")
+
+
+class PackageError(Exception):
+    """What the plugin repository would refuse."""
+
+
+def chosen_files() -> list[str]:
+    """Tracked files of the plugin, relative to the repository."""
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    files = [name for name in listed.splitlines() if name.startswith(WANTED) or name in SINGLE]
+    return [name for name in files if not name.startswith("docs/results/") and (ROOT / name).is_file()]
+
+
+def check_files(files: list[str]) -> None:
+    """Names and kinds.
+
+    Raises:
+        PackageError: naming the file.
+    """
+    for name in files:
+        suffix = Path(name).suffix.lower()
+        if suffix not in TEXT | PICTURES:
+            raise PackageError(f"{name}: {suffix} files are binaries or scripts to the plugin repository")
+        if suffix in TEXT:
+            try:
+                (ROOT / name).read_text(encoding="utf-8")
+            except UnicodeDecodeError:
+                raise PackageError(f"{name}: is not text in UTF-8") from None
+        for part in Path(name).parts[:-1]:
+            if not part.isidentifier():
+                raise PackageError(f"{name}: the folder {part!r} is no Python identifier")
+    for name in SINGLE:
+        if name not in files:
+            raise PackageError(f"{name}: is missing")
+
+
+def check_metadata() -> str:
+    """The version, after checking metadata.txt as the repository reads it (interpolation on: a bare % is an error).
+
+    Raises:
+        PackageError: a key is missing or does not agree with the library.
+    """
+    parser = configparser.ConfigParser()
+    parser.optionxform = str  # type: ignore[assignment,method-assign]
+    parser.read(ROOT / "metadata.txt", encoding="utf-8")
+    general = dict(parser["general"])
+    missing = [key for key in REQUIRED if not general.get(key, "").strip()]
+    if missing:
+        raise PackageError(f"metadata.txt: lacks {', '.join(missing)}")
+    if "supportsQt6" in general:
+        raise PackageError("metadata.txt: supportsQt6 is gone from QGIS; qgisMaximumVersion says it")
+    own = re.search(r'__version__ = "([^"]+)"', (ROOT / "treedgs_geo" / "__init__.py").read_text(encoding="utf-8"))
+    if not own or own.group(1) != general["version"]:
+        raise PackageError(f"metadata.txt: version {general['version']}, the library says {own and own.group(1)}")
+    for key in ("tracker", "repository", "homepage"):
+        if not general[key].startswith("https://"):
+            raise PackageError(f"metadata.txt: {key} is not an https address")
+        if "example.org" in general[key]:
+            print(f"warning: metadata.txt: {key} is a placeholder; the repository asks it for an answer on upload")
+    return general["version"]
+
+
+def write_zip(files: list[str], target: Path) -> None:
+    """The zip, the same bytes for the same files.
+
+    Raises:
+        PackageError: too large.
+    """
+    target.parent.mkdir(parents=True, exist_ok=True)
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        for name in sorted(files):
+            entry = zipfile.ZipInfo(f"{NAME}/{name}", date_time=(2026, 1, 1, 0, 0, 0))
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, (ROOT / name).read_bytes())
+    if target.stat().st_size > MOST_BYTES:
+        raise PackageError(f"{target.name}: {target.stat().st_size / 1e6:.1f} MB, at most 25 MB are taken")
+
+
+def tools_python(folder: Path) -> Path:
+    """The Python of a small environment with the scanners; made on first use."""
+    python = folder / "bin" / "python"
+    marker = folder / "scanners"
+    if not marker.exists() or marker.read_text() != str(SCANNERS):
+        venv.create(folder, with_pip=True, clear=True)
+        subprocess.run([python, "-m", "pip", "install", "-q", "--disable-pip-version-check", *SCANNERS], check=True)
+        marker.write_text(str(SCANNERS))
+    return python
+
+
+def scan(archive: Path, python: Path) -> None:
+    """Bandit and detect-secrets over what is in the zip.
+
+    Raises:
+        PackageError: a finding that blocks, or a secret.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        with zipfile.ZipFile(archive) as packed:
+            for entry in packed.infolist():
+                packed.extract(entry, folder)
+        done = subprocess.run(
+            [python, "-m", "bandit", "-q", "-r", f"{folder}/{NAME}/", "-f", "json", "--ini", os.devnull], capture_output=True, text=True
+        )
+        report = json.loads(done.stdout[done.stdout.index("{") :])
+        found = report["results"]
+        counts: dict[str, int] = {}
+        for finding in found:
+            counts[finding["test_id"]] = counts.get(finding["test_id"], 0) + 1
+        parser = configparser.ConfigParser()
+        parser.read(WAIVED, encoding="utf-8")
+        waived = {name.strip() for name in parser["bandit"]["skips"].split(",")}
+        unknown = [f for f in found if f["test_id"] not in waived - BLOCKING]
+        for finding in unknown:
+            place = Path(finding["filename"]).relative_to(Path(folder) / NAME)
+            print(f"  {finding['test_id']} {place}:{finding['line_number']}: {finding['issue_text'].splitlines()[0]}")
+        shown = ", ".join(f"{number} x {name}" for name, number in sorted(counts.items())) or "nothing"
+        print(f"bandit: {shown}; errors: {len(report['errors'])}")
+        if report["errors"] or any(f["test_id"] in BLOCKING for f in found) or unknown:
+            raise PackageError("bandit: see the findings above; those that are meant belong into .bandit with a reason")
+        done = subprocess.run(
+            [python, "-m", "detect_secrets", "scan", "--all-files", "."],
+            cwd=Path(folder) / NAME,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        secrets = json.loads(done.stdout)["results"]
+        for name, entries in secrets.items():
+            for entry in entries:
+                print(f"  {name}:{entry['line_number']}: {entry['type']}")
+        print(f"detect-secrets: {sum(map(len, secrets.values()))} findings")
+        if secrets:
+            raise PackageError("detect-secrets: see the findings above")
+
+
+def check_wheel(wheel: Path, files: list[str]) -> None:
+    """Every file of the library is in the wheel, its data too, and nothing of the plugin.
+
+    Raises:
+        PackageError: naming what is missing or too much.
+    """
+    with zipfile.ZipFile(wheel) as packed:
+        there = {name for name in packed.namelist() if ".dist-info/" not in name}
+    wanted = {name for name in files if name.startswith("treedgs_geo/")}
+    if there != wanted:
+        odd = ", ".join(sorted(wanted ^ there)[:5])
+        raise PackageError(f"{wheel.name}: and the library differ in {odd}; mend package-data in pyproject.toml")
+
+
+def main() -> int:
+    """Zip, scans and wheel into ``dist/``."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--output", type=Path, default=ROOT / "dist")
+    parser.add_argument("--no-scan", action="store_true", help="zip only: no scanners, no wheel, no network")
+    chosen = parser.parse_args()
+    try:
+        version = check_metadata()
+        files = chosen_files()
+        check_files(files)
+        archive = chosen.output / f"{NAME}-{version}.zip"
+        write_zip(files, archive)
+        print(f"{archive}: {len(files)} files, {archive.stat().st_size / 1e6:.2f} MB")
+        if chosen.no_scan:
+            return 0
+        python = tools_python(ROOT / ".setup" / "release")
+        scan(archive, python)
+        # Built from a copy, so that no build folder is left in the repository.
+        with tempfile.TemporaryDirectory() as folder:
+            for name in [*files, "pyproject.toml"]:
+                target = Path(folder) / name
+                target.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy(ROOT / name, target)
+            done = subprocess.run(
+                [python, "-m", "build", "--wheel", "--outdir", chosen.output.resolve(), folder],
+                capture_output=True,
+                text=True,
+            )
+            if done.returncode:
+                raise PackageError(f"the wheel cannot be built: {done.stderr.strip()[-800:]}")
+        check_wheel(max(chosen.output.glob("*.whl"), key=lambda path: path.stat().st_mtime), files)
+    except PackageError as problem:
+        print(f"error: {problem}", file=sys.stderr)
+        return 1
+    for wheel in sorted(chosen.output.glob("*.whl")):
+        print(f"{wheel}: {wheel.stat().st_size / 1e6:.2f} MB")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
