@@ -139,9 +139,8 @@ def scan(archive: Path, python: Path) -> None:
         with zipfile.ZipFile(archive) as packed:
             for entry in packed.infolist():
                 packed.extract(entry, folder)
-        done = subprocess.run(
-            [python, "-m", "bandit", "-q", "-r", f"{folder}/{NAME}/", "-f", "json", "--ini", os.devnull], capture_output=True, text=True
-        )
+        command = [python, "-m", "bandit", "-q", "-r", f"{folder}/{NAME}/", "-f", "json", "--ini", os.devnull]
+        done = subprocess.run(command, capture_output=True, text=True)
         report = json.loads(done.stdout[done.stdout.index("{") :])
         found = report["results"]
         counts: dict[str, int] = {}
