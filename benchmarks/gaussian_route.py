@@ -1,13 +1,16 @@
-"""The published route on a rendered plot: Gaussians -> samples -> slices -> weighted solid circle -> taper -> DBH.
+"""Gaussians on a rendered plot: stem primitives in the loop, and the published route beside them.
 
     python benchmarks/gaussian_route.py --plot DIR                          (true poses, true positions + 10 cm noise)
     python benchmarks/gaussian_route.py --plot DIR --workspace WS           (poses of a workspace, the same positions)
     python benchmarks/gaussian_route.py --plot DIR --workspace WS --find    (nothing true: stems found in the photos)
 
-Truth is read for scoring, and for poses and positions where the command says so. Each preset is fitted and sampled
-once, then read out in three ways: ``paper`` (published constants, p = 0.6), ``default`` (our estimator for splat
-points) and ``half`` (where the azimuth-averaged opacity about the axis falls to half). Stems with at least three clear
-views at breast height are the reference, as everywhere.
+Truth is read for scoring, and for poses and positions where the command says so. Each ``--runs`` entry is fitted and
+sampled once: ``primitive`` (stems and Gaussians in one loop), ``free`` (Gaussians only, our losses), ``paper``
+(Gaussians only, published losses and sampling), ``start`` (free Gaussians started on the bark of a primitive: what
+initialisation buys). Read-outs: ``primitive`` (the fitted stem itself), ``paper`` (published constants, p = 0.6), ``default`` (our
+estimator for splat points), ``half`` (where the azimuth-averaged opacity about the axis falls to half). ``--laws`` adds
+the other opacity law and low quantiles over the views. Stems with at least three clear views at breast height are the
+reference, as everywhere.
 """
 
 from __future__ import annotations
@@ -29,13 +32,22 @@ from treedgs_geo.core.files import write_json
 from treedgs_geo.core.progress import make_reporter
 from treedgs_geo.core.workspace import peak_memory_mb
 from treedgs_geo.evaluation.accuracy import pair_by_position, score
-from treedgs_geo.gaussians.sample import PAPER_SAMPLING, SampleOptions, SurfacePoints, sample_surface
-from treedgs_geo.gaussians.train import PRESETS, GaussianOptions, fit_with_report
+from treedgs_geo.gaussians.options import PAPER_SAMPLING, GaussianOptions, SampleOptions
+from treedgs_geo.gaussians.sample import SurfacePoints, sample_surface
+from treedgs_geo.gaussians.train import fit_with_report
 from treedgs_geo.measure.cloud import measure_stems
 from treedgs_geo.measure.options import MeasureOptions
+from treedgs_geo.measure.primitive_trees import to_trees
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.terrain.dtm import Dtm, read_dtm
+
+RUNS = {
+    "primitive": {"preset": "balanced"},
+    "free": {"preset": "balanced", "stems": "free"},
+    "paper": {"preset": "paper"},
+    "start": {"preset": "balanced", "stems": "start"},
+}
 
 
 def true_views(plot: Path, frame: LocalFrame) -> list[View]:
@@ -119,7 +131,10 @@ def main() -> None:
     parser.add_argument("--plot", type=Path, required=True, help="a rendered plot with truth/")
     parser.add_argument("--workspace", type=Path, help="poses (sfm/) and, if there, dtm.tif of this workspace")
     parser.add_argument("--find", action="store_true", help="find the stems in the photos, take no true position")
-    parser.add_argument("--presets", nargs="+", default=["balanced", "paper"], choices=list(PRESETS))
+    parser.add_argument("--runs", nargs="+", default=["primitive", "free", "paper"], choices=list(RUNS))
+    parser.add_argument("--laws", action="store_true", help="both opacity laws, and low quantiles over the views")
+    parser.add_argument("--samples", type=int, default=100, help="candidates per Gaussian (M)")
+    parser.add_argument("--stems", type=int, nargs="+", help="only these rows of the reference (0-based)")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--output", type=Path, help="JSON file")
@@ -139,31 +154,47 @@ def main() -> None:
     dtm = read_dtm(dtm_file, frame.crs)
     truth = [row for row in csv.DictReader(open(plot / "truth" / "trees.csv"))
              if row["in_plot"] == "True" and int(row["n_unoccluded_bh_views"]) >= 3]
+    if arguments.stems:
+        truth = [truth[i] for i in arguments.stems]
     true_xy = np.array([[float(row["E_bh"]), float(row["N_bh"])] for row in truth]) - frame.origin[:2]
     true_dbh = np.array([float(row["dbh_cm"]) for row in truth])
     positions, owner = stem_positions(arguments, frame, views, dtm, truth, true_xy)
     record: dict = {"plot": plot.name, "poses": "workspace" if arguments.workspace else "true",
                     "positions": "found in the photos" if arguments.find else "true + 10 cm", "seed": arguments.seed,
                     "threads": arguments.threads, "cores": os.cpu_count(), "machine": platform.machine(),
-                    "version": __version__, "reference_stems": len(truth), "presets": {}}
+                    "version": __version__, "reference_stems": len(truth), "runs": {}}
     reporter = make_reporter("plain")
-    for preset in arguments.presets:
+    for run in arguments.runs:
         began = time.perf_counter()
-        options = GaussianOptions(preset=preset, seed=arguments.seed, threads=arguments.threads)
+        options = GaussianOptions(seed=arguments.seed, threads=arguments.threads, **RUNS[run])
         field, report = fit_with_report(views, frame, dtm.local(frame).height, positions, None, options, reporter)
         fitted = time.perf_counter()
-        sampling = SampleOptions(seed=arguments.seed, threads=arguments.threads)
-        if preset == "paper":
-            sampling = replace(sampling, **PAPER_SAMPLING)
-        points = sample_surface(field, views, sampling, reporter)
-        entry = {"fit_s": round(fitted - began, 1), "sample_s": round(time.perf_counter() - fitted, 1),
-                 "gaussians": len(field), "points": len(points), "megapixels": report.megapixels,
-                 "million_pairs": round(report.pairs / 1e6), "peak_memory_mb": peak_memory_mb(), "read_outs": {}}
-        print(f"\n{preset}: {len(field)} Gaussians, fit {entry['fit_s']} s, sampling {entry['sample_s']} s")
-        columns = {how: read_out(points, frame, dtm, how) for how in ("paper", "default", "half")}
-        print(f"{'tree':8}{'clear':>6}{'true':>7}" + "".join(f"{how:>9}" for how in columns))
+        held = [stem["held_out"] for stem in report.stems if stem["held_out"]]
+        entry = {"fit_s": round(fitted - began, 1), "gaussians": len(field), "megapixels": report.megapixels,
+                 "million_pairs": round(report.pairs / 1e6), "stems": len(report.stems),
+                 "held_out": {key: round(float(np.mean([one[key] for one in held])), 3) for key in held[0]}
+                 if held else None, "read_outs": {}}
+        columns: dict[str, dict[int, float]] = {}
+        if report.primitives:
+            trees = to_trees(report.primitives, frame, 1.37)
+            columns["primitive"] = {tree.tree_id - 1: tree.dbh_cm for tree in trees if tree.dbh_cm is not None}
+        sampling = SampleOptions(seed=arguments.seed, threads=arguments.threads, samples=arguments.samples)
+        variants = {"": replace(sampling, **PAPER_SAMPLING) if run == "paper" else sampling}
+        if arguments.laws:
+            variants |= {" vacancy": replace(sampling, law="vacancy"), " q10": replace(sampling, quantile=0.1),
+                         " q30": replace(sampling, quantile=0.3)}
+        for name, chosen in variants.items():
+            points = sample_surface(field, views, chosen, reporter)
+            entry.setdefault("points", len(points))
+            for how in ("paper", "default", "half"):
+                columns[how + name] = read_out(points, frame, dtm, how)
+        entry["sample_s"] = round(time.perf_counter() - fitted, 1)
+        entry["peak_memory_mb"] = peak_memory_mb()
+        print(f"\n{run}: {len(field)} Gaussians, fit {entry['fit_s']} s, sampling {entry['sample_s']} s, held out "
+              f"{entry['held_out']}")
+        print(f"{'tree':8}{'clear':>6}{'true':>7}" + "".join(f"{how:>10.10}" for how in columns))
         for row, dbh, seed in zip(truth, true_dbh, owner, strict=True):
-            line = "".join(f"{got[seed] - dbh:+9.1f}" if seed in got else f"{'-':>9}" for got in columns.values())
+            line = "".join(f"{got[seed] - dbh:+10.1f}" if seed in got else f"{'-':>10}" for got in columns.values())
             print(f"{row['tree_id']:8}{row['n_unoccluded_bh_views']:>6}{dbh:7.1f}{line}")
         for how, found in columns.items():
             got = np.array([seed in found for seed in owner])
@@ -173,9 +204,9 @@ def main() -> None:
             each = dict(zip(names, errors.round(2).tolist(), strict=True))
             entry["read_outs"][how] = {**accuracy.as_dict(), "errors_cm": each}
             if accuracy.rmse_cm is not None:
-                print(f"{preset} / {how}: {accuracy.n_measured} of {len(truth)}, RMSE {accuracy.rmse_cm:.2f} cm, bias "
+                print(f"{run} / {how}: {accuracy.n_measured} of {len(truth)}, RMSE {accuracy.rmse_cm:.2f} cm, bias "
                       f"{accuracy.me_cm:+.2f}, median {np.median(np.abs(errors)):.2f}, worst {accuracy.max_abs_cm:.1f}")
-        record["presets"][preset] = entry
+        record["runs"][run] = entry
     if arguments.output:
         write_json(arguments.output, record)
 

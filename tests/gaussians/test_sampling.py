@@ -10,10 +10,11 @@ from scipy.spatial.transform import Rotation
 
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.gaussians.field import GaussianField, empty_field
+from treedgs_geo.gaussians.options import PAPER_SAMPLING, SampleOptions
 from treedgs_geo.gaussians.project import CropCamera
 from treedgs_geo.gaussians.raster import render
 from treedgs_geo.gaussians.reference import point_opacity_reference
-from treedgs_geo.gaussians.sample import PAPER_SAMPLING, SampleOptions, draw_candidates, sample_surface, view_opacity
+from treedgs_geo.gaussians.sample import draw_candidates, sample_surface, view_opacity
 from treedgs_geo.reconstruction.cameras import Camera, View
 
 ROTATION = Rotation.from_euler("xyz", [150, 5, 20], degrees=True).as_matrix()

@@ -56,17 +56,19 @@ def splat_route(
     paper: bool,
     seed: int,
 ) -> list[Tree]:
-    """The published route: Gaussians -> samples with reliability -> stem points -> slices, circles, taper.
+    """Stem primitives and Gaussians in one loop; with ``paper`` the published route: Gaussians -> samples with
+    reliability -> stem points -> slices, circles, taper, with the published constants.
 
-    Stems are found in the photos (positions only: no diameter is handed over) and the Gaussians fitted around them, so
-    that points carry the number of their stem. ``field.ply``, ``surface.laz`` and ``stems.laz`` stay in the workspace.
-    paper: the published constants of sampling and measuring.
+    Stems are found in the photos (positions only; their diameters come in again only to doubt a tree whose two
+    diameters differ). ``field.ply``, ``surface.laz`` and ``stems.laz`` stay in the workspace.
     """
+    from ..gaussians.options import PAPER_SAMPLING, GaussianOptions, SampleOptions
     from ..gaussians.ply import write_field
-    from ..gaussians.sample import PAPER_SAMPLING, SampleOptions, sample_surface
-    from ..gaussians.train import GaussianOptions, fit_gaussians
+    from ..gaussians.sample import sample_surface
+    from ..gaussians.train import fit_with_report
     from ..measure.cloud import measure_stems
     from ..measure.options import MeasureOptions
+    from ..measure.primitive_trees import to_trees as primitives_to_trees
     from ..pointcloud.cloud import PointCloud
     from ..pointcloud.files import write_cloud
 
@@ -76,11 +78,13 @@ def splat_route(
         return []
     positions = frame.to_local(np.array([[tree.x, tree.y, tree.z_ground or 0.0] for tree in found]))[:, :2]
     with reporter.stage("fit Gaussians", 0.2, 0.8):
-        options = GaussianOptions(preset="paper" if paper else preset, seed=seed)
-        field = fit_gaussians(views, frame, dtm.local(frame).height, positions, None, options, reporter)
+        options = GaussianOptions(preset="paper" if paper else preset, seed=seed, bh_m=bh_m)
+        field, report = fit_with_report(views, frame, dtm.local(frame).height, positions, None, options, reporter)
         write_field(space.path(names.FIELD), field, frame)
     with reporter.stage("sample surface", 0.8, 0.95):
-        sampling = replace(SampleOptions(seed=seed), **(PAPER_SAMPLING if paper else {}))
+        # Where the stems are measured already, the points are a picture: a fifth of them will do.
+        sampling = SampleOptions(samples=100 if paper else 20, seed=seed)
+        sampling = replace(sampling, **PAPER_SAMPLING) if paper else sampling
         points = sample_surface(field, views, sampling, reporter)
         cloud = PointCloud(
             frame.to_project(points.xyz),
@@ -90,12 +94,14 @@ def splat_route(
         write_cloud(space.path(names.SURFACE), cloud)
         write_cloud(space.path(names.STEMS), cloud)
     with reporter.stage("measure stems", 0.95, 1.0):
-        measuring = MeasureOptions(
-            weights="opacity", method="paper" if paper else "default", bh_m=bh_m, source="splat", seed=seed
-        )
-        trees = measure_stems(cloud, points.groups + 1, dtm, measuring, reporter)
+        if paper:
+            measuring = MeasureOptions(weights="opacity", method="paper", bh_m=bh_m, source="splat", seed=seed)
+            trees = measure_stems(cloud, points.groups + 1, dtm, measuring, reporter)
+        else:
+            second = {number: tree.dbh_cm for number, tree in enumerate(found)}
+            trees = primitives_to_trees(report.primitives, frame, bh_m, second)
     measured = {tree.tree_id for tree in trees}
-    # A stem without a single surface point stays in the layer, with its reason.
+    # A stem that gave nothing stays in the layer, with its reason.
     lost = [
         replace(
             tree,

@@ -70,12 +70,38 @@ def fit_gaussians(settings: FitGaussiansSettings, reporter: Reporter) -> dict[st
             megapixels=report.megapixels,
             pairs=report.pairs,
             per_stem=report.stems,
+            stem_table=_write_stems(space, report, frame, settings.bh_m),
             warnings=report.warnings,
         )
     reporter.info(
         f"{len(field)} Gaussians for {len(report.stems)} of {len(seeds)} stems, {report.megapixels} megapixels in crops"
     )
     return dict(result)
+
+
+def _write_stems(space, report, frame, bh_m: float) -> str | None:
+    """``stem_primitives.csv``: one row per fitted primitive; its path, None where none was fitted."""
+    import csv
+    from dataclasses import asdict
+
+    from ..core.files import atomic_path
+    from ..measure.primitive_trees import to_trees
+
+    trees = to_trees(report.primitives, frame, bh_m)
+    if not trees:
+        return None
+    columns = ("tree_id", "x", "y", "z_ground", "dbh_cm", "dbh_se_cm", "dbh_lo_cm", "dbh_hi_cm", "bh_m", "lean_deg",
+               "taper_cm_m", "n_views", "qc_flag", "qc_reason")
+    target = space.path("stem_primitives.csv")
+    with atomic_path(target) as temporary, open(temporary, "w", newline="") as stream:
+        writer = csv.DictWriter(stream, columns, extrasaction="ignore")
+        writer.writeheader()
+        for tree in trees:
+            record = asdict(tree)
+            for name in ("x", "y", "z_ground"):
+                record[name] = round(record[name], 3)
+            writer.writerow(record)
+    return str(target)
 
 
 def open_workspace(folder: Path):
@@ -119,9 +145,10 @@ COMMAND = Command(
     summary="3D Gaussians around each stem, from the ground to a few metres, fitted to the photos.",
     help=(
         "Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a "
-        "few decimetres. Around each stem a cylinder of 3D Gaussians is fitted to crops of the photos (the losses of "
-        "the RaDe-GS paper, re-derived), with the ground behind it as a texture. Output: field.ply, the standard 3DGS "
-        "format in local metres; its origin and CRS are in field.frame.json beside it."
+        "few decimetres. For each stem a tapered, leaning primitive and the Gaussians around it are fitted together to "
+        "crops of the photos (the losses of the RaDe-GS paper, re-derived), with the ground behind as a texture. "
+        "Output: stem_primitives.csv with the diameters, and field.ply, the standard 3DGS format in local metres (its "
+        "origin and CRS are in field.frame.json beside it). With stems = free, Gaussians only, as published."
     ),
     settings=FitGaussiansSettings,
     run=fit_gaussians,

@@ -1,15 +1,14 @@
-"""Optimiser, density control and controllers for one stem's Gaussians."""
+"""Optimiser and density control of one stem's Gaussians."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import Protocol
+from dataclasses import dataclass
 
 import numba
 import numpy as np
 
-from .field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION
+from .field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION, quaternion_matrices
 
 
 def learning_rates(pixel_m: float) -> np.ndarray:
@@ -143,56 +142,40 @@ def relocate(
     return len(moved)
 
 
-class Controller(Protocol):
-    """Steers a fit from outside: step sizes and when to stop."""
+def densify(
+    parameters: np.ndarray, adam: Adam, pull: np.ndarray, volume: Volume, budget: int, rng: np.random.Generator,
+    dead_below: float = 0.01, share: float = 0.1,
+) -> tuple[np.ndarray, Adam]:
+    """Split, clone and prune as in 3DGS, driven by the gradient on the centres, under a hard limit.
 
-    reason: str
-
-    def factors(self, done: float) -> np.ndarray:
-        """(14,) multipliers of the learning rates at progress ``done`` (0..1)."""
-
-    def epoch(self, held_out_loss: float) -> bool:
-        """Told the held-out loss after each epoch; True stops the fit. ``reason`` then says why."""
-
-
-@dataclass
-class FixedSchedule:
-    """Exponential decay of the position rate to ``last`` of its start, the rest to a quarter; never stops early."""
-
-    last: float = 0.05
-    reason: str = "schedule"
-
-    def factors(self, done: float) -> np.ndarray:
-        factor = np.full(N_PARAMETERS, 0.25**done)
-        factor[MEAN] = self.last**done
-        return factor
-
-    def epoch(self, held_out_loss: float) -> bool:
-        return False
-
-
-@dataclass
-class PlateauStop:
-    """The fixed schedule, stopped when views that the fit does not see have not improved by ``least`` for ``patience``
-    epochs.
+    pull: (N,) sum of the lengths of each Gaussian's centre gradients since the last call. Dead Gaussians go; the
+    ``share`` that is pulled most is cloned where small and split in two where larger than the median, as far as
+    ``budget`` allows. Returns new parameters and optimiser state.
     """
-
-    least: float = 0.01
-    patience: int = 3
-    schedule: FixedSchedule = field(default_factory=FixedSchedule)
-    reason: str = "schedule"
-    _best: float = math.inf
-    _since: int = 0
-
-    def factors(self, done: float) -> np.ndarray:
-        return self.schedule.factors(done)
-
-    def epoch(self, held_out_loss: float) -> bool:
-        if held_out_loss < self._best * (1 - self.least):
-            self._best, self._since = held_out_loss, 0
-            return False
-        self._since += 1
-        if self._since < self.patience:
-            return False
-        self.reason = "plateau"
-        return True
+    finite = np.isfinite(parameters).all(axis=1)
+    opacity = 1 / (1 + np.exp(-np.where(finite, parameters[:, LOGIT], -20)))
+    live = finite & (opacity >= dead_below) & volume.contains(np.where(finite[:, None], parameters[:, MEAN], np.inf))
+    if not live.any():
+        return parameters, adam
+    parameters, pull = parameters[live].copy(), np.nan_to_num(pull[live])
+    moment, square = adam.moment[live].copy(), adam.square[live].copy()
+    room = min(budget - len(parameters), max(int(share * len(parameters)), 1))
+    chosen = np.argsort(-pull, kind="stable")[: max(room, 0)]
+    chosen = chosen[pull[chosen] > 0]
+    size = parameters[:, LOG_SCALE].max(axis=1)
+    large = size[chosen] > np.median(size)
+    copies = parameters[chosen].copy()
+    step = np.einsum(
+        "nij,nj->ni",
+        quaternion_matrices(parameters[chosen, QUATERNION]),
+        np.exp(parameters[chosen, LOG_SCALE]) * rng.standard_normal((len(chosen), 3)),
+    )
+    # A split makes two, 1.6 times smaller, on opposite sides of the parent; a clone starts half a sigma away.
+    copies[:, MEAN] += np.where(large[:, None], 1.0, 0.5) * step
+    parameters[chosen, MEAN] -= large[:, None] * step
+    copies[:, LOG_SCALE] -= large[:, None] * math.log(1.6)
+    parameters[chosen, LOG_SCALE] -= large[:, None] * math.log(1.6)
+    moment[chosen] = square[chosen] = 0
+    zeros = np.zeros_like(copies)
+    grown = Adam(adam.rates, np.concatenate([moment, zeros]), np.concatenate([square, zeros]), adam.steps)
+    return np.concatenate([parameters, copies]), grown

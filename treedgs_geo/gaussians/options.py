@@ -99,9 +99,9 @@ class GaussianOptions:
     stems: str = param(
         "primitive",
         kind="choice",
-        choices=("primitive", "free"),
+        choices=("primitive", "start", "free"),
         help="primitive = a tapered stem is fitted in one loop with the Gaussians around it, and its bark written as "
-        "Gaussians; free = nothing but Gaussians, as published",
+        "Gaussians; start = its bark Gaussians are then fitted freely; free = nothing but Gaussians, as published",
     )
     stem_gaussians: int = param(
         300,
@@ -121,6 +121,14 @@ class GaussianOptions:
     )
     bh_m: float = param(
         1.37, kind="number", help="breast height above the ground", unit="m", minimum=0.5, maximum=3, advanced=True
+    )
+    density: str = param(
+        "relocate",
+        kind="choice",
+        choices=("relocate", "split"),
+        advanced=True,
+        help="of free Gaussians: relocate = a fixed number, dead ones move onto live ones; split = split, clone and "
+        "prune up to the limit",
     )
     controller: str = param(
         "fixed",

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 import time
+from copy import deepcopy
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
+from .controllers import Controller, make_controller
 from .crops import Crop, GroundPlane, gather_texture, halved, median_texture, sample_texture
 from .field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION
 from .loss import d_ssim, l1, normal_consistency, robust_weight
-from .optimise import Adam, Controller, FixedSchedule, PlateauStop, Volume, constrain, learning_rates, relocate
+from .optimise import Adam, Volume, constrain, densify, learning_rates, relocate
 from .raster import Rasteriser
 from .stem_joint import StemPrimitive
 
@@ -21,8 +23,9 @@ from .stem_joint import StemPrimitive
 class FitSettings:
     """Numbers of one stem fit; ``train.GaussianOptions`` fills them.
 
-    gaussians: the budget. coarse_epochs run at half resolution, fine_epochs at full. views_per_step: crops averaged
-    per Adam step.
+    gaussians: the budget. density: relocate (a fixed number, dead ones move) or split (a third at first, then split,
+    clone and prune). controller: a name of ``controllers.make_controller``. coarse_epochs run at half resolution,
+    fine_epochs at full. views_per_step: crops averaged per Adam step.
     """
 
     gaussians: int
@@ -35,7 +38,8 @@ class FitSettings:
     relocate_until: float = 0.85
     robust_scale: float = 0.12
     dilation_px2: float = 0.15
-    plateau: bool = True
+    controller: str = "plateau"
+    density: str = "relocate"
     seed: int = 0
 
 
@@ -206,6 +210,71 @@ class StemModel:
         self._reset_sums()
 
 
+@dataclass
+class _Pass:
+    """One pass over the crops as controllers see it (``controllers.Phase``)."""
+
+    model: StemModel
+    adam: Adam
+    volume: Volume
+    controller: Controller
+    rng: np.random.Generator
+    held: list[Crop]
+    done: float = 0.0
+    share: float = 1.0
+
+    def run(self, factors: np.ndarray) -> None:
+        """Adam over all crops in random order, then ground, exposures and density."""
+        model, settings = self.model, self.model.settings
+        parameters = model.parameters
+        pull = np.zeros(len(parameters))
+        order = self.rng.permutation(len(model.crops))
+        for first in range(0, len(order), settings.views_per_step):
+            batch = [model.crops[i] for i in order[first : first + settings.views_per_step]]
+            done = self.done + self.share * first / len(order)
+            gradient = np.zeros_like(parameters)
+            for crop in batch:
+                model.view_gradient(crop, gradient, done)
+            gradient /= len(batch)
+            pull += np.linalg.norm(gradient[:, MEAN], axis=1)
+            self.adam.step(parameters, gradient, self.controller.factors(done) * factors)
+            constrain(parameters, self.volume)
+        model.end_epoch()
+        if self.done + self.share <= settings.relocate_until + 1e-9:
+            if settings.density == "relocate":
+                relocate(parameters, self.adam, self.volume, self.rng)
+            else:
+                model.parameters, self.adam = densify(
+                    parameters, self.adam, pull, self.volume, settings.gaussians, self.rng
+                )
+
+    def save(self) -> tuple:
+        """Everything that running changes."""
+        model, adam = self.model, self.adam
+        return deepcopy(
+            (
+                model.parameters,
+                model.texture,
+                model.gain,
+                adam.moment,
+                adam.square,
+                adam.steps,
+                self.rng.bit_generator.state,
+            )
+        )
+
+    def restore(self, state: tuple) -> None:
+        """Back to a saved state."""
+        model, adam = self.model, self.adam
+        kept = deepcopy(state)
+        model.parameters, model.texture, model.gain, adam.moment, adam.square, adam.steps = kept[:6]
+        self.rng.bit_generator.state = kept[6]
+
+    def reward_loss(self) -> float:
+        """Of the held-out crops."""
+        return held_out_error(self.model, self.held) if self.held else math.nan
+
+
 def fit_stem(
     crops: list[Crop],
     plane: GroundPlane,
@@ -215,41 +284,35 @@ def fit_stem(
     dense: np.ndarray | None = None,
     controller: Controller | None = None,
     around: list[Crop] | None = None,
+    start: np.ndarray | None = None,
 ) -> StemFit:
     """Fit one stem's Gaussians: half resolution first, then full, dead Gaussians moved every epoch.
 
     crops: at full resolution, stem frame. pixel_m: footprint of a crop pixel at the stem. dense: (K, 3) points in the
-    stem frame. The same input and seed give the same field.
+    stem frame. start: (K, 14) Gaussians that stand before the first step; the rest of the budget is random. The same
+    input and seed give the same field.
     """
     began = time.perf_counter()
     rng = np.random.default_rng(settings.seed)
-    controller = controller or (PlateauStop() if settings.plateau else FixedSchedule())
+    controller = controller or make_controller(settings.controller, settings.seed)
     taught, held = hold_out(crops)
     coarse = [halved(crop, plane) for crop in taught]
-    parameters = initial_parameters(coarse, volume, settings.gaussians, dense, rng)
-    model = StemModel(coarse, plane, parameters, settings, around or coarse)
-    adam = Adam.start(len(parameters), learning_rates(pixel_m))
+    start = np.zeros((0, N_PARAMETERS)) if start is None else start[: settings.gaussians]
+    first = settings.gaussians if settings.density == "relocate" else max(settings.gaussians // 3, 1)
+    rest = initial_parameters(coarse, volume, max(first - len(start), 0), dense, rng)
+    model = StemModel(coarse, plane, np.concatenate([start, rest]), settings, around or coarse)
+    passes = _Pass(model, Adam.start(len(model.parameters), learning_rates(pixel_m)), volume, controller, rng, held)
     epochs = settings.coarse_epochs + settings.fine_epochs
     run = 0
     for epoch in range(epochs):
-        if epoch == settings.coarse_epochs:
+        if epoch >= settings.coarse_epochs:
             model.crops = taught
-        order = rng.permutation(len(model.crops))
-        for first in range(0, len(order), settings.views_per_step):
-            batch = [model.crops[i] for i in order[first : first + settings.views_per_step]]
-            done = (epoch + first / len(order)) / epochs
-            gradient = np.zeros_like(parameters)
-            for crop in batch:
-                model.view_gradient(crop, gradient, done)
-            gradient /= len(batch)
-            adam.step(parameters, gradient, controller.factors(done))
-            constrain(parameters, volume)
-        model.end_epoch()
+        passes.done, passes.share = epoch / epochs, 1 / epochs
+        stop = controller.phase(passes)
         run = epoch + 1
-        if run <= settings.relocate_until * epochs:
-            relocate(parameters, adam, volume, rng)
-        if held and controller.epoch(held_out_error(model, held)) and epoch >= settings.coarse_epochs:
+        if stop and epoch >= settings.coarse_epochs:
             break
+    parameters = model.parameters
     keep = (
         (1 / (1 + np.exp(-parameters[:, LOGIT])) >= 0.01)
         & volume.contains(parameters[:, MEAN])

@@ -355,7 +355,7 @@ def clear_views(sights: list[Sight], settings: JointSettings) -> int:
 
 def _loss_of(sights: list[Sight], explanation: Explanation, settings: JointSettings) -> float:
     draw(sights, explanation.shape, explanation.shifts, settings.blur_px, settings)
-    rho = area = None
+    rho, area = np.zeros(1), np.zeros(1)
     for first in (True, False, False):
         texture = textures(sights, settings, first)
         rho, area = compare(sights, texture, settings)

@@ -15,10 +15,11 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
+from .controllers import FixedSchedule
 from .crops import Crop, GroundPlane, gather_texture, sample_texture
 from .field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION
 from .loss import d_ssim, l1
-from .optimise import Adam, FixedSchedule, Volume, constrain, learning_rates, relocate
+from .optimise import Adam, Volume, constrain, learning_rates, relocate
 from .stem_fit import (
     FitSettings,
     StemFit,

@@ -129,7 +129,7 @@ def starts(evidence: Evidence, reach_m: float, radii: np.ndarray, most: int, eac
         top = np.argwhere(peak)
         for place in top[np.argsort(-table[tuple(top.T)], kind="stable")][:count]:
             if tuple(place) not in chosen:
-                chosen.append(tuple(int(k) for k in place))
+                chosen.append((int(place[0]), int(place[1]), int(place[2])))
 
     best = max(float(score.max()), 1e-9)
     add(score, most, 0.3 * best)

@@ -196,7 +196,8 @@ def fit_with_report(
         ssim=options.value("ssim"),
         normals=options.value("normals"),
         alpha_cost=options.value("fog"),
-        plateau=options.controller == "plateau",
+        controller=options.controller,
+        density=options.density,
         seed=options.seed,
     )
 
@@ -343,22 +344,25 @@ def _fit_one(
     if dense is not None and len(dense[0]):
         local = np.asarray(dense[0], float) - origin
         points = local[volume.contains(local) & (local[:, 2] > 0.1)]
+    settings = replace(settings, seed=settings.seed + 1000003 * stem % (2**31 - 1))
+    joint = JointSettings(bh_m=options.bh_m, high_m=min(options.band_m - 0.1, 2.9))
+    start = None
     if not options.free:
-        settings = replace(
-            settings,
-            gaussians=min(options.stem_gaussians, settings.gaussians // 2),
-            fine_epochs=options.stem_epochs,
-            seed=settings.seed + 1000003 * stem % (2**31 - 1),
+        few = replace(
+            settings, gaussians=min(options.stem_gaussians, budget // 2), fine_epochs=options.stem_epochs
         )
-        joint = JointSettings(bh_m=options.bh_m, high_m=min(options.band_m - 0.1, 2.9))
-        bark = max(budget - settings.gaussians, 0)
-        return fit_with_primitive(crops, plane, volume, settings, footprint, around, joint, bark)
+        bark = max(budget - few.gaussians, 0)
+        fit = fit_with_primitive(crops, plane, volume, few, footprint, around, joint, bark)
+        if options.stems == "primitive" or fit is None:
+            return fit
+        start, settings = fit.parameters, replace(settings, gaussians=budget, coarse_epochs=0)
     return fit_stem(
         crops,
         plane,
         volume,
-        replace(settings, seed=settings.seed + 1000003 * stem % (2**31 - 1)),
+        settings,
         footprint,
         points,
         around=around,
+        start=start,
     )
