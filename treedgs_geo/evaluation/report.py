@@ -29,7 +29,7 @@ COLUMNS = {
 
 
 def write_evaluation(
-    folder: Path, evidence: Evidence, metrics: dict, facts: dict[str, str] | None = None
+    folder: Path, evidence: Evidence, metrics: dict, facts: dict[str, str] | None = None, more: str = ""
 ) -> dict[str, str]:
     """Write everything into ``folder``; ``metrics.json`` comes last, so that its presence means the rest is there.
 
@@ -61,7 +61,7 @@ def write_evaluation(
         with atomic_path(folder / f"{name}.png") as temporary:
             temporary.write_bytes(charts.render(figure, "png"))
         charts.close(figure)
-    _text(paths["page"], page(metrics, evidence, drawn, facts or {}))
+    _text(paths["page"], page(metrics, evidence, drawn, facts or {}, more))
     write_json(paths["metrics"], metrics)
     return {name: str(path) for name, path in paths.items()}
 
@@ -89,8 +89,8 @@ def cell(row: dict, name: str) -> str:
     return "--" if row[name] is None else f"{row[name] * factor:.{decimals}f}"
 
 
-def page(metrics: dict, evidence: Evidence, drawn: dict[str, str], facts: dict[str, str]) -> str:
-    """The HTML page, charts inside as SVG."""
+def page(metrics: dict, evidence: Evidence, drawn: dict[str, str], facts: dict[str, str], more: str = "") -> str:
+    """The HTML page, charts inside as SVG. more: further sections (:mod:`.experiments`)."""
     pooled, spread = metrics["pooled"], metrics["bootstrap"]
 
     def row(name: str, figures: dict, kind: str = "") -> str:
@@ -126,7 +126,7 @@ def page(metrics: dict, evidence: Evidence, drawn: dict[str, str], facts: dict[s
     template = Template((files(__package__) / "templates" / "evaluation.html").read_text(encoding="utf-8"))
     notes = list(metrics["notes"]) + ([spread["note"][0].upper() + spread["note"][1:] + "."] if spread["note"] else [])
     return template.substitute(
-        against=_against(metrics["against"]) if "against" in metrics else "",
+        against=(_against(metrics["against"]) if "against" in metrics else "") + more,
         headline=html.escape(headline),
         heads="".join(f"<th>{head}</th>" for head, _, _ in COLUMNS.values()),
         body="".join(body),
