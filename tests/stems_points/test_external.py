@@ -83,3 +83,24 @@ def test_las_segmenters(cloud, tmp_path):
     assert found.n_trees == 2 and not found.reordered
     right = cloud.xyz[:, 0] - np.floor(cloud.xyz[:, 0].min()) > 6
     assert (found.tree_id[right & (found.tree_id > 0)] == 2).all()
+
+
+def test_the_verb_runs_it_and_measures_its_trees(cloud, tmp_path):
+    """segment-stems with another segmenter, then measure-dbh on its labels."""
+    from treedgs_geo.cli import main
+    from treedgs_geo.pointcloud.files import read_cloud, write_cloud
+
+    xyz = plot_cloud(np.random.default_rng(1), [(3.0, 3.0, 25.0), (9.0, 9.0, 35.0)])
+    write_cloud(tmp_path / "plot.laz", PointCloud(xyz))
+    words = ["segment-stems", "--input", tmp_path / "plot.laz", "--crs", "local", "--keep-all", "--log-format", "quiet"]
+    assert main([*map(str, words), "--output", str(tmp_path / "bad.laz"), "--segmenter", "forestformer3d"]) == 2
+    assert not (tmp_path / "bad.laz").exists()
+    assert main([*map(str, words), "--output", str(tmp_path / "own.laz")]) == 0
+    own = read_cloud(tmp_path / "own.laz", crs="local").attributes
+    assert set(np.unique(own["stem_class"])) == {0, 1, 2}
+    assert ((own["stem_class"] == 2) == (own["tree_id"] > 0)).all()
+    theirs = [*map(str, words), "--output", str(tmp_path / "theirs.laz"), "--segmenter", "forestformer3d",
+              "--segmenter-command", COMMAND]
+    assert main(theirs) == 0
+    found = read_cloud(tmp_path / "theirs.laz", crs="local").attributes
+    assert len(found["tree_id"]) == len(xyz) and found["tree_id"].max() > 10

@@ -40,6 +40,11 @@ def run(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
     check_cloud_output(settings.output)
     if settings.output.resolve() == settings.input.resolve():
         raise InputError(f"{settings.output}: is the input itself; give another name for the stem points.")
+    if settings.segmenter != "own":
+        if not settings.segmenter_command:
+            raise InputError(f"--segmenter {settings.segmenter}: needs its command line, give --segmenter-command "
+                             "(docs/measuring.md has one).")
+        return _run_whole(settings, reporter)
     return _run_tiled(settings, reporter) if is_large(settings.input) else _run_whole(settings, reporter)
 
 
@@ -53,14 +58,30 @@ def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
     dtm, _ = load_ground(settings, cloud, reporter)
     height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
     with reporter.stage("find stems", 0.3, 0.85):
-        stems = find_stems(cloud, dtm, settings, reporter)
-        tree_id = label_points(cloud.xyz, height, stems)
+        if settings.segmenter != "own":
+            from ..stems.external import segment_external
+
+            found = segment_external(cloud, settings.segmenter, settings.segmenter_command or "", reporter)
+            if found.reordered:
+                reporter.warn(f"{settings.segmenter} returned the points in another order; they were matched by place.")
+            tree_id, count, source = found.tree_id, found.n_trees, settings.segmenter
+        else:
+            stems = find_stems(cloud, dtm, settings, reporter)
+            tree_id, count, source = label_points(cloud.xyz, height, stems), len(stems.stems), stems.sensor
     labelled = cloud.with_attribute("tree_id", tree_id).with_attribute("height_m", height.astype(np.float32))
+    labelled = labelled.with_attribute("stem_class", _stem_class(tree_id, height))
     with reporter.stage("write", 0.85, 1.0):
-        if not settings.keep_all and stems.stems:
+        if not settings.keep_all and count:
             labelled = labelled.select(tree_id > 0)
         write_cloud(settings.output, labelled)
-    return _summary(settings, reporter, len(stems.stems), int((tree_id > 0).sum()), stems.sensor)
+    return _summary(settings, reporter, count, int((tree_id > 0).sum()), source)
+
+
+def _stem_class(tree_id: Any, height: Any) -> Any:
+    """(N,) uint8: 2 = stem (of another segmenter: its whole tree), 1 = ground, 0 = anything else."""
+    import numpy as np
+
+    return np.where(tree_id > 0, 2, np.where(np.abs(height) < GROUND_M, 1, 0)).astype(np.uint8)
 
 
 def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
@@ -97,11 +118,13 @@ def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
             tree_id = labeller(xyz, height)
             tally[:] += len(xyz), int((tree_id > 0).sum())
             reporter.progress(min(tally[0] / max(store.n_points, 1), 1.0))
-            return None if everything else tree_id > 0, {"tree_id": tree_id, "height_m": height.astype(np.float32)}
+            added = {"tree_id": tree_id, "height_m": height.astype(np.float32),
+                     "stem_class": _stem_class(tree_id, height)}
+            return None if everything else tree_id > 0, added
 
         with reporter.stage("write", 0.85, 1.0):
-            copy_cloud(settings.input, settings.output, label, {"tree_id": "int32", "height_m": "float32"},
-                       settings.crs)
+            kinds = {"tree_id": "int32", "height_m": "float32", "stem_class": "uint8"}
+            copy_cloud(settings.input, settings.output, label, kinds, settings.crs)
     return _summary(settings, reporter, len(stems.stems), int(tally[1]), stems.sensor)
 
 
