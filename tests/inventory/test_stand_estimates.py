@@ -275,12 +275,12 @@ def test_what_is_not_known_is_not_given(tmp_path):
     row = {"x": 500000, "y": 3600000, "dbh_cm": 20.0, "dbh_se_cm": 0.5, "species": "PITA"}
     stand = stand_of(tree_list([{**row, "height_m": 15.0}, row]), plots)
     assert np.isnan(stand.estimates["volume"].mean) and np.isnan(stand.estimates["lorey"].mean)
-    assert any("No volume for the stand: 1 trees without a height" in w for w in stand.warnings)
+    assert any("No volume for the stand: 1 tree without a height" in w for w in stand.warnings)
     assert np.isfinite(stand.estimates["biomass"].mean)  # the tree without a height takes the equation of DBH alone
     odd = stand_of(tree_list([{**row, "height_m": 15.0, "species": "XX"}]), plots)
     assert np.isnan(odd.estimates["biomass"].mean) and any("species XX without an equation" in w for w in odd.warnings)
     huge = tree_list([{**row, "dbh_cm": 150.0, "height_m": 40.0}])
-    assert any("outside the range" in w for w in stand_of(huge, plots).warnings)
+    assert any("Extrapolated" in w for w in stand_of(huge, plots).warnings)
     assert np.isnan(stand_of(huge, plots, outside="refuse").estimates["volume"].mean)
     with pytest.raises(InputError, match="No tree with a DBH"):
         stand_of(tree_list([{**row, "dbh_cm": None, "qc_reason": "few_views"}]), plots)

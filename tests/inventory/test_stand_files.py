@@ -237,7 +237,7 @@ def test_large_square_plots_of_many_species(tmp_path):
     assert result["volume_m3_ha"] is None and any("without a height" in w for w in ears.warnings)
     # Old PLANTS symbols are in no list: no biomass by guess, and the trees are named.
     assert result["biomass_t_ha"] is None and any("of species CANO without an equation" in w for w in ears.warnings)
-    assert any("outside the range of jenkins-agb-douglas-fir" in w for w in ears.warnings)
+    assert any("Extrapolated" in w and "jenkins-agb-douglas-fir" in w for w in ears.warnings)
     tables, _ = html_tables(out / "report.html")
     assert tables["trees_by_class"][0][-2:] == ["other species", "all"]
     counts = table[table.species == "ABAM"].shape[0] / 15

@@ -57,6 +57,7 @@ def draw_classes(long: Table, units: str) -> bytes:
         axis.set_axisbelow(True)
         if len(labels) > 12:
             axis.set_xticks(range(0, len(labels), len(labels) // 10 + 1))
+        if max(map(len, labels)) * len(labels) > 32:
             axis.tick_params(axis="x", labelrotation=45)
         if name == "trees":
             axis.legend(frameon=False, fontsize=9)

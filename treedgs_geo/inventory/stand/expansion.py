@@ -13,6 +13,7 @@ from shapely.geometry.base import BaseGeometry
 from ...core.errors import InputError
 from .sample import SamplePlot, at_the_edge, weights
 from .treelist import TreeList
+from .values import count_of
 
 MISSING = ("impute", "exclude")
 #: With fewer measured trees than this a plot borrows from all plots.
@@ -108,8 +109,8 @@ def _by_place(found: Expanded, table: pd.DataFrame, boundary: BaseGeometry | Non
     found.plots[:] = kept
     if near:
         found.notes.append(
-            f"{near} trees stand within {NEAR_LINE_M:g} m of a plot's line: their positions' error decides whether "
-            "they count."
+            f"Within {NEAR_LINE_M:g} m of a plot's line: {count_of(near, 'tree')}; the error of the position decides "
+            "whether they count."
         )
     return parts
 
@@ -173,7 +174,7 @@ def _stand_ins(found: Expanded, table: pd.DataFrame, min_dbh_cm: float) -> pd.Da
     missing = (rows["kind"] == "missing") & ~thin[tree]
     n_thin = int(((rows["kind"] == "missing") & thin[tree]).sum())
     if n_thin:
-        found.notes.append(f"{n_thin} stems that are too thin to measure (too_small) are left out of every figure.")
+        found.notes.append(f"Left out of every figure: {count_of(n_thin, 'stem')} too thin to measure (too_small).")
     parts = []
     for k in range(len(found.plots)):
         gone = float(rows.loc[missing & (rows["plot"] == k), "weight"].sum())

@@ -23,7 +23,7 @@ from .estimate import (
 from .expansion import Expanded
 from .sample import SamplePlot
 from .treelist import TreeList
-from .values import TreeValues, ValueOptions, tree_values
+from .values import TreeValues, ValueOptions, count_of, tree_values
 
 
 @dataclass
@@ -177,12 +177,15 @@ def _remark(stand: Stand, options: ValueOptions) -> None:
     flags = stand.trees["qc_flag"].to_numpy()[counted_trees]
     n_check = int((flags == "check").sum())
     if n_check:
-        stand.notes.append(f"{n_check} trees count whose DBH is marked 'check': look at them first.")
+        stand.notes.append(f"Counted although the DBH is marked 'check': {count_of(n_check, 'tree')}; look at them.")
     if not np.isfinite(stand.estimates["lorey"].mean) and "height" in values.gaps:
         stand.notes.append(f"No mean height: {'; '.join(values.gaps['height'])}.")
-    for name, gaps in values.gaps.items():
-        if name in ("volume", "biomass"):
-            stand.warnings.append(f"No {name} for the stand: {'; '.join(gaps)}.")
+    # What is missing altogether comes before what is only less sure.
+    stand.warnings[:0] = [
+        f"No {name} for the stand: {'; '.join(values.gaps[name])}."
+        for name in ("volume", "biomass")
+        if name in values.gaps
+    ]
     if options.common_se_cm:
         stand.notes.append(
             f"A bias of {options.common_se_cm:g} cm (standard error) that all DBHs share is part of every interval; it "

@@ -60,6 +60,7 @@ class TreeValues:
     curves: list[str] = field(default_factory=list)
     gaps: dict[str, list[str]] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
+    far: Counter[str] = field(default_factory=Counter)
 
 
 def tree_values(trees: pd.DataFrame, book: list[Equation], options: ValueOptions) -> TreeValues:
@@ -81,7 +82,7 @@ def tree_values(trees: pd.DataFrame, book: list[Equation], options: ValueOptions
     n_wide = int((in_table & (error > d / 2)).sum())
     if n_wide:
         found.warnings.append(
-            f"{n_wide} trees have a DBH error above half their DBH: their basal area is nearly guesswork."
+            f"The DBH error of {count_of(n_wide, 'tree')} is above half the DBH: the basal area is nearly guesswork."
         )
     rules = {"ba": lambda x: BA * x**2}
     rules["volume"] = _equations(found, "volume", species, book, options, height_of, in_table, options.volume_equation)
@@ -90,7 +91,19 @@ def tree_values(trees: pd.DataFrame, book: list[Equation], options: ValueOptions
     )
     for name, rule in rules.items():
         _propagate(found, name, rule, error, options.common_se_cm)
+    far = +found.far
+    if far:
+        named = "; ".join(f"{number} {what}" for what, number in far.most_common(6))
+        more = f"; and {len(far) - 6} more kinds" if len(far) > 6 else ""
+        found.warnings.append(
+            f"Extrapolated, for trees outside the range that a curve or equation holds for: {named}{more}."
+        )
     return found
+
+
+def count_of(n: int, what: str) -> str:
+    """``1 tree``, ``2 trees``."""
+    return f"{n} {what}{'' if n == 1 else 's'}"
 
 
 def _propagate(
@@ -145,7 +158,7 @@ def _heights(
                 rules.append((chosen, curve))
                 _tell_curve(found, curve, name if own else "all species", chosen & in_table)
         if pooled is None:
-            found.gaps["height"] = [f"{n_open} trees have no height ({why})"]
+            found.gaps["height"] = [f"{count_of(n_open, 'tree')} without a height ({why})"]
     elif n_open and options.heights == "published":
         for name in sorted(set(species[open_])):
             chosen = open_ & (species == name)
@@ -167,7 +180,7 @@ def _heights(
                 "stand's may differ by metres."
             )
     elif n_open:
-        found.gaps["height"] = [f"{n_open} trees have no measured height"]
+        found.gaps["height"] = [f"{count_of(n_open, 'tree')} without a measured height"]
 
     def height_of(x: np.ndarray) -> np.ndarray:
         heights = h.copy()
@@ -187,18 +200,13 @@ def _by_dbh(equation: Equation, dbh_cm: np.ndarray) -> np.ndarray:
 
 
 def _tell_curve(found: TreeValues, curve: HeightCurve, name: str, chosen: np.ndarray) -> None:
-    n = int(chosen.sum())
     text = (
         f"Height curve ({name}): {curve.text}, from {curve.n} trees of {curve.low_cm:.1f} to {curve.high_cm:.1f} cm, "
         f"residual {curve.rmse_m:.2f} m."
     )
     if text not in found.curves:
         found.curves.append(text)
-    far = int((chosen & curve.outside(found.dbh)).sum())
-    if far:
-        found.warnings.append(
-            f"{far} of {n} heights from the curve ({name}) are of trees beyond the DBHs it was fitted to."
-        )
+    found.far[f"heights from the curve ({name})"] += int((chosen & curve.outside(found.dbh)).sum())
 
 
 def _equations(
@@ -219,6 +227,7 @@ def _equations(
     if named:
         choose(book, quantity, species_of(None), options.origin, True, named)
     why: Counter[str] = Counter()
+    generic: Counter[str] = Counter()
     for name in sorted(set(species)):
         for tall in (True, False):
             chosen = np.isfinite(d) & (species == name) & (np.isfinite(h) == tall)
@@ -235,20 +244,20 @@ def _equations(
             if options.outside == "refuse":
                 why[f"outside the range of {equation.id} ({equation.range_text})"] += int((outside & in_table).sum())
                 chosen = chosen & ~outside
-            elif (outside & in_table).any():
-                found.warnings.append(
-                    f"{int((outside & in_table).sum())} trees are outside the range of {equation.id} "
-                    f"({equation.range_text}); their {quantity} is an extrapolation."
-                )
-            if equation.id.startswith("form-factor") and (chosen & in_table).any():
-                found.warnings.append(
-                    f"The volume of {int((chosen & in_table).sum())} trees ({name}) is a generic form factor, no "
-                    "equation of the species: give --species or --equations."
-                )
+            else:
+                found.far[f"{quantity} by {equation.id} ({equation.range_text})"] += int((outside & in_table).sum())
+            if equation.id.startswith("form-factor"):
+                generic[name] += int((chosen & in_table).sum())
             used[chosen] = equation.id
             groups.append((chosen, equation))
             found.equations += [] if equation in found.equations else [equation]
-    gaps = [f"{count} trees {reason}" for reason, count in why.items() if count]
+    generic = +generic
+    if generic:
+        found.warnings.append(
+            f"The volume of {count_of(sum(generic.values()), 'tree')} is a generic form factor, no equation of the "
+            f"species ({', '.join(generic)}): give --species or --equations."
+        )
+    gaps = [f"{count_of(count, 'tree')} {reason}" for reason, count in why.items() if count]
     if gaps:
         found.gaps[quantity] = gaps
     found.used[quantity], found.outside[quantity] = used, beyond
