@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from datetime import date
+
 import numpy as np
 import pyproj
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.plots import Plot
-from treedgs_geo.inventory.field_trees import FieldProtocol, place, read_field_trees
+from treedgs_geo.inventory.declination import declination_deg
+from treedgs_geo.inventory.field_trees import FieldProtocol, bearing_to_grid_deg, place, read_field_trees
 
 UTM = pyproj.CRS.from_epsg(6344)
 PLOT = Plot("a", 611337.0, 3718451.0, 10.0)
@@ -107,3 +110,54 @@ def test_any_text_is_parsed_or_told(tmp_path_factory, text):
         assert str(path) in str(problem)
     else:
         assert np.isfinite(trees[["azimuth_deg", "distance_m"]].to_numpy(float)).all()
+
+
+@pytest.mark.parametrize(
+    ("lon", "lat", "year", "expected"),
+    # Test values that NOAA publishes with WMM2025 and WMM2020 (height 0 km).
+    [(0, 80, 2025, 1.28), (120, 0, 2025, -0.16), (240, -80, 2025, 68.78), (0, 80, 2020, -1.28), (120, 0, 2020, 0.16),
+     (240, -80, 2020, 69.36)],
+)
+def test_declination_against_the_model_s_own_test_values(lon, lat, year, expected):
+    found = declination_deg(lon - 360 if lon > 180 else lon, lat, 0.0, date(year, 1, 1), "test")
+    assert found == pytest.approx(expected, abs=0.02)
+
+
+def test_magnetic_bearings_by_place_and_date(tmp_path):
+    trees = tally(tmp_path, HEAD + "a,1,90,10,20\n")
+    day = FieldProtocol(north="magnetic", field_date="2025-07-01")
+    by_date = place(trees, [PLOT], UTM, day)
+    declination = declination_deg(-91.8, 33.6, 0.0, date(2025, 7, 1), "test")
+    by_hand = place(trees, [PLOT], UTM, FieldProtocol(north="magnetic", declination_deg=declination))
+    assert abs(declination) > 0.2
+    np.testing.assert_allclose(by_date[["x", "y"]], by_hand[["x", "y"]], atol=1e-4)
+    # a date column, row by row, beats the option
+    dated = tally(tmp_path, HEAD.strip() + ",date\na,1,90,10,20,2012-07-01\na,2,90,10,20,\n")
+    rows = place(dated, [PLOT], UTM, day)
+    assert rows.y[0] != pytest.approx(rows.y[1], abs=0.05) and rows.y[1] == pytest.approx(by_date.y[0])
+    for bad, says in (("01.07.2025", "year-month-day"), ("2025-13-01", "year-month-day"), ("1999-01-01", "outside")):
+        with pytest.raises(InputError, match=says):
+            place(trees, [PLOT], UTM, FieldProtocol(north="magnetic", field_date=bad))
+
+
+@settings(max_examples=25)
+@given(st.floats(0, 360), st.floats(0.5, 30), st.floats(-60, 60), st.floats(0, 45), st.floats(5, 120),
+       st.sampled_from(["horizontal", "slope"]), st.sampled_from(["pith", "face"]))
+def test_what_the_crew_would_measure_leads_back_to_the_tree(bearing, level, declination, slope, dbh, distance, to):
+    """Forward: a tree's place -> magnetic bearing, slope distance to its face; back: ``place`` finds the place."""
+    import tempfile
+    from pathlib import Path
+
+    measured = (level - (dbh / 200 if to == "face" else 0.0)) / (np.cos(np.radians(slope)) if distance == "slope" else 1)
+    if measured < 0:
+        return
+    convergence = bearing_to_grid_deg(PLOT, UTM, FieldProtocol())
+    read = (bearing + convergence - declination) % 360
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "t.csv"
+        path.write_text(HEAD.strip() + f",slope_deg\na,1,{float(read)!r},{float(measured)!r},{dbh!r},{slope!r}\n")
+        protocol = FieldProtocol(north="magnetic", declination_deg=declination, distance=distance, to=to)
+        found = place(read_field_trees(path, protocol), [PLOT], UTM, protocol)
+    angle = np.radians(bearing)
+    assert found.x[0] == pytest.approx(PLOT.x + level * np.sin(angle), abs=1e-6)
+    assert found.y[0] == pytest.approx(PLOT.y + level * np.cos(angle), abs=1e-6)

@@ -13,6 +13,7 @@ from ..core.crs import grid_convergence_deg
 from ..core.errors import InputError
 from ..core.plots import Plot
 from ..core.settings import param
+from .declination import declination_deg, parse_date
 
 #: What a column may be called (lower case, without blanks); the first is the name in our own files.
 NAMES = {
@@ -26,6 +27,7 @@ NAMES = {
     "slope": ("slope_deg", "slope_pct"),
     "status": ("status",),
     "species": ("species", "spp", "sp"),
+    "date": ("date", "field_date", "survey_date", "date_measured"),
 }
 _TO_CM = {"cm": 1.0, "mm": 0.1, "m": 100.0, "in": 2.54}
 _TO_M = {"m": 1.0, "ft": 0.3048}
@@ -39,7 +41,7 @@ class FieldProtocol:
         "true",
         kind="choice",
         choices=("true", "grid", "magnetic"),
-        help="north that the bearings refer to (magnetic needs --declination)",
+        help="north that the bearings refer to (magnetic needs the date of the field work, or the declination)",
     )
     declination_deg: float | None = param(
         None,
@@ -47,7 +49,13 @@ class FieldProtocol:
         unit="degrees, east positive",
         minimum=-180,
         maximum=180,
-        help="magnetic declination at the plot on the day of the field work",
+        help="magnetic declination at the plot on the day of the field work; default: from the World Magnetic Model by "
+        "--field-date or the table's date column",
+    )
+    field_date: str | None = param(
+        None,
+        kind="text",
+        help="day of the field work, year-month-day, for the declination",
     )
     distance: str = param(
         "horizontal",
@@ -120,7 +128,7 @@ def read_field_trees(path: Path, protocol: FieldProtocol) -> pd.DataFrame:
     found = pd.DataFrame({"field_id": table[column["field_id"]].astype(object)})
     if found["field_id"].isna().any():
         raise InputError(f"{path}, line {_line(found['field_id'].isna())}: has no tree_id; number every tree.")
-    for name in ("plot_id", "status", "species"):
+    for name in ("plot_id", "status", "species", "date"):
         values = table[column[name]].astype(object) if column[name] else pd.Series([None] * len(table), dtype=object)
         found[name] = values.where(values.notna(), None)
     twice = found.duplicated(["plot_id", "field_id"])
@@ -238,14 +246,13 @@ def place(
         )
     if "x" in placed:
         return placed
-    if protocol.north == "magnetic" and protocol.declination_deg is None:
-        raise InputError(
-            "--declination-deg is required with --north magnetic: degrees, east positive, for the place and "
-            "the day of the field work (for example from ngdc.noaa.gov/geomag/calculators)."
-        )
+    turn = {
+        key: bearing_to_grid_deg(known[key[0]], crs, protocol, key[1], path)
+        for key in {(p, _day(row, protocol, path)) for p, row in zip(placed["plot_id"], _dates(placed), strict=True)}
+    }
     bearing = np.radians(
         placed["azimuth_deg"].to_numpy(float)
-        - [bearing_to_grid_deg(known[p], crs, protocol) for p in placed["plot_id"]]
+        - [turn[(p, _day(row, protocol, path))] for p, row in zip(placed["plot_id"], _dates(placed), strict=True)]
     )
     distance = placed["distance_m"].to_numpy(float)
     placed["x"] = [known[p].x for p in placed["plot_id"]] + distance * np.sin(bearing)
@@ -253,18 +260,47 @@ def place(
     return placed
 
 
-def bearing_to_grid_deg(plot: Plot, crs: pyproj.CRS, protocol: FieldProtocol) -> float:
-    """Degrees to take off a field bearing to make it a grid bearing at this plot."""
+def bearing_to_grid_deg(
+    plot: Plot, crs: pyproj.CRS, protocol: FieldProtocol, day: str = "", path: Path = Path("field table")
+) -> float:
+    """Degrees to take off a field bearing to make it a grid bearing at this plot. day: ISO date of the field work.
+
+    Raises:
+        InputError: no datum; magnetic bearings with neither a declination nor a date, or a date outside the model.
+    """
     if protocol.north == "grid":
         return 0.0
-    declination = protocol.declination_deg if protocol.north == "magnetic" else 0.0
     if crs is None or crs.geodetic_crs is None:
         raise InputError(
             "--north: true or magnetic bearings need a CRS that is tied to the earth; use --north grid for "
             "local coordinates."
         )
     to_degrees = pyproj.Transformer.from_crs(crs, crs.geodetic_crs.to_2d(), always_xy=True)
-    return grid_convergence_deg(crs, *to_degrees.transform(plot.x, plot.y)) - float(declination or 0.0)
+    lon, lat = to_degrees.transform(plot.x, plot.y)
+    declination = 0.0
+    if protocol.north == "magnetic":
+        if protocol.declination_deg is not None:
+            declination = protocol.declination_deg
+        elif day:
+            declination = declination_deg(lon, lat, 0.0, parse_date(day, str(path)), f"{path}, plot {plot.plot_id}")
+        else:
+            raise InputError(
+                f"{path}: magnetic bearings need the day of the field work, expected --field-date 2025-06-30 (or a date "
+                "column), or --declination-deg: degrees, east positive."
+            )
+    return grid_convergence_deg(crs, lon, lat) - declination
+
+
+def _dates(trees: pd.DataFrame) -> list:
+    return trees["date"].tolist() if "date" in trees else [None] * len(trees)
+
+
+def _day(cell, protocol: FieldProtocol, path: Path) -> str:
+    """The row's date, else the protocol's, as ISO text; empty where bearings do not need one."""
+    if protocol.north != "magnetic" or protocol.declination_deg is not None:
+        return ""
+    text = str(cell).strip() if cell is not None and not pd.isna(cell) else (protocol.field_date or "")
+    return parse_date(text, str(path)).isoformat() if text else ""
 
 
 def numbers(path: Path, table: pd.DataFrame, name: str, required: bool) -> pd.Series:
