@@ -1,6 +1,6 @@
 """Make the simulated plots of the campaign benchmarks, and their manifest.
 
-    python benchmarks/campaign_plots.py --output build/campaign_plots --clouds 36 --photos 4
+    python benchmarks/campaign_plots.py --output build/campaign_plots --clouds 39 --photos 1
 
 Each plot is ``simulate-plot`` with its own seed: cloud plots with few, tiny photos (they are not used) and a LiDAR
 cloud, photo plots of the preset ``test``. Plots that are there already are kept. ``plots.csv`` is the manifest.
@@ -39,13 +39,14 @@ def main() -> int:
     """Make what is missing; write the manifest."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--output", type=Path, required=True)
-    parser.add_argument("--clouds", type=int, default=36)
-    parser.add_argument("--photos", type=int, default=4)
+    parser.add_argument("--clouds", type=int, default=39)
+    parser.add_argument("--photos", type=int, default=1)
     parser.add_argument("--first-seed", type=int, default=1000)
     given = parser.parse_args()
     rows = []
     for number in range(given.clouds + given.photos):
-        is_cloud, seed = number < given.clouds, given.first_seed + number
+        is_cloud = number < given.clouds
+        seed = given.first_seed + number if is_cloud else 1 + number - given.clouds
         name = f"{'cloud' if is_cloud else 'photo'}_{seed}"
         folder = given.output / name
         if not (folder / "truth" / "config.json").exists():

@@ -152,8 +152,7 @@ def test_killed_coordinators_and_a_second_one(clouds, tmp_path):
 
 
 def test_a_broken_plot_and_one_that_crashes(clouds, tmp_path):
-    """The others finish; the broken one says why at once, the crashing one after two more tries; a restart of a broken-off
-    start goes on counting."""
+    """The others finish; the broken one says why at once, the crashing one after two more tries."""
     (tmp_path / "broken.laz").write_bytes((clouds / "cloud_0.laz").read_bytes()[:4000])
     rows = [*rows_for(clouds, 2), {"plot_id": "crash", "cloud": clouds / "cloud_2.laz"},
             {"plot_id": "broken", "cloud": "broken.laz"}]

@@ -20,7 +20,7 @@ from .costs import time_text
 from .lease import Busy, Lease
 from .places import RECORD
 from .progress import Board
-from .record import RETRIES, Record
+from .record import ELSEWHERE, RETRIES, Record
 from .state import Campaign, Plan, job_of
 
 #: Seconds until a plot that somebody else runs just now, or that failed, is looked at again.
@@ -184,7 +184,7 @@ class Coordinator:
         if outcome in ("done", "kept"):
             record = Record.read(Path(running.job["folder"]))
             if record.status != "done":
-                outcome, message, answer = "setup", "its result is not in its folder", {**answer, "may_retry": True}
+                outcome, message = "setup", "its result is not in its folder"
             else:
                 self.tally.done += outcome == "done"
                 self.tally.kept += outcome == "kept"
@@ -201,7 +201,7 @@ class Coordinator:
             if running.turns < MOST_TURNS and answer.get("may_retry", True):
                 self._later(running, AGAIN_S)
                 return
-        elif answer.get("may_retry") or (outcome in ("setup", "disk") and running.turns < RETRIES):
+        elif running.turns < RETRIES if outcome in ELSEWHERE else answer.get("may_retry"):
             self.tally.retried += 1
             self.reporter.warn(f"{plot_id} failed and is tried again: {message}.")
             self._later(running, AGAIN_S)

@@ -16,6 +16,8 @@ RETRIES = 2
 MOST_INTERRUPTIONS = 12
 #: Endings that another try at once cannot change.
 _FINAL = {"input", "missing"}
+#: Endings that are not the plot's: a full disk, a host that is not set up. They do not use up its attempts.
+ELSEWHERE = {"disk", "setup"}
 _KEPT_ATTEMPTS = 60
 
 
@@ -61,7 +63,7 @@ class Record:
         """``(failed, cut short)`` attempts of this key in this series of starts."""
         mine = [a for a in self.attempts if a.get("series") == series and a.get("key") == key]
         cut = sum(a.get("outcome") in (None, "interrupted") for a in mine)
-        return sum(a.get("outcome") not in (None, "interrupted", "done") for a in mine), cut
+        return sum(a.get("outcome") not in {None, "interrupted", "done", *ELSEWHERE} for a in mine), cut
 
     def may_run(self, key: str, series: int) -> bool:
         """Whether another attempt is left."""

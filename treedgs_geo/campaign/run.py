@@ -8,11 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.errors import InputError, OutputError
+from ..core.errors import InputError, OutputError, TreeDGSError
 from ..core.progress import Reporter
 from .clusters import QUEUES, Shape, cores, memory_for_plots, open_crew, shape_of
 from .coordinate import Coordinator, Tally
 from .costs import CostModel, makespan, time_text
+from .engine_process import is_full
 from .layer import check_output, twins, write_layer
 from .lease import Busy, Lease
 from .places import COSTS, PLOTS, REPORT, STATUS, TABLE, TREES
@@ -52,6 +53,15 @@ def run_campaign(
         raise OutputError(f"{workspace}: cannot be written ({problem.strerror}); choose another workspace.") from None
     try:
         return _run(settings, workspace, output, reporter, function, lease)
+    except TreeDGSError:
+        raise
+    except Exception as problem:
+        # SQLite, GDAL and Python each have their own error for a full disk.
+        if not is_full(str(problem)):
+            raise
+        raise OutputError(
+            f"{workspace}: the disk is full ({problem}); what was finished is kept, make room and run again."
+        ) from None
     finally:
         lease.free()
 

@@ -111,8 +111,8 @@ def _engine(job: dict[str, Any], folder: Path, lease: Lease, orphaned: threading
 
     free = psutil.disk_usage(str(folder)).free / 1e9
     if free < job["disk_gb"]:
-        return Ending("disk", f"{folder}: {free:.2f} GB of disk are free, the plot needs about "
-                      f"{job['disk_gb']:.2f} GB; make room and run again")
+        return Ending("disk", f"{folder}: {1000 * free:.0f} MB of disk are free, the plot needs about "
+                      f"{1000 * job['disk_gb']:.0f} MB; make room and run again")
     process = EngineProcess(folder, {"folder": str(folder), "row": job["row"]}, job["threads"], folder / LOG)
     limit_s = 60 * job["time_limit_min"] if job["time_limit_min"] else float("inf")
     began = told = time.monotonic()
