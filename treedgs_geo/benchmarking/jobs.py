@@ -124,6 +124,7 @@ def run_splats(job: dict[str, Any]) -> dict[str, Any]:
     from ..measure.options import MeasureOptions
     from ..measure.photo_trees import to_trees
     from ..pointcloud.cloud import PointCloud
+    from ..pointcloud.files import write_cloud
     from ..stems.photos.find import stems_from_photos
     from ..stems.photos.options import PhotoStemOptions
     from .splat_points import points_of
@@ -143,7 +144,9 @@ def run_splats(job: dict[str, Any]) -> dict[str, Any]:
     sampling = replace(SampleOptions(), **(PAPER_SAMPLING if paper else {}))
     xyz, opacity, groups = points_of(field, views, job["reads"], sampling)
     clock.append(time.perf_counter())
-    cloud = PointCloud(frame.to_project(xyz), frame.crs, {"opacity": opacity})
+    cloud = PointCloud(frame.to_project(xyz), frame.crs, {"opacity": opacity,
+                                                           "tree_id": (groups + 1).astype(np.int32)})
+    write_cloud(Path(job["points"]), cloud)
     measuring = MeasureOptions(weights="opacity", method="paper" if paper else "default", source="splat")
     trees = measure_stems(cloud, groups + 1, dtm, measuring)
     clock.append(time.perf_counter())
@@ -176,7 +179,68 @@ def _scored(plot: TruePlot, trees: list[Tree]) -> dict[str, Any]:
     return {"rows": [row for row in rows if row["tree_id"] in inside or row.get("false")]}
 
 
-JOBS = {"sfm": run_sfm, "photos": run_photos, "splats": run_splats, "cloud": run_cloud}
+def run_subset_sfm(job: dict[str, Any]) -> dict[str, Any]:
+    """Cost of a reconstruction from every so-manyth photo, at a share of their size."""
+    import shutil
+
+    from ..core.files import ensure_writable
+    from ..geotags.reading import read_stations
+    from ..reconstruction.pipeline import ReconstructOptions, reconstruct_photos
+
+    plot, scratch = Path(job["plot"]), Path(job["scratch"])
+    photos_there = sorted((plot / "images").iterdir())
+    count = round(job["share"] * len(photos_there))
+    chosen = np.unique(np.linspace(0, len(photos_there) - 1, count).round().astype(int))
+    ensure_writable(scratch / "images" / "x")
+    for k in chosen:
+        (scratch / "images" / photos_there[k].name).symlink_to(photos_there[k].resolve())
+    stations = read_stations(scratch / "images", plot, "EPSG:6344")
+    camera = TruePlot.load(plot).views()[0].camera
+    options = ReconstructOptions(max_image_size=max(round(job["scale"] * camera.width), 500))
+    try:
+        report = reconstruct_photos(stations, options, scratch / "sfm")
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+    megapixels = camera.width * camera.height / 1e6 * job["scale"] ** 2
+    photos = len(chosen)
+    return {"stages": report["stage_seconds"], "facts": {"photos": photos, "megapixels": megapixels},
+            "sizes": {"features": photos * megapixels, "matching": report["pairs"], "mapping": photos,
+                      "adjustment": photos}}
+
+
+def run_stems_cost(job: dict[str, Any]) -> dict[str, Any]:
+    """Cost of stems in the photos for a share of the plot's radius and a number of photos (true cameras)."""
+    from ..stems.photos.find import stems_from_photos
+    from ..stems.photos.options import PhotoStemOptions
+
+    plot = TruePlot.load(Path(job["plot"]))
+    radius, views = job["radius"] * plot.radius_m, plot.views()
+    began = time.perf_counter()
+    fits = stems_from_photos(views, plot.frame, plot.dtm.local(plot.frame).height, Area.circle(0.0, 0.0, radius),
+                             PhotoStemOptions(max_views=job["views"]))
+    seconds = time.perf_counter() - began
+    camera = views[0].camera
+    crop = min(camera.width * camera.height, ((2 * radius + 6) / 0.0184) ** 2) / 1e6
+    return {"stages": {"stems": seconds}, "sizes": {"stems": np.pi * radius**2 * job["views"]},
+            "facts": {"photos": job["views"], "stems": len(fits), "crop_megapixels": crop * job["views"]}}
+
+
+def run_lidar_cost(job: dict[str, Any]) -> dict[str, Any]:
+    """Cost of the LiDAR route for a share of the area (so that the density stays)."""
+    from ..measure.cloud import measure_cloud
+    from ..terrain.ground import dtm_from_cloud
+
+    cloud = TruePlot.load(Path(job["plot"])).cloud()
+    low, high = np.percentile(cloud.xyz[:, 0], [0, 100 * job["share"]])
+    cloud = cloud.select((cloud.xyz[:, 0] >= low) & (cloud.xyz[:, 0] <= high))
+    began = time.perf_counter()
+    trees, _ = measure_cloud(cloud, dtm_from_cloud(cloud.xyz, crs=cloud.horizontal_crs))
+    return {"stages": {"lidar": time.perf_counter() - began}, "sizes": {"lidar": len(cloud)},
+            "facts": {"stems": len(trees)}}
+
+
+JOBS = {"sfm": run_sfm, "photos": run_photos, "splats": run_splats, "cloud": run_cloud, "subset_sfm": run_subset_sfm,
+        "stems_cost": run_stems_cost, "lidar_cost": run_lidar_cost}
 
 
 def main() -> int:

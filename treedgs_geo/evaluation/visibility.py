@@ -96,7 +96,7 @@ def _band(view: View, stem: Stem) -> tuple[np.ndarray | None, float]:
 
 def per_stem(table: pd.DataFrame, count: int) -> pd.DataFrame:
     """A row a stem: ``free_views``, mean ``width_px`` over them, and their product ``score``."""
-    free = table[table["free"]]
+    free = table[table["free"].astype(bool)]
     views = free.groupby("stem").size().reindex(range(count), fill_value=0)
     width = free.groupby("stem")["width_px"].mean().reindex(range(count))
     return pd.DataFrame({"free_views": views, "width_px": width, "score": views * width.fillna(0)})

@@ -110,7 +110,7 @@ def disturb(pixels: np.ndarray, trouble: PhotoTrouble) -> np.ndarray:
 
 
 def sway(points: np.ndarray, sway_cm: float, rng: np.random.Generator) -> np.ndarray:
-    """(N, 3) points moved sideways by one gust: neighbours move alike (waves of 4-9 m), the foot stays."""
+    """(N, 3) points moved sideways by one gust: neighbours move alike (waves of 12-25 m), the foot stays."""
     import numpy as np
 
     share = np.clip(points[:, 2] / SWAY_HEIGHT_M, 0, 1.5) ** 2
@@ -118,7 +118,7 @@ def sway(points: np.ndarray, sway_cm: float, rng: np.random.Generator) -> np.nda
     for axis in (0, 1):
         field = np.zeros(len(points))
         for _ in range(4):
-            turn, wavelength, phase = rng.uniform(0, 2 * np.pi), rng.uniform(4, 9), rng.uniform(0, 2 * np.pi)
+            turn, wavelength, phase = rng.uniform(0, 2 * np.pi), rng.uniform(12, 25), rng.uniform(0, 2 * np.pi)
             along = points[:, 0] * np.cos(turn) + points[:, 1] * np.sin(turn)
             field += np.sin(2 * np.pi * along / wavelength + phase) / np.sqrt(2)
         moved[:, axis] += sway_cm / 100 * share * field

@@ -1,0 +1,119 @@
+"""Pareto front, recommendations and pictures from records whose answer is known; the verb's refusals."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from treedgs_geo.benchmarking import chart, chart_pictures
+from treedgs_geo.benchmarking.cost import PAPER, fit_power, predict
+from treedgs_geo.benchmarking.ladder import CONFIGS, SFM
+from treedgs_geo.chain.routes import PRESETS
+from treedgs_geo.commands.benchmark import BenchmarkSettings, run
+from treedgs_geo.core.errors import InputError
+from treedgs_geo.core.progress import Reporter
+
+FACTS = {"machine": {"cores": 2, "processor": "test", "version": "0"}, "plots_text": "p: 10 visible stems",
+         "left_out": [], "repeats": 1}
+
+
+def run_record(key, seconds, errors, refused=0, clear=5, **more):
+    rows = [{"tree_id": f"t{k}", "true_cm": 25.0, "read_cm": 25.0 + e, "lo_cm": 24.0 + e, "hi_cm": 26.0 + e,
+             "flag": "ok", "clear": clear} for k, e in enumerate(errors)]
+    rows += [{"tree_id": f"r{k}", "true_cm": 25.0, "read_cm": None, "lo_cm": None, "hi_cm": None, "flag": "reject",
+              "clear": clear} for k in range(refused)]
+    return {"config": key, "plot": "p", "repeat": 0, "seconds": seconds, "sfm_s": seconds / 2, "stage_s": seconds / 2,
+            "peak_memory_mb": 500, "rows": rows, "modelled": {"photos": 12}, **more}
+
+
+@pytest.fixture
+def table():
+    flat = [0.5, -0.5] * 5
+    return chart.summarise([
+        run_record("balanced", 60.0, flat), run_record("best", 120.0, [0.6, -0.3] * 5),
+        run_record("fast", 20.0, [0.9, -0.9] * 5), run_record("views-12", 90.0, [2.0, -2.0] * 5),
+        run_record("views-24", 5.0, [0.1, -0.1], refused=8),  # measures only the easy ones
+        run_record("lidar", 4.0, [1.2] * 10),
+        {"config": "paper", "plot": "p", "repeat": 0, "error": "exit code 1: no"}])
+
+
+def test_front_and_recommendation(table):
+    front = set(table.loc[table["front"], "key"])
+    assert front == {"lidar", "fast", "balanced", "best"}  # not the one that refuses 8 of 10, not the dominated one
+    assert chart.knees(table) == {"best": "best", "balanced": "balanced", "fast": "fast"}
+    assert "paper" not in set(table["key"])
+    row = table.set_index("key").loc["balanced"]
+    assert row["rmse_cm"] == pytest.approx(0.5) and row["me_cm"] == pytest.approx(0) and row["success"] == 1
+    assert row["coverage"] == 1 and row["ok_off_5cm"] == 0 and row["seconds"] == 60
+    assert table.set_index("key").loc["views-24", "success"] == pytest.approx(0.2)
+
+
+def test_stems_that_no_photo_shows_do_not_count_against_success():
+    hidden = run_record("fast", 1.0, [0.1] * 4, refused=4, clear=5)
+    for row in hidden["rows"][4:]:
+        row["clear"] = 0
+    assert chart.summarise([hidden]).iloc[0]["success"] == 1
+
+
+def test_a_configuration_that_measures_nothing_is_told_and_not_recommended():
+    table = chart.summarise([run_record("fast", 5.0, [], refused=3), run_record("balanced", 50.0, [0.2, 0.1, 0.3])])
+    assert not table.set_index("key").loc["fast", "front"]
+    assert set(chart.knees(table).values()) == {"balanced"}
+    chart_pictures.draw_chart(table, FACTS)
+    assert "–" in chart_pictures.markdown(table, FACTS, {})
+
+
+def test_pictures_and_page(table, tmp_path):
+    figure = chart_pictures.draw_chart(table, FACTS)
+    labels = [text.get_text() for text in figure.axes[0].texts]
+    assert any("12 photos 10/10" in label for label in labels)
+    boxes = [text.get_window_extent() for text in figure.axes[0].texts]
+    assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[k + 1:])
+    page = chart_pictures.page(table, FACTS, chart.knees(table))
+    assert "@@" not in page and "src=" not in page and "<link" not in page
+    data = json.loads(page.split('id="d">')[1].split("</script>")[0])
+    assert {row["key"] for row in data} == set(table["key"])
+    chart.write_records(tmp_path, [run_record("fast", 1.0, [0.1])], table, FACTS)
+    assert (tmp_path / "trees.csv").read_text().startswith("config,plot,repeat,tree_id")
+
+
+def test_presets_of_the_chain_are_on_the_chart():
+    """Each preset's point is measured with the preset's own settings."""
+    by_preset = {config.preset: config for config in CONFIGS if config.preset}
+    assert set(by_preset) == set(PRESETS)
+    for name, config in by_preset.items():
+        sfm = PRESETS[name].reconstruct
+        assert all(getattr(sfm, key) == value for key, value in SFM[config.sfm].items()), name
+        assert SFM[config.sfm] or sfm == type(sfm)(), name
+        if config.kind == "photos":
+            assert PRESETS[name].stems.max_views == config.params["max_views"], name
+    assert len({config.key for config in CONFIGS}) == len(CONFIGS)
+    assert {config.group for config in CONFIGS} <= set(chart_pictures.LOOKS)
+
+
+def test_power_law_is_recovered_and_bounded():
+    size = np.array([10.0, 20, 40, 80])
+    fit = fit_power(size, 0.5 * size**1.1, (0.8, 1.2))
+    assert fit["b"] == pytest.approx(1.1) and fit["a"] == pytest.approx(0.5) and fit["spread"] == 1.0
+    assert fit_power(size, size**3, (0.8, 2.0))["b"] == 2.0
+    assert fit_power(np.array([5.0]), np.array([2.0]), (0.8, 1.2))["b"] == 1.0
+    case = predict({"features": fit, "stems": {"a": 1e-3, "b": 1.0, "to": 1e4}},
+                   {"base_mb": 600.0, "mb_per_crop_megapixel": 3.0}, PAPER)
+    assert case["total_s"] == pytest.approx(sum(case["stages_s"].values()))
+    assert 1000 < case["peak_memory_mb"] < 8192 and case["times_beyond_measured"]["features"] > 10
+
+
+@pytest.mark.parametrize("values, word", [
+    (dict(stability=True, cost=True), "--stability and --cost"), (dict(stability=True, seeds="1,x"), "--seeds"),
+    (dict(stability=True, seeds=","), "--seeds"), (dict(stability=True, factors="moon"), "moon"),
+    (dict(only="nothing"), "nothing")])
+def test_refusals(tmp_path, values, word):
+    with pytest.raises(InputError, match=word):
+        run(BenchmarkSettings(output=tmp_path / "out", **values), Reporter())
+
+
+def test_a_folder_without_plots_is_refused(tmp_path):
+    with pytest.raises(InputError, match="holds no simulated plot"):
+        run(BenchmarkSettings(output=tmp_path / "out", plots=tmp_path), Reporter())

@@ -1,0 +1,100 @@
+"""The judge: lies are called lies, refusals are no lies, kept cases are kept."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from treedgs_geo.benchmarking.factors import CLOUD, Factor, factor
+from treedgs_geo.benchmarking.run import write_stability
+from treedgs_geo.benchmarking.stability import Case, all_cases, run_cases
+from treedgs_geo.benchmarking.stability_report import by_level, lies, tree_rows, verdict
+from treedgs_geo.core.errors import TreeDGSError
+
+
+def row(tree, true, read, flag="ok", half=1.0, **more):
+    return {"tree_id": tree, "kind": "normal", "true_cm": true, "read_cm": read, "se_cm": half / 1.645,
+            "lo_cm": None if read is None else read - half, "hi_cm": None if read is None else read + half,
+            "flag": flag, "reason": "", "clear": 5, **more}
+
+
+def record(key, level, rows, method="photos", seed=1):
+    return {"version": "x", "code": "c", "factor": key, "level": level, "seed": seed, "method": method, "seconds": 1.0,
+            "refused": "", "rows": rows}
+
+
+GOOD = [row("a", 20.0, 20.5), row("b", 30.0, 30.2), row("c", 25.0, None, "reject")]
+BAD = [row("a", 20.0, 25.1), row("b", 30.0, 36.0, "check"), row("c", 25.0, 24.0, half=0.5),
+       row("#9", None, 18.0, kind="nothing", false=True)]
+
+
+def test_lies_are_accepted_trees_far_off_or_where_nothing_stands():
+    table = tree_rows([record("lean", 0.0, GOOD), record("lean", 25.0, BAD)])
+    found = lies(table)
+    assert set(found["tree_id"]) == {"a", "#9"} and set(found["level"]) == {25.0}
+    claim = verdict(table)["photos"]
+    # ok: a, b of the base, a and c and the false tree of the level; 2 of 5 lie; of 4 with truth 2 lie inside.
+    assert claim["ok"] == 5 and claim["lies"] == 2 and claim["lie_share"] == 0.4 and not claim["holds"]
+    assert claim["coverage"] == 0.5 and not claim["coverage_holds"]
+    assert claim["stems"] == 6 and claim["measured"] == 5
+
+
+def test_the_untroubled_level_counts_once():
+    table = tree_rows([record("lean", 0.0, GOOD), record("sweep", 0.0, GOOD), record("lean", 0.0, GOOD, seed=2)])
+    assert verdict(table)["photos"]["stems"] == 6  # two seeds, three stems each
+    levels = by_level(table)
+    assert set(levels["factor"]) == {"lean", "sweep"} and levels["refused"].tolist() == [0.333, 0.333]
+
+
+def test_a_method_that_refuses_everything_does_not_lie():
+    gone = [row("a", 20.0, None, "reject"), row("b", 30.0, None, "absent")]
+    claim = verdict(tree_rows([record("lean", 25.0, gone)]))["photos"]
+    assert claim["lies"] == 0 and claim["ok"] == 0 and claim["lie_share"] is None and claim["coverage"] is None
+    assert not claim["holds"]
+
+
+def test_files_are_written_and_name_the_lie(tmp_path):
+    records = [record("lean", 0.0, GOOD), record("lean", 25.0, BAD), record("lean", 25.0, GOOD, "lidar")]
+    result = write_stability(tmp_path, records, [1])
+    text = (tmp_path / "stability.md").read_text()
+    assert result["n_lies"] == 2 and "| photos | lean | 25 | 1 | a (normal) | 20.0 | 25.1 | 5 |" in text
+    assert "nothing stands there" in text
+    page = (tmp_path / "stability.html").read_text()
+    assert "<svg" in page and 'src="http' not in page and "<link" not in page
+    assert json.loads((tmp_path / "stability.json").read_text())["verdict"]["lidar"]["lies"] == 0
+    for name in ("stability-photos.svg", "stability-curves.png", "stability.csv", "stability-trees.csv"):
+        assert (tmp_path / name).stat().st_size > 100
+    with pytest.raises(TreeDGSError, match="No case"):
+        write_stability(tmp_path, [], [1])
+
+
+def test_cases_are_kept_and_resumed(tmp_path):
+    tiny = Factor("empty", "small", "x", (0.0, 1.0), "Test.", {
+        0.0: {}, 1.0: {"photos": 8, "image_width": 320, "image_height": 260, "samples": 1, "lidar_density_m2": 700.0,
+                       "stems_per_ha": 800.0, "shrubs_per_m2": 0.0}}, "", (CLOUD,))
+    cases = [Case(tiny, 1.0, 4, method) for method in ("lidar", "lidar cylinder")]
+    assert list(run_cases(cases, tmp_path, seconds=-1)) == []
+    first = list(run_cases(cases[:1], tmp_path))
+    kept = tmp_path / "cases" / f"{cases[0].name}.json"
+    stamp = kept.stat().st_mtime_ns
+    both = list(run_cases(cases, tmp_path))
+    assert kept.stat().st_mtime_ns == stamp and both[0] == first[0] and len(both) == 2
+    assert len(list((tmp_path / "plots").iterdir())) == 1
+    stems = [r for r in both[0]["rows"] if not r.get("false")]
+    assert stems and all(abs(r["read_cm"] - r["true_cm"]) < 5 for r in stems if r["flag"] == "ok")
+    # Broken records are measured again, and other measuring code only where that is asked for.
+    kept.write_text("{")
+    assert list(run_cases(cases[:1], tmp_path))[0]["rows"] == first[0]["rows"]
+    old = json.loads(kept.read_text()) | {"code": "other"}
+    kept.write_text(json.dumps(old))
+    assert list(run_cases(cases[:1], tmp_path))[0]["code"] == "other"
+    assert list(run_cases(cases[:1], tmp_path, fresh=True))[0]["code"] != "other"
+
+
+def test_selection():
+    assert {case.factor.key for case in all_cases([1], ["lean"])} == {"lean"}
+    assert {case.method for case in all_cases([1], ["poses"])} == {"photos"}
+    assert [case.seed for case in all_cases([3, 5], ["poses"], ["photos"])] == [3] * 4 + [5] * 4
+    base = Case(factor("lean"), 0.0, 1, "photos"), Case(factor("sweep"), 0.0, 1, "photos")
+    assert base[0].plot_settings == base[1].plot_settings and base[0].is_base
