@@ -38,6 +38,8 @@ def load_cloud(settings: CloudSettings, reporter: Reporter, attributes: tuple[st
     """
     from ..pointcloud.files import read_cloud
 
+    if attributes is not None:
+        attributes = (*attributes, "classification", "withheld")
     with reporter.stage("read cloud", 0.0, 0.15):
         cloud = read_cloud(settings.input, crs=settings.crs, attributes=attributes)
     where = cloud.horizontal_crs.name if cloud.horizontal_crs is not None else "local metres, no CRS"
@@ -52,10 +54,14 @@ def load_ground(settings: CloudSettings, cloud: PointCloud, reporter: Reporter) 
     Raises:
         InputError: the DTM does not cover the cloud or has other heights; no ground was found.
     """
-    from ..pointcloud.cloud import thin
+    from ..pointcloud.cloud import thin, usable
     from ..terrain.dtm import read_dtm, require_coverage, require_same_heights
     from ..terrain.ground import dtm_from_cloud, flat_ground
 
+    good = usable(cloud)
+    if not good.any():
+        raise InputError(f"{settings.input}: holds no usable point (all are noise or withheld); check the file.")
+    cloud = cloud if good.all() else cloud.select(good)
     with reporter.stage("ground", 0.15, 0.3):
         if settings.dtm is not None:
             dtm = read_dtm(settings.dtm, cloud.horizontal_crs)

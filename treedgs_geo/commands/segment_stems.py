@@ -51,6 +51,7 @@ def run(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
 def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
     import numpy as np
 
+    from ..pointcloud.cloud import usable
     from ..pointcloud.files import write_cloud
     from ..stems.segment import find_stems, label_points
 

@@ -128,6 +128,7 @@ def write_cloud(path: Path, cloud: PointCloud, scale: float | None = None, offse
     path = Path(path)
     check_cloud_output(path)
     layout = cloud.layout
+    check_compression(path, layout.point_format if layout is not None else 6)
     if layout is None:
         coloured = all(name in cloud.attributes for name in _RGB)
         header = laspy.LasHeader(version="1.4", point_format=7 if coloured else 6)
@@ -170,6 +171,17 @@ def check_cloud_output(path: Path) -> None:
         raise InputError(f"{path}: found ending {Path(path).suffix!r}, expected .laz or .las; rename the output.")
     if str(path).lower().endswith(".copc.laz"):
         raise InputError(f"{path}: COPC is read but not written, expected .laz; rename the output.")
+
+
+def check_compression(path: Path, point_format: int) -> None:
+    """Refuse waveform formats in LAZ: with several scanner channels the compressor loses their packet fields.
+
+    Raises:
+        InputError: formats 9 and 10 under the name of .laz.
+    """
+    if point_format in (9, 10) and Path(path).suffix.lower() == ".laz":
+        raise InputError(f"{path}: waveform points (format {point_format}) do not survive LAZ compression unharmed, "
+                         "expected .las for them; rename the output.")
 
 
 def _fits(xyz: np.ndarray, header: Any) -> bool:
@@ -307,7 +319,8 @@ def _copc_pieces(path: Path, header: Any, bounds: tuple[float, float, float, flo
     west, south, east, north = bounds
     try:
         with laspy.CopcReader.open(path) as reader:
-            yield reader.query(laspy.Bounds(np.array([west, south, -np.inf]), np.array([east, north, np.inf])))
+            low, high = reader.header.mins[2] - 1.0, reader.header.maxs[2] + 1.0
+            yield reader.query(laspy.Bounds(np.array([west, south, low]), np.array([east, north, high])))
     except _broken() as problem:
         raise InputError(f"{path}: its COPC index cannot be read ({_short(problem)}); copy it again.") from None
 

@@ -18,6 +18,7 @@ from .files import (
     _iter_text,
     _open,
     check_cloud_output,
+    check_compression,
     is_text,
     iter_points,
 )
@@ -46,6 +47,7 @@ def copy_cloud(source: Path, target: Path, step: Step, added: dict[str, str], cr
     written = 0
     with _open(source) as reader:
         own = _agree(_file_crs(reader.header, source), crs, source, need_crs=True)
+        check_compression(target, reader.header.point_format.id)
         header = _new_header(reader.header, added)
         if own is not None and reader.header.parse_crs() is None:
             header.add_crs(own, keep_compatibility=False)
@@ -95,7 +97,7 @@ def _copy_text(source: Path, target: Path, step: Step, added: dict[str, str], cr
                 kept = piece if mask is None else piece.select(mask)
                 out = laspy.ScaleAwarePointRecord.zeros(len(kept), header=writer.header)
                 out.x, out.y, out.z = kept.xyz.T
-                for name, value in (*kept.attributes.items(), ):
+                for name, value in kept.attributes.items():
                     out[name[:32]] = value
                 for name, value in values.items():
                     out[name] = value if mask is None else value[mask]
