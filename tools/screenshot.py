@@ -1,10 +1,12 @@
-"""A picture of QGIS, drawn under Xvfb: the toolbox open at TreeDGS, a tree layer on the map. ``make screenshot``.
+"""The pictures of the docs, drawn by QGIS under Xvfb from the demo's results: ``make demo && make screenshot``.
 
-python tools/screenshot.py [trees.gpkg] [picture.png]
+python tools/screenshot.py [--demo FOLDER] [--pictures FOLDER]
 """
 
 from __future__ import annotations
 
+import argparse
+import json
 import shutil
 import subprocess
 import sys
@@ -13,88 +15,70 @@ from pathlib import Path
 
 import qgis_run
 
-#: Runs inside QGIS; TREES and PICTURE are filled in.
-INSIDE = """
-import sys
-from qgis.core import QgsApplication, QgsProject, QgsVectorLayer
-from qgis.PyQt.QtCore import QTimer
-from qgis.PyQt.QtWidgets import QApplication, QDockWidget, QLineEdit, QTreeView
-from qgis.utils import iface
+from treedgs_geo.cli import main as treedgs
 
-window = iface.mainWindow()
-window.showNormal()
-window.setGeometry(0, 0, 1280, 800)
-layer = QgsVectorLayer({trees!r}, "trees", "ogr")
-QgsProject.instance().addMapLayer(layer)
-QgsProject.instance().setCrs(layer.crs())
-for dock in window.findChildren(QDockWidget):
-    if dock.objectName() not in ("Layers", "ProcessingToolbox"):
-        dock.hide()
-    if dock.objectName() == "Layers":
-        dock.setMinimumWidth(230)
-    if dock.objectName() == "ProcessingToolbox":
-        dock.show()
-        dock.setMinimumWidth(380)
-        for line in dock.findChildren(QLineEdit):
-            line.setText("treedgs")
-        for view in dock.findChildren(QTreeView):
-            view.expandAll()
-
-
-def zoom():
-    extent = layer.extent()
-    extent.scale(1.25)
-    iface.mapCanvas().setExtent(extent)
-    iface.mapCanvas().refreshAllLayers()
-
-
-def shoot():
-    window.grab().save({picture!r})
-    sys.stdout.flush()
-    QgsProject.instance().clear()
-    QgsApplication.instance().exit(0)
-    import os
-    os._exit(0)
-
-
-QTimer.singleShot(3000, zoom)
-QTimer.singleShot(9000, shoot)
-"""
+NAMES = ("toolbox", "map", "maptip", "dialog", "log", "pairs", "report")
 
 
 def main() -> int:
-    """Draw; 1 when the picture did not come about."""
-    trees = Path(sys.argv[1] if len(sys.argv) > 1 else qgis_run.ROOT / "demo" / "trees.gpkg").resolve()
-    picture = Path(sys.argv[2] if len(sys.argv) > 2 else qgis_run.ROOT / "docs" / "images" / "toolbox.png").resolve()
-    if not trees.exists():
-        print(f"error: {trees} does not exist; run make demo first, or name a tree layer", file=sys.stderr)
+    """Draw; 1 when a picture did not come about."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--demo", type=Path, default=qgis_run.ROOT / "demo")
+    parser.add_argument("--pictures", type=Path, default=qgis_run.ROOT / "docs" / "images")
+    parser.add_argument("--run-s", type=float, default=45, help="the job is photographed after this many seconds")
+    chosen = parser.parse_args()
+    demo, pictures = chosen.demo.resolve(), chosen.pictures.resolve()
+    if not (demo / "trees.gpkg").exists():
+        print(f"error: {demo / 'trees.gpkg'} does not exist; run make demo first", file=sys.stderr)
         return 1
     program, frame = qgis_run.qgis(), shutil.which("xvfb-run")
     if program is None or frame is None:
         print("error: QGIS or xvfb-run was not found; run make setup", file=sys.stderr)
         return 1
-    picture.parent.mkdir(parents=True, exist_ok=True)
-    before = picture.stat().st_mtime if picture.exists() else 0
-    with tempfile.TemporaryDirectory() as folder:
-        script = Path(folder) / "inside.py"
-        script.write_text(INSIDE.format(trees=str(trees), picture=str(picture)), encoding="utf-8")
-        variables = qgis_run.environment()
+    pictures.mkdir(parents=True, exist_ok=True)
+    # Not in the system's folder for temporary files: QGIS marks layers there.
+    with tempfile.TemporaryDirectory(prefix=".shots-", dir=demo) as folder:
+        extra = Path(folder)
+        plot = demo / "plot"
+        common = ["--trees", str(demo / "trees.gpkg"), "--plots", str(plot / "plots.csv"), "--log-format", "plain"]
+        field = ["--field", str(plot / "field_trees.csv")]
+        treedgs(["match-plots", *common, *field, "--output", str(extra / "pairs.gpkg")])
+        stand = ["--species", "PITA", "--stand-id", "Demo", "--output", str(extra / "stand")]
+        treedgs(["stand-table", *common, *stand])
+        job = {
+            "pictures": str(extra),
+            "trees": str(demo / "trees.gpkg"),
+            "dtm": str(demo / "work" / "dtm.tif"),
+            "stations": str(demo / "work" / "geotags.gpkg"),
+            "photos": str(plot / "images"),
+            "geotags": str(plot),
+            "plots": str(plot / "plots.csv"),
+            "fresh": str(demo / "new-work"),
+            "pairs": str(extra / "pairs.gpkg"),
+            "stand": str(extra / "stand" / "stand.gpkg"),
+            "report": str(extra / "stand" / "report.html"),
+            "run_s": chosen.run_s,
+        }
+        variables = qgis_run.environment(TREEDGS_SHOTS=json.dumps(job))
         variables.pop("QT_QPA_PLATFORM")
-        command = [frame, "-a", "-s", "-screen 0 1280x800x24", program, "--noversioncheck", "--nologo"]
-        subprocess.run([*command, "--code", str(script)], env=variables, timeout=180)
-    if not picture.exists() or picture.stat().st_mtime == before:
-        print("error: QGIS drew no picture", file=sys.stderr)
-        return 1
-    _shrink(picture)
-    print(picture)
-    return 0
+        command = [frame, "-a", "-s", "-screen 0 1280x1200x24", program, "--noversioncheck", "--nologo"]
+        script = Path(__file__).with_name("screenshot_inside.py")
+        subprocess.run([*command, "--code", str(script)], env=variables, timeout=300 + chosen.run_s)
+        missing = [name for name in NAMES if not (extra / f"{name}.png").exists()]
+        for name in NAMES:
+            if name not in missing:
+                _shrink(extra / f"{name}.png", pictures / f"{name}.png")
+                print(pictures / f"{name}.png")
+    if missing:
+        print(f"error: QGIS drew no {', '.join(missing)}", file=sys.stderr)
+    return 1 if missing else 0
 
 
-def _shrink(picture: Path) -> None:
-    """A palette is enough for a window and makes the file a third as large."""
+def _shrink(source: Path, target: Path) -> None:
+    """Without transparency, packed well."""
     from PIL import Image
 
-    Image.open(picture).convert("RGB").quantize(256, Image.Quantize.MAXCOVERAGE).save(picture, optimize=True)
+    Image.open(source).convert("RGB").save(target, optimize=True)
 
 
 if __name__ == "__main__":

@@ -15,9 +15,12 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 from osgeo import gdal  # noqa: E402
 from qgis.core import (  # noqa: E402
     QgsApplication,
+    QgsAttributeEditorContainer,
+    QgsAttributeEditorField,
     QgsBilinearRasterResampler,
     QgsCategorizedSymbolRenderer,
     QgsDefaultValue,
+    QgsEditFormConfig,
     QgsEditorWidgetSetup,
     QgsFillSymbol,
     QgsGraduatedSymbolRenderer,
@@ -159,6 +162,41 @@ SLICES = {
     "rms_cm": ("double", "Roughness, rms [cm]"),
     "n_pts": ("integer", "Points"),
     "arc_deg": ("double", "Circumference seen [°]"),
+}
+#: Layers of stand.gpkg.
+STAND_PLOTS = {
+    "plot_id": ("string", "Plot"),
+    "shape": ("string", "Shape"),
+    "edge": ("string", "Edge of the stand"),
+    "area_ha": ("double", "Area [ha]"),
+    "expansion": ("double", "Trees per hectare that one tree stands for"),
+    "n_trees": ("integer", "Trees"),
+    "n_missing": ("integer", "Stems without a DBH"),
+    "n_dead": ("integer", "Dead trees"),
+    "trees_ha": ("double", "Trees per hectare"),
+    "ba_m2_ha": ("double", "Basal area [m²/ha]"),
+    "qmd_cm": ("double", "Quadratic mean diameter [cm]"),
+    "lorey_m": ("double", "Lorey's mean height [m]"),
+    "dominant_m": ("double", "Dominant height [m]"),
+    "vol_m3_ha": ("double", "Volume [m³/ha]"),
+    "bio_t_ha": ("double", "Biomass above ground [t/ha]"),
+}
+STAND_TREES = {
+    "plot_id": ("string", "Plot"),
+    "tree_id": ("string", "Tree"),
+    "species": ("string", "Species"),
+    "counts_as": ("string", "Counts as"),
+    "dbh_cm": ("double", "DBH [cm]"),
+    "dbh_se_cm": ("double", "DBH standard error [cm]"),
+    "height_m": ("double", "Height [m]"),
+    "height_src": ("string", "Height from"),
+    "weight": ("double", "Weight"),
+    "tph": ("double", "Trees per hectare it stands for"),
+    "ba_m2": ("double", "Basal area [m²]"),
+    "volume_m3": ("double", "Volume [m³]"),
+    "biomass_kg": ("double", "Biomass above ground [kg]"),
+    "qc_flag": ("string", "Quality"),
+    "qc_reason": ("string", "Reasons"),
 }
 #: Measured - field DBH in cm: vermilion is too thick, blue too thin; told apart by colour-blind readers.
 DELTAS = (
@@ -421,6 +459,18 @@ def pairs() -> QgsVectorLayer:
     form = layer.editFormConfig()
     for index, name in enumerate(PAIRS):
         form.setReadOnly(index, name not in ("pair_status", "note"))
+    # What a person decides stands on top.
+    form.setLayout(QgsEditFormConfig.TabLayout)
+    form.clearTabs()
+    for title, names in (
+        ("Your decision", ("pair_status", "note")),
+        ("The two trees", [name for name in PAIRS if name not in ("pair_status", "note")]),
+    ):
+        box = QgsAttributeEditorContainer(title, form.invisibleRootContainer())
+        box.setIsGroupBox(True)
+        for name in names:
+            box.addChildElement(QgsAttributeEditorField(name, list(PAIRS).index(name), box))
+        form.addTab(box)
     layer.setEditFormConfig(form)
     layer.setEditorWidgetSetup(
         list(PAIRS).index("note"), QgsEditorWidgetSetup("TextEdit", {"IsMultiline": True, "UseHtml": False})
@@ -522,6 +572,58 @@ def plots() -> QgsVectorLayer:
     return layer
 
 
+def stand_plots() -> QgsVectorLayer:
+    """Plots of a stand table: outline and basal area."""
+    layer = memory_layer(STAND_PLOTS, "stand_plots", "Polygon")
+    layer.setRenderer(
+        QgsSingleSymbolRenderer(
+            QgsFillSymbol.createSimple({"color": "23,117,60,25", "outline_color": "#17753c", "outline_width": "0.6"})
+        )
+    )
+    expression = """"plot_id" || '\\n' || coalesce(format_number("ba_m2_ha", 1) || ' m²/ha', '')"""
+    layer.setLabeling(labels(expression, "#12401a", 20000, middle=True))
+    layer.setLabelsEnabled(False)
+    layer.setDisplayExpression('"plot_id"')
+    layer.setMapTipTemplate(
+        """<b>Plot [% "plot_id" %]</b> ([% "shape" %], [% format_number("area_ha", 4) %] ha)<br>"""
+        """[% "n_trees" %] trees, [% "n_missing" %] without a DBH<br>[% format_number("trees_ha", 0) %] trees/ha, """
+        """[% coalesce(format_number("ba_m2_ha", 1) || ' m²/ha', '') %]"""
+        """[% coalesce(', ' || format_number("vol_m3_ha", 0) || ' m³/ha', '') %]<br>[% "edge" %]"""
+    )
+    return layer
+
+
+def stand_trees() -> QgsVectorLayer:
+    """Trees of a stand table: what each counts as."""
+    layer = memory_layer(STAND_TREES, "stand_trees", "Point")
+    looks = {
+        "measured": ("measured", GREEN, "#12401a"),
+        "missing": ("no DBH", "255,255,255,0", RED),
+        "small": ("too small", "255,255,255,0", GREY),
+        "dead": ("dead", GREY, "#333333"),
+    }
+    layer.setRenderer(
+        QgsCategorizedSymbolRenderer(
+            "counts_as",
+            [
+                QgsRendererCategory(
+                    value, marker(TREE_SIZE, color=fill, outline_color=edge, outline_width="0.4"), text
+                )
+                for value, (text, fill, edge) in looks.items()
+            ],
+        )
+    )
+    layer.setDisplayExpression("""'Tree ' || "tree_id" || coalesce(': ' || format_number("dbh_cm", 1) || ' cm', '')""")
+    layer.setMapTipTemplate(
+        """<b>Tree [% "tree_id" %] in plot [% "plot_id" %]</b> [% coalesce("species", '') %]<br>"""
+        """DBH [% coalesce(format_number("dbh_cm", 1), '-') %] cm, """
+        """height [% coalesce(format_number("height_m", 1), '-') %] m"""
+        """[% coalesce(' (' || "height_src" || ')', '') %]<br>counts as [% coalesce("counts_as", 'nothing') %], """
+        """[% format_number("tph", 1) %] trees/ha"""
+    )
+    return layer
+
+
 def terrain(folder: Path) -> None:
     """The terrain raster as a hillshade."""
     driver = gdal.GetDriverByName("GTiff")
@@ -554,7 +656,10 @@ def main() -> int:
         | QgsMapLayer.LayerConfiguration
         | QgsMapLayer.Rendering
     )
-    made = (trees, circles, slices, stations, pairs, suggested, field_trees, measured_trees, plots)
+    made = (
+        trees, circles, slices, stations, pairs, suggested, field_trees, measured_trees, plots,
+        stand_plots, stand_trees,
+    )  # fmt: skip
     for layer in (make() for make in made):
         path = STYLES / f"{layer.name()}.qml"
         message, ok = layer.saveNamedStyle(str(path), categories)

@@ -1,39 +1,39 @@
 <!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>
-<qgis simplifyAlgorithm="0" maxScale="0" simplifyDrawingTol="1" symbologyReferenceScale="-1" readOnly="0" simplifyMaxScale="1" version="3.22.16-Białowieża" simplifyDrawingHints="1" hasScaleBasedVisibilityFlag="0" styleCategories="LayerConfiguration|Symbology|Labeling|Fields|Forms|MapTips|AttributeTable|Rendering" minScale="100000000" labelsEnabled="0" simplifyLocal="1">
+<qgis labelsEnabled="0" minScale="100000000" styleCategories="LayerConfiguration|Symbology|Labeling|Fields|Forms|MapTips|AttributeTable|Rendering" simplifyMaxScale="1" symbologyReferenceScale="-1" simplifyDrawingHints="1" simplifyLocal="1" simplifyAlgorithm="0" maxScale="0" simplifyDrawingTol="1" version="3.22.16-Białowieża" readOnly="0" hasScaleBasedVisibilityFlag="0">
   <flags>
     <Identifiable>1</Identifiable>
     <Removable>1</Removable>
     <Searchable>1</Searchable>
     <Private>0</Private>
   </flags>
-  <renderer-v2 attr="status" symbollevels="0" forceraster="0" referencescale="-1" type="categorizedSymbol" enableorderby="0">
+  <renderer-v2 enableorderby="0" referencescale="-1" type="categorizedSymbol" attr="status" symbollevels="0" forceraster="0">
     <categories>
-      <category label="placed" render="true" value="auto" symbol="0"/>
-      <category label="confirmed by hand" render="true" value="ok" symbol="1"/>
-      <category label="needs a hand check" render="true" value="check" symbol="2"/>
+      <category label="placed" render="true" symbol="0" value="auto"/>
+      <category label="confirmed by hand" render="true" symbol="1" value="ok"/>
+      <category label="needs a hand check" render="true" symbol="2" value="check"/>
     </categories>
     <symbols>
-      <symbol clip_to_extent="1" name="0" alpha="1" type="fill" force_rhr="0">
+      <symbol type="fill" force_rhr="0" name="0" alpha="1" clip_to_extent="1">
         <data_defined_properties>
           <Option type="Map">
-            <Option value="" name="name" type="QString"/>
+            <Option type="QString" name="name" value=""/>
             <Option name="properties"/>
-            <Option value="collection" name="type" type="QString"/>
+            <Option type="QString" name="type" value="collection"/>
           </Option>
         </data_defined_properties>
-        <layer locked="0" enabled="1" pass="0" class="SimpleFill">
+        <layer class="SimpleFill" locked="0" pass="0" enabled="1">
           <Option type="Map">
-            <Option value="3x:0,0,0,0,0,0" name="border_width_map_unit_scale" type="QString"/>
-            <Option value="0,0,255,255" name="color" type="QString"/>
-            <Option value="bevel" name="joinstyle" type="QString"/>
-            <Option value="0,0" name="offset" type="QString"/>
-            <Option value="3x:0,0,0,0,0,0" name="offset_map_unit_scale" type="QString"/>
-            <Option value="MM" name="offset_unit" type="QString"/>
-            <Option value="85,85,85,255" name="outline_color" type="QString"/>
-            <Option value="solid" name="outline_style" type="QString"/>
-            <Option value="0.4" name="outline_width" type="QString"/>
-            <Option value="MM" name="outline_width_unit" type="QString"/>
-            <Option value="no" name="style" type="QString"/>
+            <Option type="QString" name="border_width_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="color" value="0,0,255,255"/>
+            <Option type="QString" name="joinstyle" value="bevel"/>
+            <Option type="QString" name="offset" value="0,0"/>
+            <Option type="QString" name="offset_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="offset_unit" value="MM"/>
+            <Option type="QString" name="outline_color" value="85,85,85,255"/>
+            <Option type="QString" name="outline_style" value="solid"/>
+            <Option type="QString" name="outline_width" value="0.4"/>
+            <Option type="QString" name="outline_width_unit" value="MM"/>
+            <Option type="QString" name="style" value="no"/>
           </Option>
           <prop v="3x:0,0,0,0,0,0" k="border_width_map_unit_scale"/>
           <prop v="0,0,255,255" k="color"/>
@@ -48,34 +48,34 @@
           <prop v="no" k="style"/>
           <data_defined_properties>
             <Option type="Map">
-              <Option value="" name="name" type="QString"/>
+              <Option type="QString" name="name" value=""/>
               <Option name="properties"/>
-              <Option value="collection" name="type" type="QString"/>
+              <Option type="QString" name="type" value="collection"/>
             </Option>
           </data_defined_properties>
         </layer>
       </symbol>
-      <symbol clip_to_extent="1" name="1" alpha="1" type="fill" force_rhr="0">
+      <symbol type="fill" force_rhr="0" name="1" alpha="1" clip_to_extent="1">
         <data_defined_properties>
           <Option type="Map">
-            <Option value="" name="name" type="QString"/>
+            <Option type="QString" name="name" value=""/>
             <Option name="properties"/>
-            <Option value="collection" name="type" type="QString"/>
+            <Option type="QString" name="type" value="collection"/>
           </Option>
         </data_defined_properties>
-        <layer locked="0" enabled="1" pass="0" class="SimpleFill">
+        <layer class="SimpleFill" locked="0" pass="0" enabled="1">
           <Option type="Map">
-            <Option value="3x:0,0,0,0,0,0" name="border_width_map_unit_scale" type="QString"/>
-            <Option value="0,0,255,255" name="color" type="QString"/>
-            <Option value="bevel" name="joinstyle" type="QString"/>
-            <Option value="0,0" name="offset" type="QString"/>
-            <Option value="3x:0,0,0,0,0,0" name="offset_map_unit_scale" type="QString"/>
-            <Option value="MM" name="offset_unit" type="QString"/>
-            <Option value="46,139,61,255" name="outline_color" type="QString"/>
-            <Option value="solid" name="outline_style" type="QString"/>
-            <Option value="0.6" name="outline_width" type="QString"/>
-            <Option value="MM" name="outline_width_unit" type="QString"/>
-            <Option value="no" name="style" type="QString"/>
+            <Option type="QString" name="border_width_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="color" value="0,0,255,255"/>
+            <Option type="QString" name="joinstyle" value="bevel"/>
+            <Option type="QString" name="offset" value="0,0"/>
+            <Option type="QString" name="offset_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="offset_unit" value="MM"/>
+            <Option type="QString" name="outline_color" value="46,139,61,255"/>
+            <Option type="QString" name="outline_style" value="solid"/>
+            <Option type="QString" name="outline_width" value="0.6"/>
+            <Option type="QString" name="outline_width_unit" value="MM"/>
+            <Option type="QString" name="style" value="no"/>
           </Option>
           <prop v="3x:0,0,0,0,0,0" k="border_width_map_unit_scale"/>
           <prop v="0,0,255,255" k="color"/>
@@ -90,34 +90,34 @@
           <prop v="no" k="style"/>
           <data_defined_properties>
             <Option type="Map">
-              <Option value="" name="name" type="QString"/>
+              <Option type="QString" name="name" value=""/>
               <Option name="properties"/>
-              <Option value="collection" name="type" type="QString"/>
+              <Option type="QString" name="type" value="collection"/>
             </Option>
           </data_defined_properties>
         </layer>
       </symbol>
-      <symbol clip_to_extent="1" name="2" alpha="1" type="fill" force_rhr="0">
+      <symbol type="fill" force_rhr="0" name="2" alpha="1" clip_to_extent="1">
         <data_defined_properties>
           <Option type="Map">
-            <Option value="" name="name" type="QString"/>
+            <Option type="QString" name="name" value=""/>
             <Option name="properties"/>
-            <Option value="collection" name="type" type="QString"/>
+            <Option type="QString" name="type" value="collection"/>
           </Option>
         </data_defined_properties>
-        <layer locked="0" enabled="1" pass="0" class="SimpleFill">
+        <layer class="SimpleFill" locked="0" pass="0" enabled="1">
           <Option type="Map">
-            <Option value="3x:0,0,0,0,0,0" name="border_width_map_unit_scale" type="QString"/>
-            <Option value="0,0,255,255" name="color" type="QString"/>
-            <Option value="bevel" name="joinstyle" type="QString"/>
-            <Option value="0,0" name="offset" type="QString"/>
-            <Option value="3x:0,0,0,0,0,0" name="offset_map_unit_scale" type="QString"/>
-            <Option value="MM" name="offset_unit" type="QString"/>
-            <Option value="106,61,154,255" name="outline_color" type="QString"/>
-            <Option value="solid" name="outline_style" type="QString"/>
-            <Option value="0.9" name="outline_width" type="QString"/>
-            <Option value="MM" name="outline_width_unit" type="QString"/>
-            <Option value="no" name="style" type="QString"/>
+            <Option type="QString" name="border_width_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="color" value="0,0,255,255"/>
+            <Option type="QString" name="joinstyle" value="bevel"/>
+            <Option type="QString" name="offset" value="0,0"/>
+            <Option type="QString" name="offset_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="offset_unit" value="MM"/>
+            <Option type="QString" name="outline_color" value="106,61,154,255"/>
+            <Option type="QString" name="outline_style" value="solid"/>
+            <Option type="QString" name="outline_width" value="0.9"/>
+            <Option type="QString" name="outline_width_unit" value="MM"/>
+            <Option type="QString" name="style" value="no"/>
           </Option>
           <prop v="3x:0,0,0,0,0,0" k="border_width_map_unit_scale"/>
           <prop v="0,0,255,255" k="color"/>
@@ -132,9 +132,9 @@
           <prop v="no" k="style"/>
           <data_defined_properties>
             <Option type="Map">
-              <Option value="" name="name" type="QString"/>
+              <Option type="QString" name="name" value=""/>
               <Option name="properties"/>
-              <Option value="collection" name="type" type="QString"/>
+              <Option type="QString" name="type" value="collection"/>
             </Option>
           </data_defined_properties>
         </layer>
@@ -158,15 +158,15 @@
       <editWidget type="ValueMap">
         <config>
           <Option type="Map">
-            <Option name="map" type="List">
+            <Option type="List" name="map">
               <Option type="Map">
-                <Option value="auto" name="placed" type="QString"/>
+                <Option type="QString" name="placed" value="auto"/>
               </Option>
               <Option type="Map">
-                <Option value="ok" name="confirmed by hand" type="QString"/>
+                <Option type="QString" name="confirmed by hand" value="ok"/>
               </Option>
               <Option type="Map">
-                <Option value="check" name="needs a hand check" type="QString"/>
+                <Option type="QString" name="needs a hand check" value="check"/>
               </Option>
             </Option>
           </Option>
@@ -299,64 +299,64 @@
     <alias index="16" name="Northing of the centre, co-registered [m]" field="y"/>
   </aliases>
   <defaults>
-    <default expression="" applyOnUpdate="0" field="plot_id"/>
-    <default expression="" applyOnUpdate="0" field="status"/>
-    <default expression="" applyOnUpdate="0" field="reason"/>
-    <default expression="" applyOnUpdate="0" field="offset_e_m"/>
-    <default expression="" applyOnUpdate="0" field="offset_n_m"/>
-    <default expression="" applyOnUpdate="0" field="rot_deg"/>
-    <default expression="" applyOnUpdate="0" field="ratio"/>
-    <default expression="" applyOnUpdate="0" field="margin"/>
-    <default expression="" applyOnUpdate="0" field="residual_m"/>
-    <default expression="" applyOnUpdate="0" field="share"/>
-    <default expression="" applyOnUpdate="0" field="n_field"/>
-    <default expression="" applyOnUpdate="0" field="n_measured"/>
-    <default expression="" applyOnUpdate="0" field="n_pairs"/>
-    <default expression="" applyOnUpdate="0" field="n_sugg"/>
-    <default expression="" applyOnUpdate="0" field="radius_m"/>
-    <default expression="" applyOnUpdate="0" field="x"/>
-    <default expression="" applyOnUpdate="0" field="y"/>
+    <default applyOnUpdate="0" expression="" field="plot_id"/>
+    <default applyOnUpdate="0" expression="" field="status"/>
+    <default applyOnUpdate="0" expression="" field="reason"/>
+    <default applyOnUpdate="0" expression="" field="offset_e_m"/>
+    <default applyOnUpdate="0" expression="" field="offset_n_m"/>
+    <default applyOnUpdate="0" expression="" field="rot_deg"/>
+    <default applyOnUpdate="0" expression="" field="ratio"/>
+    <default applyOnUpdate="0" expression="" field="margin"/>
+    <default applyOnUpdate="0" expression="" field="residual_m"/>
+    <default applyOnUpdate="0" expression="" field="share"/>
+    <default applyOnUpdate="0" expression="" field="n_field"/>
+    <default applyOnUpdate="0" expression="" field="n_measured"/>
+    <default applyOnUpdate="0" expression="" field="n_pairs"/>
+    <default applyOnUpdate="0" expression="" field="n_sugg"/>
+    <default applyOnUpdate="0" expression="" field="radius_m"/>
+    <default applyOnUpdate="0" expression="" field="x"/>
+    <default applyOnUpdate="0" expression="" field="y"/>
   </defaults>
   <constraints>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="plot_id"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="status"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="reason"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="offset_e_m"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="offset_n_m"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="rot_deg"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="ratio"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="margin"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="residual_m"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="share"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="n_field"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="n_measured"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="n_pairs"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="n_sugg"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="radius_m"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="x"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="y"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="plot_id" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="status" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="reason" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="offset_e_m" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="offset_n_m" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="rot_deg" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="ratio" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="margin" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="residual_m" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="share" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="n_field" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="n_measured" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="n_pairs" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="n_sugg" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="radius_m" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="x" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="y" notnull_strength="0"/>
   </constraints>
   <constraintExpressions>
-    <constraint exp="" desc="" field="plot_id"/>
-    <constraint exp="" desc="" field="status"/>
-    <constraint exp="" desc="" field="reason"/>
-    <constraint exp="" desc="" field="offset_e_m"/>
-    <constraint exp="" desc="" field="offset_n_m"/>
-    <constraint exp="" desc="" field="rot_deg"/>
-    <constraint exp="" desc="" field="ratio"/>
-    <constraint exp="" desc="" field="margin"/>
-    <constraint exp="" desc="" field="residual_m"/>
-    <constraint exp="" desc="" field="share"/>
-    <constraint exp="" desc="" field="n_field"/>
-    <constraint exp="" desc="" field="n_measured"/>
-    <constraint exp="" desc="" field="n_pairs"/>
-    <constraint exp="" desc="" field="n_sugg"/>
-    <constraint exp="" desc="" field="radius_m"/>
-    <constraint exp="" desc="" field="x"/>
-    <constraint exp="" desc="" field="y"/>
+    <constraint exp="" field="plot_id" desc=""/>
+    <constraint exp="" field="status" desc=""/>
+    <constraint exp="" field="reason" desc=""/>
+    <constraint exp="" field="offset_e_m" desc=""/>
+    <constraint exp="" field="offset_n_m" desc=""/>
+    <constraint exp="" field="rot_deg" desc=""/>
+    <constraint exp="" field="ratio" desc=""/>
+    <constraint exp="" field="margin" desc=""/>
+    <constraint exp="" field="residual_m" desc=""/>
+    <constraint exp="" field="share" desc=""/>
+    <constraint exp="" field="n_field" desc=""/>
+    <constraint exp="" field="n_measured" desc=""/>
+    <constraint exp="" field="n_pairs" desc=""/>
+    <constraint exp="" field="n_sugg" desc=""/>
+    <constraint exp="" field="radius_m" desc=""/>
+    <constraint exp="" field="x" desc=""/>
+    <constraint exp="" field="y" desc=""/>
   </constraintExpressions>
   <expressionfields/>
-  <attributetableconfig actionWidgetStyle="dropDown" sortOrder="0" sortExpression="">
+  <attributetableconfig sortExpression="" sortOrder="0" actionWidgetStyle="dropDown">
     <columns/>
   </attributetableconfig>
   <conditionalstyles>

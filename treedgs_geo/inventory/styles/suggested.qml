@@ -1,50 +1,50 @@
 <!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>
-<qgis simplifyAlgorithm="0" maxScale="0" simplifyDrawingTol="1" symbologyReferenceScale="-1" readOnly="0" simplifyMaxScale="1" version="3.22.16-Białowieża" simplifyDrawingHints="1" hasScaleBasedVisibilityFlag="0" styleCategories="LayerConfiguration|Symbology|Labeling|Fields|Forms|MapTips|AttributeTable|Rendering" minScale="100000000" labelsEnabled="0" simplifyLocal="1">
+<qgis labelsEnabled="0" minScale="100000000" styleCategories="LayerConfiguration|Symbology|Labeling|Fields|Forms|MapTips|AttributeTable|Rendering" simplifyMaxScale="1" symbologyReferenceScale="-1" simplifyDrawingHints="1" simplifyLocal="1" simplifyAlgorithm="0" maxScale="0" simplifyDrawingTol="1" version="3.22.16-Białowieża" readOnly="0" hasScaleBasedVisibilityFlag="0">
   <flags>
     <Identifiable>1</Identifiable>
     <Removable>1</Removable>
     <Searchable>1</Searchable>
     <Private>0</Private>
   </flags>
-  <renderer-v2 symbollevels="0" forceraster="0" referencescale="-1" type="singleSymbol" enableorderby="0">
+  <renderer-v2 enableorderby="0" referencescale="-1" type="singleSymbol" symbollevels="0" forceraster="0">
     <symbols>
-      <symbol clip_to_extent="1" name="0" alpha="1" type="line" force_rhr="0">
+      <symbol type="line" force_rhr="0" name="0" alpha="1" clip_to_extent="1">
         <data_defined_properties>
           <Option type="Map">
-            <Option value="" name="name" type="QString"/>
+            <Option type="QString" name="name" value=""/>
             <Option name="properties"/>
-            <Option value="collection" name="type" type="QString"/>
+            <Option type="QString" name="type" value="collection"/>
           </Option>
         </data_defined_properties>
-        <layer locked="0" enabled="1" pass="0" class="SimpleLine">
+        <layer class="SimpleLine" locked="0" pass="0" enabled="1">
           <Option type="Map">
-            <Option value="0" name="align_dash_pattern" type="QString"/>
-            <Option value="square" name="capstyle" type="QString"/>
-            <Option value="5;2" name="customdash" type="QString"/>
-            <Option value="3x:0,0,0,0,0,0" name="customdash_map_unit_scale" type="QString"/>
-            <Option value="MM" name="customdash_unit" type="QString"/>
-            <Option value="0" name="dash_pattern_offset" type="QString"/>
-            <Option value="3x:0,0,0,0,0,0" name="dash_pattern_offset_map_unit_scale" type="QString"/>
-            <Option value="MM" name="dash_pattern_offset_unit" type="QString"/>
-            <Option value="0" name="draw_inside_polygon" type="QString"/>
-            <Option value="bevel" name="joinstyle" type="QString"/>
-            <Option value="106,61,154,255" name="line_color" type="QString"/>
-            <Option value="dash" name="line_style" type="QString"/>
-            <Option value="0.6" name="line_width" type="QString"/>
-            <Option value="MM" name="line_width_unit" type="QString"/>
-            <Option value="0" name="offset" type="QString"/>
-            <Option value="3x:0,0,0,0,0,0" name="offset_map_unit_scale" type="QString"/>
-            <Option value="MM" name="offset_unit" type="QString"/>
-            <Option value="0" name="ring_filter" type="QString"/>
-            <Option value="0" name="trim_distance_end" type="QString"/>
-            <Option value="3x:0,0,0,0,0,0" name="trim_distance_end_map_unit_scale" type="QString"/>
-            <Option value="MM" name="trim_distance_end_unit" type="QString"/>
-            <Option value="0" name="trim_distance_start" type="QString"/>
-            <Option value="3x:0,0,0,0,0,0" name="trim_distance_start_map_unit_scale" type="QString"/>
-            <Option value="MM" name="trim_distance_start_unit" type="QString"/>
-            <Option value="0" name="tweak_dash_pattern_on_corners" type="QString"/>
-            <Option value="0" name="use_custom_dash" type="QString"/>
-            <Option value="3x:0,0,0,0,0,0" name="width_map_unit_scale" type="QString"/>
+            <Option type="QString" name="align_dash_pattern" value="0"/>
+            <Option type="QString" name="capstyle" value="square"/>
+            <Option type="QString" name="customdash" value="5;2"/>
+            <Option type="QString" name="customdash_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="customdash_unit" value="MM"/>
+            <Option type="QString" name="dash_pattern_offset" value="0"/>
+            <Option type="QString" name="dash_pattern_offset_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="dash_pattern_offset_unit" value="MM"/>
+            <Option type="QString" name="draw_inside_polygon" value="0"/>
+            <Option type="QString" name="joinstyle" value="bevel"/>
+            <Option type="QString" name="line_color" value="106,61,154,255"/>
+            <Option type="QString" name="line_style" value="dash"/>
+            <Option type="QString" name="line_width" value="0.6"/>
+            <Option type="QString" name="line_width_unit" value="MM"/>
+            <Option type="QString" name="offset" value="0"/>
+            <Option type="QString" name="offset_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="offset_unit" value="MM"/>
+            <Option type="QString" name="ring_filter" value="0"/>
+            <Option type="QString" name="trim_distance_end" value="0"/>
+            <Option type="QString" name="trim_distance_end_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="trim_distance_end_unit" value="MM"/>
+            <Option type="QString" name="trim_distance_start" value="0"/>
+            <Option type="QString" name="trim_distance_start_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="trim_distance_start_unit" value="MM"/>
+            <Option type="QString" name="tweak_dash_pattern_on_corners" value="0"/>
+            <Option type="QString" name="use_custom_dash" value="0"/>
+            <Option type="QString" name="width_map_unit_scale" value="3x:0,0,0,0,0,0"/>
           </Option>
           <prop v="0" k="align_dash_pattern"/>
           <prop v="square" k="capstyle"/>
@@ -75,9 +75,9 @@
           <prop v="3x:0,0,0,0,0,0" k="width_map_unit_scale"/>
           <data_defined_properties>
             <Option type="Map">
-              <Option value="" name="name" type="QString"/>
+              <Option type="QString" name="name" value=""/>
               <Option name="properties"/>
-              <Option value="collection" name="type" type="QString"/>
+              <Option type="QString" name="type" value="collection"/>
             </Option>
           </data_defined_properties>
         </layer>
@@ -198,52 +198,52 @@
     <alias index="12" name="Note" field="note"/>
   </aliases>
   <defaults>
-    <default expression="" applyOnUpdate="0" field="plot_id"/>
-    <default expression="" applyOnUpdate="0" field="field_id"/>
-    <default expression="" applyOnUpdate="0" field="tree_id"/>
-    <default expression="" applyOnUpdate="0" field="field_cm"/>
-    <default expression="" applyOnUpdate="0" field="dbh_cm"/>
-    <default expression="" applyOnUpdate="0" field="delta_cm"/>
-    <default expression="" applyOnUpdate="0" field="dbh_lo_cm"/>
-    <default expression="" applyOnUpdate="0" field="dbh_hi_cm"/>
-    <default expression="" applyOnUpdate="0" field="qc_flag"/>
-    <default expression="" applyOnUpdate="0" field="dist_m"/>
-    <default expression="" applyOnUpdate="0" field="margin"/>
-    <default expression="" applyOnUpdate="0" field="pair_status"/>
-    <default expression="" applyOnUpdate="0" field="note"/>
+    <default applyOnUpdate="0" expression="" field="plot_id"/>
+    <default applyOnUpdate="0" expression="" field="field_id"/>
+    <default applyOnUpdate="0" expression="" field="tree_id"/>
+    <default applyOnUpdate="0" expression="" field="field_cm"/>
+    <default applyOnUpdate="0" expression="" field="dbh_cm"/>
+    <default applyOnUpdate="0" expression="" field="delta_cm"/>
+    <default applyOnUpdate="0" expression="" field="dbh_lo_cm"/>
+    <default applyOnUpdate="0" expression="" field="dbh_hi_cm"/>
+    <default applyOnUpdate="0" expression="" field="qc_flag"/>
+    <default applyOnUpdate="0" expression="" field="dist_m"/>
+    <default applyOnUpdate="0" expression="" field="margin"/>
+    <default applyOnUpdate="0" expression="" field="pair_status"/>
+    <default applyOnUpdate="0" expression="" field="note"/>
   </defaults>
   <constraints>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="plot_id"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="field_id"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="tree_id"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="field_cm"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="dbh_cm"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="delta_cm"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="dbh_lo_cm"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="dbh_hi_cm"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="qc_flag"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="dist_m"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="margin"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="pair_status"/>
-    <constraint notnull_strength="0" constraints="0" unique_strength="0" exp_strength="0" field="note"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="plot_id" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="field_id" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="tree_id" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="field_cm" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="dbh_cm" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="delta_cm" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="dbh_lo_cm" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="dbh_hi_cm" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="qc_flag" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="dist_m" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="margin" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="pair_status" notnull_strength="0"/>
+    <constraint constraints="0" exp_strength="0" unique_strength="0" field="note" notnull_strength="0"/>
   </constraints>
   <constraintExpressions>
-    <constraint exp="" desc="" field="plot_id"/>
-    <constraint exp="" desc="" field="field_id"/>
-    <constraint exp="" desc="" field="tree_id"/>
-    <constraint exp="" desc="" field="field_cm"/>
-    <constraint exp="" desc="" field="dbh_cm"/>
-    <constraint exp="" desc="" field="delta_cm"/>
-    <constraint exp="" desc="" field="dbh_lo_cm"/>
-    <constraint exp="" desc="" field="dbh_hi_cm"/>
-    <constraint exp="" desc="" field="qc_flag"/>
-    <constraint exp="" desc="" field="dist_m"/>
-    <constraint exp="" desc="" field="margin"/>
-    <constraint exp="" desc="" field="pair_status"/>
-    <constraint exp="" desc="" field="note"/>
+    <constraint exp="" field="plot_id" desc=""/>
+    <constraint exp="" field="field_id" desc=""/>
+    <constraint exp="" field="tree_id" desc=""/>
+    <constraint exp="" field="field_cm" desc=""/>
+    <constraint exp="" field="dbh_cm" desc=""/>
+    <constraint exp="" field="delta_cm" desc=""/>
+    <constraint exp="" field="dbh_lo_cm" desc=""/>
+    <constraint exp="" field="dbh_hi_cm" desc=""/>
+    <constraint exp="" field="qc_flag" desc=""/>
+    <constraint exp="" field="dist_m" desc=""/>
+    <constraint exp="" field="margin" desc=""/>
+    <constraint exp="" field="pair_status" desc=""/>
+    <constraint exp="" field="note" desc=""/>
   </constraintExpressions>
   <expressionfields/>
-  <attributetableconfig actionWidgetStyle="dropDown" sortOrder="0" sortExpression="">
+  <attributetableconfig sortExpression="" sortOrder="0" actionWidgetStyle="dropDown">
     <columns/>
   </attributetableconfig>
   <conditionalstyles>

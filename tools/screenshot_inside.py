@@ -1,0 +1,255 @@
+"""Runs inside QGIS (``--code``): draws the pictures that ``tools/screenshot.py`` asks for. Not imported by anything."""
+
+import json
+import os
+import sys
+import traceback
+
+from qgis.core import (
+    QgsApplication,
+    QgsExpressionContextUtils,
+    QgsProject,
+    QgsRasterLayer,
+    QgsVectorLayer,
+)
+from qgis.PyQt.QtCore import QPoint, Qt, QTimer
+from qgis.PyQt.QtWidgets import QApplication, QComboBox, QDockWidget, QLineEdit, QTreeView
+from qgis.utils import iface
+
+JOB = json.loads(os.environ["TREEDGS_SHOTS"])
+PICTURES = JOB["pictures"]
+window = iface.mainWindow()
+steps = []
+
+
+def picture(name, widget):
+    widget.grab().save(os.path.join(PICTURES, f"{name}.png"))
+
+
+def step(wait_s):
+    """The function runs this long after the one before it."""
+
+    def keep(function):
+        steps.append((wait_s, function))
+        return function
+
+    return keep
+
+
+def go():
+    if not steps:
+        finish(0)
+        return
+    wait_s, function = steps.pop(0)
+
+    def call():
+        try:
+            function()
+        except Exception:
+            traceback.print_exc()
+            finish(1)
+        go()
+
+    QTimer.singleShot(int(1000 * wait_s), call)
+
+
+def finish(code):
+    sys.stdout.flush()
+    QgsProject.instance().clear()
+    os._exit(code)
+
+
+def docks(*shown):
+    for dock in window.findChildren(QDockWidget):
+        dock.setVisible(dock.objectName() in shown)
+        if dock.objectName() == "Layers":
+            dock.setMinimumWidth(250)
+        if dock.objectName() == "ProcessingToolbox" and "ProcessingToolbox" in shown:
+            dock.setMinimumWidth(390)
+            for line in dock.findChildren(QLineEdit):
+                line.setText("treedgs")
+            for view in dock.findChildren(QTreeView):
+                view.expandAll()
+                view.scrollToTop()
+
+
+def add(source, name, kind="ogr", default=True):
+    layer = QgsRasterLayer(source, name) if kind == "gdal" else QgsVectorLayer(source, name, kind)
+    assert layer.isValid(), source
+    layer.loadDefaultStyle()
+    QgsProject.instance().addMapLayer(layer)
+    return layer
+
+
+def zoom(layer, factor=1.2):
+    extent = layer.extent()
+    extent.scale(factor)
+    iface.mapCanvas().setExtent(extent)
+    iface.mapCanvas().refreshAllLayers()
+
+
+@step(4)
+def layers():
+    window.showNormal()
+    window.setGeometry(0, 0, 1280, 800)
+    QgsProject.instance().clear()
+    add(JOB["dtm"], "Terrain model", "gdal")
+    add(f"{JOB['stand']}|layername=stand_plots", "Plots")
+    stations = add(f"{JOB['stations']}|layername=stations", "Camera stations")
+    add(f"{JOB['trees']}|layername=circles", "Stem circles")
+    trees = add(f"{JOB['trees']}|layername=trees", "Trees")
+    QgsProject.instance().setCrs(trees.crs())
+    QgsProject.instance().layerTreeRoot().findLayer(stations.id()).setItemVisibilityChecked(False)
+    for node in QgsProject.instance().layerTreeRoot().findLayers():
+        node.setExpanded(node.name() == "Trees")
+    docks("Layers", "ProcessingToolbox")
+
+
+@step(3)
+def near():
+    zoom(QgsProject.instance().mapLayersByName("Trees")[0], 1.3)
+
+
+@step(5)
+def toolbox():
+    picture("toolbox", window)
+    docks("Layers")
+    root = QgsProject.instance().layerTreeRoot()
+    for node in root.findLayers():
+        node.setItemVisibilityChecked(True)
+        node.setExpanded(node.name() in ("Trees", "Camera stations"))
+    zoom(QgsProject.instance().mapLayersByName("Camera stations")[0], 1.1)
+
+
+@step(6)
+def map_of_the_flight():
+    picture("map", window)
+    trees = QgsProject.instance().mapLayersByName("Trees")[0]
+    wanted = [feature for feature in trees.getFeatures() if feature["qc_flag"] != "ok"] or list(trees.getFeatures())
+    point = wanted[0].geometry().asPoint()
+    iface.mapCanvas().setCenter(point)
+    iface.mapCanvas().zoomScale(60)
+    QgsProject.instance().layerTreeRoot().findLayer(
+        QgsProject.instance().mapLayersByName("Camera stations")[0].id()
+    ).setItemVisibilityChecked(False)
+    iface.setActiveLayer(trees)
+    layers.point = point
+
+
+@step(5)
+def map_tip():
+    from qgis.core import QgsExpression, QgsExpressionContext
+    from qgis.PyQt.QtWidgets import QLabel
+
+    trees = QgsProject.instance().mapLayersByName("Trees")[0]
+    context = QgsExpressionContext(QgsExpressionContextUtils.globalProjectLayerScopes(trees))
+    canvas = iface.mapCanvas()
+    label = QLabel(canvas)
+    nearest = min(trees.getFeatures(), key=lambda f: f.geometry().asPoint().distance(layers.point))
+    context.setFeature(nearest)
+    label.setText(QgsExpression.replaceExpressionText(trees.mapTipTemplate(), context))
+    label.setWordWrap(True)
+    label.setStyleSheet("background:#ffffe8;border:1px solid #555;padding:5px;font-size:12px")
+    label.setFixedWidth(330)
+    label.adjustSize()
+    place = canvas.getCoordinateTransform().transform(layers.point)
+    label.move(QPoint(int(place.x()) + 14, int(place.y()) + 14))
+    label.show()
+    layers.label = label
+
+
+@step(1)
+def map_tip_picture():
+    picture("maptip", window)
+    layers.label.deleteLater()
+    import processing
+
+    values = {
+        "PHOTOS": JOB["photos"],
+        "GEOTAGS": JOB["geotags"],
+        "CRS": "EPSG:6344",
+        "PLOTS": JOB["plots"],
+        "WORKSPACE": JOB["fresh"],
+        "OUTPUT": os.path.join(JOB["fresh"], "trees.gpkg"),
+        "DRY_RUN": False,
+    }
+    dialog = processing.createAlgorithmDialog("treedgs:photostodbh", values)
+    dialog.setGeometry(40, 20, 1080, 740)
+    dialog.show()
+    layers.dialog = dialog
+
+
+@step(3)
+def dialog():
+    picture("dialog", layers.dialog)
+    layers.dialog.runAlgorithm()
+
+
+@step(JOB["run_s"])
+def running():
+    picture("log", layers.dialog)
+    layers.dialog.cancelButton().click() if hasattr(layers.dialog, "cancelButton") else None
+
+
+@step(4)
+def cancelled():
+    picture("cancelled", layers.dialog)
+    layers.dialog.close()
+    QgsProject.instance().clear()
+    for table, name in (
+        ("plots", "Plots"),
+        ("suggested", "Suggested pairs"),
+        ("measured_trees", "Measured trees"),
+        ("field_trees", "Field trees"),
+        ("pairs", "Pairs"),
+    ):
+        layer = add(f"{JOB['pairs']}|layername={table}", name)
+    QgsProject.instance().setCrs(layer.crs())
+    iface.setActiveLayer(layer)
+    for node in QgsProject.instance().layerTreeRoot().findLayers():
+        node.setExpanded(node.name() in ("Pairs", "Field trees"))
+    first = max(layer.getFeatures(), key=lambda feature: feature["dist_m"] or 0)
+    middle = first.geometry().centroid().asPoint()
+    # The form covers the right: the pair stands left of the middle.
+    middle.setX(middle.x() + 1.5)
+    iface.mapCanvas().setCenter(middle)
+    iface.mapCanvas().zoomScale(40)
+    layer.startEditing()
+    form = iface.getFeatureForm(layer, first)
+    form.setParent(window, Qt.Tool)
+    form.setGeometry(820, 210, 430, 470)
+    form.show()
+    layers.form = form
+
+
+@step(6)
+def pairs():
+    whole = window.grab()
+    from qgis.PyQt.QtGui import QPainter
+
+    painter = QPainter(whole)
+    painter.drawPixmap(810, 190, layers.form.grab())
+    painter.end()
+    whole.save(os.path.join(PICTURES, "pairs.png"))
+    QgsProject.instance().mapLayersByName("Pairs")[0].rollBack()
+
+
+@step(0.5)
+def report():
+    from qgis.PyQt.QtCore import QUrl
+    from qgis.PyQt.QtWebKitWidgets import QWebView
+
+    view = QWebView()
+    view.resize(1000, 1180)
+    view.load(QUrl.fromLocalFile(JOB["report"]))
+    view.show()
+    layers.view = view
+
+
+@step(3)
+def report_picture():
+    picture("report", layers.view)
+
+
+_ = QApplication, QComboBox, QgsApplication
+go()
