@@ -95,8 +95,8 @@ def alone(manifest: Path, folder: Path) -> dict[str, Path]:
             if row["cloud"]:
                 verb = ["pointcloud-to-dbh", "--input", row["cloud"]]
             else:
-                verb = ["photos-to-dbh", "--photos", row["photos"], "--geotags", row["geotags"], "--plots", row["plots"],
-                        "--workspace", str(folder / row["plot_id"])]
+                verb = ["photos-to-dbh", "--photos", row["photos"], "--geotags", row["geotags"],
+                        "--plots", row["plots"], "--workspace", str(folder / row["plot_id"])]
             subprocess.run([sys.executable, "-m", "treedgs_geo", *verb, "--crs", row["crs"], "--output", str(layer),
                             "--log-format", "quiet"], check=True, env=environment, cwd=ROOT, stdout=subprocess.DEVNULL)
     return layers
@@ -105,11 +105,15 @@ def alone(manifest: Path, folder: Path) -> dict[str, Path]:
 def same(given: argparse.Namespace) -> dict:
     """Campaign against one by one."""
     manifest = first_rows(given.plots / "plots.csv", given.first, given.scratch / "plots.csv")
-    result, seconds = timed(manifest, given.scratch / "same", "--workers", str(given.workers))
+    if given.keep:
+        result, seconds = finish(campaign(manifest, given.scratch / "same", "--workers", str(given.workers))), None
+    else:
+        result, seconds = timed(manifest, given.scratch / "same", "--workers", str(given.workers))
     began = time.monotonic()
     layers = alone(manifest, given.scratch / "alone")
-    return {"campaign": result, "seconds": round(seconds, 1), "one_by_one_s": round(time.monotonic() - began, 1),
-            "plots": len(layers), "differences": differences(Path(result["output"]), layers)}
+    return {"campaign": result, "seconds": seconds and round(seconds, 1),
+            "one_by_one_s": round(time.monotonic() - began, 1), "plots": len(layers),
+            "differences": differences(Path(result["output"]), layers)}
 
 
 def killed(given: argparse.Namespace) -> dict:
@@ -176,9 +180,10 @@ def speedup(given: argparse.Namespace) -> dict:
     stages: dict[int, list[float]] = {1: [], 2: []}
     for _ in range(given.repeats):
         for workers in (1, 2):
-            _, spent = timed(manifest, given.scratch / f"speed{workers}", "--workers", str(workers), "--dashboard", "off")
+            workspace = given.scratch / f"speed{workers}"
+            _, spent = timed(manifest, workspace, "--workers", str(workers), "--dashboard", "off")
             seconds[workers].append(round(spent, 2))
-            stages[workers].append(plots_stage(given.scratch / f"speed{workers}"))
+            stages[workers].append(plots_stage(workspace))
     return {"plots": sum(1 for _ in open(manifest, encoding="utf-8")) - 1, "seconds": seconds, "plots_stage_s": stages,
             "speedup_whole_command": round(min(seconds[1]) / min(seconds[2]), 2),
             "speedup_plots": round(min(stages[1]) / min(stages[2]), 2),
@@ -253,6 +258,7 @@ def main() -> int:
     parser.add_argument("--repeats", type=int, default=1)
     parser.add_argument("--rows", type=int, default=10)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--keep", action="store_true", help="same: go on with the campaign that is there")
     parser.add_argument("--no-record", action="store_true")
     given = parser.parse_args()
     given.scratch = given.scratch.resolve()

@@ -37,6 +37,7 @@ class Ending:
     message: str = ""
     result: dict[str, Any] = field(default_factory=dict)
     peak_gb: float = 0.0
+    cpu_s: float = 0.0
 
 
 class EngineProcess:
@@ -143,17 +144,21 @@ class EngineProcess:
         self._reader.join(5)
 
     def ending(self) -> Ending:
-        """Outcome, in words."""
+        """Outcome, in words, with what it took."""
+        found = self._outcome()
+        found.peak_gb, found.cpu_s = self.peak_gb, _children_cpu_s()
+        return found
+
+    def _outcome(self) -> Ending:
         code = self._process.poll()
         if self._stopped:
-            return Ending(*self._stopped, peak_gb=self.peak_gb)
+            return Ending(*self._stopped)
         if code == 0 and self._result is not None:
-            return Ending("done", "", self._result, self.peak_gb)
+            return Ending("done", "", self._result)
         message = self._sentence or _last_line(self.folder / "engine.log")
         if is_full(message) or _room(self.folder) < _FULL_BYTES:
-            return Ending("disk", f"{self.folder}: the disk is full; make room and run again ({message})",
-                          peak_gb=self.peak_gb)
-        return Ending(*explain(code, message), peak_gb=self.peak_gb)
+            return Ending("disk", f"{self.folder}: the disk is full; make room and run again ({message})")
+        return Ending(*explain(code, message))
 
 
 def explain(code: int | None, message: str) -> tuple[str, str]:
@@ -178,6 +183,12 @@ def is_full(message: str) -> bool:
     """Whether a message speaks of a full disk."""
     low = message.lower()
     return any(words in low for words in _FULL)
+
+
+def _children_cpu_s() -> float:
+    """Processor seconds of this process's ended children and theirs."""
+    spent = os.times()
+    return round(spent.children_user + spent.children_system, 2)
 
 
 def _room(folder: Path) -> int:

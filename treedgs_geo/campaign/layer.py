@@ -18,8 +18,8 @@ from .places import TREES
 
 #: A tree's number is its plot's number times this, plus its number in the plot: it stays when other plots come or go.
 IDS_PER_PLOT = 100_000
-#: Trees held in memory before they are written.
-_BATCH = 5000
+#: Trees, and plots, held in memory before they are written: a table of three trees takes as much as one of a hundred.
+_BATCH, _BATCH_PLOTS = 5000, 40
 #: Trees of two plots nearer than this are one tree.
 SAME_TREE_M = 0.4
 SUFFIXES = (".gpkg", ".csv")
@@ -59,7 +59,7 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str) -> int:
             waiting += len(table)
             if len(table) or not held:
                 held.append(table)
-            if waiting >= _BATCH:
+            if waiting >= _BATCH or len(held) >= _BATCH_PLOTS:
                 _append(temporary, pd.concat(held, ignore_index=True))
                 held, waiting = [], 0
         if held or not temporary.exists():

@@ -17,7 +17,7 @@ from .state import Campaign, Plan
 
 COLUMNS = (
     "plot_id", "state", "route", "n_trees", "n_measured", "n_rejected", "reasons", "mean_dbh_cm", "seconds",
-    "memory_gb", "disk_gb", "photos", "megapixels", "points_m", "predicted_s", "attempts", "host", "n_field",
+    "cpu_s", "memory_gb", "disk_gb", "photos", "megapixels", "points_m", "predicted_s", "attempts", "host", "n_field",
     "n_field_measured",
     "rmse_cm", "me_cm", "coverage_90", "n_false", "remark", "folder")
 #: Problems repeated above the table.
@@ -43,6 +43,7 @@ def rows_of(plan: Plan, campaign: Campaign) -> Iterator[dict[str, Any]]:
             "n_rejected": result.get("n_rejected"),
             "reasons": ", ".join(f"{n} {name}" for name, n in sorted((result.get("reasons") or {}).items())),
             "mean_dbh_cm": result.get("mean_dbh_cm"), "seconds": result.get("seconds"),
+            "cpu_s": result.get("cpu_s"),
             "memory_gb": result.get("peak_gb"),
             "disk_gb": round(_size(folder), 4) if state == "done" else None,
             "photos": entry["inputs"]["photos"], "megapixels": round(entry["inputs"]["megapixels"], 2),

@@ -82,12 +82,12 @@ def _run(job: dict[str, Any], folder: Path, lease: Lease, orphaned: threading.Ev
     except (Lost, OSError, TreeDGSError) as trouble:
         ending = Ending("disk" if is_full(str(trouble)) else "interrupted", str(trouble))
     attempt.update(outcome=ending.outcome, message=ending.message, seconds=round(time.monotonic() - began, 2),
-                   peak_gb=round(ending.peak_gb, 3))
+                   peak_gb=round(ending.peak_gb, 3), cpu_s=ending.cpu_s)
     answer = {"outcome": ending.outcome, "message": ending.message, "seconds": attempt["seconds"],
               "peak_gb": attempt["peak_gb"], "host": host(), "failed": 0}
     if ending.outcome == "done":
-        record.status, record.result = "done", {**ending.result, "seconds": attempt["seconds"],
-                                                "peak_gb": attempt["peak_gb"], "host": host()}
+        taken = {name: attempt[name] for name in ("seconds", "cpu_s", "peak_gb", "host")}
+        record.status, record.result = "done", {**ending.result, **taken}
         answer["n_trees"], answer["n_measured"] = ending.result["n_trees"], ending.result["n_measured"]
     elif ending.outcome != "interrupted" and not record.may_run(key, job["series"]):
         record.status = "failed"

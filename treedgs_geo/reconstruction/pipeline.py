@@ -136,9 +136,12 @@ def reconstruct_photos(
 
 
 def available_threads() -> int:
-    """Processor cores this process may use."""
+    """Processor cores this process may use; ``TREEDGS_THREADS`` lowers it where several plots share a machine."""
     import os
 
+    asked = os.environ.get("TREEDGS_THREADS", "")
+    if asked.isdigit() and int(asked):
+        return int(asked)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
