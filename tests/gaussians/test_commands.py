@@ -69,7 +69,9 @@ def workspace(tmp_path):
 def test_the_two_commands_end_to_end(workspace):
     folder = workspace / "work"
     fitted = run(FIT, workspace=folder, photos=workspace / "photos", seeds=workspace / "seeds.csv", preset="fast")
-    assert fitted["stems"] == 1 and 0 < fitted["gaussians"] <= 600
+    assert fitted["stems"] == 1 and 0 < fitted["gaussians"] <= 3000
+    table = (folder / "stem_primitives.csv").read_text().splitlines()
+    assert table[0].startswith("tree_id,x,y") and len(table) == 2 and fitted["stem_table"].endswith(".csv")
     sampled = run(SAMPLE, workspace=folder)  # the photo folder is remembered
     cloud = laspy.read(folder / "surface.laz")
     names = {dimension.name: dimension.dtype for dimension in cloud.point_format.extra_dimensions}

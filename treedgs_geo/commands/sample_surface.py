@@ -29,10 +29,19 @@ class SampleSurfaceSettings(SampleOptions):
         choices=("balanced", "paper"),
         help="paper = every point of the published method, those that no view sees included.",
     )
+    points: str = param(
+        "sampled",
+        kind="choice",
+        choices=("sampled", "means", "depth"),
+        advanced=True,
+        help="sampled = drawn inside the Gaussians and scored; for comparison: means = their centres alone, depth = "
+        "fused depth maps.",
+    )
 
 
 def sample_surface(settings: SampleSurfaceSettings, reporter: Reporter) -> dict[str, Any]:
     """Sample, score and write ``surface.laz``."""
+    from ..gaussians.exports import fuse_depth, means_only
     from ..gaussians.ply import read_field
     from ..gaussians.sample import sample_surface as sample
     from ..pointcloud.cloud import PointCloud
@@ -50,28 +59,31 @@ def sample_surface(settings: SampleSurfaceSettings, reporter: Reporter) -> dict[
         )
     options = replace(settings, **PAPER_SAMPLING) if settings.preset == "paper" else settings
     with space.running("sample-surface", fingerprint([field_file]), to_json(settings)) as result:
-        points = sample(field, views, options, reporter)
-        write_cloud(
-            target,
-            PointCloud(
-                frame.to_project(points.xyz),
-                frame.crs,
-                {
-                    "opacity": points.opacity,
-                    "n_views": points.n_views,
-                    "n_seen": points.n_seen,
-                    "seed_id": points.groups,
-                },
-            ),
-        )
+        unseen = 0
+        if settings.points == "means":
+            xyz, groups = means_only(field)
+            attributes = {"opacity": field.opacities, "seed_id": groups}
+        elif settings.points == "depth":
+            xyz, groups, agree = fuse_depth(field, views)
+            attributes = {"n_views": agree, "seed_id": groups}
+        else:
+            points = sample(field, views, options, reporter)
+            xyz, unseen = points.xyz, points.n_dropped
+            attributes = {
+                "opacity": points.opacity,
+                "n_views": points.n_views,
+                "n_seen": points.n_seen,
+                "seed_id": points.groups,
+            }
+        if len(xyz) == 0:
+            raise InputError(
+                f"{field_file}: its depth maps agree nowhere, so there is no point to write; use --points sampled."
+            )
+        write_cloud(target, PointCloud(frame.to_project(xyz), frame.crs, attributes))
         result.update(
-            surface=str(target),
-            points=len(points),
-            gaussians=len(field),
-            gaussians_unseen=points.n_dropped,
-            views=len(views),
+            surface=str(target), points=len(xyz), gaussians=len(field), gaussians_unseen=unseen, views=len(views)
         )
-    reporter.info(f"{len(points)} surface points from {len(field)} Gaussians, scored in {len(views)} photos")
+    reporter.info(f"{len(xyz)} surface points from {len(field)} Gaussians, {len(views)} photos")
     return dict(result)
 
 

@@ -129,7 +129,7 @@ class Rlgs(FixedSchedule):
 
     State: reward-view loss of the last phase relative to the first, and progress. Action: log factors of the five
     rates, normal about the policy's mean, within +-log 2. Each phase: ``trials`` proposals are simulated from the same
-    state, the policy takes a REINFORCE step (advantage over the trials' mean, entropy bonus), the best proposal is run for
+    state, the policy takes a REINFORCE step (advantage over their mean, entropy bonus), the best proposal is run for
     good. Gradients stop at the previous hidden state.
     """
 

@@ -139,6 +139,13 @@ class GaussianOptions:
         "improve; backtrack = go back to the last good state with smaller steps instead; rlgs = a learned policy "
         "chooses the steps (several times slower)",
     )
+    device: str = param(
+        "cpu",
+        kind="choice",
+        choices=("cpu", "cuda"),
+        advanced=True,
+        help="where Gaussians are drawn: cpu, or cuda = an NVIDIA GPU through the optional package warp-lang",
+    )
     threads: int = param(2, kind="integer", help="stems fitted at once", minimum=1, maximum=256, advanced=True)
     seed: int = param(0, kind="integer", help="random seed", minimum=0, maximum=2**31 - 1, advanced=True)
 

@@ -134,6 +134,13 @@ def _ray_space(p, intr, rot, trans, m, rq, mat, jac, vec):
     return n
 
 
+@numba.njit(cache=True, nogil=True, inline="always")
+def _hair(a, b, c):
+    """Variance to add to both image axes of a needle: the conic of one more than 300 times longer than wide would lose
+    its determinant in float32."""
+    return 1e-5 * (a + c) if a * c - b * b < 1e-4 * a * c else 0.0
+
+
 @numba.njit(cache=True, nogil=True)
 def project_kernel(params, intr, rot, trans, width, height, dilation, alpha_min, out, index):
     """Project every Gaussian; write the drawable ones as columns of ``out`` (N_ROWS, >= N), their numbers to ``index``.
@@ -157,6 +164,8 @@ def project_kernel(params, intr, rot, trans, width, height, dilation, alpha_min,
         c0 = vec[1, 0] ** 2 + vec[1, 1] ** 2 + vec[1, 2] ** 2
         b = vec[0, 0] * vec[1, 0] + vec[0, 1] * vec[1, 1] + vec[0, 2] * vec[1, 2]
         a, c = a0 + dilation, c0 + dilation
+        hair = _hair(a, b, c)
+        a, c = a + hair, c + hair
         det = a * c - b * b
         det0 = a0 * c0 - b * b
         if not (det > 1e-12 * a * c and det < 1e30):
@@ -214,6 +223,8 @@ def project_backward_kernel(params, intr, rot, trans, dilation, index, grad, out
         c0 = vec[1, 0] ** 2 + vec[1, 1] ** 2 + vec[1, 2] ** 2
         b = vec[0, 0] * vec[1, 0] + vec[0, 1] * vec[1, 1] + vec[0, 2] * vec[1, 2]
         a, c = a0 + dilation, c0 + dilation
+        hair = _hair(a, b, c)
+        a, c = a + hair, c + hair
         det, det0 = a * c - b * b, a0 * c0 - b * b
         ka, kb, kc = c / det, -b / det, a / det
         e = vec[0, 0] * vec[2, 0] + vec[0, 1] * vec[2, 1] + vec[0, 2] * vec[2, 2]

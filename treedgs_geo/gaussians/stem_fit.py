@@ -15,7 +15,7 @@ from .crops import Crop, GroundPlane, gather_texture, halved, median_texture, sa
 from .field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION
 from .loss import d_ssim, l1, normal_consistency, robust_weight
 from .optimise import Adam, Volume, constrain, densify, learning_rates, relocate
-from .raster import Rasteriser
+from .raster import make_rasteriser
 from .stem_joint import StemPrimitive
 
 
@@ -40,6 +40,7 @@ class FitSettings:
     dilation_px2: float = 0.15
     controller: str = "plateau"
     density: str = "relocate"
+    device: str = "cpu"
     seed: int = 0
 
 
@@ -130,7 +131,7 @@ class StemModel:
         around: list[Crop],
     ) -> None:
         self.crops, self.plane, self.parameters, self.settings = crops, plane, parameters, settings
-        self.rasteriser = Rasteriser(1, settings.dilation_px2)
+        self.rasteriser = make_rasteriser(settings.device, settings.dilation_px2)
         self.pairs = 0
         self.gain = {crop.view: np.ones(3, np.float32) for crop in crops}
         self.texture = ground_textures(plane, around, {crop.flight for crop in crops})

@@ -37,6 +37,8 @@ from .stem_fit import FitSettings, StemFit, fit_stem
 from .stem_joint import JointSettings, StemPrimitive
 from .stem_loop import fit_with_primitive
 
+#: Most Gaussians of one stem with its primitive, unless more are asked for.
+MOST_BARK = 3000
 #: Most photos a stem primitive is fitted to.
 STEM_VIEWS = 60
 #: Ground is modelled to this many band heights from a stem: as far as an oblique ray through the band's top goes.
@@ -198,6 +200,7 @@ def fit_with_report(
         alpha_cost=options.value("fog"),
         controller=options.controller,
         density=options.density,
+        device=options.device,
         seed=options.seed,
     )
 
@@ -348,6 +351,7 @@ def _fit_one(
     joint = JointSettings(bh_m=options.bh_m, high_m=min(options.band_m - 0.1, 2.9))
     start = None
     if not options.free:
+        budget = min(budget, options.gaussians or MOST_BARK)
         few = replace(
             settings, gaussians=min(options.stem_gaussians, budget // 2), fine_epochs=options.stem_epochs
         )
