@@ -19,7 +19,7 @@ from shared_data import needs_shared
 from treedgs_geo.commands.stand_table import StandTableSettings
 from treedgs_geo.core.errors import CRSError, InputError
 from treedgs_geo.core.settings import build
-from treedgs_geo.inventory.stand.sheets import CSV_TABLES
+from treedgs_geo.inventory.stand.sheets import CSV_TABLES, csv_name
 from treedgs_geo.inventory.stand.units import UNITS
 
 FIGURES = ("trees", "ba", "volume", "biomass", "qmd", "lorey", "dominant")
@@ -51,9 +51,9 @@ def test_the_result_is_the_summary(written):
 
 def test_csv(written):
     units, _, _, out, _ = written
-    table = pd.read_csv(out / "summary.csv").set_index("key")
+    table = pd.read_csv(out / "stand_summary.csv").set_index("key")
     long = pd.read_csv(out / "stand_table.csv")
-    plots = pd.read_csv(out / "plots.csv")
+    plots = pd.read_csv(out / "stand_plots.csv")
     for name in FIGURES:
         key = UNITS[units][name].key
         for column in ("mean", "se_plots", "low", "high"):
@@ -63,7 +63,7 @@ def test_csv(written):
         assert long[key][long.species == "all"].item() == pytest.approx(expected(written, name))
         assert long[key][long.species != "all"].sum() == pytest.approx(expected(written, name))
         assert np.average(plots[key]) == pytest.approx(expected(written, name))  # plots of one size
-    trees = pd.read_csv(out / "trees.csv")
+    trees = pd.read_csv(out / "stand_trees.csv")
     measured = trees[trees.kind == "measured"]
     assert len(measured) == plots.n_trees.sum() and (trees.kind == "missing").sum() >= plots.n_missing.sum()
     assert (long["lower"].dropna() < long["upper"].dropna()).all()
@@ -74,7 +74,7 @@ def test_workbook(written):
     book = openpyxl.load_workbook(out / "stand_table.xlsx")
     assert set(CSV_TABLES) < set(book.sheetnames)
     for name in CSV_TABLES:
-        sheet, table = book[name], pd.read_csv(out / f"{name}.csv").drop(columns="key", errors="ignore")
+        sheet, table = book[name], pd.read_csv(out / csv_name(name)).drop(columns="key", errors="ignore")
         assert sheet.max_column == len(table.columns)
         for k, column in enumerate(table.columns, start=1):
             cells = [sheet.cell(row + 2, k).value for row in range(len(table))]
@@ -98,7 +98,7 @@ def test_page(written):
     assert columns.sum(axis=0)[1:] == pytest.approx(total[1:], abs=0.06 * len(columns) + 0.5)
     assert columns[:, 0].sum() == long[long.species == "all"].n.item() == total[0]
     plots = {row[0] for row in tables["plots"][1:]}
-    assert plots == {"A", "B", "C", "D & é"} and len(tables["trees"]) - 1 == len(pd.read_csv(out / "trees.csv"))
+    assert plots == {"A", "B", "C", "D & é"} and len(tables["trees"]) - 1 == len(pd.read_csv(out / "stand_trees.csv"))
     page = (out / "report.html").read_text(encoding="utf-8")
     assert page.count("data:image/png;base64,") == 3 and "Westfall" in page and "Stand 7 é" in page
 
@@ -120,7 +120,7 @@ def test_layers(written):
     _, _, _, out, summary = written
     tables = {
         ".gpkg": [gpd.read_file(out / "stand.gpkg", layer=n) for n in ("stand_plots", "stand_trees")],
-        ".shp": [gpd.read_file(out / f"{n}.shp") for n in ("plots", "trees")],
+        ".shp": [gpd.read_file(out / f"stand_{n}.shp") for n in ("plots", "trees")],
     }
     for kind, (plots, trees) in tables.items():
         assert plots.crs == trees.crs == CRS or kind == ".shp" and plots.crs.to_epsg() == 6344
@@ -154,7 +154,7 @@ def test_fvs(written):
     ba = summary["uncorrected"]["ba_m2_ha"] * us["ba"].factor
     assert live.Tree_Count.sum() / 4 == pytest.approx(tpa)
     assert (live.Tree_Count * np.pi / 576 * live.DBH**2).sum() / 4 == pytest.approx(ba)
-    by_plot = pd.read_csv(out / "plots.csv")
+    by_plot = pd.read_csv(out / "stand_plots.csv")
     key = "trees_ac" if "trees_ac" in by_plot else "trees_ha"
     factor = 1.0 if key == "trees_ac" else us["trees"].factor
     one = live.groupby("StandPlot_ID").Tree_Count.sum().sort_index()  # a plot run as a stand of its own
@@ -191,7 +191,7 @@ def test_formulas_in_names_stay_text(tmp_path):
     (folder / "plots.csv").write_text(plots.replace("\nC,", "\n<script>,"))
     _, _, out = report(folder)
     cells = [c for row in openpyxl.load_workbook(out / "stand_table.xlsx")["plots"] for c in row if c.value == "=1+1"]
-    assert cells and cells[0].data_type == "s" and "\n'=1+1," in (out / "plots.csv").read_text()
+    assert cells and cells[0].data_type == "s" and "\n'=1+1," in (out / "stand_plots.csv").read_text()
     assert "<script>" not in (out / "report.html").read_text()
 
 
@@ -243,7 +243,7 @@ def test_large_square_plots_of_many_species(tmp_path):
     counts = table[table.species == "ABAM"].shape[0] / 15
     heads = tables["trees_by_class"][0]
     assert number(tables["trees_by_class"][-1][heads.index("Pacific silver fir")]) == pytest.approx(counts, abs=0.051)
-    assert not (out / "plots.shp").exists()  # they have no place on the map
+    assert not (out / "stand_plots.shp").exists()  # they have no place on the map
 
 
 @pytest.mark.parametrize(
@@ -273,6 +273,29 @@ def test_mistakes_are_told_before_anything_is_written(tmp_path, change, error, m
     with pytest.raises(error, match=message):
         report(folder, **change)
     assert not list((folder / "out").glob("*"))
+
+
+def test_inputs_are_never_overwritten(tmp_path):
+    folder = make_survey(tmp_path)
+    before = (folder / "stand.gpkg").read_bytes()
+    with pytest.raises(InputError, match="holds stand.gpkg, which would be overwritten"):
+        report(folder, ".")
+    assert (folder / "stand.gpkg").read_bytes() == before and not (folder / "report.html").exists()
+
+
+def test_odd_names_pass_through_every_file(tmp_path):
+    folder = make_survey(tmp_path)
+    names = ["a\u0001b", "林班 7 🌲", "</table>&amp;" + "x" * 200, "a/b\\c'; DROP TABLE x"]
+    plots = pd.read_csv(folder / "plots.csv")
+    plots["plot_id"] = names
+    plots.to_csv(folder / "plots.csv", index=False)
+    _, ears, out = report(folder, stand_id=names[1])
+    assert set(names[1:]) <= set(gpd.read_file(out / "stand.gpkg", layer="stand_plots").plot_id)
+    with sqlite3.connect(out / "FVS_Data.db") as connection:
+        assert connection.execute("SELECT Stand_ID FROM FVS_StandInit").fetchall() == [(names[1],)]
+    connection.close()
+    assert any("FVS reads 26 characters" in w for w in ears.warnings)
+    assert (out / "report.pdf").stat().st_size > 20000 and "</table>&amp;x" not in (out / "report.html").read_text()
 
 
 def test_settings_are_checked_like_every_verbs():

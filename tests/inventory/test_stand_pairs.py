@@ -133,7 +133,7 @@ def test_the_stand_table_learns_species_status_and_heights_from_the_pairs(paired
     result, ears, out = report(folder, **more, field=data / "field_trees.csv")
     tally = pd.read_csv(data / "field_trees.csv", dtype={"tree_id": str}).set_index("tree_id")
     pairs = gpd.read_file(folder / "pairs.gpkg", layer=PAIRS)
-    trees = pd.read_csv(out / "trees.csv", dtype={"tree_id": str}).set_index("tree_id")
+    trees = pd.read_csv(out / "stand_trees.csv", dtype={"tree_id": str}).set_index("tree_id")
     n_dead = int((tally.status == "dead").sum())
     assert n_dead and (trees.kind == "dead").sum() == n_dead
     for pair in pairs.itertuples():

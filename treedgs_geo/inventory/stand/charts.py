@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import warnings
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,10 @@ def _png(figure: Any) -> bytes:
     import matplotlib.pyplot as plt
 
     picture = io.BytesIO()
-    figure.savefig(picture, format="png", dpi=160)
+    with warnings.catch_warnings():
+        # A letter that the font lacks is drawn as a box; that is all there is to say.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")
+        figure.savefig(picture, format="png", dpi=160)
     plt.close(figure)
     return picture.getvalue()
 

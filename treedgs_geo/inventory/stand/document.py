@@ -45,7 +45,7 @@ class Block:
         rows = self.table.rows
         if self.kind != "folded" or len(rows) <= most:
             return rows, ""
-        return rows[:most], f"{len(rows) - most} more in {self.table.name}.csv and stand_table.xlsx."
+        return rows[:most], f"{len(rows) - most} more in stand_{self.table.name}.csv and stand_table.xlsx."
 
     @property
     def shown(self) -> list[Column]:

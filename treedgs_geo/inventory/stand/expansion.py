@@ -89,7 +89,7 @@ def _by_place(found: Expanded, table: pd.DataFrame, boundary: BaseGeometry | Non
     kept: list[SamplePlot] = []
     near = 0
     for plot in found.plots:
-        away = np.hypot(x - plot.x, y - plot.y).min() if len(x) else np.inf
+        away = float(np.nanmin(np.hypot(x - plot.x, y - plot.y), initial=np.inf))
         reach = np.sqrt(plot.area_ha * 1e4 / np.pi)
         if plot.edge != "census" and away > max(UNSEEN_M, 3 * reach):
             found.warnings.append(

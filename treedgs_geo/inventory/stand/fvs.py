@@ -41,6 +41,8 @@ _SCHEMA = (
 )
 #: FVS history codes: a live tree, and one that was dead before the growth measurement.
 _LIVE, _DEAD = 1, 9
+#: Characters of Stand_ID and StandPlot_ID that FVS keeps.
+_LONGEST_ID = 26
 
 
 def write_fvs(path: Path, stand: Stand, variant: str | None = None, year: int | None = None) -> Path:
@@ -55,6 +57,17 @@ def write_fvs(path: Path, stand: Stand, variant: str | None = None, year: int | 
         finally:
             connection.close()
     return Path(path)
+
+
+def long_names(stand: Stand) -> list[str]:
+    """A warning where FVS would cut names off, and mix up what they name."""
+    names = [stand.stand_id, *(f"{stand.stand_id}_{plot.plot_id}" for plot in stand.plots)]
+    longest = max(names, key=len)
+    if len(longest) <= _LONGEST_ID:
+        return []
+    return [
+        f"FVS reads {_LONGEST_ID} characters of a stand's or plot's name, {longest!r} has {len(longest)}: shorten it."
+    ]
 
 
 def tree_counts(stand: Stand) -> np.ndarray:

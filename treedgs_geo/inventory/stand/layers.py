@@ -92,9 +92,9 @@ def write_geopackage(path: Path, stand: Stand) -> Path:
 
 
 def write_shapefiles(folder: Path, stand: Stand) -> list[Path]:
-    """``plots.shp`` and ``trees.shp``; nothing for a layer that has no place on the map."""
+    """``stand_plots.shp`` and ``stand_trees.shp``; nothing for a layer that has no place on the map."""
     written = []
-    for name, layer in (("plots", plot_layer(stand)), ("trees", tree_layer(stand))):
+    for name, layer in ((PLOTS, plot_layer(stand)), (TREES, tree_layer(stand))):
         layer = layer[layer.geometry.notna()]
         if not len(layer):
             continue

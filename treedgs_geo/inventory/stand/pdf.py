@@ -100,13 +100,14 @@ def _header(document: Document, width: float) -> Any:
 
 
 def _flow(block: Block, width: float) -> list[Any]:
-    from reportlab.platypus import KeepTogether, Paragraph, Spacer
+    from reportlab.platypus import CondPageBreak, KeepTogether, Paragraph, Spacer
 
     if block.kind == "cards":
         return [Spacer(1, 10), _cards(block, width), Spacer(1, 8)]
     if block.kind == "heading":
         style = _style(12, fontName="Report-Bold", textColor=_GREEN, spaceBefore=14, spaceAfter=4, keepWithNext=1)
-        return [Paragraph(escape(block.text), style)]
+        # A heading alone at the foot of a page helps nobody.
+        return [CondPageBreak(160), Paragraph(escape(block.text), style)]
     if block.kind in ("warnings", "list"):
         return [_sentences(block, width), Spacer(1, 6)] if block.items else []
     if block.kind == "picture":

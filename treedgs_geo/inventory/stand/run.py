@@ -21,12 +21,12 @@ from ..field_trees import place
 from .document import Document, make_document
 from .equations import read_equations
 from .expansion import expand
-from .fvs import write_fvs
+from .fvs import long_names, write_fvs
 from .layers import write_geopackage, write_shapefiles
 from .page import write_page
 from .pdf import write_pdf
 from .sample import SamplePlot, census, read_boundary, read_sample
-from .sheets import CSV_TABLES, write_csv, write_workbook
+from .sheets import CSV_TABLES, csv_name, write_csv, write_workbook
 from .survey import Stand, make_stand
 from .tables import missing_sentences
 from .treelist import TreeList, from_layer, from_tally, label_species, read_tally
@@ -51,6 +51,7 @@ def make_report(settings: Any, reporter: Reporter) -> dict[str, Any]:
         raise InputError("Give --plots, or --boundary to count every tree of the stand.")
     if settings.pairs is not None and settings.trees is None:
         raise InputError("--pairs: says who the trees of --trees are, so it needs --trees.")
+    _spare_inputs(settings, folder)
     with reporter.stage("read", 0.0, 0.2):
         book = read_equations(settings.equations)
         trees = _read_trees(settings)
@@ -71,6 +72,7 @@ def make_report(settings: Any, reporter: Reporter) -> dict[str, Any]:
             boundary,
         )
     stand.warnings[:0] = missing_sentences(stand, settings.units)
+    stand.warnings += long_names(stand)
     for sentence in stand.warnings:
         reporter.warn(sentence)
     for sentence in (*stand.notes, *stand.values.curves):
@@ -79,6 +81,36 @@ def make_report(settings: Any, reporter: Reporter) -> dict[str, Any]:
         document = make_document(stand, settings.units, settings.class_width, _facts(settings, stand))
         _write(folder, stand, document, settings, reporter)
     return _result(folder, stand)
+
+
+#: Everything that a run may write into its folder.
+_FILES = (
+    "report.html",
+    "report.pdf",
+    "stand_table.xlsx",
+    *(csv_name(name) for name in CSV_TABLES),
+    *(f"stand_{name}.{suffix}" for name in ("plots", "trees") for suffix in ("shp", "shx", "dbf", "prj", "cpg")),
+    "stand.gpkg",
+    "FVS_Data.db",
+    "summary.json",
+)
+
+
+def _spare_inputs(settings: Any, folder: Path) -> None:
+    """Refuse to write over what is being read."""
+    written = {(folder / name).resolve() for name in _FILES}
+    for given in (
+        settings.trees,
+        settings.field,
+        settings.pairs,
+        settings.plots,
+        settings.boundary,
+        settings.equations,
+    ):
+        if given is not None and Path(given).resolve() in written:
+            raise InputError(
+                f"--output: {folder} holds {Path(given).name}, which would be overwritten; give another folder."
+            )
 
 
 def _options(settings: Any, trees: TreeList) -> ValueOptions:
@@ -122,7 +154,7 @@ def _read_plots(settings: Any, trees: TreeList, reporter: Reporter) -> tuple[lis
             raise CRSError(f"{settings.boundary}: the CRS to lay it in is not known; give --crs.")
         boundary = read_boundary(settings.boundary, trees.crs)
     if settings.plots is None:
-        if trees.from_field and trees.trees["x"].isna().all():
+        if trees.from_field:
             trees.trees["plot_id"] = "stand"
         return [census(boundary, "stand")], boundary
     plots = read_sample(settings.plots, trees.crs, settings.plot_size, on_map=not trees.from_field)
@@ -219,7 +251,7 @@ def _write(folder: Path, stand: Stand, document: Document, settings: Any, report
     reporter.progress(0.6)
     write_workbook(folder / "stand_table.xlsx", document)
     for name in CSV_TABLES:
-        write_csv(folder / f"{name}.csv", document.tables[name])
+        write_csv(folder / csv_name(name), document.tables[name])
     write_geopackage(folder / "stand.gpkg", stand)
     write_shapefiles(folder, stand)
     write_fvs(folder / "FVS_Data.db", stand, settings.fvs_variant, settings.year)

@@ -20,6 +20,11 @@ _FORMULA = re.compile(r"^[=+\-@\t\r]")
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 
 
+def csv_name(table: str) -> str:
+    """File of a table; all begin alike, so that they cannot be taken for a survey's own plots.csv or trees.csv."""
+    return f"{table if table.startswith('stand_') else f'stand_{table}'}.csv"
+
+
 def write_workbook(path: Path, document: Document) -> Path:
     """One sheet a table; numbers as numbers, shown with their decimals."""
     from openpyxl import Workbook

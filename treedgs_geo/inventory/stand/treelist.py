@@ -61,6 +61,10 @@ def from_layer(path: Path, crs: pyproj.CRS | None, pairs: Path | None, tally: pd
     trees = pd.DataFrame({name: measured[name] if name in measured else None for name in COLUMNS})
     for name in ("x", "y", "dbh_cm", "dbh_se_cm", "height_m", "bh_m"):
         trees[name] = pd.to_numeric(trees[name]).astype(float)
+    _more_columns(Path(path), trees)
+    # A negative standard error is a mark for "not known" somewhere, never an error.
+    trees["dbh_se_cm"] = trees["dbh_se_cm"].where(trees["dbh_se_cm"] >= 0)
+    trees["height_m"] = trees["height_m"].where(trees["height_m"] > 0)
     trees["plot_id"] = None
     trees["species"] = trees["species"].where(trees["species"].notna(), None)
     trees["dead"] = False
@@ -80,6 +84,18 @@ def from_layer(path: Path, crs: pyproj.CRS | None, pairs: Path | None, tally: pd
             "The field table is not used: without --pairs (from match-plots) nothing says which of its trees is which."
         )
     return found
+
+
+def _more_columns(path: Path, trees: pd.DataFrame) -> None:
+    """What a CSV of measured trees may hold beside DBH and place: species, height_m, qc_reason."""
+    if path.suffix.lower() != ".csv":
+        return
+    table = read_table(path)
+    for name in ("species", "qc_reason"):
+        if name in table:
+            trees[name] = table[name].astype(object).where(table[name].notna(), None)
+    if "height_m" in table:
+        trees["height_m"] = numbers(path, table, "height_m", required=False)
 
 
 def from_tally(path: Path, protocol: FieldProtocol, height_unit: str) -> TreeList:
