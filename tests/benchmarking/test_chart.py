@@ -41,7 +41,8 @@ def table():
 
 def test_front_and_recommendation(table):
     front = set(table.loc[table["front"], "key"])
-    assert front == {"lidar", "fast", "balanced", "best"}  # not the one that refuses 8 of 10, not the dominated one
+    # LiDAR has a front of its own. Not the one that refuses 8 of 10, not the dominated one.
+    assert front == {"lidar", "fast", "balanced", "best"}
     assert chart.knees(table) == {"best": "best", "balanced": "balanced", "fast": "fast"}
     assert "paper" not in set(table["key"])
     row = table.set_index("key").loc["balanced"]

@@ -14,11 +14,14 @@ import pandas as pd
 LOOKS = {"presets": ("#000000", "o"), "photos used": ("#0072B2", "s"), "pixels used": ("#56B4E9", "D"),
          "stem model": ("#009E73", "v"), "reconstruction": ("#E69F00", "P"), "splat, then fit": ("#D55E00", "X"),
          "LiDAR": ("#CC79A7", "^")}
+#: Darker shades for words: light ones do not read in print.
+WORDS = {"pixels used": "#1F6FA3", "reconstruction": "#8A6000", "LiDAR": "#96497A", "stem model": "#00694C"}
 
 
 def draw_chart(table: pd.DataFrame, facts: dict[str, Any]) -> Any:
     """Seconds (log) against RMSE (log): a mark a configuration, hollow where it measures too few stems, the Pareto
-    front as steps, bars for the sampling error of the RMSE and the spread of the seconds."""
+    fronts (photos and LiDAR apart: other data) as steps, bars for the sampling error of the RMSE and the spread of the
+    seconds."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -39,10 +42,11 @@ def draw_chart(table: pd.DataFrame, facts: dict[str, Any]) -> Any:
         face = [colour if ok else "white" for ok in enough]
         axes.scatter(rows["seconds"], rows["rmse_cm"], marker=mark, s=58, c=face, edgecolors=colour, linewidths=1.5,
                      zorder=3, label=group)
-    front = shown[shown["front"]].sort_values("seconds")
-    if len(front):
-        axes.step(front["seconds"], front["rmse_cm"], where="post", color="0.35", lw=1.4, ls="--", zorder=1,
-                  label="Pareto front")
+    for number, cloud in enumerate((False, True)):
+        front = shown[shown["front"] & ((shown["group"] == "LiDAR") == cloud)].sort_values("seconds")
+        if len(front):
+            axes.step(front["seconds"], front["rmse_cm"], where="post", color="0.35", lw=1.4, ls="--", zorder=1,
+                      label="_" if number else "Pareto front")
     axes.set_xscale("log")
     axes.set_yscale("log")
     low, high = shown["rmse_cm"].min() / 1.6, shown["rmse_cm"].max() * 1.5
@@ -63,7 +67,8 @@ def draw_chart(table: pd.DataFrame, facts: dict[str, Any]) -> Any:
     axes.set_xlabel("time for one plot, reconstruction included")
     axes.set_ylabel("RMSE of DBH, cm")
     axes.set_title(f"{facts['plots_text']}; {facts['machine']['cores']} cores", fontsize=10, loc="left")
-    axes.legend(fontsize=8, framealpha=0.9, edgecolor="none", loc="best")
+    axes.legend(fontsize=8, frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=8, columnspacing=1.2,
+                handletextpad=0.3)
     figure.text(0.01, 0.005, "Figures beside the marks: stems measured of those that 3 or more photos show clearly. "
                 "Hollow: fewer than 0.9 of the best. Bars: 90 % interval of the RMSE, least and most seconds.",
                 fontsize=7, color="0.3")
@@ -81,11 +86,12 @@ def _label(axes: Any, shown: pd.DataFrame) -> None:
     for _, row in shown.sort_values(["group", "seconds"]).iterrows():
         text = f"{row['title']} {round(row['success'] * row['stems'])}/{row['stems']}"
         bold = "bold" if row["group"] == "presets" else "normal"
+        colour = WORDS.get(row["group"], LOOKS[row["group"]][0])
         for dx, dy, align in ((7, 3, "left"), (7, -9, "left"), (-7, 3, "right"), (-7, -9, "right"), (0, 10, "center"),
                               (0, -16, "center"), (7, 14, "left"), (7, -20, "left"), (-7, 14, "right"),
                               (-7, -20, "right"), (0, 22, "center"), (0, -28, "center")):
             note = axes.annotate(text, (row["seconds"], row["rmse_cm"]), xytext=(dx, dy), textcoords="offset points",
-                                 ha=align, fontsize=7.2, color=LOOKS[row["group"]][0], weight=bold)
+                                 ha=align, fontsize=7.2, color=colour, weight=bold)
             box = note.get_window_extent(renderer)
             if not any(box.overlaps(other) for other in taken) and axes.bbox.containsx(box.x0) \
                     and axes.bbox.containsx(box.x1):
@@ -93,7 +99,7 @@ def _label(axes: Any, shown: pd.DataFrame) -> None:
             note.remove()
         else:
             note = axes.annotate(text, (row["seconds"], row["rmse_cm"]), xytext=(7, 3), textcoords="offset points",
-                                 fontsize=7.2, color=LOOKS[row["group"]][0], weight=bold)
+                                 fontsize=7.2, color=colour, weight=bold)
             box = note.get_window_extent(renderer)
         taken.append(box)
 
@@ -138,7 +144,32 @@ def markdown(table: pd.DataFrame, facts: dict[str, Any], knees: dict[str, str]) 
     notes = "" if not facts["left_out"] else f" Left out for lack of time: {', '.join(facts['left_out'])}."
     return (f"{facts['plots_text']}; {facts['machine']['cores']} cores of {facts['machine']['processor']}, "
             f"TreeDGS {facts['machine']['version']}; {facts['repeats']} run(s) each; seed 0. * = on the Pareto front. "
-            f"Recommended by the rule of the page: {advice or 'nothing'}.{notes}\n\n{head}{body}")
+            f"Recommended by the rule of the page: {advice or 'nothing'}.{notes}\n\n{head}{body}\n{rungs(table)}")
+
+
+def rungs(table: pd.DataFrame) -> str:
+    """What each configuration from photos buys and costs against ``balanced``, said to be more than chance or not."""
+    if "balanced" not in set(table["key"]):
+        return ""
+    base = table[table["key"] == "balanced"].iloc[0]
+    lines = ["Against `balanced` (a difference counts when the 90 % intervals of the two RMSEs do not meet):", "",
+             "| rung | configuration | seconds | RMSE cm | stems | says |", "|---|---|---|---|---|---|"]
+    for _, row in table[(table["group"] != "LiDAR") & (table["key"] != "balanced")].sort_values("group").iterrows():
+        stems = round((row["success"] - base["success"]) * base["stems"])
+        if not np.isfinite(row["rmse_cm"]):
+            says = "measures nothing"
+        elif row["rmse_lo"] > base["rmse_hi"]:
+            says = "worse"
+        elif row["rmse_hi"] < base["rmse_lo"]:
+            says = "better"
+        else:
+            says = "no difference that this many stems can show"
+        if stems:
+            says += f", {abs(stems)} {'more' if stems > 0 else 'fewer'} stems measured"
+        change = "–" if not np.isfinite(row["rmse_cm"]) else f"{row['rmse_cm'] - base['rmse_cm']:+.2f}"
+        lines.append(f"| {row['group']} | {row['title']} | {row['seconds'] - base['seconds']:+.0f} | {change} | {stems:+d} "
+                     f"| {says} |")
+    return "\n".join(lines) + "\n"
 
 
 def page(table: pd.DataFrame, facts: dict[str, Any], knees: dict[str, str]) -> str:

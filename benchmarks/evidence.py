@@ -1,0 +1,108 @@
+"""Put the outputs of ``treedgs benchmark`` and ``treedgs evaluate`` into the docs: one command each, nothing by hand.
+
+    treedgs benchmark --quick --output OUT            (on an idle machine: the seconds count)
+    treedgs benchmark --stability --output OUT
+    treedgs benchmark --cost --output OUT
+    treedgs evaluate --trees ... --truth ... --lidar ... --splats ... --workspace-in ... --output EVALUATION
+    python benchmarks/evidence.py --from OUT [--evaluation EVALUATION ...]
+
+Copies charts, CSV and JSON into ``docs/results/`` and fills the parts of the pages between ``<!-- name -->`` and
+``<!-- /name -->``. What is not in OUT stays as it is.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import shutil
+from pathlib import Path
+
+import pandas as pd
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+#: Marker -> (page, file of OUT that fills it).
+PARTS = {"chart-table": ("speed-accuracy.md", "speed-accuracy.md"), "cost-table": ("speed-accuracy.md", "cost.md"),
+         "stability-table": ("stability.md", "stability.md")}
+#: Copied as they are. HTML pages and PNG stay in OUT: they are large, and the SVG says the same.
+COPIED = ("speed-accuracy.svg", "speed-accuracy.html", "benchmark.csv", "benchmark.json", "stability.csv",
+          "stability-trees.csv", "stability-photos.svg", "stability-lidar.svg", "stability-curves.svg", "cost.json",
+          "cost.svg")
+METHODS = ("densities.svg", "trend.svg", "visibility.svg", "power.svg", "methods.csv", "methods.tex", "ablation.csv",
+           "segmentation.csv", "oracle.csv", "method_trees.csv", "visibility.csv")
+
+
+def fill(page: Path, marker: str, text: str) -> None:
+    """Replace what stands between the markers."""
+    old = page.read_text(encoding="utf-8")
+    pattern = rf"(<!-- {marker} -->\n).*?(<!-- /{marker} -->)"
+    new, count = re.subn(pattern, lambda m: f"{m.group(1)}\n{text.strip()}\n\n{m.group(2)}", old, flags=re.S)
+    if count != 1:
+        raise SystemExit(f"{page}: has no part <!-- {marker} -->")
+    page.write_text(new, encoding="utf-8")
+
+
+def methods_text(folder: Path) -> str:
+    """The six methods, ours beside the paper's, and what else an evaluation says."""
+    rows = pd.read_csv(folder / "methods.csv")
+    rows = rows[rows["plot"] == "All"]
+    metrics = json.loads((folder / "metrics.json").read_text())
+    split = metrics["methods"]["split"]
+    powers = ", ".join(f"{source} {p:g}" for source, p in metrics["methods"]["powers"].items())
+    lines = [f"{len(split['held_out'])} stems held out (seed {split['seed']}): p = {powers}; {split['test']} stems "
+             "tested.", "", "| source | fit | measured | RMSE cm | MAE cm | ME cm | RMSE on common stems (n) | "
+             "*paper, other plots: RMSE* | *ME* |", "|---|---|---|---|---|---|---|---|---|"]
+    for (source, fit), part in rows.groupby(["source", "fit"], sort=False):
+        own, common = (part[part["subset"] == name].iloc[0] for name in ("own", "common"))
+        lines.append(f"| {source} | {fit} | {own['n']:.0f} of {own['of']:.0f} | {_cm(own['rmse_cm'])} | "
+                     f"{_cm(own['mae_cm'])} | {_cm(own['me_cm'])} | {_cm(common['rmse_cm'])} ({common['n']:.0f}) | "
+                     f"*{_cm(own['paper_rmse_cm'])}* | *{_cm(own['paper_me_cm'])}* |")
+    lines += ["", f"Our own default on the same plot: RMSE {metrics['rmse_cm']:.2f} cm, {metrics['n']} of "
+              f"{metrics['n_reference']} stems."]
+    for source, row in metrics.get("segmentation", {}).items():
+        lines.append(f"Segmentation of the {source} points: precision {row['precision']}, recall {row['recall']}, F1 "
+                     f"{row['f1']}, IoU {row['iou']}.")
+    for row in metrics.get("oracle", []):
+        lines.append(f"{row['source']}, {row['fit']}, {row['labels']} labels: RMSE {_cm(row['rmse_cm'])} cm on "
+                     f"{row['common']} stems.")
+    seen = metrics.get("visibility", {}).get("against_truth")
+    if seen:
+        lines.append(f"Free views told from the photos against the simulator: precision {seen['precision']}, recall "
+                     f"{seen['recall']} over {seen['views']} views, r = {seen['stem_count_r']} over stems.")
+    return "\n".join(line if line.startswith("|") or not line else line + ("" if line.endswith("|") else "  ")
+                     for line in lines)
+
+
+def _cm(value: float | None) -> str:
+    return "–" if value is None or pd.isna(value) else f"{value:.2f}"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--from", dest="source", type=Path, action="append", default=[], help="outputs of benchmark")
+    parser.add_argument("--evaluation", type=Path, action="append", default=[], help="outputs of evaluate, by plot")
+    options = parser.parse_args()
+    results = DOCS / "results"
+    results.mkdir(exist_ok=True)
+    for source in options.source:
+        for name in COPIED:
+            if (source / name).exists():
+                shutil.copy(source / name, results / name)
+                print(f"docs/results/{name}")
+        for marker, (page, name) in PARTS.items():
+            if (source / name).exists():
+                fill(DOCS / page, marker, (source / name).read_text(encoding="utf-8"))
+                print(f"docs/{page}: {marker}")
+    texts = []
+    for folder in options.evaluation:
+        for name in METHODS:
+            if (folder / name).exists():
+                shutil.copy(folder / name, results / f"{folder.name}-{name}")
+        texts.append(f"**{folder.name}.** {methods_text(folder)}")
+        print(f"docs/results/{folder.name}-*")
+    if texts:
+        fill(DOCS / "evaluation.md", "methods-table", "\n\n".join(texts))
+
+
+if __name__ == "__main__":
+    main()
