@@ -80,6 +80,16 @@ def test_pictures_and_page(table, tmp_path):
     assert (tmp_path / "trees.csv").read_text().startswith("config,plot,repeat,tree_id")
 
 
+def test_plots_stand_side_by_side(table):
+    text = chart_pictures.by_plot({"sim": table, "real": table[table["key"] != "fast"]})
+    assert "| balanced | 0.50 (+0.00), 10 of 10 | 0.50 (+0.00), 10 of 10 |" in text
+    assert [line for line in text.splitlines() if line.startswith("| fast")] == [
+        "| fast | 0.90 (+0.00), 10 of 10 | – |"]
+    assert chart_pictures.by_plot({"sim": table}) == ""
+    said = chart_pictures.rungs(table)
+    assert "| photos used | 12 photos | +30 | +1.50 | +0 | worse |" in said and "8 fewer stems measured" in said
+
+
 def test_presets_of_the_chain_are_on_the_chart():
     """Each preset's point is measured with the preset's own settings."""
     by_preset = {config.preset: config for config in CONFIGS if config.preset}

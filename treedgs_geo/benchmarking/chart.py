@@ -56,7 +56,8 @@ def run_configs(plots: list[Path], configs: list[Config], repeats: int, folder: 
     total = len(plots) * len(configs) * repeats
     number = 0
     # One untimed run: compiled code is loaded from disk then, and the first configuration does not pay for it.
-    _warm_up(plots[0], folder, reporter, began, budget_s)
+    if any(config.sfm for config in configs):
+        _warm_up(plots[0], folder, reporter, began, budget_s)
     for repeat in range(repeats):
         for config in configs:
             for plot in plots:

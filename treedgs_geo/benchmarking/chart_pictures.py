@@ -167,8 +167,8 @@ def rungs(table: pd.DataFrame) -> str:
         if stems:
             says += f", {abs(stems)} {'more' if stems > 0 else 'fewer'} stems measured"
         change = "–" if not np.isfinite(row["rmse_cm"]) else f"{row['rmse_cm'] - base['rmse_cm']:+.2f}"
-        lines.append(f"| {row['group']} | {row['title']} | {row['seconds'] - base['seconds']:+.0f} | {change} | {stems:+d} "
-                     f"| {says} |")
+        slower = row["seconds"] - base["seconds"]
+        lines.append(f"| {row['group']} | {row['title']} | {slower:+.0f} | {change} | {stems:+d} | {says} |")
     return "\n".join(lines) + "\n"
 
 
@@ -194,3 +194,25 @@ def page(table: pd.DataFrame, facts: dict[str, Any], knees: dict[str, str]) -> s
     for name, value in filled.items():
         text = text.replace(f"@@{name}@@", str(value))
     return text
+
+
+def by_plot(tables: dict[str, pd.DataFrame]) -> str:
+    """The same configurations plot by plot, side by side: does a simulated plot say what a rendered one says?"""
+    if len(tables) < 2:
+        return ""
+    keys = list(dict.fromkeys(key for table in tables.values() for key in table["key"]))
+    titles = {key: title for table in tables.values() for key, title in zip(table["key"], table["title"], strict=True)}
+    lines = ["", "RMSE cm (mean error), stems measured of those visible, plot by plot:", "",
+             "| configuration | " + " | ".join(tables) + " |", "|---|" + "---|" * len(tables)]
+    for key in keys:
+        cells = []
+        for table in tables.values():
+            found = table[table["key"] == key]
+            if not len(found) or not np.isfinite(found.iloc[0]["rmse_cm"]):
+                cells.append("–")
+                continue
+            row = found.iloc[0]
+            cells.append(f"{row['rmse_cm']:.2f} ({row['me_cm']:+.2f}), {round(row['success'] * row['stems'])} of "
+                         f"{row['stems']}")
+        lines.append(f"| {titles[key]} | " + " | ".join(cells) + " |")
+    return "\n".join(lines) + "\n"

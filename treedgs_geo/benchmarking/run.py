@@ -56,7 +56,9 @@ def run_chart(output: Path, plots: Path | None, quick: bool, repeats: int, only:
         _write(output / f"speed-accuracy.{kind}", render(figure, kind))
     close(figure)
     _write(output / "speed-accuracy.html", chart_pictures.page(table, facts, knees).encode())
-    _write(output / "speed-accuracy.md", chart_pictures.markdown(table, facts, knees).encode())
+    each = {folder.name: chart.summarise([r for r in records if r["plot"] == folder.name]) for folder in folders}
+    text = chart_pictures.markdown(table, facts, knees) + chart_pictures.by_plot(each)
+    _write(output / "speed-accuracy.md", text.encode())
     for preset, key in knees.items():
         row = table[table["key"] == key].iloc[0]
         reporter.info(f"{preset}: {row['title']}, {row['seconds']:.0f} s, RMSE {row['rmse_cm']:.2f} cm.")
