@@ -165,3 +165,36 @@ def test_pycrown_dtm_against_its_normalised_cloud():
     assert np.isnan(dtm.height(cloud.xyz[outside, 0], cloud.xyz[outside, 1])).all()
     with pytest.raises(InputError, match="vertical datum"):
         require_same_heights(dtm, cloud.xyz, "DTM.tif")
+
+
+def test_heights_above_another_datum_are_converted_or_refused(tmp_path):
+    """EGM96 lies 27 m below the ellipsoid here; NAVD88 needs a grid that is seldom installed."""
+    flat = tilted()
+    above_geoid = pyproj.CRS.from_user_input("EPSG:32615+5773")
+    write_dtm(tmp_path / "egm.tif", Dtm(flat.heights, flat.transform, above_geoid))
+    unsaid = read_dtm(tmp_path / "egm.tif", UTM)  # the project does not say its heights: nothing to convert to
+    np.testing.assert_allclose(unsaid.heights, flat.heights, atol=1e-4)
+    if __import__("pathlib").Path("/usr/share/proj/egm96_15.gtx").exists():
+        ellipsoidal = read_dtm(tmp_path / "egm.tif", UTM.to_3d())
+        np.testing.assert_allclose(ellipsoidal.heights - flat.heights, -27.06, atol=0.05)
+        assert ellipsoidal.height(611310.0, 3718490.0) == pytest.approx(flat.height(611310.0, 3718490.0) - 27.06, abs=0.05)
+    else:
+        with pytest.raises(CRSError, match="egm96"):
+            read_dtm(tmp_path / "egm.tif", UTM.to_3d())
+    write_dtm(tmp_path / "navd.tif", Dtm(flat.heights, flat.transform, pyproj.CRS.from_user_input("EPSG:6344+5703")))
+    with pytest.raises(CRSError, match="us_noaa_g2018u0"):
+        read_dtm(tmp_path / "navd.tif", pyproj.CRS.from_epsg(6344).to_3d())
+    with pytest.raises(CRSError, match="US survey foot"):
+        write_dtm(tmp_path / "ft.tif", Dtm(flat.heights, flat.transform, pyproj.CRS.from_user_input("EPSG:6344+6360")))
+        read_dtm(tmp_path / "ft.tif", UTM)
+
+
+def test_support_tells_where_the_model_is_a_guess():
+    """A hole without ground points: the support band grows into it, and beyond the reach nothing is claimed."""
+    rng = np.random.default_rng(8)
+    xyz = plot_cloud(rng, [(3, 3, 20.0)])
+    around = np.hypot(xyz[:, 0] - 6, xyz[:, 1] - 6)
+    dtm = dtm_from_cloud(xyz[around > 4.0], reach_m=2.5)
+    assert dtm.support_m(6.0, 1.0) < 0.5
+    assert 1.5 < dtm.support_m(6.0, 8.0) < 2.5 and np.isfinite(dtm.height(6.0, 8.0))
+    assert np.isnan(dtm.height(6.0, 6.0))

@@ -64,7 +64,7 @@ def load_ground(settings: CloudSettings, cloud: PointCloud, reporter: Reporter) 
     cloud = cloud if good.all() else cloud.select(good)
     with reporter.stage("ground", 0.15, 0.3):
         if settings.dtm is not None:
-            dtm = read_dtm(settings.dtm, cloud.horizontal_crs)
+            dtm = read_dtm(settings.dtm, cloud.crs)
             flat = cloud.xyz * (1.0, 1.0, 0.0)
             require_coverage(dtm, cloud.xyz[thin(flat, 1.0), :2], str(settings.dtm))
             require_same_heights(dtm, cloud.xyz, str(settings.dtm))

@@ -12,6 +12,8 @@ import pyproj
 from ..core.crs import check_projected
 from ..core.errors import CRSError, InputError
 from ..core.files import atomic_path
+from ..core.frames import heights_named, vertical_of
+from ..core.frames import transform as convert
 from ..pointcloud.cloud import horizontal
 from ..pointcloud.files import same_place
 
@@ -160,8 +162,8 @@ def grid_over(xy_min: np.ndarray, xy_max: np.ndarray, resolution_m: float) -> tu
 def read_dtm(path: Path, crs: pyproj.CRS | None = None) -> Dtm:
     """Read a terrain raster to be asked in the project CRS.
 
-    crs: the project CRS; a raster in another projected CRS is asked through a coordinate transformation. A raster
-    without CRS is taken to be in ``crs``. Band 1 holds heights in metres; a second band described ``support`` is kept.
+    crs: the project CRS; a raster in another projected CRS is asked through a coordinate transformation, and when both
+    name a vertical datum its heights are turned into the project's. A raster without CRS is taken to be in ``crs``. Band 1 holds heights in metres; a second band described ``support`` is kept.
 
     Raises:
         InputError: not a raster, or no height in it. CRSError: geographic or not in metres.
@@ -196,7 +198,29 @@ def read_dtm(path: Path, crs: pyproj.CRS | None = None) -> Dtm:
         check_projected(base, str(path))
         _check_vertical(grid_crs, path)
     differs = crs is not None and grid_crs is not None and not same_place(crs, grid_crs)
-    return Dtm(heights, transform, crs or grid_crs, support, grid_crs=horizontal(grid_crs) if differs else None)
+    dtm = Dtm(heights, transform, horizontal(crs) or grid_crs, support, grid_crs=horizontal(grid_crs) if differs else None)
+    return _same_vertical(dtm, grid_crs, crs, path)
+
+
+def _same_vertical(dtm: Dtm, own: pyproj.CRS | None, wanted: pyproj.CRS | None, path: Path) -> Dtm:
+    """Heights turned from the raster's vertical datum into the project's, where both say theirs.
+
+    Raises:
+        CRSError: the geoid's grid is not installed.
+    """
+    have, want = heights_named(own), heights_named(wanted)
+    if not have or not want or have == want or own is None or wanted is None:
+        return dtm
+    x, y = dtm.centres()
+    known = np.isfinite(dtm.heights)
+    points = np.column_stack([x[known], y[known], dtm.heights[known]])
+    flat = horizontal(own)
+    assert flat is not None
+    vertical = vertical_of(wanted)
+    target = pyproj.crs.CompoundCRS(f"{flat.name} + {want}", [flat, vertical]) if vertical is not None else flat.to_3d()
+    heights = np.full(dtm.heights.shape, np.nan)
+    heights[known] = convert(own, target, points, str(path))[:, 2]
+    return replace(dtm, heights=heights)
 
 
 def write_dtm(path: Path, dtm: Dtm) -> None:

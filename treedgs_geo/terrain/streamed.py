@@ -13,7 +13,6 @@ import pyproj
 
 from ..core.errors import InputError
 from ..core.progress import Reporter
-from ..pointcloud.cloud import horizontal
 from ..pointcloud.tiles import TileStore
 from .dtm import Dtm, grid_over, read_dtm, require_coverage, require_same_heights
 from .ground import cloth_ground, lowest, recentred
@@ -124,7 +123,7 @@ def check_dtm(path: Path, store: TileStore) -> Dtm:
         InputError, CRSError: see :func:`.dtm.read_dtm`, :func:`.dtm.require_coverage`,
             :func:`.dtm.require_same_heights`.
     """
-    dtm = read_dtm(path, horizontal(store.crs))
+    dtm = read_dtm(path, store.crs)
     lows = np.concatenate([cell_quantile(store.read(tile)[0], 1.0, 0.0) for tile in store.tiles])
     require_coverage(dtm, lows[:, :2], str(path))
     require_same_heights(dtm, lows, str(path))
