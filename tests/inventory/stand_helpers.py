@@ -12,6 +12,7 @@ from shapely.geometry import box
 
 from treedgs_geo.commands.stand_table import StandTableSettings, run
 from treedgs_geo.core.progress import Reporter
+from treedgs_geo.inventory.stand.run import read_stand
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.measure.trees import Tree
 
@@ -58,10 +59,8 @@ def make_survey(folder, seed=1):
     return folder
 
 
-def report(folder, out="out", **more):
-    """Run the verb; returns result, reporter, output folder."""
-    ears = Ears()
-    settings = {
+def _settings(folder, out, more):
+    values = {
         "trees": folder / "trees.gpkg",
         "plots": folder / "plots.csv",
         "boundary": folder / "stand.gpkg",
@@ -69,7 +68,19 @@ def report(folder, out="out", **more):
         "output": folder / out,
         **more,
     }
-    return run(StandTableSettings(**settings), ears), ears, folder / out
+    return StandTableSettings(**values)
+
+
+def report(folder, out="out", **more):
+    """Run the verb; returns result, reporter, output folder."""
+    ears = Ears()
+    return run(_settings(folder, out, more), ears), ears, folder / out
+
+
+def figures(folder, **more):
+    """The same without writing files; returns the stand and the reporter."""
+    ears = Ears()
+    return read_stand(_settings(folder, "out", more), ears), ears
 
 
 class _Tables(HTMLParser):

@@ -13,12 +13,13 @@ import numpy as np
 import openpyxl
 import pandas as pd
 import pytest
-from inventory.stand_helpers import CRS, html_tables, make_survey, number, report
+from inventory.stand_helpers import CRS, figures, html_tables, make_survey, number, report
 from shared_data import needs_shared
 
 from treedgs_geo.commands.stand_table import StandTableSettings
 from treedgs_geo.core.errors import CRSError, InputError
 from treedgs_geo.core.settings import build
+from treedgs_geo.inventory.stand.layers import tree_layer
 from treedgs_geo.inventory.stand.sheets import CSV_TABLES, csv_name
 from treedgs_geo.inventory.stand.units import UNITS
 
@@ -166,30 +167,24 @@ def test_fvs(written):
 
 def test_both_treatments_of_stems_without_a_dbh_are_told(tmp_path):
     folder = make_survey(tmp_path)
-    impute, told, out = report(folder)
-    exclude, told_too, other = report(folder, "other", missing="exclude")
-    assert impute["ba_m2_ha"] > exclude["ba_m2_ha"] and impute["n_trees"] == exclude["n_trees"]
+    impute, told = figures(folder)
+    exclude, told_too = figures(folder, missing="exclude")
+    more, less = impute.estimates["ba"].mean, exclude.estimates["ba"].mean
+    assert more > less and impute.other["ba"].mean == less and exclude.other["ba"].mean == more
     for ears in (told, told_too):
         text = next(w for w in ears.warnings if "without a DBH" in w)
-        assert f"{impute['ba_m2_ha']:.2f}" in text and f"{exclude['ba_m2_ha']:.2f}" in text
-    both = [json.loads((f / "summary.json").read_text()) for f in (out, other)]
-    assert both[0]["other_treatment"] == both[1]["estimates"] and both[0]["n_too_small"] > 0
-    assert any("too_small" in info for info in told.infos)
+        assert f"{more:.2f}" in text and f"{less:.2f}" in text
+    assert impute.n_thin > 0 and any("too_small" in info for info in told.infos)
 
 
-def test_the_same_run_gives_the_same_numbers(tmp_path):
-    folder = make_survey(tmp_path)
-    report(folder)
-    first = (folder / "out" / "summary.json").read_bytes(), (folder / "out" / "report.html").read_bytes()
-    report(folder)
-    assert first == ((folder / "out" / "summary.json").read_bytes(), (folder / "out" / "report.html").read_bytes())
-
-
-def test_formulas_in_names_stay_text(tmp_path):
+def test_the_same_run_gives_the_same_files_and_formulas_in_names_stay_text(tmp_path):
     folder = make_survey(tmp_path)
     plots = (folder / "plots.csv").read_text().replace("\nB,", "\n=1+1,")
     (folder / "plots.csv").write_text(plots.replace("\nC,", "\n<script>,"))
+    report(folder)
+    first = [(folder / "out" / name).read_bytes() for name in ("summary.json", "report.html", "stand_plots.csv")]
     _, _, out = report(folder)
+    assert first == [(out / name).read_bytes() for name in ("summary.json", "report.html", "stand_plots.csv")]
     cells = [c for row in openpyxl.load_workbook(out / "stand_table.xlsx")["plots"] for c in row if c.value == "=1+1"]
     assert cells and cells[0].data_type == "s" and "\n'=1+1," in (out / "stand_plots.csv").read_text()
     assert "<script>" not in (out / "report.html").read_text()
@@ -204,21 +199,23 @@ def test_a_real_tally(tmp_path):
     more = {"trees": None, "boundary": None, "species": None, "field": folder / "PRF025_field.csv"}
     more.update(dbh_unit="cm", distance_unit="m", breast_height_m=1.3)
     with pytest.raises(InputError, match="'ht' does not say its unit"):
-        report(tmp_path, **more)
-    result, ears, out = report(tmp_path, **more, height_unit="m", volume_equation="form-factor-0.45")
+        figures(tmp_path, **more)
+    stand, ears = figures(tmp_path, **more, height_unit="m", volume_equation="form-factor-0.45")
     table = pd.read_csv(folder / "PRF025_field.csv")
     live = table[table.Status == "L"]
     area = np.pi * 11.28**2 / 1e4
-    assert result["n_trees"] == len(live) and result["trees_ha"] == pytest.approx(len(live) / area, abs=1e-3)
-    assert result["ba_m2_ha"] == pytest.approx((np.pi / 4e4 * live.DBH**2).sum() / area, abs=1e-3)
-    assert any("One plot" in w for w in ears.warnings)
-    tall = live[live.Ht > 0]
-    if len(tall) == len(live):
-        volume = (0.45 * np.pi / 4e4 * live.DBH**2 * live.Ht).sum() / area
-        assert result["volume_m3_ha"] == pytest.approx(volume, rel=1e-4)
-    drawn = gpd.read_file(out / "stand.gpkg", layer="stand_trees")
+    found = stand.estimates
+    assert len(stand.rows) == len(live) and found["trees"].mean == pytest.approx(len(live) / area)
+    assert found["ba"].mean == pytest.approx((np.pi / 4e4 * live.DBH**2).sum() / area)
+    assert any("One plot" in w for w in ears.warnings) and (live.Ht > 0).any()
+    used = stand.values.height_source[stand.rows.tree]
+    heights = np.where(live.Ht > 0, live.Ht, stand.values.height[stand.rows.tree])
+    assert (used == np.where(live.Ht > 0, "measured", "curve")).all()
+    assert found["volume"].mean == pytest.approx((0.45 * np.pi / 4e4 * live.DBH**2 * heights).sum() / area)
+    assert found["lorey"].mean == pytest.approx(np.average(heights, weights=live.DBH**2))
+    drawn = tree_layer(stand)
     away = np.hypot(drawn.geometry.x - 312029.5177, drawn.geometry.y - 5096039.418)
-    assert away.max() < 11.5 and drawn.crs.to_epsg() == 2959
+    assert len(drawn) == len(table) and away.max() < 11.5 and drawn.crs.to_epsg() == 2959
 
 
 def test_large_square_plots_of_many_species(tmp_path):

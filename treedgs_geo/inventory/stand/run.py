@@ -41,17 +41,30 @@ def make_report(settings: Any, reporter: Reporter) -> dict[str, Any]:
     """settings: ``StandTableSettings``. Returns the result of ``stand-table``.
 
     Raises:
-        InputError: inputs that are missing or do not fit together.
+        InputError: as :func:`read_stand`, or the output would overwrite an input.
     """
     folder = Path(settings.output)
     ensure_writable(folder / "summary.json")
+    _spare_inputs(settings, folder)
+    stand = read_stand(settings, reporter)
+    with reporter.stage("write", 0.4, 1.0):
+        document = make_document(stand, settings.units, settings.class_width, _facts(settings, stand))
+        _write(folder, stand, document, settings, reporter)
+    return _result(folder, stand)
+
+
+def read_stand(settings: Any, reporter: Reporter) -> Stand:
+    """Read the inputs and compute; writes nothing. Warnings and notes go to the reporter too.
+
+    Raises:
+        InputError: inputs that are missing or do not fit together.
+    """
     if settings.trees is None and settings.field is None:
         raise InputError("Give --trees (a tree layer) or --field (a field tally).")
     if settings.plots is None and settings.boundary is None:
         raise InputError("Give --plots, or --boundary to count every tree of the stand.")
     if settings.pairs is not None and settings.trees is None:
         raise InputError("--pairs: says who the trees of --trees are, so it needs --trees.")
-    _spare_inputs(settings, folder)
     with reporter.stage("read", 0.0, 0.2):
         book = read_equations(settings.equations)
         trees = _read_trees(settings)
@@ -77,10 +90,7 @@ def make_report(settings: Any, reporter: Reporter) -> dict[str, Any]:
         reporter.warn(sentence)
     for sentence in (*stand.notes, *stand.values.curves):
         reporter.info(sentence)
-    with reporter.stage("write", 0.4, 1.0):
-        document = make_document(stand, settings.units, settings.class_width, _facts(settings, stand))
-        _write(folder, stand, document, settings, reporter)
-    return _result(folder, stand)
+    return stand
 
 
 #: Everything that a run may write into its folder.
