@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import pyproj
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from treedgs_geo.core.crs import LocalFrame, check_projected, lonlat_to_project, project_crs, suggest_utm
 from treedgs_geo.core.errors import CRSError, InputError
+from treedgs_geo.core.frames import frame_named, heights_named, transform
 from treedgs_geo.core.plots import read_plots
 
 
@@ -69,3 +71,78 @@ def test_bad_plot_tables_are_refused(tmp_path, text, words):
     table.write_text(text)
     with pytest.raises(InputError, match=words):
         read_plots(table, project_crs("EPSG:6344"))
+
+
+@settings(max_examples=30)
+@given(st.floats(-96.0, -90.1), st.floats(29, 48), st.floats(-100, 4000))
+def test_there_and_back_through_frames_loses_no_millimetre(lon, lat, height):
+    there = transform(pyproj.CRS("EPSG:7912"), pyproj.CRS("EPSG:6344"), np.array([[lon, lat, height]]), "x", 2026.3)
+    back = transform(pyproj.CRS("EPSG:6344"), pyproj.CRS("EPSG:7912"), there, "x", 2026.3)
+    assert np.abs(back[0, :2] - (lon, lat)).max() < 1e-8 and abs(back[0, 2] - height) < 1e-3
+    same = lonlat_to_project(pyproj.CRS("EPSG:6344"), [lon], [lat], [height])
+    # NAD83 lies 1 to 2 m from ITRF2014 over the conterminous US
+    assert 0.8 < np.linalg.norm(there - same) < 2.5
+
+
+@settings(max_examples=20)
+@given(st.floats(0, 600), st.floats(-5, 5), st.floats(-5, 5))
+def test_a_plot_in_feet_is_a_plot_in_metres(depth, dx, dy):
+    """State plane feet of a plots table become the project's metres (EPSG:6411: Arkansas North)."""
+    import tempfile
+    from pathlib import Path
+
+    east, north = 611337.0 + dx + depth, 3718451.0 + dy
+    feet = pyproj.Transformer.from_crs("EPSG:6344", "EPSG:6411", always_xy=True).transform(east, north)
+    with tempfile.TemporaryDirectory() as folder:
+        table = Path(folder) / "plots.csv"
+        table.write_text(f"plot_id,easting,northing,epsg,radius_m\np,{feet[0]!r},{feet[1]!r},6411,10\n")
+        found = read_plots(table, project_crs("EPSG:6344"))[0]
+    assert abs(found.x - east) < 1e-3 and abs(found.y - north) < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("EPSG:6344+6360", "US survey foot"),
+        ("EPSG:4979", "geographic"),
+        ("EPSG:4978", "degrees|geographic"),
+        ("EPSG:2277", "US survey foot"),
+        ("EPSG:2222", "foot"),
+        ('LOCAL_CS["local feet",UNIT["foot",0.3048]]', "foot"),
+    ],
+)
+def test_every_unusable_crs_says_why(text, words):
+    with pytest.raises(CRSError, match=words):
+        project_crs(text)
+
+
+def test_an_engineering_crs_has_no_place_on_the_map():
+    local = project_crs('LOCAL_CS["local metres",UNIT["metre",1]]')
+    with pytest.raises(CRSError, match="not tied to a datum"):
+        lonlat_to_project(local, [1.0], [2.0], [3.0])
+
+
+def test_vertical_datums_are_named():
+    assert heights_named(pyproj.CRS("EPSG:6344")) == ""
+    assert heights_named(pyproj.CRS("EPSG:6344").to_3d()) == "ellipsoid"
+    assert heights_named(pyproj.CRS("EPSG:6344+5703")) == "NAVD88 height"
+    assert frame_named("WGS84") is None and frame_named("NAD83(2011) epoch 2010.0").to_epsg() == 6319
+    assert frame_named("IGb14 / ITRF2014").to_epsg() == 7912
+
+
+def test_a_missing_geoid_is_named_and_no_ballpark_is_taken():
+    point = np.array([[-91.8, 33.6, 100.0]])
+    with pytest.raises(CRSError, match=r"us_noaa_g2018u0\.tif"):
+        transform(pyproj.CRS("EPSG:6319"), pyproj.CRS("EPSG:6344+5703"), point, "geotags")
+    with pytest.raises(CRSError, match="2 m only"):
+        transform(pyproj.CRS("EPSG:4979"), pyproj.CRS("EPSG:6344"), point, "geotags")
+    # the drift of ten years in Europe is a quarter of a metre: the date counts
+    rome = np.array([[12.5, 41.9, 100.0]])
+    then, now = (transform(pyproj.CRS("EPSG:7912"), pyproj.CRS("EPSG:25833"), rome, "x", year) for year in (2016, 2026))
+    assert 0.15 < np.linalg.norm(now - then) < 0.35
+
+
+def test_nothing_known_stays_nothing_known():
+    points = np.array([[np.nan, 33.6, 1.0], [-91.8, 33.6, 1.0]])
+    moved = transform(pyproj.CRS("EPSG:6319"), pyproj.CRS("EPSG:6344"), points, "x")
+    assert np.isnan(moved[0]).all() and np.isfinite(moved[1]).all()
