@@ -7,10 +7,10 @@
 Truth is read for scoring, and for poses and positions where the command says so. Each ``--runs`` entry is fitted and
 sampled once: ``primitive`` (stems and Gaussians in one loop), ``free`` (Gaussians only, our losses), ``paper``
 (Gaussians only, published losses and sampling), ``start`` (free Gaussians started on the bark of a primitive: what
-initialisation buys). Read-outs: ``primitive`` (the fitted stem itself), ``paper`` (published constants), ``default`` (our
-estimator for splat points), ``half`` (where the azimuth-averaged opacity about the axis falls to half). ``--laws`` adds
-the other opacity law and low quantiles over the views. Stems with at least three clear views at breast height are the
-reference, as everywhere.
+initialisation buys). Read-outs: ``primitive`` (the fitted stem itself), ``paper`` (published constants), ``default``
+(our estimator for splat points), ``half`` (where the azimuth-averaged opacity about the axis falls to half). ``--laws``
+adds the other opacity law and low quantiles over the views. Stems with at least three clear views at breast height are
+the reference, as everywhere.
 """
 
 from __future__ import annotations

@@ -136,6 +136,16 @@ def main() -> None:
         backward = best_of(lambda r=rasteriser, d=done: r.backward(p, d, given), arguments.seconds)
         record[f"backward_{threads}_threads_mpairs_s"] = round(pairs / backward / 1e6, 1)
         rasteriser.close()
+    # As in a fit: each thread draws crops of its own.
+    from concurrent.futures import ThreadPoolExecutor
+
+    with ThreadPoolExecutor(2) as pool:
+        alone, both_busy = [], []
+        for _ in range(5):
+            alone.append(best_of(lambda: Rasteriser(1).forward(p, camera), arguments.seconds / 5))
+            both_busy.append(best_of(
+                lambda: list(pool.map(lambda _: Rasteriser(1).forward(p, camera), range(2))), arguments.seconds / 5))
+    record["scaling_two_crops_side_by_side"] = round(2 * min(alone) / min(both_busy), 2)
     field = GaussianField.from_packed(p)
     points, _ = draw_candidates(field, 100, 0)
     view = View("", Path(), Camera(camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy), np.eye(3),

@@ -16,7 +16,7 @@ from treedgs_geo.core.errors import CRSError, InputError
 from treedgs_geo.core.files import read_json, write_json
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.settings import build
-from treedgs_geo.gaussians.seeds import read_seeds
+from treedgs_geo.gaussians.seeds import read_dense, read_seeds
 from treedgs_geo.reconstruction.cameras import Camera
 
 CRS = pyproj.CRS.from_epsg(6344)
@@ -108,6 +108,31 @@ def test_a_field_of_another_frame_is_refused(workspace):
     write_json(folder / "field.frame.json", {**record, "origin": [0, 0, 0]})
     with pytest.raises(InputError, match="another local frame"):
         run(SAMPLE, workspace=folder, photos=photos)
+
+
+def test_an_openmvs_cloud_is_a_start(workspace):
+    """Binary PLY with lists of views per point, as OpenMVS writes it."""
+    rng, path = np.random.default_rng(0), workspace / "scene_dense.ply"
+    header = ("ply\nformat binary_little_endian 1.0\nelement vertex 300\nproperty float x\nproperty float y\n"
+              "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+              "property list uint8 uint32 view_indices\nproperty list uint8 float view_weights\nend_header\n")
+    points = rng.normal([0, 0, 1.5], [0.1, 0.1, 0.8], (300, 3)).astype(np.float32)
+    with open(path, "wb") as stream:
+        stream.write(header.encode())
+        for point in points:
+            stream.write(point.tobytes() + bytes([60, 50, 40, 2]) + np.array([0, 3], np.uint32).tobytes()
+                         + bytes([2]) + np.array([1, 0.5], np.float32).tobytes())
+    xyz, colours = read_dense(path, FRAME)
+    np.testing.assert_allclose(xyz, points)
+    assert colours.max() < 0.3
+    fitted = run(FIT, workspace=workspace / "work", photos=workspace / "photos", seeds=workspace / "seeds.csv",
+                 preset="fast", stems="free", dense=path)
+    assert fitted["gaussians"] > 0 and fitted["stem_table"] is None
+    path.write_text("ply\n")
+    with pytest.raises(InputError, match="no readable points"):
+        read_dense(path, FRAME)
+    with pytest.raises(InputError, match="not found"):
+        read_dense(workspace / "none.ply", FRAME)
 
 
 def test_seed_tables(tmp_path):

@@ -11,7 +11,7 @@ from treedgs_geo.core.errors import InputError  # noqa: E402
 from treedgs_geo.gaussians.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION  # noqa: E402
 from treedgs_geo.gaussians.point_kernels import TILE_PX, list_by_tile, opacity_before  # noqa: E402
 from treedgs_geo.gaussians.project import CropCamera  # noqa: E402
-from treedgs_geo.gaussians.raster import ALPHA_MIN, Rasteriser, make_rasteriser, project  # noqa: E402
+from treedgs_geo.gaussians.raster import Rasteriser, make_rasteriser, project  # noqa: E402
 from treedgs_geo.gaussians.warp_raster import WarpRasteriser, available  # noqa: E402
 from treedgs_geo.gaussians.warp_raster import opacity_before as warp_opacity  # noqa: E402
 
@@ -65,7 +65,7 @@ def test_point_queries_agree(device, law):
         list_by_tile(projected, projected.shape[1], tiles_x, tiles_y, start.copy(), items, True)
         first = np.searchsorted(np.sort(tile), np.arange(tiles_x * tiles_y + 1))
         before, met = np.empty(m, np.float32), np.empty(m, np.int32)
-        opacity_before(projected, start, items, first, points, law == "vacancy", ALPHA_MIN, before, met)
+        opacity_before(projected, start, items, first, points, law == "vacancy", before, met)
         got, count = warp_opacity(projected, 83, 57, points, law, device=device)
         assert (np.abs(got - before) > 2e-3).mean() < 0.005 and np.abs(got - before).max() < 0.03
         assert (count != met).mean() < 0.01

@@ -30,14 +30,21 @@ class FitGaussiansSettings(GaussianOptions):
         help="Stem positions, good to a few decimetres: a point layer, or a CSV with x, y in the project CRS; "
         "without it trees.gpkg of the workspace.",
     )
+    dense: Path | None = param(
+        None,
+        kind="file",
+        suffixes=(".laz", ".las", ".ply"),
+        advanced=True,
+        help="Dense points that free Gaussians start from: LAS/LAZ, or OpenMVS's scene_dense.ply in the local frame of "
+        "sfm/; without it dense.laz of the workspace, if there.",
+    )
 
 
 def fit_gaussians(settings: FitGaussiansSettings, reporter: Reporter) -> dict[str, Any]:
     """Fit and write ``field.ply``; the record goes to ``run.json``."""
     from ..gaussians.ply import frame_path, write_field
-    from ..gaussians.seeds import read_seeds
+    from ..gaussians.seeds import read_dense, read_seeds
     from ..gaussians.train import fit_with_report
-    from ..pointcloud.files import read_cloud
     from ..reconstruction.model import load_views
     from ..terrain.dtm import read_dtm
 
@@ -53,10 +60,8 @@ def fit_gaussians(settings: FitGaussiansSettings, reporter: Reporter) -> dict[st
             f"{seeds_file}: not found, so no stem position is known; give --seeds or run photos-to-dbh first."
         )
     seeds = read_seeds(seeds_file, frame)
-    dense_file = space.path(names.DENSE)
-    dense = None
-    if dense_file.exists():
-        dense = (frame.to_local(read_cloud(dense_file, attributes=()).xyz), None)
+    dense_file = settings.dense or space.path(names.DENSE)
+    dense = read_dense(dense_file, frame) if settings.dense or dense_file.exists() else None
     target = space.path(names.FIELD)
     with space.running("fit-gaussians", fingerprint([dtm_file, seeds_file]), to_json(settings)) as result:
         field, report = fit_with_report(views, frame, ground, seeds, dense, settings, reporter)

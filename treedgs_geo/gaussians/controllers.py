@@ -83,12 +83,11 @@ class PlateauStop(FixedSchedule):
 
     def phase(self, phase: Phase) -> bool:
         phase.run(np.ones(N_PARAMETERS))
-        return self.epoch(phase.reward_loss())
+        loss = phase.reward_loss()
+        return not math.isnan(loss) and self.epoch(loss)
 
     def epoch(self, held_out_loss: float) -> bool:
         """Told the held-out loss after each phase; True stops the fit."""
-        if not math.isfinite(held_out_loss):
-            return False
         if held_out_loss < self._best * (1 - self.least):
             self._best, self._since = held_out_loss, 0
             return False

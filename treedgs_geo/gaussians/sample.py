@@ -27,7 +27,7 @@ from .field import GaussianField
 from .options import SampleOptions
 from .point_kernels import TILE_PX, list_by_tile, opacity_before
 from .project import CropCamera
-from .raster import ALPHA_MIN, project
+from .raster import project
 
 #: Points scored at once: bounds memory (one opacity per point and photo where a quantile is asked for).
 CHUNK = 400_000
@@ -105,12 +105,12 @@ def view_opacity(
     point_start = np.searchsorted(tile[order], np.arange(tiles_x * tiles_y + 1))
     rays = np.stack([u, v, np.linalg.norm(local, axis=1)])[:, order].astype(np.float32)
     before, met = np.empty(len(order), np.float32), np.empty(len(order), np.int32)
-    pairs = opacity_before(projected, start, items, point_start, rays, law == "vacancy", ALPHA_MIN, before, met)
+    pairs = opacity_before(projected, start, items, point_start, rays, law == "vacancy", before, met)
     covered = met > 0
     if min_foreground > 0:
         beyond, whole = rays.copy(), np.empty(len(order), np.float32)
         beyond[2] = 2 * rays[2].max()
-        pairs += opacity_before(projected, start, items, point_start, beyond, False, ALPHA_MIN, whole, met)
+        pairs += opacity_before(projected, start, items, point_start, beyond, False, whole, met)
         covered &= whole > min_foreground
     index = np.flatnonzero(inside)[order]
     opacity[index], foreground[index] = before, covered

@@ -73,3 +73,37 @@ def _from_layer(path: Path, crs: pyproj.CRS) -> np.ndarray:
         )
     layer = layer.to_crs(crs)
     return np.column_stack([layer.geometry.x, layer.geometry.y])
+
+
+def read_dense(path: Path, frame: LocalFrame) -> tuple[np.ndarray, np.ndarray | None]:
+    """Points to start Gaussians from: (M, 3) local, and (M, 3) colours 0..1 or None.
+
+    path: LAS/LAZ in the project CRS, or a PLY in the reconstruction's own local frame, as OpenMVS writes it
+    (``scene_dense.ply``, made from the workspace's ``sfm/``).
+
+    Raises:
+        InputError: missing, unreadable, empty, or not where the photos are.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise InputError(f"{path}: not found; give a LAS/LAZ cloud or OpenMVS's scene_dense.ply.")
+    colours = None
+    if path.suffix.lower() == ".ply":
+        import open3d
+
+        with open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
+            cloud = open3d.io.read_point_cloud(str(path))
+        xyz = np.asarray(cloud.points, float)
+        colours = np.asarray(cloud.colors, float) if cloud.has_colors() else None
+    else:
+        from ..pointcloud.files import read_cloud
+
+        xyz = frame.to_local(read_cloud(path, attributes=()).xyz)
+    if len(xyz) == 0 or not np.isfinite(xyz).all():
+        raise InputError(f"{path}: holds no readable points; write it again.")
+    if np.abs(np.median(xyz, axis=0)).max() > 5000:
+        raise InputError(
+            f"{path}: lies {np.abs(np.median(xyz, axis=0)).max() / 1000:.0f} km from the photos; a PLY must be "
+            "in the local frame of sfm/, a LAZ in the project CRS."
+        )
+    return xyz, colours

@@ -1,0 +1,147 @@
+"""Plug-in point for learned matchers (TopicFM, LoFTR, LightGlue ...): the user's code and weights, our database.
+
+A plug-in is a Python file with one function ``load(weights: str) -> match``; ``match(first, second)`` takes two photos,
+(H, W, 3) uint8 RGB, and returns two (K, 2) arrays of pixel coordinates (centre of the first pixel at (0.5, 0.5)) and
+(K,) confidences. No weights come with TreeDGS and none are downloaded. Matches are checked geometrically and written to
+a COLMAP database. Detector-free matchers place a point anew in each pair; points of one photo that fall into one cell
+of ``cell_px`` are joined, so that tracks grow over more than two photos.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..core.errors import InputError
+
+Matcher = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
+
+
+@dataclass(frozen=True)
+class ImportReport:
+    """pairs: tried; verified: pairs with a geometry; matches: inlier matches in all; keypoints: in all photos."""
+
+    pairs: int
+    verified: int
+    matches: int
+    keypoints: int
+
+
+def load_matcher(plugin: Path, weights: Path) -> Matcher:
+    """The matcher of a plug-in file with the user's weights.
+
+    Raises:
+        InputError: a file is missing, or the plug-in cannot be loaded.
+    """
+    for path, what in ((plugin, "a Python file that defines load(weights)"), (weights, "the matcher's weights")):
+        if not path.is_file():
+            raise InputError(f"{path}: not found, expected {what}; correct the path.")
+    spec = importlib.util.spec_from_file_location(f"treedgs_matcher_{plugin.stem}", plugin)
+    if spec is None or spec.loader is None:
+        raise InputError(f"{plugin}: is not a Python file, expected one that defines load(weights).")
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+        load = module.load
+    except Exception as problem:  # whatever the user's code raises
+        raise InputError(f"{plugin}: cannot be loaded ({type(problem).__name__}: {problem}); test it alone.") from None
+    try:
+        matcher = load(str(weights))
+    except Exception as problem:
+        raise InputError(f"{weights}: {plugin.name} cannot load it ({type(problem).__name__}: {problem}).") from None
+    if not callable(matcher):
+        raise InputError(f"{plugin}: load() returned {type(matcher).__name__}, expected a function of two photos.")
+    return matcher
+
+
+def import_matches(
+    database: Path,
+    pairs: Sequence[tuple[str, str]],
+    load_photo: Callable[[str], np.ndarray],
+    matcher: Matcher,
+    least_confidence: float = 0.2,
+    cell_px: float = 2.0,
+    least_inliers: int = 15,
+) -> ImportReport:
+    """Match pairs of photos and write keypoints, matches and verified geometries.
+
+    database: with cameras and images (``extract`` makes it); keypoints and matches in it are replaced. pairs: image
+    names. load_photo: name -> (H, W, 3) uint8 RGB.
+
+    Raises:
+        InputError: a name that the database does not know, or a matcher that returns something else than promised.
+    """
+    import pycolmap
+
+    store = pycolmap.Database.open(str(database))
+    try:
+        images = {image.name: image for image in store.read_all_images()}
+        cameras = {camera.camera_id: camera for camera in store.read_all_cameras()}
+        unknown = sorted({name for pair in pairs for name in pair} - set(images))
+        if unknown:
+            raise InputError(f"{database}: does not hold the photo {unknown[0]!r}; extract features of it first.")
+        points: dict[str, list[np.ndarray]] = {name: [] for name in images}
+        index: dict[str, dict[tuple[int, int], int]] = {name: {} for name in images}
+        found: dict[tuple[str, str], np.ndarray] = {}
+        for first, second in pairs:
+            ends = _matched(matcher, load_photo(first), load_photo(second), least_confidence, f"{first} and {second}")
+            rows = np.column_stack([
+                [_place(xy, index[name], points[name], cell_px) for xy in own]
+                for name, own in zip((first, second), ends, strict=True)
+            ]) if len(ends[0]) else np.empty((0, 2), int)
+            found[first, second] = np.unique(rows, axis=0).astype(np.uint32)
+        store.clear_two_view_geometries()
+        store.clear_matches()
+        store.clear_keypoints()
+        store.clear_descriptors()
+        keypoints = {name: np.array(own, np.float32).reshape(-1, 2) for name, own in points.items()}
+        for name, own in keypoints.items():
+            store.write_keypoints(images[name].image_id, own)
+        verified = total = 0
+        for (first, second), rows in found.items():
+            one, two = images[first], images[second]
+            store.write_matches(one.image_id, two.image_id, rows)
+            if len(rows) < least_inliers:
+                continue
+            geometry = pycolmap.estimate_calibrated_two_view_geometry(
+                cameras[one.camera_id], keypoints[first].astype(float), cameras[two.camera_id],
+                keypoints[second].astype(float), rows)
+            if len(geometry.inlier_matches) >= least_inliers:
+                store.write_two_view_geometry(one.image_id, two.image_id, geometry)
+                verified, total = verified + 1, total + len(geometry.inlier_matches)
+    finally:
+        store.close()
+    return ImportReport(len(found), verified, total, sum(map(len, keypoints.values())))
+
+
+def _place(xy: np.ndarray, index: dict[tuple[int, int], int], points: list[np.ndarray], cell_px: float) -> int:
+    """Number of the keypoint in this cell, made if there is none."""
+    cell = (int(xy[0] // cell_px), int(xy[1] // cell_px))
+    if cell not in index:
+        index[cell] = len(points)
+        points.append(xy)
+    return index[cell]
+
+
+def _matched(
+    matcher: Matcher, first: np.ndarray, second: np.ndarray, least_confidence: float, which: str
+) -> tuple[np.ndarray, np.ndarray]:
+    try:
+        one, two, confidence = matcher(first, second)
+    except Exception as problem:  # whatever the user's code raises
+        raise InputError(f"The matcher failed on {which} ({type(problem).__name__}: {problem}).") from None
+    one, two = np.asarray(one, float).reshape(-1, 2), np.asarray(two, float).reshape(-1, 2)
+    confidence = np.asarray(confidence, float).ravel()
+    if not len(one) == len(two) == len(confidence):
+        raise InputError(
+            f"The matcher returned {len(one)}, {len(two)} points and {len(confidence)} confidences for {which}, "
+            "expected as many of each."
+        )
+    keep = (confidence >= least_confidence) & np.isfinite(one).all(axis=1) & np.isfinite(two).all(axis=1)
+    for points, image in ((one, first), (two, second)):
+        keep &= (points >= 0).all(axis=1) & (points[:, 0] <= image.shape[1]) & (points[:, 1] <= image.shape[0])
+    return one[keep], two[keep]
