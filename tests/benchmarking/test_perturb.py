@@ -3,33 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from photo_ring import ring
 
 from treedgs_geo.benchmarking import perturb
 from treedgs_geo.benchmarking.factors import BASE, FACTORS
 from treedgs_geo.core.settings import build
 from treedgs_geo.pointcloud.cloud import PointCloud
-from treedgs_geo.reconstruction.cameras import Camera, View
-from treedgs_geo.simulation.flight import rotation_from_angles
 from treedgs_geo.simulation.settings import SIZES, SimulateSettings, resolve
 from treedgs_geo.simulation.trouble import TroubleSettings, disturb, photo_troubles, shake
-
-CAMERA = Camera(560, 440, 3800.0, 3800.0, 280.0, 220.0)
-
-
-def ring(count: int = 24) -> list[View]:
-    """Photos from all sides, 57 degrees down, at 70 m."""
-    views = []
-    for k in range(count):
-        yaw = 360 * k / count
-        centre = 45 * np.array([-np.sin(np.radians(yaw)), -np.cos(np.radians(yaw)), 70 / 45])
-        rotation = rotation_from_angles(yaw, -57.0, 0.0)
-        views.append(View(f"{k:02d}.jpg", Path(f"{k:02d}.jpg"), CAMERA, rotation, -rotation @ centre))
-    return views
 
 
 def test_pose_noise_moves_the_picture_by_that_many_pixels():

@@ -140,6 +140,9 @@ def score_trees(plot: TruePlot, trees: list[Tree], clear: dict[str, int] | None 
     used = {id(tree) for tree in partner.values()}
     for tree in with_dbh:
         place = np.array([[tree.x, tree.y]]) - plot.frame.origin[:2]
+        # Farther out the truth table ends before the cloud does.
+        if np.hypot(*place[0]) > plot.radius_m + RIM_M:
+            continue
         if id(tree) not in used and cdist(place, plot.anything).min() > MATCH_M:
             rows.append({"tree_id": f"#{tree.tree_id}", "kind": "nothing", "true_cm": None, **_read(tree),
                          "clear": None, "false": True})
