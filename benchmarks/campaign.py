@@ -120,8 +120,6 @@ def killed(given: argparse.Namespace) -> dict:
     """Random kills against the undisturbed layer of ``same``."""
     manifest = first_rows(given.plots / "plots.csv", given.first, given.scratch / "plots.csv")
     calm = given.scratch / "same" / "trees.gpkg"
-    if not calm.exists():
-        timed(manifest, given.scratch / "same", "--workers", str(given.workers))
     workspace = given.scratch / "killed"
     shutil.rmtree(workspace, ignore_errors=True)
     draw = random.Random(given.seed)
@@ -144,6 +142,8 @@ def killed(given: argparse.Namespace) -> dict:
             victims[kind] = victims.get(kind, 0) + 1
     messages = [json.loads(line) for line in out[0].splitlines() if line.startswith("{")]
     result = next(m["result"] for m in messages if m["t"] == "result")
+    if not calm.exists():
+        timed(manifest, given.scratch / "same", "--workers", str(given.workers))
     return {"campaign": result, "killed": victims, "left_over": leftovers(workspace),
             "differences": differences(workspace / "trees.gpkg", calm)}
 

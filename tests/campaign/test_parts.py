@@ -86,6 +86,7 @@ def test_three_failures_end_it_and_deaths_of_workers_do_not(tmp_path):
     assert record.may_run("s:other", 1) and record.may_run("s:k", 2)
     assert not Record(tmp_path, attempts=[attempt(None)] * (MOST_INTERRUPTIONS + 1)).may_run("s:k", 1)
     assert not Record(tmp_path, attempts=[attempt("input")]).may_run("s:k", 1)
+    assert Record(tmp_path, attempts=[attempt("disk"), attempt("missing")] * 9).may_run("s:k", 1)
 
 
 def test_a_broken_record_is_a_plot_that_never_ran(tmp_path):

@@ -263,3 +263,41 @@ def test_a_plot_that_needs_too_much_memory_is_not_tried(clouds, tmp_path, campai
     assert ended.code == 2 and "no plot could be measured" in ended.said("error")[0]
     assert "the largest worker has 2.0 GB" in table(tmp_path / "w")["large"]["remark"]
     assert not (tmp_path / "w" / "plots" / "large" / "engine.log").exists()
+
+
+def test_cancelled(clouds, tmp_path):
+    """What QGIS sends: everything ends, what was finished is kept."""
+    manifest, workspace = write_manifest(tmp_path / "m.csv", rows_for(clouds, 2)), tmp_path / "w"
+    running = start(manifest, workspace, "--workers", "2")
+    wait_until(lambda: processes(workspace, "plot"))
+    running.terminate()
+    ended = Ended(running)
+    assert ended.code == 130 and "run again to resume" in ended.said("error")[0], ended.messages
+    wait_until(lambda: nobody_left(workspace), 20)
+    assert json.loads((workspace / "campaign.json").read_text())["open"] is True
+
+
+#: Stands in for a batch queue, which is not at hand: starts the job script at once, in the background.
+SBATCH = """#!/bin/sh
+for script; do :; done
+setsid sh "$script" >"$QUEUE/job.$$.log" 2>&1 &
+echo $! >"$QUEUE/$$.job"
+echo "Submitted batch job $$"
+"""
+SCANCEL = """#!/bin/sh
+for job; do [ -f "$QUEUE/$job.job" ] && kill -- -$(cat "$QUEUE/$job.job"); done
+exit 0
+"""
+
+
+def test_workers_from_a_queue(clouds, tmp_path):
+    """dask-jobqueue's own SLURM code with a stand-in for ``sbatch``: the job script starts a worker that does it."""
+    for name, text in (("sbatch", SBATCH), ("scancel", SCANCEL)):
+        (tmp_path / name).write_text(text)
+        (tmp_path / name).chmod(0o755)
+    manifest = write_manifest(tmp_path / "m.csv", rows_for(clouds, 1))
+    ended = Ended(start(
+        manifest, tmp_path / "w", "--scheduler", "slurm", "--queue-options", "jobs=1,memory=2GB,cores=1",
+        env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}", "QUEUE": str(tmp_path)}))
+    assert ended.code == 0 and ended.result["n_done"] == 1, ended.messages + [ended.log]
+    assert len(list(tmp_path.glob("*.job"))) == 1

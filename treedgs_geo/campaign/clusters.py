@@ -18,6 +18,8 @@ from .task import RESOURCE
 QUEUES = {"slurm": "SLURMCluster", "pbs": "PBSCluster"}
 #: Share of the free memory that plots may declare; the rest is for the coordinator, the page cache and QGIS.
 MEMORY_SHARE = 0.8
+#: Seconds that a worker of this machine may be away before it is replaced.
+HEAL_S = 20.0
 #: Options of a queue: ``--queue-options`` name -> dask-jobqueue's name.
 _QUEUE_OPTIONS = ("queue", "account", "project", "walltime", "cores", "memory", "jobs", "interface", "job_extra",
                   "prologue")
@@ -67,8 +69,10 @@ def cores() -> int:
 class Crew:
     """A connection to workers. ``local``: the workers are this process's children."""
 
-    def __init__(self, client: Any, address: str, local: bool, reporter: Reporter) -> None:
-        self.client, self.address, self.local, self.reporter = client, address, local, reporter
+    def __init__(self, client: Any, address: str, reporter: Reporter, cluster: Any = None, processes: int = 0) -> None:
+        self.client, self.address, self.reporter = client, address, reporter
+        self.local, self._cluster, self._processes = cluster is not None, cluster, processes
+        self._short_since: float | None = None
         self._told = False
         self._seen = (0.0, 0, 0.0, False)
 
@@ -100,6 +104,26 @@ class Crew:
                 )
         return self._seen[1:]
 
+    def heal(self) -> None:
+        """Replace workers of this machine that stay away: Dask restarts one that dies, but not one that is killed
+        while it is being restarted."""
+        if not self.local:
+            return
+        names = {str(worker.get("name")) for worker in self._workers()}
+        now = time.monotonic()
+        if len(names) >= self._processes or self._short_since is None:
+            self._short_since = None if len(names) >= self._processes else now
+            return
+        if now - self._short_since < HEAL_S:
+            return
+        self._short_since = now
+        for name in [name for name in self._cluster.worker_spec if str(name) not in names]:
+            self._cluster.worker_spec.pop(name, None)
+            lost = self._cluster.workers.pop(name, None)
+            if lost is not None:
+                self._cluster.loop.add_callback(lost.close)
+        self._cluster.scale(self._processes)
+
     def _workers(self) -> list[dict[str, Any]]:
         try:
             found = self.client.scheduler_info(n_workers=-1)
@@ -112,7 +136,8 @@ class Crew:
     def submit(self, function: Any, job: dict[str, Any]) -> Any:
         """A future of ``function(job)``; with the plot's memory where workers declare theirs."""
         needs = {RESOURCE: job["need_gb"]} if self.capacity()[2] else None
-        return self.client.submit(function, job, key=f"{job['plot_id']}-{job['turn']}", pure=False, resources=needs)
+        # One name for all: Dask keeps statistics for every name it has seen.
+        return self.client.submit(function, job, key=f"plot-{job['turn']}", pure=False, resources=needs)
 
     def reconnect(self, seconds: float) -> bool:
         """Find a scheduler at the same address again."""
@@ -174,7 +199,7 @@ def _local(shape: Shape, dashboard: str, reporter: Reporter) -> Iterator[Crew]:
         host="127.0.0.1")
     try:
         with Client(cluster, set_as_default=False, timeout=30) as client:
-            crew = Crew(client, "this machine", True, reporter)
+            crew = Crew(client, "this machine", reporter, cluster, shape.processes)
             try:
                 yield crew
             except BaseException:
@@ -194,7 +219,7 @@ def _remote(address: str, reporter: Reporter) -> Iterator[Crew]:
         raise InputError(
             f"--scheduler: nothing answers at {address} ({problem}); start 'dask scheduler' there, or use local."
         ) from None
-    crew = Crew(client, address, False, reporter)
+    crew = Crew(client, address, reporter)
     try:
         yield crew
     finally:
@@ -220,7 +245,7 @@ def _queue(
         cluster.scale(jobs=jobs)
         reporter.info(f"{jobs} jobs of {shape.memory_gb:.1f} GB were handed to {scheduler}.")
         with Client(cluster, set_as_default=False, timeout=30) as client:
-            yield Crew(client, scheduler, False, reporter)
+            yield Crew(client, scheduler, reporter)
     except TreeDGSError:
         raise
     except (OSError, RuntimeError) as problem:

@@ -27,6 +27,8 @@ from .state import Campaign, Plan, job_of
 BUSY_S, AGAIN_S = 3.0, 1.0
 #: A plot whose worker died under it is handed out again this often by one coordinator.
 MOST_TURNS = 40
+#: Plots given up because their host is not set up, none having been done, after which the start is broken off.
+MOST_STUCK = 4
 
 
 class SchedulerLost(TreeDGSError):
@@ -80,6 +82,7 @@ class Coordinator:
         self._exhausted, self._turn = False, 0
         self._no_crew_since: float | None = None
         self._told = 0.0
+        self._stuck = 0
         self.board = Board(plan, campaign, crew, reporter)
 
     def run(self) -> Tally:
@@ -207,6 +210,10 @@ class Coordinator:
             self._later(running, AGAIN_S)
             return
         self._give_up(running.index, plot_id, message)
+        if outcome in ("setup", "missing"):
+            self._stuck += 1
+            if self._stuck >= MOST_STUCK and not self.tally.done:
+                raise SchedulerLost(f"No plot can be run: {message}; mend that and run again.")
 
     def _later(self, running: _Running, seconds: float, count: bool = True) -> None:
         heapq.heappush(self._again, (time.monotonic() + seconds, running.index, running.turns + count,
@@ -241,6 +248,7 @@ class Coordinator:
 
     def _watch(self) -> None:
         """Notice that the scheduler or every worker has gone, and wait for it to come back."""
+        self.crew.heal()
         if self.crew.alive() and self.crew.capacity()[0]:
             self._no_crew_since = None
             return

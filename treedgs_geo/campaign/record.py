@@ -15,9 +15,9 @@ RETRIES = 2
 #: An attempt cut short because its worker or coordinator died is not the plot's fault; but there is an end to it.
 MOST_INTERRUPTIONS = 12
 #: Endings that another try at once cannot change.
-_FINAL = {"input", "missing"}
-#: Endings that are not the plot's: a full disk, a host that is not set up. They do not use up its attempts.
-ELSEWHERE = {"disk", "setup"}
+_FINAL = {"input"}
+#: Endings that are not the plot's: a full disk, a host without a library. They do not use up its attempts.
+ELSEWHERE = {"disk", "setup", "missing"}
 _KEPT_ATTEMPTS = 60
 
 

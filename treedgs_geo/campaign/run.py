@@ -83,7 +83,7 @@ def _run(
                 "largest_memory_gb": round(float(plan.memory_gb.max()), 2)}
     campaign.begin(entry["row"]["plot_id"] for entry in plan.entries())
     with reporter.stage("plots", 0.03, 0.96):
-        with open_crew(settings.scheduler, shape, settings.threads, settings.dashboard, settings.queue_options,
+        with open_crew(settings.scheduler, shape, settings.threads, settings.dashboard, settings.queue_options or "",
                        reporter) as crew:
             if crew.dashboard:
                 reporter.info(f"Live view: {crew.dashboard}; table: {workspace / STATUS}")

@@ -5,10 +5,15 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import time
 from typing import Any
+
+from .lease import host
 
 #: Dask's name for the memory a worker has for plots, GB (``--resources memory_gb=12``).
 RESOURCE = "memory_gb"
+#: Seconds that a worker which cannot start plots waits before it takes the next one.
+SETUP_S = 5.0
 
 
 def run_plot(job: dict[str, Any]) -> dict[str, Any]:
@@ -29,7 +34,13 @@ def run_plot(job: dict[str, Any]) -> dict[str, Any]:
     try:
         return json.loads(answer[-1])
     except (IndexError, ValueError):
-        return {"outcome": "interrupted", "message": "the plot's supervisor died", "may_retry": True}
+        if process.returncode > 0:
+            # It ended by itself before it could say anything: this host's Python or libraries, not the plot. A host
+            # that fails at once would otherwise draw all plots from those that work.
+            time.sleep(SETUP_S)
+            return {"outcome": "setup", "message": f"no plot can be started on {host()} ({sys.executable} ended with "
+                    f"code {process.returncode}); run 'treedgs doctor' there"}
+        return {"outcome": "interrupted", "message": "the plot's supervisor was killed", "may_retry": True}
 
 
 def _limit() -> float | None:

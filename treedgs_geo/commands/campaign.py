@@ -59,8 +59,8 @@ class CampaignSettings:
     dashboard: str = param(
         "auto", kind="text", help="Dask's live view: auto (a free port), off, or an address like :8787", advanced=True
     )
-    queue_options: str = param(
-        "",
+    queue_options: str | None = param(
+        None,
         kind="text",
         help="for slurm and pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4",
         advanced=True,
