@@ -54,7 +54,7 @@ def run_sfm(job: dict[str, Any]) -> dict[str, Any]:
     from ..reconstruction.pipeline import ReconstructOptions, reconstruct_photos
 
     plot = Path(job["plot"])
-    stations = read_stations(plot / "images", plot, "EPSG:6344")
+    stations = read_stations(plot / "images", plot, TruePlot.load(plot).frame.crs.to_string())
     # Features of an earlier run must not make this one look quick.
     report = reconstruct_photos(stations, ReconstructOptions(**job["params"]), Path(job["sfm"]))
     return {"stages": report["stage_seconds"], "photos": report["photos"], "registered": report["registered"]}
@@ -194,7 +194,7 @@ def run_subset_sfm(job: dict[str, Any]) -> dict[str, Any]:
     ensure_writable(scratch / "images" / "x")
     for k in chosen:
         (scratch / "images" / photos_there[k].name).symlink_to(photos_there[k].resolve())
-    stations = read_stations(scratch / "images", plot, "EPSG:6344")
+    stations = read_stations(scratch / "images", plot, TruePlot.load(plot).frame.crs.to_string())
     camera = TruePlot.load(plot).views()[0].camera
     options = ReconstructOptions(max_image_size=max(round(job["scale"] * camera.width), 500))
     try:
