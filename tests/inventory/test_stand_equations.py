@@ -202,3 +202,20 @@ def test_the_height_curve_finds_what_made_the_heights():
 def test_no_curve_from_too_little(d, h, message):
     curve, why = fit_curve(d, h)
     assert curve is None and message in why
+
+
+def test_the_page_names_what_there_is():
+    from pathlib import Path
+
+    from treedgs_geo.inventory.stand.expansion import MISSING
+    from treedgs_geo.inventory.stand.run import FILES
+    from treedgs_geo.inventory.stand.sample import EDGE_RULES
+    from treedgs_geo.inventory.stand.values import HEIGHT_MODES
+
+    page = (Path(__file__).parents[2] / "docs" / "stand-table.md").read_text(encoding="utf-8")
+    shapefile_parts = (".shx", ".dbf", ".prj", ".cpg")
+    assert [name for name in FILES if f"`{name}`" not in page and not name.endswith(shapefile_parts)] == []
+    assert [rule for rule in EDGE_RULES if f"| `{rule}`" not in page] == []
+    assert [mode for mode in (*HEIGHT_MODES, *MISSING) if mode not in page] == []
+    families = {equation.id.rsplit("-", 1)[0].split("-")[0] for equation in read_equations()}
+    assert [name for name in families if f"`{name}-" not in page] == []

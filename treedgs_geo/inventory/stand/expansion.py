@@ -61,7 +61,7 @@ def expand(
     else:
         parts = _by_place(found, table, boundary, edge_rule)
     if not found.plots:
-        raise InputError(f"{path}: no plot is left to count; see the warnings above.")
+        raise InputError(f"{path}: no plot is left to count. {' '.join(found.warnings[:3])}")
     rows = pd.concat(parts, ignore_index=True) if parts else _rows(0, [], [])
     known, dead = table["dbh_cm"].notna().to_numpy(), table["dead"].to_numpy(bool)
     small = known & (table["dbh_cm"].to_numpy(float) < min_dbh_cm - 1e-9)

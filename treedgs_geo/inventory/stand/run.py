@@ -12,7 +12,7 @@ import numpy as np
 import pyproj
 
 from ... import __version__
-from ...core.crs import check_projected, project_crs
+from ...core.crs import check_projected, project_crs, suggest_utm
 from ...core.errors import CRSError, InputError
 from ...core.files import ensure_writable, fingerprint, write_json
 from ...core.plots import Plot
@@ -94,7 +94,7 @@ def read_stand(settings: Any, reporter: Reporter) -> Stand:
 
 
 #: Everything that a run may write into its folder.
-_FILES = (
+FILES = (
     "report.html",
     "report.pdf",
     "stand_table.xlsx",
@@ -108,7 +108,7 @@ _FILES = (
 
 def _spare_inputs(settings: Any, folder: Path) -> None:
     """Refuse to write over what is being read."""
-    written = {(folder / name).resolve() for name in _FILES}
+    written = {(folder / name).resolve() for name in FILES}
     for given in (
         settings.trees,
         settings.field,
@@ -220,6 +220,8 @@ def _field_crs(settings: Any) -> pyproj.CRS | None:
                 code = (row.get("epsg") or "").strip()
                 if code and (row.get("easting") or "").strip():
                     return check_projected(pyproj.CRS.from_epsg(int(float(code))), str(path))
+                if (row.get("lon") or "").strip() and (row.get("lat") or "").strip():
+                    return suggest_utm(float(row["lon"]), float(row["lat"]))
     except (OSError, UnicodeDecodeError, ValueError, pyproj.exceptions.CRSError):
         return None
     return None

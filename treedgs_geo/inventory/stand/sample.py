@@ -138,8 +138,7 @@ def at_the_edge(
         if share >= 1 - 1e-4:
             kept.append(replace(plot, edge="inside"))
             continue
-        # Walking through needs a plot that is the same on both sides of its centre.
-        chosen = "zone" if rule == "walkthrough" and plot.shape == "polygon" else rule
+        chosen = _rule_for(plot, rule)
         area = plot.area_ha * share if chosen == "area" else plot.area_ha
         kept.append(replace(plot, inside=share, weight_area_ha=area, edge=f"slopover, {chosen}"))
         over.setdefault(chosen, []).append(f"{plot.plot_id} ({100 * (1 - share):.0f} %)")
@@ -160,6 +159,11 @@ _RULE_TEXT = {
 }
 
 
+def _rule_for(plot: SamplePlot, rule: str) -> str:
+    """Walking through needs a plot that is the same on both sides of its centre; others take the zone."""
+    return "zone" if rule == "walkthrough" and plot.shape == "polygon" else rule
+
+
 def weights(plot: SamplePlot, x: np.ndarray, y: np.ndarray, boundary: BaseGeometry | None, rule: str) -> np.ndarray:
     """How often each tree of the plot counts: 0 outside the stand, else 1 or more near its edge.
 
@@ -169,7 +173,7 @@ def weights(plot: SamplePlot, x: np.ndarray, y: np.ndarray, boundary: BaseGeomet
     beyond it as the centre is outside (Ducey, Gove and Valentine 2004, Forest Science 50(4): 427-435), a little too low
     in corners and narrow strips. Both hold for plots inside too, not only for those that reach over the edge.
     """
-    x, y = np.asarray(x, float), np.asarray(y, float)
+    x, y, rule = np.asarray(x, float), np.asarray(y, float), _rule_for(plot, rule)
     count = np.ones(len(x))
     if boundary is None or plot.outline is None or plot.edge == "census" or rule == "none" or not len(x):
         return count

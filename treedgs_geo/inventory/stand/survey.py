@@ -32,7 +32,8 @@ class Stand:
 
     other: the same for the treatment that was not chosen. uncorrected: ``ba, volume, biomass`` from the DBHs as they
     are. rows: the rows that count (``plot, tree, weight, kind``, ``per_ha``: trees a hectare of the stand that a row
-    stands for). dead, missing: what does not count. plot_rows: one row a plot.
+    stands for). dead, missing: what does not count; n_thin: stems refused as too thin; n_small: measured trees below
+    the tally's limit. plot_rows: one row a plot.
     """
 
     stand_id: str
@@ -44,6 +45,7 @@ class Stand:
     dead: pd.DataFrame
     missing: pd.DataFrame
     n_thin: int
+    n_small: int
     treatment: str
     estimates: dict[str, Estimate]
     other: dict[str, Estimate]
@@ -90,8 +92,8 @@ def make_stand(
     measured = expanded.of("measured").astype({"plot": int, "tree": int})
     if not len(measured):
         raise InputError(
-            f"No tree with a DBH stands in the {len(plots)} plots: check the plots' coordinates, their epsg and "
-            "--min-dbh-cm."
+            f"No tree with a DBH stands in the plots ({len(plots)}): check the plots' coordinates, their "
+            "epsg and --min-dbh-cm."
         )
     filled = expanded.of("measured", "imputed").astype({"plot": int, "tree": int})
     table = trees.trees.copy()
@@ -115,6 +117,7 @@ def make_stand(
         dead=dead,
         missing=missing[~thin[missing["tree"].to_numpy(int)]].reset_index(drop=True),
         n_thin=int(thin[missing["tree"].to_numpy(int)].sum()),
+        n_small=len(expanded.of("small")),
         treatment=treatment,
         estimates=_estimates(design, chosen, values),
         other=_estimates(design, left, values),

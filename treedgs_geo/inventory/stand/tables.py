@@ -266,7 +266,7 @@ def missing_sentences(stand: Stand, units: str) -> list[str]:
     n = len(stand.missing)
     if not n:
         return []
-    q, share = UNITS[units]["ba"], n / (n + int((stand.rows["kind"] == "measured").sum()))
+    q, share = UNITS[units]["ba"], n / (n + stand.n_small + int((stand.rows["kind"] == "measured").sum()))
     if stand.treatment == "impute":
         what, other = "each counts as the mean of its plot's measured trees", "without them"
     else:
