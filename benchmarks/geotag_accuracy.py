@@ -1,9 +1,10 @@
 """How true the camera centres are: MRK + ``.pos`` against the photos' own EXIF, on rendered plots with truth.
 
-``python benchmarks/geotag_accuracy.py --plots shared/data/plot_a shared/data/plot_e --output docs/results/geotags.json``
+``python benchmarks/geotag_accuracy.py --plots shared/data/plot_a shared/data/plot_e
+--rinex shared/data/ppk_matrtklib/static --output docs/results/geotags.json``
 
-Also, where ``--rinex`` names the folder of the static RINEX set, its known point through ``rnx2rtkp``. The truth is used
-for scoring alone.
+``--rinex``: the folder of the static RINEX set, its known point through ``rnx2rtkp``. The truth is used for scoring
+alone.
 """
 
 from __future__ import annotations

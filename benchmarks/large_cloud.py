@@ -4,7 +4,8 @@
 --output docs/results/large_cloud.json``
 
 The file is made by laying copies of a real-sized plot side by side, every second one mirrored so that the ground goes
-on without a step. ``segment-stems`` is given the terrain that ``terrain`` wrote. Each verb runs in a process of its own; its peak memory is the kernel's (``ru_maxrss``) and its time
+on without a step. ``segment-stems`` is given the terrain that ``terrain`` wrote. Each verb runs in a process of its
+own; its peak memory is the kernel's (``ru_maxrss``) and its time
 is the CPU's (user and system), which other work on the machine disturbs less than the clock. Sizes that the output file
 already has are kept, so that they can be run one by one.
 """

@@ -2,10 +2,10 @@
 
 ``python benchmarks/terrain_accuracy.py --plot shared/data/plot_a --workspace WS --output docs/results/terrain.json``
 
-WS is a workspace of ``treedgs reconstruct`` (or ``photos-to-dbh``) of the plot's photos. Errors are heights of the model
-minus true heights at the cells' centres: all, bare, and under understory. A cell of half a metre is under understory
-when more than a fifth of the LiDAR returns below 2 m lie 0.15 m or more above the true ground, and bare when fewer than
-2 % do; cells within 0.6 m of a stem are neither. The truth is used for scoring alone.
+WS is a workspace of ``treedgs reconstruct`` (or ``photos-to-dbh``) of the plot's photos. Errors are heights of the
+model minus true heights at the cells' centres: all, bare, and under understory. A cell of half a metre is under
+understory when more than a fifth of the LiDAR returns below 2 m lie 0.15 m or more above the true ground, and bare when
+fewer than 2 % do; cells within 0.6 m of a stem are neither. The truth is used for scoring alone.
 """
 
 from __future__ import annotations

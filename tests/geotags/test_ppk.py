@@ -97,8 +97,8 @@ def test_every_layout_that_rtklib_writes_means_the_same(rinex: Path, tmp_path: P
     command = ["rnx2rtkp", "-p", "2", "-m", "15", "-f", "2", "-te", "2024/6/24", "8:21:00", "-l", "35.134707705",
                "136.977577939", "104.85"]
     tracks = {}
-    for name, options in {"plain": [], "dms": ["-g"], "ecef": ["-e"], "enu": ["-a"], "date": ["-t"], "utc": ["-u", "-t"],
-                          "comma": ["-s", ","], "semicolon": ["-s", ";", "-t"]}.items():
+    for name, options in {"plain": [], "dms": ["-g"], "ecef": ["-e"], "enu": ["-a"], "date": ["-t"],
+                          "utc": ["-u", "-t"], "comma": ["-s", ","], "semicolon": ["-s", ";", "-t"]}.items():
         out = tmp_path / f"{name}.pos"
         subprocess.run([*command, *options, "-o", str(out), str(rinex / "rover.obs"), str(rinex / "base.obs"),
                         str(rinex / "base.nav")], check=True, capture_output=True)
@@ -119,14 +119,16 @@ def _pos(path: Path, header: str, rows: str = "") -> Path:
     rows = rows or (
         "2026/03/12 15:15:14.200   33.599840069  -91.800149874   108.2814   1  16   0.0110   0.0105   0.0270\n"
         "2026/03/12 15:15:14.400   33.599844264  -91.800148401   108.2887   1  14   0.0110   0.0105   0.0270\n")
-    path.write_text(header + "%  GPST  latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   sdu(m)\n" + rows)
+    columns = "%  GPST  latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   sdu(m)\n"
+    path.write_text(header + columns + rows)
     return path
 
 
 def test_geodetic_heights_and_lonely_baselines_are_refused(tmp_path: Path) -> None:
     with pytest.raises(GeotagError, match="ellipsoidal"):
         read_pos(_pos(tmp_path / "a.pos", "% (lat/lon/height=WGS84/geodetic,Q=1:fix,2:float)\n"))
-    (tmp_path / "b.pos").write_text("%  GPST  e-baseline(m)  n-baseline(m)  u-baseline(m)   Q  ns\n2026/03/12 15:15:14 1 2 3 1 9\n")
+    (tmp_path / "b.pos").write_text("%  GPST  e-baseline(m)  n-baseline(m)  u-baseline(m)   Q  ns\n2026/03/12 15:15:14 "
+                                    "1 2 3 1 9\n")
     with pytest.raises(GeotagError, match="ref pos"):
         read_pos(tmp_path / "b.pos")
 

@@ -148,7 +148,8 @@ def test_what_the_crew_would_measure_leads_back_to_the_tree(bearing, level, decl
     import tempfile
     from pathlib import Path
 
-    measured = (level - (dbh / 200 if to == "face" else 0.0)) / (np.cos(np.radians(slope)) if distance == "slope" else 1)
+    along = np.cos(np.radians(slope)) if distance == "slope" else 1.0
+    measured = (level - (dbh / 200 if to == "face" else 0.0)) / along
     if measured < 0:
         return
     convergence = bearing_to_grid_deg(PLOT, UTM, FieldProtocol())

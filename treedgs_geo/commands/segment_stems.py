@@ -67,7 +67,7 @@ def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
                 reporter.warn(f"{settings.segmenter} returned the points in another order; they were matched by place.")
             tree_id, count, source = found.tree_id, found.n_trees, settings.segmenter
         else:
-            stems = find_stems(cloud, dtm, settings, reporter)
+            stems = find_stems(cloud.select(usable(cloud)), dtm, settings, reporter)
             tree_id, count, source = label_points(cloud.xyz, height, stems), len(stems.stems), stems.sensor
     labelled = cloud.with_attribute("tree_id", tree_id).with_attribute("height_m", height.astype(np.float32))
     labelled = labelled.with_attribute("stem_class", _stem_class(tree_id, height))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import pyproj
@@ -71,14 +72,16 @@ def transform(source: pyproj.CRS, target: pyproj.CRS, points: np.ndarray, where:
         return out
     source, target = _with_heights(source), _with_heights(target)
     if source.geodetic_crs is None or target.geodetic_crs is None:
-        raise CRSError(f"{where}: {source.name} or {target.name} is not tied to a datum; choose the UTM zone of the plot.")
-    if target.geodetic_crs.datum is not None and target.geodetic_crs.datum.name.startswith("World Geodetic System 1984"):
+        raise CRSError(f"{where}: {source.name} or {target.name} is not tied to a datum; choose the UTM zone of the "
+                       "plot.")
+    datum = target.geodetic_crs.datum
+    if datum is not None and datum.name.startswith("World Geodetic System 1984"):
         if source.is_geographic and not source.is_compound and source.name.upper().startswith(("ITRF", "IGS")):
             # Since 2001 WGS 84 follows the ITRF within two centimetres; PROJ's database has no link between them.
             source = pyproj.CRS("EPSG:4979")
     flat = pyproj.Transformer.from_crs(_flat(source), "EPSG:4326", always_xy=True)
     lon, lat = flat.transform(*np.median(points[known, :2], axis=0))
-    operation = _operation(source.to_wkt(), target.to_wkt(), round(float(lon), 1), round(float(lat), 1), where)
+    operation: Any = _operation(source.to_wkt(), target.to_wkt(), round(float(lon), 1), round(float(lat), 1), where)
     time = np.full(int(known.sum()), np.inf if year is None else float(year))
     moved = operation.transform(*points[known].T, time)
     if not np.isfinite(moved[:3]).all():
@@ -102,9 +105,8 @@ def _operation(source: str, target: str, lon: float, lat: float, where: str) -> 
     one, other = pyproj.CRS(source), pyproj.CRS(target)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a missing grid is said below
-        group = TransformerGroup(one, other, always_xy=True,
-                                 area_of_interest=AreaOfInterest(lon - 0.1, max(lat - 0.1, -90.0), lon + 0.1,
-                                                                 min(lat + 0.1, 90.0)))
+        area: Any = AreaOfInterest(lon - 0.1, max(lat - 0.1, -90.0), lon + 0.1, min(lat + 0.1, 90.0))
+        group = TransformerGroup(one, other, always_xy=True, area_of_interest=area)
     names = f"{_say(one)} to {_say(other)}"
     missing = [grid.short_name for operation in group.unavailable_operations for grid in operation.grids
                if not grid.available]
@@ -114,12 +116,14 @@ def _operation(source: str, target: str, lon: float, lat: float, where: str) -> 
             return best
         if 0 <= best.accuracy and "ballpark" not in best.description.lower():
             raise CRSError(
-                f"{where}: {names} is known to {best.accuracy:g} m only, expected {WORST_M:g} m or better; 'WGS 84' names "
+                f"{where}: {names} is known to {best.accuracy:g} m only, expected {WORST_M:g} m or better; 'WGS 84' "
+                "names "
                 "no realisation: give the frame of the base station (for example EPSG:7912 for ITRF2014).")
     if missing:
         raise CRSError(
             f"{where}: {names} needs the grid {missing[0]}, which is not installed; fetch it with 'projsync --file "
-            f"{missing[0]}' (or put it into {pyproj.datadir.get_user_data_dir()}), or choose a CRS with the heights of the "
+            f"{missing[0]}' (or put it into {pyproj.datadir.get_user_data_dir()}), or choose a CRS with the heights of "
+            "the "
             "data.")
     raise CRSError(f"{where}: PROJ knows no way from {names} at this place; choose a CRS on the same datum.")
 

@@ -39,7 +39,8 @@ def read_rinex_header(path: Path) -> Rinex | None:
             first = stream.readline()
             label = first[60:80].strip().upper()
             if label.startswith("CRINEX"):
-                raise GeotagError(f"{path}: is compressed RINEX (Hatanaka), expected plain RINEX; unpack it with crx2rnx.")
+                raise GeotagError(f"{path}: is compressed RINEX (Hatanaka), expected plain RINEX; unpack it with "
+                                  "crx2rnx.")
             if label != "RINEX VERSION / TYPE":
                 return None
             letter = first[20:21].upper()
@@ -107,7 +108,8 @@ def _roles(observations: list[Rinex], base: Path | None) -> tuple[Rinex, Rinex]:
     if base is not None:
         station = read_rinex_header(base)
         if station is None or station.kind != "observation":
-            raise GeotagError(f"{base}: is no RINEX observation file, expected the base station's; give another --base.")
+            raise GeotagError(f"{base}: is no RINEX observation file, expected the base station's; give another "
+                              "--base.")
         left = [f for f in observations if f.path.resolve() != base.resolve()]
         if len(left) != 1:
             raise GeotagError(f"{base}: found {len(left)} rover observation files for this base, expected one "
@@ -119,7 +121,8 @@ def _roles(observations: list[Rinex], base: Path | None) -> tuple[Rinex, Rinex]:
         return rovers[0], bases[0]
     names = ", ".join(f.path.name for f in observations)
     raise GeotagError(
-        f"{observations[0].path.parent if observations else Path('geotags')}: which RINEX file is the base station's is "
+        f"{observations[0].path.parent if observations else Path('geotags')}: which RINEX file is the base station's "
+        "is "
         f"unclear (found {names or 'no observation file'}), expected one rover and one base; name the base's file with "
         "--base.")
 
@@ -141,11 +144,13 @@ def _base_position(station: Rinex, given: str | None, reporter: Reporter) -> tup
                               "ellipsoidal height (m), for example '33.60000000, -91.80000000, 35.214'.") from None
         return lat, lon, height
     if not np.isfinite(station.approx_ecef).all() or np.linalg.norm(station.approx_ecef) < 6e6:
-        raise GeotagError(f"{station.path}: its header has no base position; give it with --base-position 'lat, lon, h'.")
+        raise GeotagError(f"{station.path}: its header has no base position; give it with --base-position 'lat, lon, "
+                          "h'.")
     lon, lat, height = pyproj.Transformer.from_crs("EPSG:4978", "EPSG:4979", always_xy=True).transform(
         *station.approx_ecef)
     reporter.warn(
-        f"{station.path.name}: the base position is taken from the RINEX header ({lat:.8f}, {lon:.8f}, {height:.3f} m); "
+        f"{station.path.name}: the base position is taken from the RINEX header ({lat:.8f}, {lon:.8f}, {height:.3f} "
+        "m); "
         "receivers often write one that is metres off, and every photo shifts with it: give the surveyed one with "
         "--base-position.")
     return float(lat), float(lon), float(height)

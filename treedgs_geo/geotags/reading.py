@@ -74,9 +74,11 @@ def read_stations(
                 f"{photos}: none of the {len(found)} photos has a GPS position in its EXIF; "
                 "give --geotags (MRK, .pos or a CSV with name, lat, lon, h)."
             )
-        if vertical_of(project) is not None:
-            reporter.warn(f"--crs: {project.name} has heights above {vertical_of(project).name}, EXIF heights do not say "
-                          "theirs and were left as they are: do not mix them with a DTM; give PPK geotags for true heights.")
+        if (vertical := vertical_of(project)) is not None:
+            reporter.warn(f"--crs: {project.name} has heights above {vertical.name}, EXIF heights do not "
+                          "say "
+                          "theirs and were left as they are: do not mix them with a DTM; give PPK geotags for true "
+                          "heights.")
         _note_unplaced(stations, reporter)
         return stations
     files = find_geotags(Path(geotags), Path(photos))
@@ -115,7 +117,8 @@ def _frame(text: str | None) -> pyproj.CRS | None:
     try:
         found = pyproj.CRS.from_user_input(text)
     except pyproj.exceptions.CRSError:
-        raise CRSError(f"--geotags-crs: {text!r} is not a coordinate reference system; give one like EPSG:6319.") from None
+        raise CRSError(f"--geotags-crs: {text!r} is not a coordinate reference system; give one like EPSG:6319."
+                       ) from None
     if not found.is_geographic or found.is_compound:
         raise CRSError(f"--geotags-crs: {found.name} is not geographic, expected longitude, latitude and ellipsoidal "
                        "height, for example EPSG:6319 (NAD83(2011)) or EPSG:7912 (ITRF2014).")
@@ -135,12 +138,14 @@ def _check_frame(track: Trajectory, crs: pyproj.CRS, source: pyproj.CRS | None, 
     if named is not None and not same_datum(named, assumed):
         raise CRSError(
             f"{track.path}: its header names {named.name} ({track.datum!r}), the positions would be read in "
-            f"{assumed.name}; give --geotags-crs {named.to_string()} (they are then transformed), or another project CRS.")
+            f"{assumed.name}; give --geotags-crs {named.to_string()} (they are then transformed), or another project "
+            "CRS.")
     if named is None and source is None:
         shift = _shift_from_itrf(track, crs)
         if shift > 0.05:
             reporter.warn(
-                f"{track.path.name}: its header says {track.datum or 'nothing'!r}, which names no frame; the positions are "
+                f"{track.path.name}: its header says {track.datum or 'nothing'!r}, which names no frame; the positions "
+                "are "
                 f"taken to be in the project's ({assumed.name}), as when the base station's coordinates were. If they "
                 f"were in ITRF (a PPP base), every photo is {shift:.1f} m off: give --geotags-crs EPSG:7912 then, else "
                 f"--geotags-crs {_code(assumed)} to say so.")
@@ -148,13 +153,13 @@ def _check_frame(track: Trajectory, crs: pyproj.CRS, source: pyproj.CRS | None, 
 
 def _shift_from_itrf(track: Trajectory, crs: pyproj.CRS) -> float:
     """How far ITRF2014 coordinates are off when they are read on the project's datum, metres; 0 when unknown."""
-    place = [np.median(v) for v in (track.lon_deg, track.lat_deg, track.height_m)]
+    lon, lat, height = (np.array([np.median(v)]) for v in (track.lon_deg, track.lat_deg, track.height_m))
     flat = horizontal(crs)
     try:
-        there = lonlat_to_project(flat, *np.array(place)[:, None], pyproj.CRS("EPSG:7912"), _year(track.gps_s))
+        there = lonlat_to_project(flat, lon, lat, height, pyproj.CRS("EPSG:7912"), _year(track.gps_s))
     except CRSError:
         return 0.0
-    return float(np.linalg.norm((there - lonlat_to_project(flat, *np.array(place)[:, None]))[0]))
+    return float(np.linalg.norm((there - lonlat_to_project(flat, lon, lat, height))[0]))
 
 
 def _code(crs: pyproj.CRS) -> str:
@@ -295,7 +300,8 @@ def _from_marks(
     marks = [read_mrk(path) for path in files.mrk] or [_marks_of_events(path, reporter) for path in files.events]
     if not marks:
         raise GeotagError(
-            f"{(files.pos or files.rinex)[0]}: gives the antenna's path but no exposure times; put the drone's Timestamp.MRK beside it."
+            f"{(files.pos or files.rinex)[0]}: gives the antenna's path but no exposure times; put the drone's "
+            "Timestamp.MRK beside it."
         )
     for each in marks:
         for note in each.notes:
@@ -328,8 +334,8 @@ def _from_marks(
             for i, value in zip(paired, solved[2], strict=True):
                 quality[i] = value
         else:
-            place = each.lon_deg[own], each.lat_deg[own], each.height_m[own]
-            xyz[paired] = lonlat_to_project(crs, *place, source, _year(each.gps_s))
+            lon, lat, height = each.lon_deg[own], each.lat_deg[own], each.height_m[own]
+            xyz[paired] = lonlat_to_project(crs, lon, lat, height, source, _year(each.gps_s))
             for i, row in zip(paired, own, strict=True):
                 quality[i], sd[i] = _grade(each.flag[row], each.sd[row], "single")
     if tracks and not np.isfinite(xyz).any():
@@ -348,7 +354,8 @@ def _note_spare(marks: Marks, used: np.ndarray, reporter: Reporter) -> None:
     spare = np.setdiff1d(np.arange(len(marks.index)), used)
     if len(spare):
         numbers = shorten([str(n) for n in marks.index[spare]], 8)
-        reporter.warn(f"{marks.path.name}: {len(spare)} of {len(marks.index)} exposures have no photo (number {numbers}).")
+        reporter.warn(f"{marks.path.name}: {len(spare)} of {len(marks.index)} exposures have no photo (number "
+                      f"{numbers}).")
 
 
 def _marks_of_events(path: Path, reporter: Reporter) -> Marks:

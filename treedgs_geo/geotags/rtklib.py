@@ -77,7 +77,8 @@ def read_pos(path: Path) -> Trajectory:
             rows.append(_parse_row(line, header, base))
         except _Unsupported as problem:
             raise GeotagError(
-                f"{path}, line {header_number}: columns {' '.join(header.split())[:90]!r} {problem}; write the solution as "
+                f"{path}, line {header_number}: columns {' '.join(header.split())[:90]!r} {problem}; write the "
+                "solution as "
                 "latitude/longitude/height in decimal degrees."
             ) from None
         except (ValueError, IndexError):

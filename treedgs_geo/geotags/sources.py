@@ -56,7 +56,8 @@ def find_geotags(geotags: Path, photos: Path) -> GeotagFiles:
         raise GeotagError(f"{geotags}: not found; give the folder or file with the MRK, .pos or CSV geotags.")
     if not (found.mrk or found.pos or found.events or found.tables or found.rinex):
         raise GeotagError(
-            f"{geotags}: holds no geotags, expected MRK, RTKLIB .pos, RINEX, or a table with the columns name, lat, lon, h; "
+            f"{geotags}: holds no geotags, expected MRK, RTKLIB .pos, RINEX, or a table with the columns name, lat, "
+            "lon, h; "
             "leave --geotags out to use the photos' EXIF."
         )
     if found.tables and (found.mrk or found.pos or found.events):
@@ -90,7 +91,8 @@ def _sort_in(path: Path, found: GeotagFiles, always: bool = False) -> None:
     elif _is_rinex(path):
         found.rinex.append(path)
     elif always:
-        raise GeotagError(f"{path}: is not a kind of geotags that is known; give MRK, RTKLIB .pos, RINEX, CSV or geo.txt.")
+        raise GeotagError(f"{path}: is not a kind of geotags that is known; give MRK, RTKLIB .pos, RINEX, CSV or "
+                          "geo.txt.")
 
 
 _RINEX = re.compile(r"\.(obs|nav|rnx|crx|\d\d[oOnNgGpPlLcCqQfFdD])$", re.IGNORECASE)

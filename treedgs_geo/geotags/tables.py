@@ -65,7 +65,8 @@ def read_position_table(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None = 
         raise GeotagError(
             f"{path}: cannot be read ({problem.strerror}); give a table of photo names and positions."
         ) from None
-    rows = _read_geo_txt(path, lines, crs, frame) if path.name.lower() == "geo.txt" else _read_csv(path, lines, crs, frame)
+    read = _read_geo_txt if path.name.lower() == "geo.txt" else _read_csv
+    rows = read(path, lines, crs, frame)
     names = [row[0] for row in rows]
     doubled = {name for name in names if names.count(name) > 1} if len(set(names)) < len(names) else set()
     if doubled:
@@ -115,7 +116,7 @@ def _read_csv(path: Path, lines: list[str], crs: pyproj.CRS, frame: pyproj.CRS |
                 "line 1; correct the row."
             ) from None
         xyz = (
-            lonlat_to_project(crs, *np.array([[first], [second], [h]]), frame)[0]
+            lonlat_to_project(crs, np.array([first]), np.array([second]), np.array([h]), frame)[0]
             if geographic
             else np.array([first, second, h])
         )
@@ -123,7 +124,9 @@ def _read_csv(path: Path, lines: list[str], crs: pyproj.CRS, frame: pyproj.CRS |
     return rows
 
 
-def _read_geo_txt(path: Path, lines: list[str], crs: pyproj.CRS, frame: pyproj.CRS | None) -> list[tuple[str, list[float]]]:
+def _read_geo_txt(
+    path: Path, lines: list[str], crs: pyproj.CRS, frame: pyproj.CRS | None
+) -> list[tuple[str, list[float]]]:
     """ODM: CRS line, then ``name x y [z] [yaw pitch roll] [h_acc v_acc]``."""
     filled = [(number, line) for number, line in enumerate(lines, start=1) if line.strip() and not line.startswith("#")]
     if not filled:
@@ -147,7 +150,7 @@ def _read_geo_txt(path: Path, lines: list[str], crs: pyproj.CRS, frame: pyproj.C
                 f"{path}, line {number}: found {line.strip()[:60]!r}, expected name x y z; correct the row."
             ) from None
         if source.is_geographic:
-            xyz = lonlat_to_project(crs, *np.array([[x], [y], [z]]), frame)[0]
+            xyz = lonlat_to_project(crs, np.array([x]), np.array([y]), np.array([z]), frame)[0]
         else:
             xyz = transform(source, crs, np.array([[x, y, z]]), str(path))[0]
         rows.append((cells[0], [*xyz, *sd]))

@@ -1,4 +1,4 @@
-"""Copies of the photos that carry the corrected positions in EXIF and XMP, by ExifTool. Originals are only ever read."""
+"""Copies of the photos with the corrected positions in EXIF and XMP, by ExifTool. Originals are only ever read."""
 
 from __future__ import annotations
 
@@ -50,12 +50,14 @@ def write_tagged_copies(stations: Stations, target: Path, reporter: Reporter) ->
                                     "package libimage-exiftool-perl.")
     geographic = horizontal(stations.crs).geodetic_crs
     if geographic is None:
-        raise GeotagError(f"{target}: {stations.crs.name} is not tied to a datum, expected one with longitude and latitude.")
+        raise GeotagError(f"{target}: {stations.crs.name} is not tied to a datum, expected one with longitude and "
+                          "latitude.")
     wanted = np.flatnonzero(stations.is_placed)
     size = sum(stations.paths[i].stat().st_size for i in wanted)
     target.parent.mkdir(parents=True, exist_ok=True)
     if 1.1 * size > shutil.disk_usage(target.parent).free:
-        raise OutputError(f"{target}: the copies need {size / 1e9:.1f} GB, more than is free there; choose another disk.")
+        raise OutputError(f"{target}: the copies need {size / 1e9:.1f} GB, more than is free there; choose another "
+                          "disk.")
     places = _geographic(stations, geographic, str(target))
     with atomic_folder(target) as folder:
         for first in range(0, len(wanted), _BATCH):

@@ -285,7 +285,8 @@ def bearing_to_grid_deg(
             declination = declination_deg(lon, lat, 0.0, parse_date(day, str(path)), f"{path}, plot {plot.plot_id}")
         else:
             raise InputError(
-                f"{path}: magnetic bearings need the day of the field work, expected --field-date 2025-06-30 (or a date "
+                f"{path}: magnetic bearings need the day of the field work, expected --field-date 2025-06-30 (or a "
+                "date "
                 "column), or --declination-deg: degrees, east positive."
             )
     return grid_convergence_deg(crs, lon, lat) - declination

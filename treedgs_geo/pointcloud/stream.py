@@ -54,7 +54,7 @@ def copy_cloud(source: Path, target: Path, step: Step, added: dict[str, str], cr
         with atomic_path(target) as temporary, laspy.open(temporary, "w", header=header) as writer:
             for points in iter_points(source, reader, _CHUNK):
                 xyz = np.column_stack([np.asarray(points.x), np.asarray(points.y), np.asarray(points.z)])
-                mask, values = step(xyz, lambda name, points=points: np.asarray(points[name]))
+                mask, values = step(xyz, _reader(points))
                 kept = points if mask is None else points[mask]
                 out = laspy.ScaleAwarePointRecord.zeros(len(kept), header=header)
                 for name in kept.array.dtype.names:
@@ -64,6 +64,10 @@ def copy_cloud(source: Path, target: Path, step: Step, added: dict[str, str], cr
                 writer.write_points(out)
                 written += len(kept)
     return written
+
+
+def _reader(points: Any) -> Callable[[str], np.ndarray]:
+    return lambda name: np.asarray(points[name])
 
 
 def _new_header(source: Any, added: dict[str, str]) -> Any:

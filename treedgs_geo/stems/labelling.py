@@ -14,7 +14,8 @@ class Labeller:
 
     def __init__(self, stems: StemMap) -> None:
         self.stems = stems
-        rows, cells = [], []
+        rows: list[list[float]] = []
+        cells: list[tuple[int, int, int]] = []
         sensor = SENSORS[stems.sensor]
         for number, stem in enumerate(stems.stems, start=1):
             pieces = (stem.cone, *stem.pieces)

@@ -163,7 +163,8 @@ def read_dtm(path: Path, crs: pyproj.CRS | None = None) -> Dtm:
     """Read a terrain raster to be asked in the project CRS.
 
     crs: the project CRS; a raster in another projected CRS is asked through a coordinate transformation, and when both
-    name a vertical datum its heights are turned into the project's. A raster without CRS is taken to be in ``crs``. Band 1 holds heights in metres; a second band described ``support`` is kept.
+    name a vertical datum its heights are turned into the project's. A raster without CRS is taken to be in ``crs``.
+    Band 1 holds heights in metres; a second band described ``support`` is kept.
 
     Raises:
         InputError: not a raster, or no height in it. CRSError: geographic or not in metres.
@@ -198,7 +199,8 @@ def read_dtm(path: Path, crs: pyproj.CRS | None = None) -> Dtm:
         check_projected(base, str(path))
         _check_vertical(grid_crs, path)
     differs = crs is not None and grid_crs is not None and not same_place(crs, grid_crs)
-    dtm = Dtm(heights, transform, horizontal(crs) or grid_crs, support, grid_crs=horizontal(grid_crs) if differs else None)
+    other = horizontal(grid_crs) if differs else None
+    dtm = Dtm(heights, transform, horizontal(crs) or grid_crs, support, grid_crs=other)
     return _same_vertical(dtm, grid_crs, crs, path)
 
 
