@@ -81,6 +81,41 @@ def draw_stem_map(trees: gpd.GeoDataFrame, plots: list[Plot], title: str = "") -
     return picture.getvalue()
 
 
+def draw_dbh_histogram(trees: gpd.GeoDataFrame, width_cm: float = 5.0) -> bytes:
+    """PNG of the number of stems by DBH class, stacked by flag; refused stems have no DBH and are counted beside it."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(8, 3.2), dpi=110, layout="constrained")
+    known = trees[trees["dbh_cm"].notna()]
+    number = np.floor(known["dbh_cm"].astype(float) / width_cm + 1e-9).astype(int)
+    classes = range(int(number.min()), int(number.max()) + 1) if len(known) else range(0)
+    base = np.zeros(len(classes))
+    for flag, colour in _COLOURS.items():
+        counts = np.array([int(((number == k) & (known["qc_flag"] == flag)).sum()) for k in classes])
+        if counts.sum():
+            axes.bar(
+                [k * width_cm for k in classes], counts, width_cm * 0.9, base, align="edge", color=colour, label=flag
+            )
+            base += counts
+    n_refused = len(trees) - len(known)
+    axes.set_xlabel("DBH, cm")
+    axes.set_ylabel("Stems")
+    axes.set_title(f"{len(known)} stems with a DBH, {n_refused} without", fontsize=11)
+    axes.yaxis.get_major_locator().set_params(integer=True)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.grid(axis="y", alpha=0.3)
+    axes.set_axisbelow(True)
+    if len(known):
+        axes.legend(frameon=False)
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png")
+    plt.close(figure)
+    return picture.getvalue()
+
+
 def write_report(
     path: Path,
     trees: gpd.GeoDataFrame,
@@ -124,6 +159,7 @@ def write_report(
         n_refused=len(trees) - len(measured),
         warnings=f"<div class='warn'><b>Warnings</b><ul>{notes}</ul></div>" if notes else "",
         picture=picture,
+        histogram=base64.b64encode(draw_dbh_histogram(trees)).decode(),
         rows="".join(rows),
         card=card,
         cost=cost,
