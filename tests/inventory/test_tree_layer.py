@@ -90,4 +90,4 @@ def test_report_names_each_tree_and_reason(tmp_path):
         "1 of 2 stems",
     ):
         assert words in page
-    assert "http" not in page
+    assert "http" not in page and page.count("data:image/png;base64") == 2  # the map and the histogram
