@@ -22,6 +22,7 @@ qgis: setup  ## QGIS with the plugin, in the private profile
 
 parameters: setup  ## after a verb's settings or a pinned range changed
 	@$(PYTHON) tools/write_parameters.py
+	@/usr/bin/python3 tools/write_models.py
 
 styles: setup  ## the layers' styles, with PyQGIS
 	@/usr/bin/python3 tools/write_styles.py

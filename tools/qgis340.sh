@@ -26,7 +26,7 @@ mounts="$PWD"
 mounts="$mounts $python"
 [ -d "$(dirname "$PWD")/shared" ] && mounts="$mounts $(dirname "$PWD")/shared"
 # A private mount namespace: nothing stays mounted when this ends.
-exec unshare --mount --propagation private sh -eu -c '
+exec nice unshare --mount --propagation private sh -eu -c '
     root=$1 work=$2 mounts=$3; shift 3
     for folder in $mounts; do mkdir -p "$root$folder"; mount --rbind "$folder" "$root$folder"; done
     mount -t proc proc "$root/proc"; mount --rbind /dev "$root/dev"

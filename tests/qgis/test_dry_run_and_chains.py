@@ -143,6 +143,10 @@ for name in ("photostostandtable", "cloudtostandtable", "photostoaccuracy"):
     for child in made.childAlgorithms().values():
         known = {d.name() for d in child.algorithm().parameterDefinitions()}
         assert set(child.parameterSources()) <= known, (name, set(child.parameterSources()) - known)
+        for definition in child.algorithm().parameterDefinitions():
+            for source in child.parameterSources().get(definition.name(), []):
+                if source.staticValue() is not None:
+                    assert source.staticValue() == definition.defaultValue(), ("run make models", definition.name())
     print("OUTPUTS", name, sorted(d.name() for d in made.destinationParameterDefinitions()))
 """)
     assert done.returncode == 0, done.stderr
