@@ -54,11 +54,12 @@ MRK = "".join(
     f"{k}\t{267313.99 + 2 * k:.6f}\t[2164]\t    17,N\t   -10,E\t   "
     f"193,V\t35.93{k:06d},Lat\t139.97336529,Lon\t84.704,Ellh\t"
     "1.021122, 1.216043, 2.734893\t16,Q\n" for k in range(1, 9))
-POS = ("% ref pos   :   35.1  139.9  80.0\n"
-       "%  GPST                  latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   sdu(m)\n" + "".join(
-           f"2026/03/12 15:15:{k:02d}.200   33.59984{k:04d}  -91.800149874   108.28{k:02d}   1  16   0.0110   0.0105   "
-           "0.0270\n"
-           for k in range(12)))
+POS = (
+    "% ref pos   :   35.1  139.9  80.0\n"
+    "%  GPST         latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   sdu(m)\n"
+) + "".join(
+    f"2026/03/12 15:15:{k:02d}.200   33.59984{k:04d}  -91.800149874   108.28{k:02d}   1  16   0.011 0.010 0.027\n"
+    for k in range(12))
 TABLE = "name,lat,lon,h,sd_e,sd_n,sd_u\n" + "".join(
     f"p{k}.jpg,33.6{k:04d},-91.8,10{k}.5,0.01,0.01,0.02\n" for k in range(9))
 

@@ -146,3 +146,86 @@ def test_layer_round_trip(tmp_path: Path) -> None:
     assert again.names == stations.names and again.quality == stations.quality and again.crs == stations.crs
     with pytest.raises(InputError, match="stations"):
         read_stations_layer(tmp_path / "missing.gpkg")
+
+
+def _split_flights(folder: Path, tmp_path: Path, own_folders: bool) -> Path:
+    """plot_a's two flights as a drone writes them: a MRK each, both counting from 1; photos numbered from 1 too."""
+    lines = next(folder.glob("*.MRK")).read_text().splitlines(keepends=True)
+    photos = sorted((folder / "images").iterdir())
+    times = [float(line.split()[1]) for line in lines]
+    cut = int(np.argmax(np.diff(times))) + 1
+    for flight, part in enumerate((range(cut), range(cut, len(lines)))):
+        place = tmp_path / f"DJI_2026_{flight + 1:03d}" if own_folders else tmp_path
+        place.mkdir(exist_ok=True)
+        text = "".join(f"{k}\t" + lines[i].split("\t", 1)[1] for k, i in enumerate(part, start=1))
+        (place / f"DJI_2026_{flight + 1:03d}_Timestamp.MRK").write_text(text)
+        for k, i in enumerate(part, start=1):
+            stem = photos[i].stem.split("_")
+            shutil.copy(photos[i], place / f"{stem[0]}_{stem[1]}_{k:04d}_V.JPG")
+    shutil.copy(folder / "plot_a_ppk.pos", tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("own_folders", [True, False])
+def test_several_marks_that_all_count_from_one(tmp_path: Path, own_folders: bool) -> None:
+    folder = needs_shared("plot_a")
+    whole = read_stations(folder / "images", folder, "EPSG:6344", check_photos=False)
+    flights = _split_flights(folder, tmp_path, own_folders)
+    found = read_stations(flights, flights, "EPSG:6344", check_photos=False)
+    assert len(found) == len(whole) and found.is_placed.all()
+    # by time of exposure, whatever the names are now
+    one, other = np.argsort(found.utc), np.argsort(whole.utc)
+    np.testing.assert_allclose(found.xyz[one], whole.xyz[other], atol=1e-9)
+    assert len(set(found.flight.tolist())) == 2
+
+
+def test_events_file_of_rtklib(tmp_path: Path) -> None:
+    """``_events.pos``: a row an exposure; without MRK the lever arm is unknown, and that is said."""
+    folder = needs_shared("plot_a")
+    whole = read_stations(folder / "images", folder, "EPSG:6344", check_photos=False)
+    lon_lat = __import__("pyproj").Transformer.from_crs("EPSG:6344", "EPSG:6318", always_xy=True)
+    lon, lat = lon_lat.transform(whole.xyz[:, 0], whole.xyz[:, 1])
+    from treedgs_geo.geotags.gpstime import utc_to_gps
+
+    gps = utc_to_gps(whole.utc)
+    rows = "".join(
+        f"{int(g // 604800)} {g % 604800:.4f} {la:.9f} {lo:.9f} {z:.4f} 1 16 0.011 0.010 0.027\n"
+        for g, la, lo, z in zip(gps, lat, lon, whole.xyz[:, 2], strict=True))
+    (tmp_path / "f_events.pos").write_text("% ref frame : NAD83(2011)\n%  GPST latitude(deg) longitude(deg) height(m)  "
+                                           "Q  ns sdn(m) sde(m) sdu(m)\n" + rows)
+    listening = Listening()
+    found = read_stations(folder / "images", tmp_path, "EPSG:6344", check_photos=False, reporter=listening)
+    np.testing.assert_allclose(found.xyz, whole.xyz, atol=2e-3)
+    assert "offset from antenna to camera" in listening.warnings[0]
+    read_stations(folder / "images", tmp_path, "EPSG:6344", check_photos=False, camera_delay_ms=50, reporter=listening)
+    assert any("delay is not applied" in warning for warning in listening.warnings)
+
+
+def test_delay_moves_the_camera_along_its_path() -> None:
+    folder = needs_shared("plot_a")
+    plain = read_stations(folder / "images", folder, "EPSG:6344", check_photos=False)
+    late = read_stations(folder / "images", folder, "EPSG:6344", check_photos=False, camera_delay_ms=100)
+    early = read_stations(folder / "images", folder, "EPSG:6344", check_photos=False, camera_delay_ms=-100)
+    np.testing.assert_allclose(late.utc - plain.utc, 0.1, atol=1e-6)
+    forward, back = late.xyz - plain.xyz, plain.xyz - early.xyz
+    speed = np.linalg.norm(forward[:, :2], axis=1) / 0.1
+    assert 1.0 < np.median(speed) < 8.0 and np.median(np.linalg.norm((forward - back)[:, :2], axis=1)) < 0.05
+
+
+def test_photos_and_marks_that_differ_are_counted(tmp_path: Path) -> None:
+    folder = needs_shared("plot_a")
+    for path in sorted((folder / "images").iterdir())[1:30]:
+        shutil.copy(path, tmp_path / path.name)
+    listening = Listening()
+    read_stations(tmp_path, folder, "EPSG:6344", check_photos=False, reporter=listening)
+    assert any("33 of 62 exposures have no photo (number 1, " in warning for warning in listening.warnings)
+    # and the other way: marks that begin one late
+    marks = tmp_path / "late"
+    marks.mkdir()
+    lines = next(folder.glob("*.MRK")).read_text().splitlines(keepends=True)
+    (marks / "a.MRK").write_text("".join(lines[1:]))
+    shutil.copy(folder / "plot_a_ppk.pos", marks)
+    listening = Listening()
+    found = read_stations(folder / "images", marks, "EPSG:6344", check_photos=False, reporter=listening)
+    assert found.is_placed.sum() == 61 and not found.is_placed[0]
+    assert any("no exposure for 1 of 62 photos" in warning for warning in listening.warnings)

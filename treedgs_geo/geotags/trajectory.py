@@ -44,6 +44,8 @@ def interpolate(trajectory: Trajectory, xyz: np.ndarray, gps_s: np.ndarray, max_
     quality = ["none"] * count
     right = np.clip(np.searchsorted(times, gps_s), 1, len(times) - 1)
     left = right - 1
+    # An exposure exactly at an epoch (an _events.pos) rests on that epoch alone, also after a gap.
+    left = np.where(times[right] == gps_s, right, left)
     right = np.where(times[left] == gps_s, left, right)
     gap = times[right] - times[left]
     inside = (gps_s >= times[0]) & (gps_s <= times[-1]) & (gap <= 10.0)
