@@ -141,6 +141,9 @@ def killed(given: argparse.Namespace) -> dict:
             victim.kill()
             victims[kind] = victims.get(kind, 0) + 1
     messages = [json.loads(line) for line in out[0].splitlines() if line.startswith("{")]
+    errors = [m["message"] for m in messages if m["t"] == "error"]
+    if process.returncode:
+        raise SystemExit(f"the campaign failed ({process.returncode}) after {victims}: {errors}")
     result = next(m["result"] for m in messages if m["t"] == "result")
     if not calm.exists():
         timed(manifest, given.scratch / "same", "--workers", str(given.workers))

@@ -34,11 +34,11 @@ from treedgs_geo.core.files import write_json  # noqa: E402
 TYPICAL = {"photos": {"photos": 62, "megapixels": 76.2}, "cloud": {"points_m": 1.0}}
 
 
-def thin(plot: Path, scratch: Path) -> int:
+def thin(plot: Path, scratch: Path, steps: list[int]) -> int:
     """Photo plots with every k-th photo of ``plot``, as one campaign."""
     photos = sorted((plot / "images").iterdir())
     rows = []
-    for step in (1, 2, 3):
+    for step in steps:
         folder = scratch / f"every{step}"
         folder.mkdir(parents=True, exist_ok=True)
         for photo in photos[::step]:
@@ -54,7 +54,7 @@ def thin(plot: Path, scratch: Path) -> int:
         writer.writeheader()
         writer.writerows(rows)
     return subprocess.run([sys.executable, "-m", "treedgs_geo", "campaign", "--manifest", str(scratch / "plots.csv"),
-                           "--workspace", str(scratch / "work"), "--workers", "1"], cwd=ROOT).returncode
+                           "--workspace", str(scratch / "work"), "--workers", "2"], cwd=ROOT).returncode
 
 
 def runs_of(folders: list[Path]) -> list[dict]:
@@ -93,13 +93,14 @@ def main() -> int:
     """Make runs, or fit and check them."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--thin", type=Path)
+    parser.add_argument("--steps", type=int, nargs="+", default=[1, 2, 3], help="every how many-th photo")
     parser.add_argument("--scratch", type=Path, default=ROOT / "build" / "campaign_costs")
     parser.add_argument("--runs", type=Path, nargs="*", default=[])
     parser.add_argument("--ship", action="store_true", help="write treedgs_geo/campaign/costs.json")
     given = parser.parse_args()
     given.scratch = given.scratch.resolve()
     if given.thin:
-        return thin(given.thin, given.scratch)
+        return thin(given.thin, given.scratch, given.steps)
     runs = runs_of(given.runs)
     found: dict = {"version": __version__, "machine": {
         "cores": os.cpu_count(), "python": platform.python_version(), "machine": platform.machine()}, "routes": {}}

@@ -63,7 +63,14 @@ def calm(clouds, tmp_path_factory) -> Path:
     ended = Ended(start(place / "plots.csv", place / "mein Ordner", "--workers", "2"))
     assert ended.code == 0, ended.said("error") + [ended.log]
     assert ended.result["n_run"] == 6 and ended.result["n_failed"] == 0
+    for n in range(6):
+        shutil.copy(place / "mein Ordner" / "plots" / f"p{n}" / "trees.gpkg", place / f"p{n}.gpkg")
     return place
+
+
+def undisturbed(calm: Path, count: int) -> dict[str, Path]:
+    """The first plots' layers of the undisturbed campaign."""
+    return {f"p{n}": calm / f"p{n}.gpkg" for n in range(count)}
 
 
 def test_the_trees_of_single_runs(calm, clouds, tmp_path):
@@ -120,21 +127,15 @@ def test_killed_workers_and_supervisors(calm, clouds, tmp_path):
     assert killed == 4 and ended.result["n_interrupted"] + sum(
         a["outcome"] in (None, "interrupted") for p in (tmp_path / "w" / "plots").iterdir()
         for a in json.loads((p / "plot.json").read_text())["attempts"]) > 0
-    single = {f"p{n}": tmp_path / f"{n}.gpkg" for n in range(4)}
-    for n in range(4):
-        shutil.copy(tmp_path / "w" / "plots" / f"p{n}" / "trees.gpkg", single[f"p{n}"])
-    assert differences(tmp_path / "w" / "trees.gpkg", single) == []
-    undisturbed = Ended(start(manifest, tmp_path / "calm", "--workers", "2"))
-    assert undisturbed.code == 0
-    assert differences(tmp_path / "w" / "trees.gpkg", tmp_path / "calm" / "trees.gpkg") == []
+    assert differences(tmp_path / "w" / "trees.gpkg", undisturbed(calm, 4)) == []
     wait_until(lambda: nobody_left(tmp_path / "w"), 20)
 
 
 def test_killed_coordinators_and_a_second_one(clouds, tmp_path):
-    """SIGKILL the whole campaign three times at random moments; a second coordinator meanwhile is refused."""
+    """SIGKILL the whole campaign twice at random moments; a second coordinator meanwhile is refused."""
     manifest, workspace = write_manifest(tmp_path / "m.csv", rows_for(clouds, 3)), tmp_path / "w"
     draw = random.Random(3)
-    for turn in range(3):
+    for turn in range(2):
         running = start(manifest, workspace, "--workers", "2")
         wait_until(lambda: processes(workspace, "plot") or running.poll() is not None)  # noqa: B023
         if turn == 0:
@@ -238,9 +239,7 @@ def test_two_hosts_with_a_shared_folder(calm, clouds, tmp_path):
         ended = Ended(start(manifest, tmp_path / "w", "--scheduler", address))
     assert ended.code == 0 and ended.result["n_done"] == 4, ended.messages
     assert {row["host"] for row in table(tmp_path / "w").values()} == {"tdg-host-a", "tdg-host-b"}
-    here = Ended(start(manifest, tmp_path / "one", "--workers", "2"))
-    assert here.code == 0
-    assert differences(tmp_path / "w" / "trees.gpkg", tmp_path / "one" / "trees.gpkg") == []
+    assert differences(tmp_path / "w" / "trees.gpkg", undisturbed(calm, 4)) == []
 
 
 def test_overlapping_plots_are_told(clouds, tmp_path, campaign):
@@ -301,3 +300,21 @@ def test_workers_from_a_queue(clouds, tmp_path):
         env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}", "QUEUE": str(tmp_path)}))
     assert ended.code == 0 and ended.result["n_done"] == 1, ended.messages + [ended.log]
     assert len(list(tmp_path.glob("*.job"))) == 1
+
+
+def test_one_table_for_all_plots(clouds, tmp_path, campaign):
+    """Centres and field trees of every plot in one table each: a row's edit redoes that plot alone."""
+    rows = [{"plot_id": f"p{n}", "cloud": clouds / f"cloud_{n}.laz", "plots": "centres.csv", "field": "trees.csv"}
+            for n in range(2)]
+    manifest = write_manifest(tmp_path / "m.csv", rows)
+    centres = ["plot_id;easting;northing;radius_m", *(f"p{n};{500004 + 20 * n},5;3700004,5;9,0" for n in range(2))]
+    (tmp_path / "centres.csv").write_text("\n".join(centres))
+    tally = ["plot_id,tree_id,azimuth_deg,distance_m,dbh_cm", "p0,1,180,3,25", "p0,2,90,2,22", "p1,1,10,2,30"]
+    (tmp_path / "trees.csv").write_text("\n".join(tally))
+    first = campaign(manifest, tmp_path / "w")
+    assert first.code == 0 and first.result["n_run"] == 2, first.messages
+    found = table(tmp_path / "w")
+    assert all(row["n_field"] or row["remark"] for row in found.values()), found
+    (tmp_path / "trees.csv").write_text("\n".join([*tally, "p1,2,200,3,28"]))
+    again = campaign(manifest, tmp_path / "w")
+    assert (again.result["n_run"], again.result["n_kept"]) == (1, 1), again.messages

@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
-from ..core.errors import InputError, MissingComponentError, TreeDGSError
+from ..core.errors import InputError, MissingComponentError, OutputError, TreeDGSError
 from ..core.progress import Reporter
 from .task import RESOURCE
 
@@ -190,13 +190,9 @@ def open_crew(
 
 
 def _local(shape: Shape, dashboard: str, reporter: Reporter) -> Iterator[Crew]:
-    from distributed import Client, LocalCluster
+    from distributed import Client
 
-    # Memory is watched per plot (its own process), so Dask's watch over the thin workers is off.
-    cluster = LocalCluster(
-        n_workers=shape.processes, threads_per_worker=shape.slots, processes=True, memory_limit=0,
-        resources={RESOURCE: shape.memory_gb}, dashboard_address=_dashboard(dashboard), silence_logs=logging.CRITICAL,
-        host="127.0.0.1")
+    cluster = _start_local(shape, dashboard)
     try:
         with Client(cluster, set_as_default=False, timeout=30) as client:
             crew = Crew(client, "this machine", reporter, cluster, shape.processes)
@@ -208,6 +204,29 @@ def _local(shape: Shape, dashboard: str, reporter: Reporter) -> Iterator[Crew]:
     finally:
         with suppress(Exception):
             cluster.close(timeout=5)
+
+
+def _start_local(shape: Shape, dashboard: str) -> Any:
+    """Workers on this machine; one that is killed while they start (memory, a person) is no reason to give up.
+
+    Raises:
+        OutputError: they do not start three times.
+    """
+    from distributed import LocalCluster
+
+    problem: Exception | None = None
+    for _ in range(3):
+        try:
+            # Memory is watched per plot (its own process), so Dask's watch over the thin workers is off.
+            return LocalCluster(
+                n_workers=shape.processes, threads_per_worker=shape.slots, processes=True, memory_limit=0,
+                resources={RESOURCE: shape.memory_gb}, dashboard_address=_dashboard(dashboard),
+                silence_logs=logging.CRITICAL, host="127.0.0.1")
+        except (OSError, RuntimeError, TimeoutError) as trouble:
+            problem = trouble
+            _end_children()
+    raise OutputError(f"The workers do not start on this machine ({problem}); run 'treedgs doctor', or give fewer "
+                      "--workers.")
 
 
 def _remote(address: str, reporter: Reporter) -> Iterator[Crew]:

@@ -21,6 +21,8 @@ ROUTES = {"photos": "photos-to-dbh", "cloud": "pointcloud-to-dbh"}
 #: Settings that the campaign gives itself.
 _OWN = {"workspace", "output", "stems_output", "input", "trees", "dry_run"}
 _PATHS = ("file", "folder", "files")
+#: What the plot may be called in a field table.
+_PLOT_COLUMNS = ("plot_id", "plot", "plotid", "plot_no")
 #: How many rows are explained in one error.
 _TOLD = 8
 
@@ -267,6 +269,24 @@ class Checker:
                 f"names the same {row.route} as line {before}: its trees would be counted twice; remove one row, or "
                 "name each row's plot_id in a plots table."
             )
+
+
+def own_plots(row: dict[str, Any]) -> list[dict[str, str]]:
+    """The row's circle out of its plots table; every row of it when the row's id is not there."""
+    if not row["plots"]:
+        return []
+    cells = [found for _, found in read_rows(Path(row["plots"]))]
+    return [found for found in cells if found.get("plot_id") == row["plot_id"]] or cells
+
+
+def own_field(row: dict[str, Any]) -> list[dict[str, str]]:
+    """The field trees of the row's plots, out of a table that may hold every plot's."""
+    if not row["field"]:
+        return []
+    cells = [found for _, found in read_rows(Path(row["field"]))]
+    wanted = {found.get("plot_id") for found in own_plots(row)}
+    column = next((name for name in _PLOT_COLUMNS if any(name in found for found in cells)), "")
+    return [found for found in cells if not column or found.get(column) in wanted]
 
 
 def _placeholders(route: str) -> dict[str, str]:

@@ -17,7 +17,7 @@ from ..core.errors import TreeDGSError
 from ..core.files import atomic_path, read_json
 from ..core.progress import Reporter, make_reporter
 from ..core.settings import build
-from .manifest import ROUTES, read_rows
+from .manifest import ROUTES, own_field, own_plots
 from .places import TREES
 
 
@@ -65,14 +65,15 @@ def run_plot(job: dict[str, Any], reporter: Reporter) -> dict[str, Any]:
 
 def _own_plots(row: dict[str, Any], folder: Path) -> Path:
     """The row's circle out of its plots table; the whole table when the row's id is not in it."""
-    cells = [found for _, found in read_rows(Path(row["plots"]))]
-    mine = [found for found in cells if found.get("plot_id") == row["plot_id"]] or cells
-    names = list(dict.fromkeys(name for found in mine for name in found if name))
-    target = folder / "plots.csv"
+    return _write_rows(folder / "plots.csv", own_plots(row))
+
+
+def _write_rows(target: Path, rows: list[dict[str, str]]) -> Path:
+    names = list(dict.fromkeys(name for found in rows for name in found if name))
     with atomic_path(target) as temporary, open(temporary, "w", newline="", encoding="utf-8") as stream:
         writer = csv.DictWriter(stream, names, extrasaction="ignore", restval="")
         writer.writeheader()
-        for found in mine:
+        for found in rows:
             comma = found.get("") == ";"
             writer.writerow({name: _point(text) if comma else text for name, text in found.items() if name})
     return target
@@ -87,15 +88,12 @@ def _point(text: str) -> str:
 def _accuracy(row: dict[str, Any], plots: str, folder: Path, n_trees: int, reporter: Reporter) -> dict[str, Any]:
     """Errors against the field trees; a plot that cannot be paired says why and loses nothing else."""
     from ..commands import get_command
-    from ..core.plots import read_plots
     from ..evaluation.tables import evidence_from_pairs, metrics_of
-    from ..inventory.tree_layer import read_trees
 
     if not n_trees:
         return {"note": "no tree was measured"}
     try:
-        wanted = {plot.plot_id for plot in read_plots(Path(plots), read_trees(folder / TREES).crs)}
-        tally = _own_field(Path(row["field"]), wanted, folder)
+        tally = _write_rows(folder / "field_trees.csv", own_field(row))
         command = get_command("match-plots")
         pairs = folder / "pairs.gpkg"
         command.run(build(command.settings, {
@@ -107,22 +105,6 @@ def _accuracy(row: dict[str, Any], plots: str, folder: Path, n_trees: int, repor
         return {"note": str(problem)}
     return {name: pooled.get(name) for name in (
         "n", "n_reference", "success_rate", "rmse_cm", "me_cm", "n_false", "coverage_90")}
-
-
-def _own_field(field: Path, wanted: set[str], folder: Path) -> Path:
-    """The plot's rows of a field table that may hold every plot's trees."""
-    rows = [cells for _, cells in read_rows(field)]
-    heads = [name for name in dict.fromkeys(n for cells in rows for n in cells) if name]
-    column = next((name for name in ("plot_id", "plot", "plotid", "plot_no") if name in heads), "")
-    mine = [cells for cells in rows if not column or cells.get(column) in wanted]
-    target = folder / "field_trees.csv"
-    with atomic_path(target) as temporary, open(temporary, "w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, heads, extrasaction="ignore", restval="")
-        writer.writeheader()
-        for cells in mine:
-            comma = cells.get("") == ";"
-            writer.writerow({name: _point(text) if comma else text for name, text in cells.items() if name})
-    return target
 
 
 def main() -> int:

@@ -7,6 +7,7 @@ one JSON line.
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import sys
@@ -21,6 +22,7 @@ from ..core.files import read_json
 from .engine_process import Ending, EngineProcess, is_full
 from .inputs import content_key, input_files
 from .lease import Busy, Lease, Lost, host
+from .manifest import own_field, own_plots
 from .places import CAMPAIGN, LOG, PROGRESS
 from .record import Record
 
@@ -58,11 +60,13 @@ def _run(job: dict[str, Any], folder: Path, lease: Lease, orphaned: threading.Ev
         return {"outcome": "kept"}
     row = job["row"]
     try:
-        files = input_files(row["route"], row["values"], row["plots"], row["field"])
-        key = f"{job['settings']}:{content_key(files)}"
-    except OSError as trouble:
-        return {"outcome": "setup", "message": f"{trouble.filename} cannot be read on {host()} ({trouble.strerror}); "
-                "every worker needs the inputs under the same path"}
+        # Of tables that serve many plots, only this plot's lines count.
+        lines = json.dumps([own_plots(row), own_field(row)], sort_keys=True)
+        files = content_key(input_files(row["route"], row["values"], "", ""))
+        key = f"{job['settings']}:{files}:{hashlib.sha256(lines.encode()).hexdigest()[:16]}"
+    except (OSError, TreeDGSError) as trouble:
+        return {"outcome": "setup", "message": f"an input cannot be read on {host()} ({trouble}); every worker needs "
+                "the inputs under the same path"}
     if record.is_done(key):
         record.stamp = job["stamp"]
         record.save()
