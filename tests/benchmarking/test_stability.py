@@ -56,17 +56,17 @@ def test_a_method_that_refuses_everything_does_not_lie():
 
 def test_files_are_written_and_name_the_lie(tmp_path):
     records = [record("lean", 0.0, GOOD), record("lean", 25.0, BAD), record("lean", 25.0, GOOD, "lidar")]
-    result = write_stability(tmp_path, records, [1])
+    result = write_stability(tmp_path, records, 5)
     text = (tmp_path / "stability.md").read_text()
     assert result["n_lies"] == 2 and "| photos | lean | 25 | 1 | a (normal) | 20.0 | 25.1 | 5 |" in text
-    assert "nothing stands there" in text
+    assert "nothing stands there" in text and "only 3 of** 5 cases" in text
     page = (tmp_path / "stability.html").read_text()
     assert "<svg" in page and 'src="http' not in page and "<link" not in page
     assert json.loads((tmp_path / "stability.json").read_text())["verdict"]["lidar"]["lies"] == 0
     for name in ("stability-photos.svg", "stability-curves.png", "stability.csv", "stability-trees.csv"):
         assert (tmp_path / name).stat().st_size > 100
     with pytest.raises(TreeDGSError, match="No case"):
-        write_stability(tmp_path, [], [1])
+        write_stability(tmp_path, [], 5)
 
 
 def test_cases_are_kept_and_resumed(tmp_path):

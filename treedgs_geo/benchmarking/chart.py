@@ -227,8 +227,7 @@ def plots_of(given: Path | None, folder: Path, quick: bool, reporter: Reporter) 
         plot = folder / "plots" / f"sim{seed}"
         if not (plot / "truth" / "config.json").exists():
             with reporter.stage(f"simulate plot {seed}", 0.0, 1.0):
-                size = dict(preset="demo", radius_m=8.0, image_width=1216, image_height=912, samples=3,
-                            lidar_density_m2=1400.0) if quick else dict(preset="plot")
+                size = dict(preset="plot", radius_m=9.0, photos=50, samples=3) if quick else dict(preset="plot")
                 simulate_plot(SimulateSettings(output=plot, seed=seed, touching_saplings=1, strong_leans=1,
                                                lean_max_deg=8.0, **size), reporter)  # type: ignore[arg-type]
         plots.append(plot.resolve())

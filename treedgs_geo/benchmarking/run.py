@@ -83,12 +83,12 @@ def run_stability(output: Path, seeds: list[int], factors: list[str], fresh: boo
         records = list(run_cases(cases, output, reporter, fresh, budget))
     if len(records) < len(cases):
         reporter.warn(f"Out of time after {len(records)} of {len(cases)} cases; run again to go on.")
-    return {**write_stability(output, records, seeds), "n_cases": len(records), "n_wanted": len(cases),
+    return {**write_stability(output, records, len(cases)), "n_cases": len(records), "n_wanted": len(cases),
             "seconds": round(time.monotonic() - began)}
 
 
-def write_stability(output: Path, records: list[dict], seeds: list[int]) -> dict[str, Any]:
-    """Tables, pictures and page of the records."""
+def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str, Any]:
+    """Tables, pictures and page of the records; wanted: cases that there should be."""
     if not records:
         raise TreeDGSError("No case was run, so there is nothing to report; give more time with --budget-min.")
     table = stability_report.tree_rows(records)
@@ -96,7 +96,7 @@ def write_stability(output: Path, records: list[dict], seeds: list[int]) -> dict
     claim = stability_report.verdict(table)
     codes = sorted({record["code"] for record in records})
     facts = {"machine": chart.machine(), "seeds": sorted({record["seed"] for record in records}), "cases": len(records),
-             "measuring_code": codes}
+             "wanted": wanted, "measuring_code": codes}
     for name, frame in (("stability.csv", levels), ("stability-trees.csv", table)):
         with atomic_path(output / name) as path:
             frame.to_csv(path, index=False, float_format="%.4g")

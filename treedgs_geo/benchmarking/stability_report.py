@@ -14,6 +14,8 @@ from .factors import FACTORS, Factor
 LIE_CM = 5.0
 #: The claim to hold.
 MOST_LIES, COVERAGE = 0.02, (0.85, 0.95)
+#: With fewer accepted trees, 2 % and 90 % cannot be told from chance.
+ENOUGH = 50
 BLUE, VERMILION, GREEN, PURPLE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9"
 LOOKS = {"photos": (BLUE, "o", "-"), "lidar": (VERMILION, "^", "-"), "lidar cylinder": (GREEN, "s", "--"),
          "lidar circle": (PURPLE, "v", ":"), "lidar circle intensity": (SKY, "D", ":")}
@@ -106,7 +108,7 @@ def draw_errors(table: pd.DataFrame, method: str) -> Any:
 
     own = table[table["method"] == method]
     factors = [f for f in FACTORS if (own["factor"] == f.key).any()]
-    columns = 4
+    columns = max(min(4, len(factors)), 2)
     figure, grid = plt.subplots(-(-len(factors) // columns), columns, squeeze=False, dpi=110,
                                 figsize=(3.1 * columns, 2.25 * -(-len(factors) // columns)))
     for axes in grid.flat[len(factors):]:
@@ -145,7 +147,7 @@ def _panel(axes: Any, part: pd.DataFrame, factor: Factor) -> None:
     axes.set_yticks([-5, 0, 5])
     axes.tick_params(labelsize=7)
     axes.set_xlim(-0.5, len(factor.levels) - 0.5)
-    axes.set_title(f"{factor.title}, {factor.unit}", fontsize=8, pad=3)
+    axes.set_title(factor.title if factor.unit in factor.title else f"{factor.title}, {factor.unit}", fontsize=8, pad=3)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
 
@@ -158,7 +160,7 @@ def draw_curves(levels: pd.DataFrame) -> Any:
     import matplotlib.pyplot as plt
 
     factors = [f for f in FACTORS if (levels["factor"] == f.key).any()]
-    columns = 5
+    columns = max(min(5, len(factors)), 2)
     rows = -(-len(factors) // columns)
     figure, grid = plt.subplots(2 * rows, columns, squeeze=False, dpi=110, figsize=(2.6 * columns, 2.7 * rows),
                                 gridspec_kw={"height_ratios": [2, 1] * rows})
@@ -202,7 +204,8 @@ def draw_curves(levels: pd.DataFrame) -> Any:
 def markdown(table: pd.DataFrame, levels: pd.DataFrame, facts: dict[str, Any]) -> str:
     """The claim, what misses it, and photos and LiDAR level by level, for the docs."""
     seeds = ", ".join(str(seed) for seed in facts["seeds"])
-    lines = [f"Seeds {seeds}; {facts['cases']} cases; TreeDGS {facts['machine']['version']}.", "",
+    done = "all" if facts["cases"] == facts["wanted"] else f"**only {facts['cases']} of**"
+    lines = [f"Seeds {seeds}; {done} {facts['wanted']} cases; TreeDGS {facts['machine']['version']}.", "",
              "| method | stems | measured | ok | ok, more than 5 cm off | share | claim (at most 2 %) | "
              "ok inside 90 % interval | claim (85-95 %) |", "|---|---|---|---|---|---|---|---|---|"]
     for method, found in verdict(table).items():
@@ -210,6 +213,10 @@ def markdown(table: pd.DataFrame, levels: pd.DataFrame, facts: dict[str, Any]) -
         cover = "–" if found["coverage"] is None else f"{100 * found['coverage']:.0f} % of {found['bounded']}"
         claimed = "holds" if found["holds"] else "missed" if found["ok"] else "accepts none"
         covers = "holds" if found["coverage_holds"] else "missed" if found["bounded"] else "–"
+        if 0 < found["ok"] < ENOUGH and not found["lies"]:
+            claimed = "too few to say"
+        if 0 < found["bounded"] < ENOUGH:
+            covers = "too few to say"
         lines.append(f"| {method} | {found['stems']} | {found['measured']} | {found['ok']} | {found['lies']} | "
                      f"{share} | {claimed} | {cover} | {covers} |")
     wrong = lies(table)
