@@ -44,7 +44,7 @@ def fuse_depth(
                 continue
             rays = camera.pixel_rays()[rows, columns] @ camera.rotation
             points = camera.centre + depth[rows, columns, None] * rays
-            agree = sum(_agrees(points, other, other_depth, agree_m) for other, other_depth in maps)
+            agree = np.sum([_agrees(points, other, other_depth, agree_m) for other, other_depth in maps], axis=0)
             keep = agree >= least_views
             found.append(points[keep])
             votes.append(agree[keep].astype(np.uint16))

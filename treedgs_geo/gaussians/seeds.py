@@ -92,7 +92,7 @@ def read_dense(path: Path, frame: LocalFrame) -> tuple[np.ndarray, np.ndarray | 
         import open3d
 
         with open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
-            cloud = open3d.io.read_point_cloud(str(path))
+            cloud = open3d.io.read_point_cloud(path)
         xyz = np.asarray(cloud.points, float)
         colours = np.asarray(cloud.colors, float) if cloud.has_colors() else None
     else:

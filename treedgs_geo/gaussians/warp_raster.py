@@ -5,7 +5,8 @@ Projection stays where it is (it is a hundredth of the work). Warp also runs the
 they are tested; they have not been run on a GPU. Import needs ``warp-lang``; ask :func:`available` first.
 """
 
-# Warp reads annotations when a kernel is made: no postponed annotations in this file.
+# Warp reads annotations when a kernel is made: no postponed annotations in this file, and mypy cannot know its types.
+# mypy: disable-error-code="valid-type"
 from typing import Any
 
 import numpy as np
