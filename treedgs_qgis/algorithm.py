@@ -24,6 +24,7 @@ from .parameters import (
     declarations,
     engine_values,
     help_text,
+    in_qgis_words,
     make_outputs,
     make_parameter,
     qgis_name,
@@ -206,11 +207,12 @@ class EngineAlgorithm(BaseAlgorithm):
             values = engine_values(self, self.declaration, parameters, context)
             job_dir = engine.new_job_dir(self.COMMAND)
             feedback.pushDebugInfo(f"Engine: {chosen.python} ({chosen.source}); log: {job_dir / 'engine.log'}")
+            listener = Listener(feedback, lambda text: in_qgis_words(text, self.declaration))
             outcome = engine.run_job(
-                chosen, self.COMMAND, values, job_dir, Listener(feedback), lambda: is_cancelled(feedback)
+                chosen, self.COMMAND, values, job_dir, listener, lambda: is_cancelled(feedback)
             )
         except engine.EngineError as problem:
-            raise QgsProcessingException(str(problem)) from None
+            raise QgsProcessingException(in_qgis_words(str(problem), self.declaration)) from None
         feedback.pushInfo(self.tr("Done in {time}.").format(time=duration(outcome.seconds)))
         if values.get("dry_run"):
             # Nothing was written, so there is nothing to load.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Any
 
 import qgis.utils
@@ -58,14 +59,14 @@ def is_cancelled(feedback: QgsProcessingFeedback) -> bool:
 class Listener:
     """Turns the engine's messages into QGIS feedback; what native libraries print stays in ``engine.log``."""
 
-    def __init__(self, feedback: QgsProcessingFeedback) -> None:
-        self.feedback = feedback
+    def __init__(self, feedback: QgsProcessingFeedback, words: Callable[[str], str] = str) -> None:
+        self.feedback, self.words = feedback, words
         self.told = time.monotonic()
         self.stages: list[str] = []
 
     def __call__(self, message: dict[str, Any]) -> None:
         """One message of the protocol (docs/engine.md)."""
-        kind, text = message["t"], str(message.get("message", ""))
+        kind, text = message["t"], self.words(str(message.get("message", "")))
         if kind == "progress":
             fraction = float(message.get("fraction", 0))
             self.feedback.setProgress(100 * fraction)

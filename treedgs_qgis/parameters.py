@@ -195,6 +195,17 @@ def engine_values(
     return values
 
 
+def in_qgis_words(text: str, declaration: dict[str, Any]) -> str:
+    """The engine's sentence with ``--some-option`` as QGIS names it (``SOME_OPTION``), where the verb has it."""
+    known = {entry["name"] for entry in declaration["parameters"]}
+
+    def named(found: re.Match) -> str:
+        name = found.group(1).replace("-", "_")
+        return qgis_name(name) if name in known else found.group(0)
+
+    return re.sub(r"--([a-z][a-z0-9-]*[a-z0-9])", named, text)
+
+
 def result_values(declaration: dict[str, Any], values: dict[str, Any], result: dict[str, Any]) -> dict[str, Any]:
     """The engine's result under QGIS names, with the destinations that were written."""
     found: dict[str, Any] = {}
