@@ -51,13 +51,16 @@ def test_interpolation_follows_a_braking_drone() -> None:
 
 
 def test_gaps_floats_and_the_outside() -> None:
-    times = np.array([0.0, 0.2, 0.4, 3.4, 3.6, 100.0, 100.2])
-    quality = np.array([1, 1, 2, 1, 1, 1, 1])
+    times = np.r_[np.arange(-6, 0.3, 0.2), 0.4, np.arange(3.4, 9.5, 0.2), np.arange(100, 106.1, 0.2), 150.0, 150.2]
+    quality = np.where(np.abs(times - 0.4) < 0.01, 2, 1)
     path = np.column_stack([times, times, times])
-    found = interpolate(_track(times, quality), path, np.array([-1.0, 0.1, 0.3, 2.0, 3.5, 50.0, 100.1, 101.0]))
-    assert found.quality == ["none", "fix", "float", "float", "fix", "none", "fix", "none"]
-    assert np.isnan(found.xyz[[0, 5, 7]]).all() and (found.sd[2] >= 0.2).all()
+    asked = np.array([-7.0, 0.1, 0.3, 2.0, 3.5, 50.0, 100.1, 150.1, 151.0])
+    found = interpolate(_track(times, quality), path, asked)
+    # the last fix was held for a moment only: it is not believed
+    assert found.quality == ["none", "fix", "float", "float", "fix", "none", "fix", "float", "none"]
+    assert np.isnan(found.xyz[[0, 5, 8]]).all() and (found.sd[2] >= 0.2).all()
     assert found.sd[3].max() > found.sd[2].max(), "a gap costs more than a float epoch"
+    np.testing.assert_allclose(found.xyz[[1, 4, 6], 0], asked[[1, 4, 6]], atol=1e-6)
 
 
 @pytest.mark.parametrize("plot", ["plot_a", "plot_e"])

@@ -14,6 +14,10 @@ FIX_FLOOR_M = np.array([0.01, 0.01, 0.02])
 FLOAT_FLOOR_M = np.array([0.2, 0.2, 0.3])
 SINGLE_FLOOR_M = np.array([1.5, 1.5, 3.0])
 
+#: A fix held for less than this (seconds) between floats is no fix: in a real drive through a town
+#: (``ppk_matrtklib``, 5 Hz) 117 of 448 such epochs were more than 0.2 m wrong, of 1351 longer held ones none.
+LEAST_FIX_S = 5.0
+
 
 @dataclass(frozen=True)
 class Interpolated:
@@ -60,9 +64,11 @@ def interpolate(trajectory: Trajectory, xyz: np.ndarray, gps_s: np.ndarray, max_
             position[wanted] = xyz[own[0]]
         else:
             position[wanted] = PchipInterpolator(times[own], xyz[own])(gps_s[wanted])
+    # The rows of an _events.pos are too far apart to tell how long a fix was held.
+    believed = trusted_quality(times, trajectory.quality) if np.isfinite(max_gap_s) else trajectory.quality
     for i in np.flatnonzero(inside):
         pair = [left[i], right[i]]
-        worst = int(np.max(trajectory.quality[pair])) if (trajectory.quality[pair] > 0).all() else 5
+        worst = int(np.max(believed[pair])) if (believed[pair] > 0).all() else 5
         spread = trajectory.sd[pair]
         own_sd = np.max(spread, axis=0) if np.isfinite(spread).all() else np.zeros(3)
         if worst == FIX and gap[i] <= max_gap_s:
@@ -73,3 +79,14 @@ def interpolate(trajectory: Trajectory, xyz: np.ndarray, gps_s: np.ndarray, max_
             quality[i], floor = "single", SINGLE_FLOOR_M
         sd[i] = np.maximum(own_sd, floor) + (0.0 if gap[i] <= max_gap_s else 0.1 * gap[i] ** 2)
     return Interpolated(position, sd, quality)
+
+
+def trusted_quality(times: np.ndarray, quality: np.ndarray) -> np.ndarray:
+    """(T,) RTKLIB's Q, with fixes that were held for less than :data:`LEAST_FIX_S` turned into floats."""
+    fixed = np.r_[False, quality == FIX, False].astype(int)
+    starts, ends = np.flatnonzero(np.diff(fixed) == 1), np.flatnonzero(np.diff(fixed) == -1) - 1
+    believed = quality.copy()
+    for start, end in zip(starts, ends, strict=True):
+        if times[end] - times[start] < LEAST_FIX_S:
+            believed[start:end + 1] = FLOAT
+    return believed
