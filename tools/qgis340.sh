@@ -31,5 +31,5 @@ exec nice unshare --mount --propagation private sh -eu -c '
     for folder in $mounts; do mkdir -p "$root$folder"; mount --rbind "$folder" "$root$folder"; done
     mount -t proc proc "$root/proc"; mount --rbind /dev "$root/dev"
     exec chroot "$root" env -i HOME=/root PATH=/usr/bin:/bin:/usr/sbin LANG=C.UTF-8 ${OMP_NUM_THREADS:+OMP_NUM_THREADS=$OMP_NUM_THREADS} \
-        sh -c "cd \"\$0\" && qgis_process --version | head -n 1 && exec .venv/bin/python -m pytest -q -p no:cacheprovider \"\$@\"" "$work" "$@"
+        sh -c "cd \"\$0\" && qgis_process --version | head -n 1 && exec .venv/bin/python -m pytest -q \"\$@\"" "$work" "$@"
 ' sh "$root" "$PWD" "$mounts" "${@:-tests/qgis}"
