@@ -83,8 +83,11 @@ def interpolate(trajectory: Trajectory, xyz: np.ndarray, gps_s: np.ndarray, max_
 
 def trusted_quality(times: np.ndarray, quality: np.ndarray) -> np.ndarray:
     """(T,) RTKLIB's Q, with fixes that were held for less than :data:`LEAST_FIX_S` turned into floats."""
-    fixed = np.r_[False, quality == FIX, False].astype(int)
-    starts, ends = np.flatnonzero(np.diff(fixed) == 1), np.flatnonzero(np.diff(fixed) == -1) - 1
+    fixed = quality == FIX
+    # A run ends where epochs are missing, too.
+    joined = fixed[1:] & fixed[:-1] & (np.diff(times) <= 3.0)
+    starts = np.flatnonzero(fixed & ~np.r_[False, joined])
+    ends = np.flatnonzero(fixed & ~np.r_[joined, False])
     believed = quality.copy()
     for start, end in zip(starts, ends, strict=True):
         if times[end] - times[start] < LEAST_FIX_S:
