@@ -1,4 +1,4 @@
-"""DBH with dendromatics (GPL-3, of 3DFin), for ``side_by_side.py``: runs in an environment that has it, knows nothing of ours.
+"""DBH with dendromatics (GPL-3, of 3DFin) for ``side_by_side.py``: runs in an environment of its own.
 
     ENV/bin/python benchmarks/run_dendromatics.py CLOUD.npy OUT.json [--stem-points 1000] [--section-points 80]
 
@@ -36,7 +36,8 @@ def main() -> None:
             trees = measure(xyz, args)
         except Exception as problem:  # a cloud on which it gives up counts as no tree
             note = f"{type(problem).__name__}: {problem}"[:200]
-    record = {"version": importlib.metadata.version("dendromatics"), "seconds": time.perf_counter() - began, "trees": trees, "note": note}
+    record = {"version": importlib.metadata.version("dendromatics"), "seconds": time.perf_counter() - began,
+              "trees": trees, "note": note}
     with open(args.out, "w", encoding="utf-8") as stream:
         json.dump(record, stream)
 
@@ -47,8 +48,8 @@ def measure(xyz, args):
     height = dm.normalize_heights(xyz, ground)
     cloud = np.column_stack([xyz, height])
     stripe = cloud[(height > 0.7) & (height < 3.5)]
-    stems = dm.verticality_clustering(stripe, scale=args.scale, vert_threshold=args.verticality, n_points=args.stem_points,
-                                      n_iter=args.rounds)
+    stems = dm.verticality_clustering(stripe, scale=args.scale, vert_threshold=args.verticality,
+                                      n_points=args.stem_points, n_iter=args.rounds)
     assigned, vector, _ = dm.individualize_trees(cloud, stems, h_range=args.height_range)
     heights = np.arange(0.3, 6.0, 0.2)
     lower = assigned[assigned[:, 3] < 6.5]
@@ -56,7 +57,8 @@ def measure(xyz, args):
                                                         n_points_section=args.section_points)
     tilt = dm.tilt_detection(x, y, r, heights)
     dbh, place = dm.tree_locator(heights, x, y, vector, sector, r, tilt)
-    return [{"x": float(p[0]), "y": float(p[1]), "dbh_cm": 100 * float(d[0])} for d, p in zip(dbh, place) if d[0] > 0]
+    return [{"x": float(p[0]), "y": float(p[1]), "dbh_cm": 100 * float(d[0])} for d, p in zip(dbh, place, strict=True)
+            if d[0] > 0]
 
 
 if __name__ == "__main__":

@@ -75,7 +75,7 @@ def test_solid_circles_do_not_depend_on_place_and_count_single_precision_well():
     here = fit_solid_circles(points, weights, SolidCircle(), seed=3)
     there = fit_solid_circles([p + (611300.0, 3718400.0) for p in points], weights, SolidCircle(), seed=3)
     np.testing.assert_allclose(there[:, 2], here[:, 2], atol=1e-6)
-    # The winner's score, counted again in double precision, is what no drawn rival beats: weights only matter relatively.
+    # Weights only matter relatively.
     scaled = fit_solid_circles(points, [1e-3 * w for w in weights], SolidCircle(), seed=3)
     np.testing.assert_allclose(scaled, here, atol=1e-9)
 

@@ -63,8 +63,8 @@ def test_bad_commands_are_told(cloud, tmp_path):
     with pytest.raises(InputError, match="expected one of"):
         segment_external(cloud, "something", COMMAND)
     with pytest.raises(OutputError, match="no end after"):
-        segment_external(cloud, "forestformer3d", f"{sys.executable} -c 'import time; time.sleep(9)' {{input}} {{output}}",
-                         timeout_s=0.2)
+        slow = f"{sys.executable} -c 'import time; time.sleep(9)' {{input}} {{output}}"
+        segment_external(cloud, "forestformer3d", slow, timeout_s=0.2)
     segment_external(cloud, "forestformer3d", COMMAND, work=tmp_path / "kept")
     with pytest.raises(InputError, match="left from an earlier run"):
         segment_external(cloud, "forestformer3d", COMMAND, work=tmp_path / "kept")

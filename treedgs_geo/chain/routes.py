@@ -31,7 +31,9 @@ class Preset:
 PRESETS = {
     "fast": Preset(ReconstructOptions(max_features=4000, neighbours=12), PhotoStemOptions(max_views=48)),
     "balanced": Preset(ReconstructOptions(), PhotoStemOptions()),
-    "best": Preset(ReconstructOptions(max_features=16000, neighbours=30), PhotoStemOptions(max_views=200)),
+    "best": Preset(
+        ReconstructOptions(max_features=16000, neighbours=30), PhotoStemOptions(max_views=200, max_lean_deg=25.0)
+    ),
     "paper": Preset(ReconstructOptions(), PhotoStemOptions()),
 }
 

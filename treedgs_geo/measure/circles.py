@@ -242,7 +242,7 @@ def _mixture_circle(points: np.ndarray, weights: np.ndarray, start: np.ndarray, 
 
 @dataclass(frozen=True)
 class EllipseFit:
-    """An ellipse. a, b: half axes, a >= b, metres. turn: direction of a, rad. girth_d: girth over pi, what a tape reads.
+    """An ellipse. a, b: half axes, a >= b, metres. turn: direction of a, rad. girth_d: girth over pi, as a tape reads.
     gain: how much better it is than the circle by the corrected AIC (> 0: the section is not round)."""
 
     x: float

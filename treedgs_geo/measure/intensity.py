@@ -49,8 +49,8 @@ def scanner_track(cloud: PointCloud) -> tuple[np.ndarray, np.ndarray]:
             times.append(float(when[mine].mean()))
             places.append(place)
     if not times:
-        raise InputError(f"--weights range_intensity: only {len(when)} pulses have two returns a metre apart, too few to "
-                         "tell where the scanner was; use --weights intensity.")
+        raise InputError(f"--weights range_intensity: only {len(when)} pulses have two returns a metre apart, too few "
+                         "to tell where the scanner was; use --weights intensity.")
     return np.array(times), np.array(places) + origin
 
 

@@ -17,7 +17,8 @@ def to_trees(fits: list[StemFit], frame: LocalFrame, plot_id: str | None = None,
     """
     trees = []
     for number, fit in enumerate(fits, start=first_id):
-        x, y, z = frame.to_project(np.array([[*fit.axis.p, fit.axis.ground_z]]))[0]
+        foot = fit.foot_z if np.isfinite(fit.foot_z) else fit.axis.ground_z
+        x, y, z = frame.to_project(np.array([[*fit.axis.p, foot]]))[0]
         refused = fit.flag == "reject"
         trees.append(Tree(
             tree_id=number, x=float(x), y=float(y), z_ground=float(z), plot_id=plot_id,

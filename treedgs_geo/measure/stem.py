@@ -30,7 +30,7 @@ ROUNDNESS = 0.02
 FLOOR_CM, FLOOR_SHARE = 0.25, 0.010
 #: Where the slices show butt swell, the cone is fitted above this height, m.
 ABOVE_BUTT_M = 0.8
-#: Slices along the stem and the cone at breast height: further apart than this many standard errors (of both) is a doubt.
+#: Slices along the stem and the cone at breast height: this many standard errors (of both) apart is a doubt.
 DISAGREE_SE = 4.0
 _SECTORS = 24
 
@@ -200,6 +200,8 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
               taper: Taper | None, sensor: Sensor, bh_m: float, options: SegmentOptions,
               others: np.ndarray) -> StemMeasure:
     """DBH, its standard error, flag and reasons."""
+    # Breast height is measured along the stem: a leaning one reaches it lower.
+    bh_m = bh_m * float(np.cos(np.radians(cone.lean_deg)))
     radius = float(cone.radius(bh_m))
     inside_window = (points[:, 2] >= window[0]) & (points[:, 2] <= window[1])
     residual = cone.residuals(points[inside_window])

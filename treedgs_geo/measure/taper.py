@@ -110,9 +110,9 @@ def taper_line(heights_m: np.ndarray, diameters_cm: np.ndarray, se_cm: np.ndarra
                floor_cm: float = 0.2) -> Taper | None:
     """Robust weighted profile through slice diameters: constant, linear, or linear + butt, by a corrected AIC.
 
-    d(h) = a + b (h - bh) + c (exp(-h / 0.3) - exp(-bh / 0.3)). se_cm: (S,) per slice. slices_per_independent: how many
-    overlapping slices make one independent one. Priors: b from the planted-pine profile (-1 cm/m, sd 0.6), c = 0 with sd
-    12 cm. ``slope_cm_m`` is b, ``butt_cm`` c. ``None`` with fewer than three usable slices.
+    d(h) = a + b (h - bh) + c (exp(-h / 0.3) - exp(-bh / 0.3)). se_cm: (S,) per slice. slices_per_independent: how
+    many overlapping slices make one independent one. Priors: b from the planted-pine profile (-1 cm/m, sd 0.6), c = 0
+    with sd 12 cm. ``slope_cm_m`` is b, ``butt_cm`` c. ``None`` with fewer than three usable slices.
     """
     usable = np.isfinite(diameters_cm) & np.isfinite(se_cm) & (se_cm > 0)
     if usable.sum() < 3:

@@ -94,7 +94,7 @@ def _run(cloud: PointCloud, segmenter: str, command: str, reporter: Reporter, ti
     except PermissionError:
         raise InputError(f"{words[0]}: may not be run; make it executable.") from None
     except subprocess.TimeoutExpired:
-        raise OutputError(f"{segmenter}: no end after {timeout_s:.0f} s; give it more time or a smaller cloud.") from None
+        raise OutputError(f"{segmenter}: no end after {timeout_s:.0f} s; give it more time or fewer points.") from None
     if done.returncode:
         last = " / ".join((done.stderr or done.stdout).strip().splitlines()[-3:]) or "it said nothing"
         raise OutputError(f"{segmenter}: ended with exit code {done.returncode} ({last[:400]}); mend that and run "

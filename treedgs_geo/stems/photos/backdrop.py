@@ -30,6 +30,8 @@ BAND = 0.4, 3.3
 _ROW_M, _BLOCK_ROWS = 0.05, 10
 #: Half width of the strips and sample spacing; how far beside the stem the ground is compared, metres.
 _REACH_M, _STEP_M, _BESIDE_M = 0.75, 0.01, 0.25
+#: Blur of an edge: left out between two explanations, metres.
+_CLEAR_M = 0.014
 
 
 @dataclass(frozen=True)
@@ -78,21 +80,26 @@ class Silhouette:
     """How little ground is seen around one axis.
 
     total: (V, B, U + 1) running sums over the sideways samples of the ground likelihood (log ratio). u0: place of
-    the first sample, m. q: (B,) block heights minus breast height. normal: (V, 2) direction across each view.
-    blind: (V,) photos that do not show the whole strip.
+    the first sample, m. q: (B,) block heights minus breast height. normal: (V, 2) direction across each view. widen:
+    (V,) silhouette half width over radius (lean). blind: (V,) photos that do not show the whole strip.
     """
 
     total: np.ndarray
     u0: float
     q: np.ndarray
     normal: np.ndarray
+    widen: np.ndarray
     blind: np.ndarray
     taper: float = -0.0045
 
     def contrast(self, vector: np.ndarray) -> float:
         """How much less ground is seen inside than beside a stem (x, y, lx, ly, r relative to the axis): the summed
         square error that the silhouette explains, over all photos and heights."""
-        return float(_contrast(self.total, self.q, self.normal, self.blind, *map(float, vector), self.taper, self.u0))
+        return float(_contrast(*self._common, *map(float, vector), self.taper, self.u0))
+
+    @property
+    def _common(self) -> tuple[np.ndarray, ...]:
+        return self.total, self.q, self.normal, self.widen, self.blind
 
     def peaks(self, radii: np.ndarray, reach_m: float = 0.26, most: int = 6, share: float = 0.3) -> list[np.ndarray]:
         """The best silhouettes of upright stems near the axis, best first: (5,) vectors with no lean."""
@@ -100,10 +107,18 @@ class Silhouette:
 
         offsets = np.arange(-reach_m, reach_m + 0.01, 0.02)
         score = np.empty((len(offsets), len(offsets), len(radii)), np.float32)
-        _grid_kernel(self.total, self.q, self.normal, self.blind, offsets, radii, self.taper, self.u0, score)
+        _grid_kernel(*self._common, offsets, radii, self.taper, self.u0, score)
         top = np.argwhere((score >= maximum_filter(score, size=5)) & (score > share * max(float(score.max()), 1e-6)))
         order = np.argsort(-score[tuple(top.T)], kind="stable")[:most]
         return [np.array([offsets[b], offsets[a], 0.0, 0.0, radii[k]]) for a, b, k in top[order]]
+
+
+    def between(self, inner: np.ndarray, outer: np.ndarray) -> tuple[float, float]:
+        """What shows between the edges of two explanations, one inside the other: mean ground log likelihood ratio
+        (> 0: ground, so that the outer one is too wide; < 0: not ground, so that the inner one is a part) and how many
+        samples tell. Only where ground shows outside both and none inside both."""
+        total, count = _between(*self._common, inner, outer, self.taper, self.u0)
+        return (float(total / count) if count > 0 else 0.0), float(count)
 
 
 def cut_silhouette(stack: PhotoStack, backdrop: Backdrop, ground: GroundGrid, axis: Axis) -> Silhouette:
@@ -113,7 +128,7 @@ def cut_silhouette(stack: PhotoStack, backdrop: Backdrop, ground: GroundGrid, ax
     u = np.arange(-_REACH_M, _REACH_M + _STEP_M / 2, _STEP_M)
     blocks = len(heights) // _BLOCK_ROWS
     total = np.zeros((len(stack), blocks, len(u) + 1))
-    normal = np.zeros((len(stack), 2))
+    normal, widen = np.zeros((len(stack), 2)), np.ones(len(stack))
     blind = np.zeros(len(stack), np.bool_)
     grid = (ground.x0, ground.y0, ground.cell, ground.z)
     picture = (backdrop.x0, backdrop.y0, backdrop.cell, backdrop.mean, backdrop.spread, backdrop.layer)
@@ -130,10 +145,11 @@ def cut_silhouette(stack: PhotoStack, backdrop: Backdrop, ground: GroundGrid, ax
         _CEILING,
         total,
         normal,
+        widen,
         blind,
     )
     q = heights.reshape(blocks, _BLOCK_ROWS).mean(axis=1) - axis.bh_m
-    return Silhouette(total, float(u[0]), q, normal, blind)
+    return Silhouette(total, float(u[0]), q, normal, widen, blind)
 
 
 def _only(stack: PhotoStack, members: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -204,6 +220,7 @@ def _likelihood_kernel(
     ceiling,
     total,
     normal,
+    widen,
     blind,
 ):
     rows, columns = mean.shape[1], mean.shape[2]
@@ -220,6 +237,12 @@ def _likelihood_kernel(
         ny = dx / flat
         normal[v, 0] = nx
         normal[v, 1] = ny
+        dz = axis[6] + axis[7] - centre[v, 2]
+        far = np.sqrt(flat * flat + dz * dz)
+        along = (axis[2] * dx + axis[3] * dy + dz) / far
+        a2 = axis[2] * axis[2] + axis[3] * axis[3] + 1.0 - along * along
+        across = axis[2] * nx + axis[3] * ny
+        widen[v] = np.sqrt(a2 / max(a2 - across * across, 1e-9))
         for i in range(heights.size):
             q = heights[i] - axis[7]
             ax = axis[0] + axis[2] * q + axis[4] * q * q
@@ -283,7 +306,7 @@ def _at(total, v, b, place):
 
 
 @njit(**_FAST)
-def _contrast(total, qs, normal, blind, x, y, lx, ly, r, taper, u0):
+def _contrast(total, qs, normal, widen, blind, x, y, lx, ly, r, taper, u0):
     samples = total.shape[2] - 1
     result = 0.0
     for v in range(total.shape[0]):
@@ -291,7 +314,7 @@ def _contrast(total, qs, normal, blind, x, y, lx, ly, r, taper, u0):
             continue
         for b in range(total.shape[1]):
             c = (x + lx * qs[b]) * normal[v, 0] + (y + ly * qs[b]) * normal[v, 1]
-            half = max(r + taper * qs[b], 0.015)
+            half = widen[v] * max(r + taper * qs[b], 0.015)
             left = (c - half - u0) / _STEP_M + 0.5
             right = (c + half - u0) / _STEP_M + 0.5
             low = max((c - half - _BESIDE_M - u0) / _STEP_M + 0.5, 0.0)
@@ -307,11 +330,52 @@ def _contrast(total, qs, normal, blind, x, y, lx, ly, r, taper, u0):
     return result
 
 
+@njit(**_FAST)
+def _mean(total, v, b, a, c, u0):
+    """Mean over the samples from place a to place c (m), NaN outside the strip or with less than half a sample."""
+    if c < a:
+        a, c = c, a
+    low = (a - u0) / _STEP_M + 0.5
+    high = (c - u0) / _STEP_M + 0.5
+    if low < 0 or high > total.shape[2] - 1 or high - low < 0.5:
+        return np.nan, 0.0
+    return (_at(total, v, b, high) - _at(total, v, b, low)) / (high - low), high - low
+
+
+@njit(**_FAST)
+def _between(total, qs, normal, widen, blind, inner, outer, taper, u0):
+    summed, count = 0.0, 0.0
+    for v in range(total.shape[0]):
+        if blind[v]:
+            continue
+        nx, ny = normal[v, 0], normal[v, 1]
+        for b in range(total.shape[1]):
+            q = qs[b]
+            ci = (inner[0] + inner[2] * q) * nx + (inner[1] + inner[3] * q) * ny
+            co = (outer[0] + outer[2] * q) * nx + (outer[1] + outer[3] * q) * ny
+            ri = widen[v] * max(inner[4] + taper * q, 0.015)
+            ro = widen[v] * max(outer[4] + taper * q, 0.015)
+            for side in (-1.0, 1.0):
+                ui = ci + side * ri
+                uo = co + side * ro
+                if side * (uo - ui) < _CLEAR_M + 0.012:
+                    continue
+                beyond, _ = _mean(total, v, b, uo + side * 0.01, uo + side * 0.06, u0)
+                within, _ = _mean(total, v, b, ui - side * 0.01, ui - side * min(0.06, ri), u0)
+                if not beyond > 1.0 or not within < 1.0:
+                    continue
+                value, samples = _mean(total, v, b, ui + side * 0.5 * _CLEAR_M, uo - side * 0.5 * _CLEAR_M, u0)
+                if samples > 0.0:
+                    summed += value * samples
+                    count += samples
+    return summed, count
+
+
 @njit(parallel=True, **_FAST)
-def _grid_kernel(total, qs, normal, blind, offsets, radii, taper, u0, score):
+def _grid_kernel(total, qs, normal, widen, blind, offsets, radii, taper, u0, score):
     for a in prange(offsets.size):
         for b in range(offsets.size):
             for k in range(radii.size):
                 score[a, b, k] = _contrast(
-                    total, qs, normal, blind, offsets[b], offsets[a], 0.0, 0.0, radii[k], taper, u0
+                    total, qs, normal, widen, blind, offsets[b], offsets[a], 0.0, 0.0, radii[k], taper, u0
                 )

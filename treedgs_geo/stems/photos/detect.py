@@ -312,11 +312,20 @@ class Detector:
         self, total: np.ndarray, leans: np.ndarray, apart_m: float = 0.4, penalty: float = 60.0, most: int = 400
     ) -> list[Seed]:
         """Local maxima of the line sums, best first."""
-        from scipy.ndimage import maximum_filter
+        return self.peaks(self.lines(total, leans, penalty), leans, apart_m, most)
 
+    def lines(self, total: np.ndarray, leans: np.ndarray, penalty: float) -> tuple[np.ndarray, ...]:
+        """Best sum of layers along a line through every cell, and the index of its lean and of its radius."""
         best = np.full(self.mask.shape, -np.inf, np.float32)
         lean, radius = np.zeros(best.shape, np.int64), np.zeros(best.shape, np.int64)
         _lines(total, self.mask, leans, self.lever, self.cell, penalty, best, lean, radius)
+        return best, lean, radius
+
+    def peaks(self, lines: tuple[np.ndarray, ...], leans: np.ndarray, apart_m: float, most: int = 400) -> list[Seed]:
+        """Local maxima of :meth:`lines`, best first, at least half of ``apart_m`` apart along each axis."""
+        from scipy.ndimage import maximum_filter
+
+        best, lean, radius = lines
         size = 2 * int(apart_m / self.cell / 2) + 1
         peaks = np.argwhere((best >= maximum_filter(best, size)) & np.isfinite(best))
         values = best[tuple(peaks.T)]

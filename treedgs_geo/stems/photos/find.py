@@ -13,6 +13,7 @@ from ..area import Area
 from .backdrop import Backdrop, cut_silhouette, make_backdrop
 from .detect import Detector, Seed, lean_grid
 from .fine import NO_STEMS
+from .leaning import leaning_seeds
 from .options import PhotoStemOptions
 from .plumb import make_map
 from .stack import GroundGrid, PhotoStack, load_stack
@@ -25,6 +26,12 @@ TILE_M = 26.0
 #: Seeds this far below what chance reaches are still fitted (log likelihood units), and how many at most.
 REACH_BELOW = 22.0
 MOST_SEEDS = 90
+#: Seeds are this far apart (m), and a lean costs them this much (log likelihood units per (m/m)^2).
+APART_M, LEAN_COST = 0.4, 60.0
+#: Local maxima this close are looked at for second stems within the next distance of a found one, and at most so many.
+BESIDE_M, COMPANION_M, MOST_COMPANIONS = 0.2, 0.6, 40
+#: The first search takes leans up to this, degrees; the rest is for the second (:mod:`.leaning`).
+UPRIGHT_MOST_DEG = 10.0
 #: Stems fitted quickly at first, to learn the sun's direction and the stand's diameters.
 FIRST_LOOK = 30
 #: The ground is looked at this far beyond the searched area: photos see it behind the stems at its rim.
@@ -101,16 +108,44 @@ def _tile(
     detector = _detector(stack, grid, area, tile, box, options)
     total, chance = detector.accumulate(rng)
     reporter.progress(0.5)
-    leans = lean_grid(options.max_lean_deg)
-    seeds = detector.seeds(total, leans)
-    decoys = detector.seeds(chance, leans)
-    del total, chance
+    leans = lean_grid(min(options.max_lean_deg, UPRIGHT_MOST_DEG))
+    lines = detector.lines(total, leans, LEAN_COST)
+    seeds, beside = (detector.peaks(lines, leans, apart) for apart in (APART_M, BESIDE_M))
+    decoys = detector.seeds(chance, leans, APART_M, LEAN_COST)
+    del total, chance, lines
     gate = max(8.0, decoys[0].score + 3.0 if decoys else 0.0)
     near = area.contains(np.array([(seed.x, seed.y) for seed in seeds]).reshape(-1, 2), options.margin_m + 0.1)
     seeds = [seed for seed, keep in zip(seeds, near, strict=True) if keep]
     fitter = _first_look(stack, grid, tile, seeds, gate, rng, options)
     reporter.progress(0.6)
-    return _pursue(fitter, seeds, gate, reporter)
+    with reporter.stage("fit stems", 0.6, 0.85):
+        fits = _pursue(fitter, seeds, gate, reporter)
+        fits += _companions(fitter, beside, seeds, gate, fits, reporter)
+    if options.max_lean_deg > UPRIGHT_MOST_DEG:
+        known = known_rows(fits)
+        leaning, gate = leaning_seeds(stack, grid, area, tile, box, options, known, rng)
+        fits += _pursue(fitter, leaning, gate, reporter, known)
+    return fits
+
+
+def _companions(
+    fitter: Fitter, beside: list[Seed], tried: list[Seed], gate: float, fits: list[StemFit], reporter: Reporter
+) -> list[StemFit]:
+    """Second stems close to found ones (limbs of low forks, twins), which the first round's spacing passed over."""
+    known = known_rows(fits)
+    done = np.array([(seed.x, seed.y) for seed in tried]).reshape(-1, 2)
+    close = []
+    for seed in beside:
+        gap = np.hypot(known[:, 0] - seed.x, known[:, 1] - seed.y)
+        again = (np.hypot(done[:, 0] - seed.x, done[:, 1] - seed.y) < 0.02).any()
+        if seed.score > gate and not again and (gap < COMPANION_M).any():
+            close.append(seed)
+    return _pursue(fitter, close[:MOST_COMPANIONS], gate, reporter, known)
+
+
+def known_rows(fits: list[StemFit]) -> np.ndarray:
+    """(K, 10) of the measured stems, for :func:`.strips.hide_known`."""
+    return np.array([fit.row for fit in fits if fit.measured]).reshape(-1, 10)
 
 
 def _first_look(
@@ -155,13 +190,14 @@ def chance_contrast(
     return 2.0 * max(float(np.median(best)), 1e-6)
 
 
-def _pursue(fitter: Fitter, seeds: list[Seed], gate: float, reporter: Reporter) -> list[StemFit]:
+def _pursue(
+    fitter: Fitter, seeds: list[Seed], gate: float, reporter: Reporter, known: np.ndarray = NO_STEMS
+) -> list[StemFit]:
     """Fit the seeds, strongest first; what a fitted stem explains is hidden from the later ones."""
     fits: list[StemFit] = []
-    known = NO_STEMS
     waiting = [seed for seed in seeds if seed.score > gate - REACH_BELOW][:MOST_SEEDS]
     for tried, seed in enumerate(waiting):
-        reporter.progress(0.6 + 0.4 * tried / len(waiting))
+        reporter.progress(tried / len(waiting))
         if (np.hypot(known[:, 0] - seed.x, known[:, 1] - seed.y) < known[:, 8] + 0.08).any():
             continue
         fit = fitter.fit(seed, known)

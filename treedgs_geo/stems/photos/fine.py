@@ -31,7 +31,8 @@ class FineFit:
     axis: at breast height. r0: radius there, metres; r1: its slope, m/m. view_r: (V,) radius deviation of each view,
     metres, NaN without both edges. view_weight: (V,) its weight. two_sided: (V,) bool, both edges seen.
     n_edges: effective number of edges. spread: (V,) share of blocks with a supported edge pair. rms_px: edge residual.
-    fit_sd_m: formal standard error of r0.
+    fit_sd_m: formal standard error of r0. evidence: summed log likelihood ratio of "one of the edges found is the
+    stem's" to "none is", over photos, blocks and sides, with the prior of the taper.
     """
 
     axis: Axis
@@ -44,6 +45,7 @@ class FineFit:
     n_edges: float
     rms_px: float
     fit_sd_m: float
+    evidence: float = 0.0
 
 
 @njit(parallel=True, **_FAST)
@@ -204,6 +206,9 @@ def _solve(
     with np.errstate(divide="ignore", invalid="ignore"):
         view_r = np.where(two_sided, (moment / mass).mean(axis=1) / strips.widen, np.nan)
         weight = np.where(two_sided, 1.0 / (1.0 / mass[:, 0] + 1.0 / mass[:, 1]), 0.0)
+    there = none > 0
+    evidence = float(np.log((total[there] + none[there]) / none[there]).sum())
+    evidence -= 0.5 * ((x[7] - TAPER_PRIOR[0]) / TAPER_PRIOR[1]) ** 2
     best = np.zeros(n_groups)
     np.maximum.at(best, group, post)
     pairs = best.reshape(n_views, -1, 2).min(axis=2)
@@ -220,5 +225,6 @@ def _solve(
         float(post.sum()),
         rms,
         float(np.sqrt(np.linalg.inv(normal_matrix)[6, 6])),
+        evidence,
     )
     return x, fit

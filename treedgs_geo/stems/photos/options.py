@@ -19,7 +19,13 @@ class PhotoStemOptions:
         96, kind="integer", help="most photos used, spread over the directions", minimum=3, advanced=True
     )
     max_lean_deg: float = param(
-        10.0, kind="number", help="largest lean searched for", unit="deg", minimum=0, maximum=20, advanced=True
+        10.0,
+        kind="number",
+        help="largest lean searched for; above 10 a second search follows",
+        unit="deg",
+        minimum=0,
+        maximum=30,
+        advanced=True,
     )
     cell_m: float = param(
         0.05, kind="number", help="cell of the search grid", unit="m", minimum=0.02, maximum=0.1, advanced=True

@@ -10,27 +10,28 @@ import numpy as np
 from .backdrop import Backdrop, Silhouette, cut_silhouette
 from .coarse import SEEN_MEAN_Z, SEEN_PRIOR, Z_CAP, Mode, Null, NullBuilder, Prior, Search, terminators
 from .detect import Seed
-from .fine import NO_STEMS, FineFit, refine
+from .fine import NO_STEMS, TAPER_PRIOR, FineFit, refine
+from .foot import breast_height, moved
 from .options import PhotoStemOptions
 from .stack import GroundGrid, PhotoStack
 from .strips import Axis, cut_strips, draw_ridges, hide_known
 
-#: The band that is searched (m above ground) and the one that is fitted.
+#: The band that is searched (m above ground) and the one that is fitted: above the butt, whose swell a straight taper
+#: would carry up to breast height.
 COARSE_BAND = 0.5, 3.3
-FINE_BAND = 0.3, 3.5
+FINE_BAND = 0.6, 3.5
 #: A view counts as seeing the stem above this z-score.
 CLEAR_Z = 2.5
 #: Scores on the grid and after polishing below which a seed is not worth refining, unless its silhouette is clear.
 MIN_RAW, MIN_POLISHED = 38.0, 50.0
 #: Lead in edge score over the next explanation that still leaves a doubt.
 DOUBTED_GAP = 9.0
-#: A part of a stem with less than this share of the whole's silhouette contrast is refuted.
-PART_CONTRAST = 0.9
+#: Weights of the further witnesses in the joint score: sub-pixel evidence, taper (sd 0.3 cm/m), ragged edges (1/px).
+EVIDENCE_WEIGHT, TAPER_COST, RAGGED_COST = 0.5, 0.02, 1.0
 #: Explanations whose diameters differ less than this are one answer, cm.
 SAME_DBH_CM = 2.0
-#: Two explanations are judged by the sum of their shares of the best edge score and of the best silhouette contrast: a
-#: lead below the first is no decision, below the second doubtful.
-LEAD_REFUSED, LEAD_DOUBTFUL = 0.08, 0.18
+#: A lead in the joint score (:func:`choose`) below the first is no decision, below the second doubtful.
+LEAD_REFUSED, LEAD_DOUBTFUL = 0.10, 0.45
 #: Edge score (log likelihood ratio) from which a stem is measured and from which without doubt: where the silhouette
 #: stands out, and where the edges are all there is (chance reaches about 45).
 LLR_MEASURED, LLR_OK = 18.0, 35.0
@@ -53,6 +54,7 @@ class StemFit:
     arc_deg: spread of their azimuths. rms_px: edge residual. polish_cm: diameter of the coarse stage. seen: (V,)
     probability that each photo sees it. contrast: of the silhouette, in units of what chance reaches. lead: over the
     next different explanation in the joint score of edges and silhouette. outline_cm: diameter of the silhouette alone.
+    foot_z: ground on the uphill side of the foot, local metres.
     """
 
     axis: Axis
@@ -74,6 +76,7 @@ class StemFit:
     contrast: float = np.nan
     lead: float = np.nan
     outline_cm: float = np.nan
+    foot_z: float = np.nan
 
     @property
     def lean_deg(self) -> float:
@@ -195,7 +198,9 @@ class Fitter:
         clear = z > CLEAR_Z
         se = standard_error_cm(fine, weight)
         azimuth = np.arctan2(fine.axis.p[1] - self.stack.centre[clear, 1], fine.axis.p[0] - self.stack.centre[clear, 0])
-        dbh = 200 * fine.r0
+        dq, foot_z = breast_height(fine.axis, fine.r0, self.ground)
+        axis, r0 = moved(fine.axis, dq), fine.r0 + fine.r1 * dq
+        dbh = 200 * r0
         contrast = np.nan if outline is None else best.contrast / self.chance
         outline_cm = np.nan if outline is None else 200 * widest(outline, best.vector)
         flag, reasons = verdict(
@@ -215,8 +220,8 @@ class Fitter:
             outline_cm=outline_cm,
         )
         return StemFit(
-            axis=fine.axis,
-            r0=fine.r0,
+            axis=axis,
+            r0=r0,
             r1=fine.r1,
             dbh_cm=dbh,
             se_cm=se,
@@ -234,6 +239,7 @@ class Fitter:
             contrast=contrast,
             lead=lead,
             outline_cm=outline_cm,
+            foot_z=foot_z,
         )
 
 
@@ -251,21 +257,29 @@ class Explanation:
 def choose(tried: list[Explanation], trust: float, sun: np.ndarray) -> tuple[Explanation, float, float]:
     """The best explanation, its lead in edge score over the next different one, and its lead in the joint score.
 
-    The joint score is the share of the best edge score plus ``trust`` times the share of the best contrast. Edges alone
-    mistake the lit half of a stem for the stem, silhouettes alone a bush around a thin stem; both agree on the stem.
+    The joint score adds witnesses that fail in different ways: the share of the best edge score; ``trust`` times the
+    share of the best silhouette contrast (edges alone mistake the lit half of a stem for the stem, silhouettes alone a
+    bush or a sapling beside it for a part); half the share of the best sub-pixel evidence; small costs of an unusual
+    taper and of ragged edges.
     """
     edges = max(max(item.edges for item in tried), 1e-6)
     contrast = max(max(item.contrast for item in tried), 1e-6)
-    joint = [item.edges / edges + trust * item.contrast / contrast for item in tried]
+    evidence = max(max(item.fine.evidence for item in tried), 1e-6)
+    joint = [
+        item.edges / edges
+        + trust * item.contrast / contrast
+        + EVIDENCE_WEIGHT * item.fine.evidence / evidence
+        - TAPER_COST * ((item.fine.r1 - TAPER_PRIOR[0]) / (2 * TAPER_PRIOR[1])) ** 2
+        - RAGGED_COST * (item.fine.rms_px - 0.5)
+        for item in tried
+    ]
     order = sorted(range(len(tried)), key=lambda i: -joint[i])
     ranked = [tried[i] for i in order]
     best = ranked[0] if trust > 0.5 else prefer_whole(sorted(tried, key=lambda item: -item.edges), sun)
     at = next(i for i, item in enumerate(tried) if item is best)
     rivals = [i for i, item in enumerate(tried) if item is not best and different(item.vector, best.vector)]
     parts = [i for i in rivals if contains(best.vector, tried[i].vector)]
-    # The lit or shaded part of a stem has fine edges, but the rest of the stem beside it is not ground.
-    refuted = [i for i in parts if tried[i].contrast < PART_CONTRAST * best.contrast]
-    others = [i for i in rivals if i not in refuted and abs(tried[i].vector[4] - best.vector[4]) > SAME_DBH_CM / 200]
+    others = [i for i in rivals if abs(tried[i].vector[4] - best.vector[4]) > SAME_DBH_CM / 200]
     lead = joint[at] - max((joint[i] for i in others), default=0.0)
     # A part of the chosen stem is no rival of the whole; where it won by far there is doubt all the same.
     gap = best.edges - max((tried[i].edges for i in rivals if i not in parts), default=0.0)
@@ -413,7 +427,7 @@ def verdict(
         off, refused, doubted = abs(dbh_cm - polish_cm), 4.0, 2.8
     judge("disagree", off > refused, off > doubted)
     judge("no_taper", abs(r1 + 0.0045) > 0.008, abs(r1 + 0.0045) > 0.006)
-    judge("lean", lean > np.tan(np.radians(25)), False)
+    judge("lean", lean > np.tan(np.radians(27)), False)
     judge("wide_error", se_cm > 0.25 * dbh_cm, se_cm > 0.06 * dbh_cm)
     # One doubt is for the forester to look at; several together are how wrong explanations look.
     if refuse or len(doubt) >= 2:
