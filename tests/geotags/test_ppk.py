@@ -205,7 +205,7 @@ def test_a_real_drive_through_a_town(name: str) -> None:
     found = interpolate(track, lonlat_to_project(UTM53, track.lon_deg, track.lat_deg, track.height_m), asked)
     error = found.xyz - truth[::3]
     fixed = np.array([quality == "fix" for quality in found.quality])
-    assert fixed.sum() > 100
+    assert fixed.sum() > 80
     # the antenna and the reference point are a few centimetres apart in this set
     horizontal = np.linalg.norm((error - np.median(error[fixed], axis=0))[fixed, :2], axis=1)
     assert np.sqrt(np.mean(horizontal**2)) < 0.10 and np.mean(horizontal > 0.2) < 0.01
