@@ -66,7 +66,8 @@ def measure(arguments: list[str]) -> dict:
     if status:
         raise SystemExit(f"{arguments[0]} failed ({status}): {text[-500:]}")
     return {"cpu_s": round(usage.ru_utime + usage.ru_stime, 1), "wall_s": round(time.monotonic() - began, 1),
-            "peak_mb": round(usage.ru_maxrss / 1024), "said": [line for line in text.splitlines() if line and not line.startswith("output")][-12:]}
+            "peak_mb": round(usage.ru_maxrss / 1024),
+            "said": [line for line in text.splitlines() if line and not line.startswith("output")][-12:]}
 
 
 def main() -> None:
