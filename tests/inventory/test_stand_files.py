@@ -19,8 +19,9 @@ from shared_data import needs_shared
 from treedgs_geo.commands.stand_table import StandTableSettings
 from treedgs_geo.core.errors import CRSError, InputError
 from treedgs_geo.core.settings import build
-from treedgs_geo.inventory.stand.layers import tree_layer
+from treedgs_geo.inventory.stand.layers import tree_layer, write_shapefiles
 from treedgs_geo.inventory.stand.sheets import CSV_TABLES, csv_name
+from treedgs_geo.inventory.stand.tables import cross_table, species_class_table
 from treedgs_geo.inventory.stand.units import UNITS
 
 FIGURES = ("trees", "ba", "volume", "biomass", "qmd", "lorey", "dominant")
@@ -226,21 +227,22 @@ def test_large_square_plots_of_many_species(tmp_path):
     )
     stands = sorted(set(table.stand_id))
     pd.DataFrame({"plot_id": stands, "area_ha": 1.0}).to_csv(tmp_path / "plots.csv", index=False)
-    more = {"trees": None, "boundary": None, "species": None, "field": tmp_path / "field.csv", "class_width": 20.0}
-    result, ears, out = report(tmp_path, **more)
+    more = {"trees": None, "boundary": None, "species": None, "field": tmp_path / "field.csv"}
+    stand, ears = figures(tmp_path, **more)
+    found = stand.estimates
     ba = (np.pi / 4e4 * table.dbh_cm**2).groupby(table.stand_id).sum()
-    assert result["n_plots"] == 15 and result["ba_m2_ha"] == pytest.approx(ba.mean(), abs=1e-3)
-    assert result["ba_se_m2_ha"] == pytest.approx(ba.sem(), abs=1e-3)
-    assert result["volume_m3_ha"] is None and any("without a height" in w for w in ears.warnings)
+    assert stand.design.n == 15 and found["ba"].mean == pytest.approx(ba.mean())
+    assert found["ba"].se_plots == pytest.approx(ba.sem())
+    assert np.isnan(found["volume"].mean) and any("without a height" in w for w in ears.warnings)
     # Old PLANTS symbols are in no list: no biomass by guess, and the trees are named.
-    assert result["biomass_t_ha"] is None and any("of species CANO without an equation" in w for w in ears.warnings)
+    assert np.isnan(found["biomass"].mean) and any("species CANO without an equation" in w for w in ears.warnings)
     assert any("Extrapolated" in w and "jenkins-agb-douglas-fir" in w for w in ears.warnings)
-    tables, _ = html_tables(out / "report.html")
-    assert tables["trees_by_class"][0][-2:] == ["other species", "all"]
-    counts = table[table.species == "ABAM"].shape[0] / 15
-    heads = tables["trees_by_class"][0]
-    assert number(tables["trees_by_class"][-1][heads.index("Pacific silver fir")]) == pytest.approx(counts, abs=0.051)
-    assert not (out / "stand_plots.shp").exists()  # they have no place on the map
+    crossed = cross_table(species_class_table(stand, "metric", 20.0), "metric", "trees")
+    assert [column.heading for column in crossed.columns][-2:] == ["other species", "all"]
+    counts = table.species.value_counts() / 15
+    assert crossed.rows[-1]["ABAM"] == pytest.approx(counts["ABAM"])
+    assert crossed.rows[-1]["other"] == pytest.approx(counts.iloc[5:].sum())
+    assert write_shapefiles(tmp_path, stand) == []  # they have no place on the map
 
 
 @pytest.mark.parametrize(

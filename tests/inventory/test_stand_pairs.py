@@ -95,7 +95,7 @@ def edit_in_qgis(path, edits):
 
 
 def test_pairs_edited_in_qgis_feed_evaluate_and_survive(paired):
-    folder, _, match = paired
+    folder, data, match = paired
     path = folder / "pairs.gpkg"
     before = gpd.read_file(path, layer=PAIRS).set_index("field_id")
     first = score(folder)
@@ -109,6 +109,8 @@ def test_pairs_edited_in_qgis_feed_evaluate_and_survive(paired):
     assert edited.pair_status[[confirmed, rejected]].tolist() == ["ok", "rejected"]
     with pytest.raises(InputError, match="run match-plots again"):
         score(folder)  # the DBH beside the dragged line is still the old tree's
+    with pytest.raises(InputError, match="does not end at tree"):
+        figures(folder, plots=data / "plots.csv", boundary=None, pairs=path, species=None)
     for _ in range(2):
         match()
         after = gpd.read_file(path, layer=PAIRS).set_index("field_id")
@@ -149,13 +151,3 @@ def test_the_stand_table_learns_species_status_and_heights_from_the_pairs(paired
     bare, told = figures(folder, plots=data / "plots.csv", boundary=None)
     assert len(bare.rows) >= result["n_trees"] and any("No volume for the stand" in w for w in told.warnings)
     assert set(gpd.read_file(folder / "pairs.gpkg", layer=FIELD).columns) >= {"species", "status", "field_id"}
-
-
-def test_a_pairs_layer_that_was_edited_since_is_refused(paired):
-    folder, data, match = paired
-    path = folder / "pairs.gpkg"
-    before = gpd.read_file(path, layer=PAIRS).set_index("field_id")
-    edit_in_qgis(path, {"3": list(before.loc["7"].geometry.coords[-1][:2])})
-    more = {"plots": data / "plots.csv", "boundary": None, "pairs": path, "species": None}
-    with pytest.raises(InputError, match="does not end at tree"):
-        figures(folder, **more)

@@ -143,7 +143,8 @@ def _cards(stand: Stand, units: str) -> list[tuple[str, str, str]]:
             continue
         value = f"{found.mean * q.factor:,.{q.decimals}f}".replace(",", "\u202f")
         interval = ""
-        if np.isfinite(found.low) and np.isfinite(found.high):
+        # From one plot the interval is of measuring it; beside the stand's figure it would be taken for the stand's.
+        if (stand.design.n > 1 or stand.design.census) and np.isfinite(found.low) and np.isfinite(found.high):
             low, high = (f"{x * q.factor:,.{q.decimals}f}".replace(",", "\u202f") for x in (found.low, found.high))
             interval = f"{low} to {high}"
         label = "QMD" if name == "qmd" else q.label

@@ -31,7 +31,7 @@ from .survey import Stand, make_stand
 from .tables import missing_sentences
 from .treelist import TreeList, from_layer, from_tally, label_species, read_tally
 from .units import METRIC
-from .values import ValueOptions
+from .values import ValueOptions, count_of
 
 #: The bias that the DBHs of a survey share, as seen on rendered and simulated plots with known truth (README).
 _COMMON_SE_CM = 0.2
@@ -179,7 +179,7 @@ def _read_plots(settings: Any, trees: TreeList, reporter: Reporter) -> tuple[lis
                 x, y = trees.centres[plot.plot_id]
                 shape = affinity.translate(plot.outline, x - plot.x, y - plot.y)
                 plots[k] = replace(plot, x=x, y=y, outline=shape)
-        trees.notes.append(f"The centres of {len(moved)} plots are those that match-plots found (co-registered).")
+        trees.notes.append(f"Centres as match-plots found them (co-registered): {count_of(len(moved), 'plot')}.")
     if trees.from_field and trees.crs is not None:
         _place_tally(settings, trees, plots, reporter)
     return plots, boundary

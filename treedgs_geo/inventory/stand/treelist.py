@@ -202,7 +202,7 @@ def _from_pairs(found: TreeList, path: Path, tally: pd.DataFrame | None) -> None
     )
     n_hand = int(used["pair_status"].isin(LOCKED).sum())
     if n_hand:
-        found.notes.append(f"{n_hand} of these pairs were checked or drawn by a person.")
+        found.notes.append(f"Checked or drawn by a person: {n_hand} of these pairs.")
     for _, plot in plots.iterrows():
         if plot["status"] != "check":
             found.centres[str(plot["plot_id"])] = (float(plot["x"]), float(plot["y"]))
