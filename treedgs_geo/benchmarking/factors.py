@@ -44,7 +44,7 @@ def _perturbed(key: str, title: str, unit: str, about: str, levels: tuple[float,
 FACTORS: tuple[Factor, ...] = (
     _perturbed("views", "photos kept", "photos", "Oblique photos left of 25, spread over the directions; with 3 "
                "hardly any stem has a clear view.", (25, 16, 10, 6, 3), PHOTOS),
-    _rendered("hiding", "needle area a tree", "m2", "Crowns that hide the stems: clear views fall from about twelve "
+    _rendered("hiding", "needle area a tree", "m2", "Crowns that hide the stems: clear views fall from a handful "
               "to none.", _each("leaf_area_m2", (12.0, 30.0, 80.0))),
     _rendered("gsd", "ground sample distance", "cm", "Pixels across a stem: 28 at 1 cm, 5 at 5 cm.",
               {1.84: {}, 1.0: {"gsd_cm": 1.0, "image_width": 960, "image_height": 760}, 3.0: {"gsd_cm": 3.0},
