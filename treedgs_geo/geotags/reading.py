@@ -13,8 +13,9 @@ import pyproj
 from ..core.crs import check_projected, horizontal, lonlat_to_project, suggest_utm
 from ..core.errors import CRSError, GeotagError, InputError
 from ..core.files import atomic_path
-from ..core.frames import frame_named, same_datum, vertical_of
+from ..core.frames import vertical_of
 from ..core.progress import Reporter
+from .datum import check_frame, decimal_year, geotags_frame
 from .gpstime import describe_utc, gps_to_utc
 from .mrk import Marks, read_mrk
 from .pairing import pair_photos
@@ -82,7 +83,7 @@ def read_stations(
         _note_unplaced(stations, reporter)
         return stations
     files = find_geotags(Path(geotags), Path(photos))
-    source = _frame(frame)
+    source = geotags_frame(frame)
     if files.tables:
         stations = _from_table(stations, read_position_table(files.tables[0], project, source))
     else:
@@ -104,72 +105,6 @@ def read_stations(
         )
     _note_unplaced(stations, reporter)
     return stations
-
-
-def _frame(text: str | None) -> pyproj.CRS | None:
-    """The geographic CRS that the user says the geotags are in.
-
-    Raises:
-        CRSError: unknown, or not geographic.
-    """
-    if not text:
-        return None
-    try:
-        found = pyproj.CRS.from_user_input(text)
-    except pyproj.exceptions.CRSError:
-        raise CRSError(f"--geotags-crs: {text!r} is not a coordinate reference system; give one like EPSG:6319."
-                       ) from None
-    if not found.is_geographic or found.is_compound:
-        raise CRSError(f"--geotags-crs: {found.name} is not geographic, expected longitude, latitude and ellipsoidal "
-                       "height, for example EPSG:6319 (NAD83(2011)) or EPSG:7912 (ITRF2014).")
-    return found.to_3d()
-
-
-def _check_frame(track: Trajectory, crs: pyproj.CRS, source: pyproj.CRS | None, reporter: Reporter) -> None:
-    """The solution's own word about its frame against the project's datum.
-
-    Raises:
-        CRSError: the header names a frame other than the one the positions would be read in.
-    """
-    named = frame_named(track.datum)
-    assumed = source or crs.geodetic_crs
-    if assumed is None:
-        return
-    if named is not None and not same_datum(named, assumed):
-        raise CRSError(
-            f"{track.path}: its header names {named.name} ({track.datum!r}), the positions would be read in "
-            f"{assumed.name}; give --geotags-crs {named.to_string()} (they are then transformed), or another project "
-            "CRS.")
-    if named is None and source is None:
-        shift = _shift_from_itrf(track, crs)
-        if shift > 0.05:
-            reporter.warn(
-                f"{track.path.name}: its header says {track.datum or 'nothing'!r}, which names no frame; the positions "
-                "are "
-                f"taken to be in the project's ({assumed.name}), as when the base station's coordinates were. If they "
-                f"were in ITRF (a PPP base), every photo is {shift:.1f} m off: give --geotags-crs EPSG:7912 then, else "
-                f"--geotags-crs {_code(assumed)} to say so.")
-
-
-def _shift_from_itrf(track: Trajectory, crs: pyproj.CRS) -> float:
-    """How far ITRF2014 coordinates are off when they are read on the project's datum, metres; 0 when unknown."""
-    lon, lat, height = (np.array([np.median(v)]) for v in (track.lon_deg, track.lat_deg, track.height_m))
-    flat = horizontal(crs)
-    try:
-        there = lonlat_to_project(flat, lon, lat, height, pyproj.CRS("EPSG:7912"), _year(track.gps_s))
-    except CRSError:
-        return 0.0
-    return float(np.linalg.norm((there - lonlat_to_project(flat, lon, lat, height))[0]))
-
-
-def _code(crs: pyproj.CRS) -> str:
-    code = crs.to_epsg()
-    return f"EPSG:{code}" if code else repr(crs.name)
-
-
-def _year(gps_s: np.ndarray) -> float:
-    """Decimal year."""
-    return 1970 + float(gps_to_utc(np.median(gps_s))) / (365.25 * 86400)
 
 
 def _checked_crs(crs: str | pyproj.CRS, lon_lat: tuple[float, float] | None) -> pyproj.CRS:
@@ -316,7 +251,7 @@ def _from_marks(
                 f"{track.path.name}: {len(track.gps_s)} epochs, {np.mean(track.quality == 1):.0%} fixed, datum "
                 f"{track.datum}."
             )
-        _check_frame(track, crs, source, reporter)
+        check_frame(track, crs, source, reporter)
     xyz, sd, quality = np.full_like(stations.xyz, np.nan), np.full_like(stations.sd, np.nan), ["none"] * len(stations)
     utc = stations.utc.copy()
     for each, group in _assign_marks(marks, photos):
@@ -335,7 +270,7 @@ def _from_marks(
                 quality[i] = value
         else:
             lon, lat, height = each.lon_deg[own], each.lat_deg[own], each.height_m[own]
-            xyz[paired] = lonlat_to_project(crs, lon, lat, height, source, _year(each.gps_s))
+            xyz[paired] = lonlat_to_project(crs, lon, lat, height, source, decimal_year(each.gps_s))
             for i, row in zip(paired, own, strict=True):
                 quality[i], sd[i] = _grade(each.flag[row], each.sd[row], "single")
     if tracks and not np.isfinite(xyz).any():
@@ -430,7 +365,7 @@ def _antenna(
     solutions = [
         interpolate(
             track,
-            lonlat_to_project(crs, track.lon_deg, track.lat_deg, track.height_m, source, _year(track.gps_s)),
+            lonlat_to_project(crs, track.lon_deg, track.lat_deg, track.height_m, source, decimal_year(track.gps_s)),
             gps,
             max_gap_s=np.inf if track.path.stem.lower().endswith("_events") else 1.0,
         )
