@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import time
-import warnings
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -140,11 +139,8 @@ def textures(sights: list[Sight], settings: JointSettings, first: bool) -> np.nd
         own = np.flatnonzero(flights == flight)
         if first:
             colour = np.where(mass[own, ..., None] > 0.5, total[own] / np.maximum(mass[own, ..., None], 1e-6), np.nan)
-            with np.errstate(all="ignore"):
-                with warnings.catch_warnings():
-                    warnings.simplefilter("ignore", RuntimeWarning)
-                    median = np.nanmedian(colour, axis=0)
-                    overall = np.nan_to_num(np.nanmedian(colour, axis=(0, 1, 2)), nan=0.1)
+            median = _median(colour)
+            overall = np.nan_to_num(_median(colour.reshape(-1, 3)), nan=0.1)
             out[own] = np.where(np.isfinite(median), median, overall)
             continue
         all_total, all_mass = total[own].sum(axis=0), mass[own].sum(axis=0)
@@ -156,6 +152,16 @@ def textures(sights: list[Sight], settings: JointSettings, first: bool) -> np.nd
         wide = (near_total + 0.5 * grand[:, None, None]) / (near_mass[..., None] + 0.5)
         out[own] = (rest_total + 2.0 * wide) / (rest_mass[..., None] + 2.0)
     return out
+
+
+def _median(values: np.ndarray) -> np.ndarray:
+    """Lower median over the first axis, NaN left out; NaN where nothing is left.
+
+    Not ``np.nanmedian``: it warns there, and warnings cannot be silenced in one thread only.
+    """
+    ordered = np.sort(values, axis=0)  # NaN last
+    middle = np.maximum(np.isfinite(values).sum(axis=0) - 1, 0) // 2
+    return np.take_along_axis(ordered, middle[None], axis=0)[0]
 
 
 def _blurred(values: np.ndarray) -> np.ndarray:

@@ -13,6 +13,8 @@ from .trees import Tree
 
 #: Another method's diameter may differ by this much (cm, and share) before the tree is doubted.
 DISAGREE = 2.5, 0.10
+#: Thinner primitives are refused: mostly twigs.
+LEAST_DBH_CM = 7.5
 
 
 def to_trees(
@@ -37,6 +39,11 @@ def to_trees(
         other_cm = second.get(seed)
         if other_cm is not None and abs(other_cm - primitive.dbh_cm) > max(DISAGREE[0], DISAGREE[1] * other_cm):
             doubt.append("disagree")
+        if primitive.dbh_cm < LEAST_DBH_CM:
+            refuse.append("too_small")
+        # One doubt is for the forester to look at; several together are how places without a stem look.
+        if len(doubt) >= 2:
+            refuse += doubt
         x, y, z = frame.to_project(np.array([[*places[seed], stem.origin[2]]]))[0]
         flag: Literal["ok", "check", "reject"] = "reject" if refuse else "check" if doubt else "ok"
         slope = primitive.shape[2:4]
