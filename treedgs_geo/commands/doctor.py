@@ -40,9 +40,10 @@ PACKAGES = {
     "distributed": "distributed",
     "openpyxl": "openpyxl",
     "reportlab": "reportlab",
+    "pygeomag": "pygeomag",
 }
 #: Used when installed, needed by nothing.
-OPTIONAL = {"torch": "torch"}
+OPTIONAL = {"torch": "torch", "dask_jobqueue": "dask-jobqueue", "warp": "warp-lang"}
 
 _BASE = (
     "numpy",
