@@ -46,9 +46,14 @@ class PackageError(Exception):
 
 
 def chosen_files() -> list[str]:
-    """Tracked files of the plugin, relative to the repository."""
-    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    files = [name for name in listed.splitlines() if name.startswith(WANTED) or name in SINGLE]
+    """Tracked files of the plugin, relative to the repository; without git whatever lies in its folders."""
+    if shutil.which("git"):
+        command = ["git", "-c", f"safe.directory={ROOT}", "ls-files"]
+        listed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout.splitlines()
+    else:
+        found = [path for top in WANTED for path in (ROOT / top).rglob("*") if "__pycache__" not in path.parts]
+        listed = [path.relative_to(ROOT).as_posix() for path in found] + list(SINGLE)
+    files = [name for name in listed if name.startswith(WANTED) or name in SINGLE]
     return [name for name in files if not name.startswith("docs/results/") and (ROOT / name).is_file()]
 
 
