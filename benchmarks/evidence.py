@@ -57,8 +57,8 @@ def methods_text(folder: Path) -> str:
         lines.append(f"| {source} | {fit} | {own['n']:.0f} of {own['of']:.0f} | {_cm(own['rmse_cm'])} | "
                      f"{_cm(own['mae_cm'])} | {_cm(own['me_cm'])} | {_cm(common['rmse_cm'])} ({common['n']:.0f}) | "
                      f"*{_cm(own['paper_rmse_cm'])}* | *{_cm(own['paper_me_cm'])}* |")
-    lines += ["", f"The tree layer that was evaluated (our default, from photos): RMSE {metrics['rmse_cm']:.2f} cm, {metrics['n']} of "
-              f"{metrics['n_reference']} stems."]
+    lines += ["", f"The tree layer that was evaluated (our default, from photos): RMSE {metrics['rmse_cm']:.2f} cm, "
+              f"{metrics['n']} of {metrics['n_reference']} stems."]
     for source, row in metrics.get("segmentation", {}).items():
         lines.append(f"Segmentation of the {source} points: precision {row['precision']}, recall {row['recall']}, F1 "
                      f"{row['f1']}, IoU {row['iou']}.")
