@@ -43,7 +43,7 @@ class PhotosToDbhSettings:
     fit: str = param(
         "auto",
         kind="choice",
-        help="photos = stems fitted straight to the photos; gaussians = splats, samples, robust circles; "
+        help="photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; "
         "paper = splats with the published constants; auto = what the data supports.",
         choices=("auto", "photos", "gaussians", "paper"),
     )
