@@ -296,7 +296,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation>Anpassung</translation>
     </message>
     <message>
-      <source>photos = stems fitted straight to the photos; gaussians = splats, samples, robust circles; paper = splats with the published constants; auto = what the data supports.</source>
+      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper = splats with the published constants; auto = what the data supports.</source>
       <translation type="unfinished" />
     </message>
     <message>
@@ -700,7 +700,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation type="unfinished" />
     </message>
     <message>
-      <source>Inputs: the photos, and a folder with the drone's Timestamp.MRK and the PPK solution (.pos), or a CSV by photo name. The antenna's path is interpolated at each exposure and the lever arm applied once; heights stay in the datum of the geotags. Output: layer 'stations' (PointZ, project CRS) with quality (fix, float, single, exif, none), standard deviations (m), time, flight and gimbal angles (degrees). Photos that are blurred or show nothing are left out with a warning; geotags of other photos are refused.</source>
+      <source>Inputs: the photos, and a folder with the drone's Timestamp.MRK and the PPK solution (.pos), or a CSV by photo name. RINEX of rover and base is solved by RTKLIB (rnx2rtkp). The antenna's path is interpolated at each exposure and the lever arm applied once; heights stay ellipsoidal unless the project CRS has a height datum, which needs its geoid grid. Output: layer 'stations' (PointZ, project CRS) with quality (fix, float, single, exif, none), standard deviations (m), time, flight and gimbal angles (degrees). Photos that are blurred or show nothing are left out with a warning; geotags of other photos are refused.</source>
       <translation type="unfinished" />
     </message>
     <message>
@@ -708,15 +708,47 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation type="unfinished" />
     </message>
     <message>
-      <source>Folder or file with MRK and RTKLIB .pos (PPK), or a CSV with name, lat, lon, h; without it EXIF/XMP positions are used.</source>
+      <source>Folder or file with MRK and RTKLIB .pos or RINEX (PPK), or a CSV with name, lat, lon, h; without it EXIF/XMP positions are used.</source>
       <translation type="unfinished" />
     </message>
     <message>
-      <source>Project CRS, projected and in metres, for example EPSG:6344; its datum is that of the geotags.</source>
+      <source>Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703.</source>
       <translation type="unfinished" />
     </message>
     <message>
       <source>Camera stations layer to write.</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Geotags CRS</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Reference frame of the geotags (geographic), for example EPSG:7912 for ITRF2014; default: the project's.</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Base</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>RINEX observations of the base station, when they do not lie with the geotags.</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Base position</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Base station 'latitude, longitude, height' (degrees, ellipsoidal m), for RINEX; default: its header's.</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Tagged photos</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>New folder for copies of the photos with the corrected EXIF/XMP position; originals are never changed.</source>
       <translation type="unfinished" />
     </message>
     <message>
@@ -764,6 +796,10 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation type="unfinished" />
     </message>
     <message>
+      <source>tagged copies written</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
       <source>Reconstruct cameras from photos</source>
       <translation>Kameras aus Fotos rekonstruieren</translation>
     </message>
@@ -773,6 +809,10 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Inputs: overlapping drone photos (80 % overlap, most of them oblique) and their PPK, RTK or EXIF positions. All flights end in one frame, adjusted with the geotags as priors. Output in the workspace: geotags.gpkg, sfm/ (COLMAP model in a local frame, frame.json with the CRS and origin, report.json) and dense.laz (stem band of the plots, project CRS). A block that contradicts its geotags, the lens calibration in the metadata, or the flying height is refused.</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Folder or file with MRK and RTKLIB .pos (PPK), or a CSV with name, lat, lon, h; without it EXIF/XMP positions are used.</source>
       <translation type="unfinished" />
     </message>
     <message>
@@ -972,7 +1012,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation type="unfinished" />
     </message>
     <message>
-      <source>Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a few decimetres. Around each stem a cylinder of 3D Gaussians is fitted to crops of the photos (the losses of the RaDe-GS paper, re-derived), with the ground behind it as a texture. Output: field.ply, the standard 3DGS format in local metres; its origin and CRS are in field.frame.json beside it.</source>
+      <source>Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a few decimetres. For each stem a tapered, leaning primitive and the Gaussians around it are fitted together to crops of the photos (the losses of the RaDe-GS paper, re-derived), with the ground behind as a texture. Output: stem_primitives.csv with the diameters, and field.ply, the standard 3DGS format in local metres (its origin and CRS are in field.frame.json beside it). With stems = free, Gaussians only, as published.</source>
       <translation type="unfinished" />
     </message>
     <message>
@@ -1072,7 +1112,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation>Stämme</translation>
     </message>
     <message>
-      <source>primitive = a tapered stem is fitted in one loop with the Gaussians around it, and its bark written as Gaussians; free = nothing but Gaussians, as published</source>
+      <source>primitive = a tapered stem is fitted in one loop with the Gaussians around it, and its bark written as Gaussians; start = its bark Gaussians are then fitted freely; free = nothing but Gaussians, as published</source>
       <translation type="unfinished" />
     </message>
     <message>
@@ -1096,11 +1136,27 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation type="unfinished" />
     </message>
     <message>
+      <source>Density</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>of free Gaussians: relocate = a fixed number, dead ones move onto live ones; split = split, clone and prune up to the limit</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
       <source>Controller</source>
       <translation type="unfinished" />
     </message>
     <message>
       <source>of free Gaussians: fixed = every epoch of the preset; plateau = stop when two held-out photos no longer improve; backtrack = go back to the last good state with smaller steps instead; rlgs = a learned policy chooses the steps (several times slower)</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Device</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>where Gaussians are drawn: cpu, or cuda = an NVIDIA GPU through the optional package warp-lang</source>
       <translation type="unfinished" />
     </message>
     <message>
@@ -1125,6 +1181,10 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Stem positions, good to a few decimetres: a point layer, or a CSV with x, y in the project CRS; without it trees.gpkg of the workspace.</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Dense points that free Gaussians start from: LAS/LAZ, or OpenMVS's scene_dense.ply in the local frame of sfm/; without it dense.laz of the workspace, if there.</source>
       <translation type="unfinished" />
     </message>
     <message>
@@ -1209,6 +1269,14 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>paper = every point of the published method, those that no view sees included.</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Points</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>sampled = drawn inside the Gaussians and scored; for comparison: means = their centres alone, depth = fused depth maps.</source>
       <translation type="unfinished" />
     </message>
     <message>
@@ -1360,7 +1428,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation>Nordrichtung</translation>
     </message>
     <message>
-      <source>north that the bearings refer to (magnetic needs --declination)</source>
+      <source>north that the bearings refer to (magnetic needs the date of the field work, or the declination)</source>
       <translation type="unfinished" />
     </message>
     <message>
@@ -1368,7 +1436,15 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation type="unfinished" />
     </message>
     <message>
-      <source>magnetic declination at the plot on the day of the field work</source>
+      <source>magnetic declination at the plot on the day of the field work; default: from the World Magnetic Model by --field-date or the table's date column</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Field date</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>day of the field work, year-month-day, for the declination</source>
       <translation type="unfinished" />
     </message>
     <message>
@@ -1516,7 +1592,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation>Tabellen und Diagramme: gemessener BHD gegen Feld-BHD.</translation>
     </message>
     <message>
-      <source>From the pairs layer of match-plots (pair_status auto, ok and moved count; rejected never): number of trees, success rate (trees with a DBH of all field trees), RMSE, RRMSE (of the mean field DBH), MAE, mean error (measured minus field), share of trees inside the stated 90 % interval and false trees, per plot and pooled, with bootstrap intervals by plot. Writes metrics.json, per_plot.csv, trees.csv, table.tex, charts (SVG and PNG) and evaluation.html. Plots left to a hand check do not count and are named. Units: centimetres and per cent; rates in metrics.json are 0 to 1.</source>
+      <source>From the pairs layer of match-plots (pair_status auto, ok and moved count; rejected never): number of trees, success rate (trees with a DBH of all field trees), RMSE, RRMSE (of the mean field DBH), MAE, mean error (measured minus field), share of trees inside the stated 90 % interval and false trees, per plot and pooled, with bootstrap intervals by plot. Writes metrics.json, per_plot.csv, trees.csv, table.tex, charts (SVG and PNG) and evaluation.html. Plots left to a hand check do not count and are named. With --lidar and --splats: cylinder, circle and weighted circle on both, p chosen on held-out stems, densities, trend over DBH, ablation, and (simulated plots) segmentation scores and true labels. With --workspace-in: how many photos show breast height, and runtime. Units: centimetres and per cent; rates in metrics.json are 0 to 1.</source>
       <translation type="unfinished" />
     </message>
     <message>
@@ -1556,6 +1632,42 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation type="unfinished" />
     </message>
     <message>
+      <source>LiDAR</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>LiDAR cloud of the plot: adds the published cylinder and circles (with tree_id: as segmented)</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Splats</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>stems.laz of a photos-to-dbh workspace with splats: the same fits on surface points</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>terrain for both clouds; without it each finds its own</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Workspace in</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>workspace of photos-to-dbh: adds visibility of breast height and runtime by stage</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Holdout [%]</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>stems held out to choose the exponent p, the same for every method</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
       <source>folder for metrics.json, tables, charts and evaluation.html</source>
       <translation type="unfinished" />
     </message>
@@ -1568,7 +1680,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation type="unfinished" />
     </message>
     <message>
-      <source>seed of the bootstrap</source>
+      <source>seed of the bootstrap and of the held-out stems</source>
       <translation type="unfinished" />
     </message>
     <message>
@@ -1748,7 +1860,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation type="unfinished" />
     </message>
     <message>
-      <source>plots that reach over the stand's edge: walkthrough (some trees count twice), area (only the part inside) or none (flagged only)</source>
+      <source>trees and plots at the stand's edge: zone (a tree weighs by the part of the plot-sized zone around it that is inside), walkthrough (some trees count twice), area (only the plot's part inside) or none (only flagged)</source>
       <translation type="unfinished" />
     </message>
     <message>
@@ -1868,12 +1980,144 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation>oberirdische Biomasse, t/ha</translation>
     </message>
     <message>
-      <source>Simulate a plot</source>
-      <translation>Eine Probefläche simulieren</translation>
+      <source>Benchmark speed and accuracy</source>
+      <translation type="unfinished" />
     </message>
     <message>
       <source>Tools</source>
       <translation>Werkzeuge</translation>
+    </message>
+    <message>
+      <source>Chart seconds against DBH error for every preset and method; or test where they fail.</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Runs each configuration (presets, number of photos, photo size, features, splats, LiDAR methods) on simulated plots with known truth and charts seconds, memory, RMSE and success rate, with the Pareto front and a recommended configuration for each preset. With --stability: one trouble at a time (few photos, wind, lean, pose noise, clutter, ...) at rising severity: errors, refusals, interval coverage, and every accepted tree that is more than 5 cm off. With --cost: how seconds and memory grow. Writes SVG, PNG, CSV, JSON, Markdown and a page without outside files. Compare seconds only within one run on an idle machine.</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>simulated plot, or a folder of them, to measure on; without it plots are simulated</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>folder for charts and tables; finished runs are kept there, so that a stopped benchmark resumes</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Quick</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>one small plot and a dozen configurations: about 10 minutes on two idle cores</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Stability</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>instead of the chart: the stability suite, one factor at a time from harmless to hopeless</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Cost</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>instead of the chart: seconds and memory of each stage against photos, megapixels, stems and points, fitted</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>runs of each configuration</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>seeds of the stability suite</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Factors</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>only these factors of the stability suite, by commas</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Only</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>only these configurations of the chart, by commas</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Budget [min]</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>begin nothing new after this long; 0 = no limit, with --quick 9.5 minutes</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Fresh</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>stability: measure again what other measuring code had measured</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>the chart (SVG)</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>runs of the chart</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>configuration for each preset</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>what there was no time for</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>cases of the stability suite</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>cases that it has</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>trees accepted by the photo method</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>of them more than 5 cm off</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>of them inside the stated 90 % interval, 0 to 1</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>at most 2 % of the accepted trees are more than 5 cm off</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>the paper's own case on this machine, minutes</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>seconds it took</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>Simulate a plot</source>
+      <translation>Eine Probefläche simulieren</translation>
     </message>
     <message>
       <source>Make a synthetic forest plot: drone photos, PPK files, LiDAR, field table and truth.</source>
@@ -2217,10 +2461,6 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>photos that see a stem's breast height free (median over the stems)</source>
-      <translation type="unfinished" />
-    </message>
-    <message>
-      <source>seconds it took</source>
       <translation type="unfinished" />
     </message>
     <message>
