@@ -87,6 +87,7 @@ def draw_dbh_histogram(trees: gpd.GeoDataFrame, width_cm: float = 5.0) -> bytes:
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    from matplotlib.ticker import MaxNLocator
 
     figure, axes = plt.subplots(figsize=(8, 3.2), dpi=110, layout="constrained")
     known = trees[trees["dbh_cm"].notna()]
@@ -104,7 +105,7 @@ def draw_dbh_histogram(trees: gpd.GeoDataFrame, width_cm: float = 5.0) -> bytes:
     axes.set_xlabel("DBH, cm")
     axes.set_ylabel("Stems")
     axes.set_title(f"{len(known)} stems with a DBH, {n_refused} without", fontsize=11)
-    axes.yaxis.get_major_locator().set_params(integer=True)
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.spines[["top", "right"]].set_visible(False)
     axes.grid(axis="y", alpha=0.3)
     axes.set_axisbelow(True)
