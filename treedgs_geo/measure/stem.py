@@ -77,7 +77,7 @@ def measure_points(points: np.ndarray, weights: np.ndarray | None, sensor: Senso
         return refuse("not_round", cone=cone, points=len(points))
     cone, window, on = fitted
     slices = _slices(points, weights, cone, sensor, bh_m)
-    taper = taper_line(*slices[:, :3].T, bh_m, slices_per_independent=3.0)
+    taper = taper_line(slices[:, 0], slices[:, 1], slices[:, 2], bh_m, slices_per_independent=3.0)
     if taper is not None and taper.model == "butt" and window[0] < ABOVE_BUTT_M:
         # The cone knows no swell: it is fitted again above it.
         above = points[:, 2] > ABOVE_BUTT_M

@@ -126,11 +126,11 @@ def _map_kernel(
             mean = np.zeros((3, n_cols), np.float32)
             power = np.zeros(n_cols, np.float32)
             for k in range(low, high + 1):
-                shift = int(np.round((k - i) * slants[which] * columns_a_row))
-                first, last = max(0, -shift), min(n_cols, n_cols - shift)
+                aside = int(np.round((k - i) * slants[which] * columns_a_row))
+                first, last = max(0, -aside), min(n_cols, n_cols - aside)
                 for ch in range(3):
                     for j in range(first, last):
-                        g = slope[k, ch, j + shift]
+                        g = slope[k, ch, j + aside]
                         mean[ch, j] += g
                         power[j] += g * g
             for j in range(n_cols):
