@@ -8,7 +8,7 @@
     python benchmarks/campaign.py hosts   --plots build/campaign_plots --scratch build/campaign --first 6
 
 ``same``: the campaign's layer against every plot run by its own verb. ``killed``: the same campaign with a worker,
-supervisor or engine killed (SIGKILL) at random moments, against the undisturbed layer. ``speedup``: one worker against
+or supervisor killed (SIGKILL) at random moments, against the layers of ``same``. ``speedup``: one worker against
 two in one run, plots single-threaded, start of the workers and of Python included. ``memory``: the coordinating process
 with 10 and 1,000 rows of a job that does nothing. ``hosts``: two workers in two network namespaces (needs root).
 Each writes ``docs/results/campaign_NAME.json`` unless --no-record.
@@ -145,10 +145,13 @@ def killed(given: argparse.Namespace) -> dict:
     if process.returncode:
         raise SystemExit(f"the campaign failed ({process.returncode}) after {victims}: {errors}")
     result = next(m["result"] for m in messages if m["t"] == "result")
-    if not calm.exists():
+    single = {layer.stem: layer for layer in (given.scratch / "alone").glob("*.gpkg")}
+    if len(single) != result["n_plots"] and not calm.exists():
         timed(manifest, given.scratch / "same", "--workers", str(given.workers))
+    by_one = len(single) == result["n_plots"]
     return {"campaign": result, "killed": victims, "left_over": leftovers(workspace),
-            "differences": differences(workspace / "trees.gpkg", calm)}
+            "compared_with": "one by one" if by_one else "the undisturbed campaign",
+            "differences": differences(workspace / "trees.gpkg", single if by_one else calm)}
 
 
 def pick(coordinator: int, draw: random.Random) -> tuple[str, psutil.Process | None]:
