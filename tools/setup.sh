@@ -34,9 +34,11 @@ missing=""
 command -v qgis_process >/dev/null && /usr/bin/python3 -c 'import qgis.core' 2>/dev/null || missing="$missing qgis python3-qgis qgis-providers"
 command -v Xvfb >/dev/null || missing="$missing xvfb"
 command -v xauth >/dev/null || missing="$missing xauth"
-# RINEX files and corrected EXIF/XMP copies are worked on by these two programs; the tests run them.
+# RINEX files and corrected EXIF/XMP copies are worked on by the first two programs; the tests
+# run them, and read the stand table's PDF with the third.
 command -v rnx2rtkp >/dev/null || missing="$missing rtklib"
 command -v exiftool >/dev/null || missing="$missing libimage-exiftool-perl"
+command -v pdftotext >/dev/null || missing="$missing poppler-utils"
 for pair in libGL.so.1:libgl1 libgomp.so.1:libgomp1 libX11.so.6:libx11-6 libEGL.so.1:libegl1 libusb-1.0.so.0:libusb-1.0-0; do
     { ldconfig -p 2>/dev/null || /sbin/ldconfig -p 2>/dev/null; } | grep -q "${pair%%:*}" || missing="$missing ${pair#*:}"
 done
