@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 import shapely
 
-from ...core.files import atomic_path, ensure_writable
+from ...core.files import atomic_geopackage, ensure_writable
 from ..tree_layer import save_style
 from .survey import Stand
 
@@ -81,7 +81,7 @@ def tree_layer(stand: Stand) -> gpd.GeoDataFrame:
 
 def write_geopackage(path: Path, stand: Stand) -> Path:
     """Both layers, styled where a style exists."""
-    with atomic_path(path) as temporary:
+    with atomic_geopackage(path) as temporary:
         for name, layer, kind in ((PLOTS, plot_layer(stand), "Unknown"), (TREES, tree_layer(stand), "Point")):
             more = {"mode": "a"} if temporary.exists() else {"dataset_options": {"VERSION": "1.2"}}
             _write(layer, temporary, layer=name, driver="GPKG", geometry_type=kind, **more)
