@@ -11,6 +11,8 @@ import sys
 from pathlib import Path
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+# The order of XML attributes follows Qt's hash: without a fixed seed every run writes another file.
+os.environ["QT_HASH_SEED"] = "0"
 
 from qgis.core import (  # noqa: E402
     QgsApplication,
