@@ -55,7 +55,11 @@ class Ended:
     """How it ended: exit code, result, messages by kind."""
 
     def __init__(self, process: subprocess.Popen) -> None:
-        out, self.log = process.communicate(timeout=600)
+        try:
+            out, self.log = process.communicate(timeout=300)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            raise
         self.code = process.returncode
         self.messages = [json.loads(line) for line in out.splitlines() if line.startswith("{")]
         self.result = next((m["result"] for m in self.messages if m["t"] == "result"), {})

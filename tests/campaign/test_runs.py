@@ -277,9 +277,11 @@ def test_cancelled(clouds, tmp_path):
 
 
 #: Stands in for a batch queue, which is not at hand: starts the job script at once, in the background.
+# Like sbatch it keeps a copy: dask-jobqueue removes the script once it is submitted.
 SBATCH = """#!/bin/sh
 for script; do :; done
-setsid sh "$script" >"$QUEUE/job.$$.log" 2>&1 &
+cp "$script" "$QUEUE/script.$$"
+setsid sh "$QUEUE/script.$$" >"$QUEUE/job.$$.log" 2>&1 &
 echo $! >"$QUEUE/$$.job"
 echo "Submitted batch job $$"
 """
