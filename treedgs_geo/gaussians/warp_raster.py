@@ -6,7 +6,7 @@ they are tested; they have not been run on a GPU. Import needs ``warp-lang``; as
 """
 
 # Warp reads annotations when a kernel is made: no postponed annotations in this file, and mypy cannot know its types.
-# mypy: disable-error-code="valid-type"
+# mypy: disable-error-code="valid-type,misc,attr-defined"
 from typing import Any
 
 import numpy as np
