@@ -1,7 +1,7 @@
 """Our point-cloud route and dendromatics (of 3DFin) on the same clouds, in one run, each in a process of its own.
 
-    python -m venv /tmp/dendro && /tmp/dendro/bin/pip install dendromatics
-    python benchmarks/side_by_side.py --data ../shared/data --their-python /tmp/dendro/bin/python --output FILE.json
+    python -m venv DENDRO && DENDRO/bin/pip install dendromatics
+    python benchmarks/side_by_side.py --data ../shared/data --their-python DENDRO/bin/python --output FILE.json
 
 Theirs runs with its defaults and with three other settings; of those the one with most stems near a reference
 circle (then the smallest error) is reported as "best settings", chosen with the reference in hand, which favours it.
