@@ -1,5 +1,5 @@
-# make setup | demo | test | qgis340 | lint | qgis | parameters | styles | models | translations | package | screenshot | clean
-.PHONY: setup demo test qgis340 lint qgis parameters styles models translations package screenshot clean
+# make setup | demo | test | qgis340 | lint | qgis | parameters | styles | models | translations | package | lock | screenshot | clean
+.PHONY: setup demo test qgis340 lint qgis parameters styles models translations package lock screenshot clean
 PYTHON = .venv/bin/python
 SHELL = /bin/sh
 
@@ -36,8 +36,11 @@ qgis340:  ## the plugin's tests with QGIS 3.40 (Debian trixie in a folder; root,
 translations: setup  ## collect and compile the texts (PyQGIS, lrelease)
 	@/usr/bin/python3 tools/write_translations.py
 
-package: setup  ## dist/: the plugin's zip, checked and scanned as the plugin repository does, and the wheel
-	@$(PYTHON) tools/package.py
+package: setup  ## dist/: the plugin's zip, checked and scanned as the plugin repository does, and the wheel; release=1 for upload
+	@$(PYTHON) tools/package.py $(if $(release),--release)
+
+lock: setup  ## after the pinned ranges changed: every library of the engine with its hashes (uv, network)
+	@$(PYTHON) tools/write_lock.py
 
 screenshot: setup  ## docs/images/toolbox.png, under Xvfb
 	@$(PYTHON) tools/screenshot.py

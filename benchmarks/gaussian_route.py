@@ -7,10 +7,10 @@
 Truth is read for scoring, and for poses and positions where the command says so. Each ``--runs`` entry is fitted and
 sampled once: ``primitive`` (stems and Gaussians in one loop), ``free`` (Gaussians only, our losses), ``paper``
 (Gaussians only, published losses and sampling), ``start`` (free Gaussians started on the bark of a primitive: what
-initialisation buys). Read-outs: ``primitive`` (the fitted stem itself), ``paper`` (published constants), ``default``
-(our estimator for splat points), ``half`` (where the azimuth-averaged opacity about the axis falls to half). ``--laws``
-adds the other opacity law and low quantiles over the views. Stems with at least three clear views at breast height are
-the reference, as everywhere.
+initialisation buys). Read-outs: ``primitive`` (the fitted stem itself), ``paper`` (samples of the Gaussians, published
+constants), ``default`` (the same samples, solid circles along the axis), ``volume`` (points spread evenly over the
+stem's surroundings, the cone at whose bark their opacity ends). ``--laws`` adds the other opacity law and low quantiles
+over the views. Stems with at least three clear views at breast height are the reference, as everywhere.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ from treedgs_geo.evaluation.accuracy import pair_by_position, score
 from treedgs_geo.gaussians.options import PAPER_SAMPLING, GaussianOptions, SampleOptions
 from treedgs_geo.gaussians.sample import SurfacePoints, sample_surface
 from treedgs_geo.gaussians.train import fit_with_report
+from treedgs_geo.gaussians.volume import sample_volume
 from treedgs_geo.measure.cloud import measure_stems
 from treedgs_geo.measure.options import MeasureOptions
 from treedgs_geo.measure.primitive_trees import to_trees
@@ -63,54 +64,27 @@ def true_views(plot: Path, frame: LocalFrame) -> list[View]:
     return views
 
 
-def half_level(points: np.ndarray, opacity: np.ndarray, centre: np.ndarray, bh_m: float) -> float | None:
-    """Diameter (cm) at which the mean opacity about the axis has fallen half way; points (N, 3), z above ground."""
-    near = np.abs(points[:, 2] - bh_m) <= 0.5
-    xy, weight, centre = points[near, :2], opacity[near].astype(float), np.array(centre, float)
-    if len(xy) < 50:
-        return None
-    for _ in range(8):
-        core = np.hypot(*(xy - centre).T) < 0.12
-        if core.sum() < 10:
-            return None
-        centre += (weight[core, None] ** 3 * (xy[core] - centre)).sum(axis=0) / (weight[core] ** 3).sum()
-    r, edges = np.hypot(*(xy - centre).T), np.arange(0, 0.45, 0.01)
-    rings = [(r >= edge) & (r < edge + 0.02) for edge in edges]
-    profile = np.array([np.average(weight[ring]) if ring.sum() > 3 else np.nan for ring in rings])
-    level = (np.nanmax(profile[:8]) + np.nanmin(profile)) / 2
-    fallen = [k for k in range(1, len(edges)) if profile[k] < level]
-    if not fallen:
-        return None
-    k = fallen[0]
-    back = (level - profile[k]) / max(profile[k - 1] - profile[k], 1e-9)
-    return 200 * (edges[k] + 0.01 - 0.01 * back)
-
-
 def read_out(points: SurfacePoints, frame: LocalFrame, dtm: Dtm, how: str) -> dict[int, float]:
-    """DBH in cm by seed number."""
-    xyz = frame.to_project(points.xyz)
-    cloud = PointCloud(xyz, frame.crs, {"opacity": points.opacity})
-    options = MeasureOptions(weights="opacity", method="default" if how == "default" else "paper", source="splat")
+    """DBH in cm by seed number; how: ``paper``, ``default``, or ``volume`` for points of ``sample_volume``."""
+    cloud = PointCloud(frame.to_project(points.xyz), frame.crs, {"opacity": points.opacity})
+    if how == "volume":
+        cloud = cloud.with_attribute("even", np.ones(len(points), np.uint8))
+    options = MeasureOptions(weights="opacity", method="paper" if how == "paper" else "default", source="splat")
     trees = measure_stems(cloud, points.groups + 1, dtm, options)
-    if how != "half":
-        return {tree.tree_id - 1: tree.dbh_cm for tree in trees if tree.dbh_cm is not None}
-    found = {}
-    height = xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1])
-    for tree in trees:
-        own = points.groups == tree.tree_id - 1
-        local = np.column_stack([xyz[own, 0] - tree.x, xyz[own, 1] - tree.y, height[own]])
-        dbh = half_level(local, points.opacity[own], np.zeros(2), 1.37)
-        if dbh is not None and np.isfinite(dbh):
-            found[tree.tree_id - 1] = dbh
-    return found
+    return {tree.tree_id - 1: tree.dbh_cm for tree in trees if tree.dbh_cm is not None}
+
+
+def true_positions(truth: list[dict], frame: LocalFrame, seed: int, noise_m: float = 0.1) -> np.ndarray:
+    """(T, 2) local positions of true stems at breast height, with noise of 10 cm on each axis."""
+    xy = np.array([[float(row["E_bh"]), float(row["N_bh"])] for row in truth]) - frame.origin[:2]
+    return xy + np.random.default_rng(seed).normal(0, noise_m, xy.shape)
 
 
 def stem_positions(arguments: argparse.Namespace, frame: LocalFrame, views: list[View], dtm: Dtm, truth: list[dict],
                    true_xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(K, 2) local positions to fit at, and (T,) the position that belongs to each true stem (-1: none)."""
     if not arguments.find:
-        noise = np.random.default_rng(arguments.seed).normal(0, 0.1, true_xy.shape)
-        return true_xy + noise, np.arange(len(truth))
+        return true_positions(truth, frame, arguments.seed, arguments.noise), np.arange(len(truth))
     from treedgs_geo.core.plots import read_plots
     from treedgs_geo.stems.area import Area
     from treedgs_geo.stems.photos import PhotoStemOptions, stems_from_photos
@@ -126,6 +100,22 @@ def stem_positions(arguments: argparse.Namespace, frame: LocalFrame, views: list
     return found, owner
 
 
+def scene_of(plot: Path, workspace: Path | None) -> tuple:
+    """Frame, photos and ground of a rendered plot: true ones, or those of a workspace of the chain."""
+    config = json.loads((plot / "truth" / "config.json").read_text())
+    frame = LocalFrame(project_crs(f"EPSG:{config['epsg']}"), np.array(config["origin_E_N_h"], float))
+    dtm_file = plot / "dtm.tif"
+    if workspace:
+        from treedgs_geo.reconstruction.model import load_views
+
+        frame, views = load_views(workspace / "sfm", plot / "images")
+        own = workspace / "dtm.tif"
+        dtm_file = own if own.exists() else dtm_file
+    else:
+        views = true_views(plot, frame)
+    return frame, views, read_dtm(dtm_file, frame.crs)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--plot", type=Path, required=True, help="a rendered plot with truth/")
@@ -135,23 +125,13 @@ def main() -> None:
     parser.add_argument("--laws", action="store_true", help="both opacity laws, and low quantiles over the views")
     parser.add_argument("--samples", type=int, default=100, help="candidates per Gaussian (M)")
     parser.add_argument("--stems", type=int, nargs="+", help="only these rows of the reference (0-based)")
+    parser.add_argument("--noise", type=float, default=0.1, help="error of the true positions per axis, metres")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--output", type=Path, help="JSON file")
     arguments = parser.parse_args()
     plot = arguments.plot
-    config = json.loads((plot / "truth" / "config.json").read_text())
-    frame = LocalFrame(project_crs(f"EPSG:{config['epsg']}"), np.array(config["origin_E_N_h"], float))
-    dtm_file = plot / "dtm.tif"
-    if arguments.workspace:
-        from treedgs_geo.reconstruction.model import load_views
-
-        frame, views = load_views(arguments.workspace / "sfm", plot / "images")
-        own = arguments.workspace / "dtm.tif"
-        dtm_file = own if own.exists() else dtm_file
-    else:
-        views = true_views(plot, frame)
-    dtm = read_dtm(dtm_file, frame.crs)
+    frame, views, dtm = scene_of(plot, arguments.workspace)
     truth = [row for row in csv.DictReader(open(plot / "truth" / "trees.csv"))
              if row["in_plot"] == "True" and int(row["n_unoccluded_bh_views"]) >= 3]
     if arguments.stems:
@@ -160,17 +140,19 @@ def main() -> None:
     true_dbh = np.array([float(row["dbh_cm"]) for row in truth])
     positions, owner = stem_positions(arguments, frame, views, dtm, truth, true_xy)
     record: dict = {"plot": plot.name, "poses": "workspace" if arguments.workspace else "true",
-                    "positions": "found in the photos" if arguments.find else "true + 10 cm", "seed": arguments.seed,
+                    "positions": "found in the photos" if arguments.find else f"true + {100 * arguments.noise:g} cm",
+                    "seed": arguments.seed,
                     "threads": arguments.threads, "cores": os.cpu_count(), "machine": platform.machine(),
                     "version": __version__, "reference_stems": len(truth), "runs": {}}
     reporter = make_reporter("plain")
     for run in arguments.runs:
-        began = time.perf_counter()
+        began, busy = time.perf_counter(), time.process_time()
         options = GaussianOptions(seed=arguments.seed, threads=arguments.threads, **RUNS[run])
         field, report = fit_with_report(views, frame, dtm.local(frame).height, positions, None, options, reporter)
         fitted = time.perf_counter()
         held = [stem["held_out"] for stem in report.stems if stem["held_out"]]
-        entry = {"fit_s": round(fitted - began, 1), "gaussians": len(field), "megapixels": report.megapixels,
+        entry = {"fit_s": round(fitted - began, 1), "fit_cpu_s": round(time.process_time() - busy, 1),
+                 "gaussians": len(field), "megapixels": report.megapixels,
                  "million_pairs": round(report.pairs / 1e6), "stems": len(report.stems),
                  "held_out": {key: round(float(np.mean([one[key] for one in held])), 3) for key in held[0]}
                  if held else None, "read_outs": {}}
@@ -186,8 +168,9 @@ def main() -> None:
         for name, chosen in variants.items():
             points = sample_surface(field, views, chosen, reporter)
             entry.setdefault("points", len(points))
-            for how in ("paper", "default", "half"):
+            for how in ("paper", "default"):
                 columns[how + name] = read_out(points, frame, dtm, how)
+        columns["volume"] = read_out(sample_volume(field, views, sampling, reporter), frame, dtm, "volume")
         entry["sample_s"] = round(time.perf_counter() - fitted, 1)
         entry["peak_memory_mb"] = peak_memory_mb()
         print(f"\n{run}: {len(field)} Gaussians, fit {entry['fit_s']} s, sampling {entry['sample_s']} s, held out "

@@ -1,6 +1,6 @@
 """Stems found and fitted in the photos, against the truth of a rendered plot.
 
-    python benchmarks/stems_from_photos.py --plot DIR --true-poses
+    python benchmarks/stems_from_photos.py --plot DIR [DIR ...] --true-poses [--output FILE]
     python benchmarks/stems_from_photos.py --plot DIR --workspace WS        (poses and ground of a workspace)
 
 A found stem matches a true one within 0.5 m of its axis at breast height (the nearest pair first). False: a stem with a
@@ -83,6 +83,7 @@ def score(fits: list, plot: Path, frame: LocalFrame) -> dict:
     every = np.vstack([true_xy, saplings, others])
     false = [j for j, fit in enumerate(fits) if fit.measured and np.linalg.norm(every - xy[j], axis=1).min() > 0.5]
     errors, sigmas, clear_total, clear_measured, found, inside = [], [], 0, 0, 0, 0
+    trees: list[dict] = []
     print(f"{'tree':6} {'kind':11} {'true':>5} {'dbh':>5} {'err':>6} {'se':>5} flag   {'clear':>5} {'views':>5} "
           f"{'llr':>5} {'gap':>5} {'seed':>5} {'lean':>4} {'xy_cm':>5} r1     reasons")
     for i, tree in enumerate(truth):
@@ -93,12 +94,16 @@ def score(fits: list, plot: Path, frame: LocalFrame) -> dict:
         dbh = float(tree["dbh_cm"])
         j = pairs.get(i)
         clear_total += clear >= 3
+        row = {"tree": tree["tree_id"], "kind": tree["kind"], "dbh_cm": round(dbh, 2), "clear": clear}
+        trees.append(row)
         if j is None:
             print(f"{tree['tree_id']:6} {tree['kind']:11} {dbh:5.1f}  missed{'':18} {clear:5d}")
             continue
         fit = fits[j]
         found += 1
         error = fit.dbh_cm - dbh
+        row |= {"error_cm": round(error, 2), "se_cm": round(fit.se_cm, 2), "flag": fit.flag,
+                "reasons": ",".join(fit.reasons), "gain": round(fit.gain, 1)}
         if fit.measured:
             errors.append(error)
             sigmas.append(error / fit.se_cm)
@@ -121,36 +126,52 @@ def score(fits: list, plot: Path, frame: LocalFrame) -> dict:
         figures |= {"rmse_cm": float(np.sqrt((e**2).mean())), "bias_cm": float(e.mean()),
                     "max_cm": float(np.abs(e).max()), "z_rms": float(np.sqrt(np.mean(np.square(sigmas)))),
                     "in_90": float((np.abs(sigmas) < 1.645).mean())}
-    return figures
+        sure = [abs(row["error_cm"]) for row in trees if row.get("flag") == "ok"]
+        figures |= {"ok": len(sure), "max_ok_cm": max(sure, default=0.0)}
+    return figures | {"trees": trees}
+
+
+def plot_inputs(plot: Path, workspace: Path | None = None) -> tuple:
+    """Photos, frame, ground and area of a rendered plot: the renderer's cameras, or those of a workspace."""
+    if workspace:
+        from treedgs_geo.reconstruction.model import load_views
+
+        frame, views = load_views(workspace / "sfm", plot / "images")
+    else:
+        views, frame = true_views(plot)
+    dtm = plot / "dtm.tif"
+    if workspace and (workspace / "dtm.tif").exists():
+        dtm = workspace / "dtm.tif"
+    plots = read_plots(plot / "plots.csv", frame.crs)
+    area = Area.circles(np.array([[p.x, p.y] for p in plots]) - frame.origin[:2], np.array([p.radius_m for p in plots]))
+    return views, frame, raster_ground(dtm, frame), area
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--plot", type=Path, required=True)
+    parser.add_argument("--plot", type=Path, required=True, nargs="+")
     source = parser.add_mutually_exclusive_group()
     source.add_argument("--workspace", type=Path)
     source.add_argument("--true-poses", action="store_true")
     parser.add_argument("--seed", type=int, default=7, help="of the random places that chance is measured at")
     parser.add_argument("--repeat", type=int, default=1, help="run again to see the time without compiling")
+    parser.add_argument("--output", type=Path, help="JSON file for the figures")
     args = parser.parse_args()
-    if args.workspace:
-        from treedgs_geo.reconstruction.model import load_views
-
-        frame, views = load_views(args.workspace / "sfm", args.plot / "images")
-    else:
-        views, frame = true_views(args.plot)
-    dtm = args.plot / "dtm.tif"
-    if args.workspace and (args.workspace / "dtm.tif").exists():
-        dtm = args.workspace / "dtm.tif"
-    ground = raster_ground(dtm, frame)
-    plots = read_plots(args.plot / "plots.csv", frame.crs)
-    area = Area.circles(np.array([[p.x, p.y] for p in plots]) - frame.origin[:2], np.array([p.radius_m for p in plots]))
-    for _ in range(args.repeat):
-        began = time.perf_counter()
-        fits = stems_from_photos(views, frame, ground, area, PhotoStemOptions(seed=args.seed), make_reporter("plain"))
-        seconds = time.perf_counter() - began
-    figures = score(fits, args.plot, frame) | {"seconds": round(seconds, 1)}
-    print(json.dumps({k: round(v, 3) if isinstance(v, float) else v for k, v in figures.items()}))
+    results = {}
+    for plot in args.plot:
+        views, frame, ground, area = plot_inputs(plot, args.workspace)
+        for _ in range(args.repeat):
+            began, cpu = time.perf_counter(), time.process_time()
+            fits = stems_from_photos(
+                views, frame, ground, area, PhotoStemOptions(seed=args.seed), make_reporter("plain")
+            )
+            seconds, cpu = time.perf_counter() - began, time.process_time() - cpu
+        figures = score(fits, plot, frame) | {"seconds": round(seconds, 1), "cpu_seconds": round(cpu, 1)}
+        figures = {k: round(v, 3) if isinstance(v, float) else v for k, v in figures.items()}
+        results[plot.name] = figures
+        print(plot.name, json.dumps({k: v for k, v in figures.items() if k != "trees"}))
+    if args.output:
+        args.output.write_text(json.dumps(results, indent=1) + "\n")
 
 
 if __name__ == "__main__":

@@ -24,9 +24,8 @@ class Algorithm(EngineAlgorithm):
         folder = Path(os.path.expanduser(self.parameterAsString(parameters, "PHOTOS", context)))
         found = sum(1 for entry in folder.rglob("*") if entry.suffix.lower() in PHOTOS)
         if found < FEWEST:
-            return (
-                f"PHOTOS: {folder} holds {found} photos, expected at least {FEWEST} (better 40 or more) as "
-                f"{', '.join(sorted(PHOTOS))}."
-            )
+            return self.tr(
+                "PHOTOS: {folder} holds {found} photos, expected at least {least} (better 40 or more) as {kinds}."
+            ).format(folder=folder, found=found, least=FEWEST, kinds=", ".join(sorted(PHOTOS)))
         dtm = self.parameterAsString(parameters, "DTM", context)
         return checks.dtm_flight_problem(os.path.expanduser(dtm), str(folder)) if dtm else ""

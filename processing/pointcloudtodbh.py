@@ -21,7 +21,9 @@ class Algorithm(EngineAlgorithm):
         if path.lower().endswith((".las", ".laz")):
             with open(path, "rb") as stream:
                 if stream.read(4) != b"LASF":
-                    return f"INPUT: {path} is not a LAS or LAZ file; convert the cloud to LAZ first."
+                    return self.tr("INPUT: {path} is not a LAS or LAZ file; convert the cloud to LAZ first.").format(
+                        path=path
+                    )
         dtm = self.parameterAsString(parameters, "DTM", context)
         crs = self.parameterAsCrs(parameters, "CRS", context)
         return checks.dtm_cloud_problem(os.path.expanduser(dtm), path, crs) if dtm else ""

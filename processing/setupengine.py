@@ -13,12 +13,12 @@ from qgis.core import (
     QgsSettings,
 )
 
-from ..treedgs_qgis import compat, engine, environment
+from ..treedgs_qgis import compat, engine, environment, gpu, locked
 from ..treedgs_qgis.algorithm import BaseAlgorithm
 from ..treedgs_qgis.listener import is_cancelled
 
 HELP = """<p><b>Install the libraries that the TreeDGS algorithms need, in an environment of their own.</b></p>
-<p>Makes a Python environment in your data folder (or in TREEDGS_HOME), about 3 GB, and installs the pinned list of
+<p>Makes a Python environment in your data folder (or in TREEDGS_HOME), about 3 GB, and installs the locked list of
 libraries with pip. QGIS and its Python are not touched. It needs Python 3.10 or newer with venv on this computer, and
 the network or a folder of wheels. What was cut short is taken up by running it again.</p>
 <p>On a machine with <code>make</code>, <code>make setup</code> does the same for the repository.</p>"""
@@ -53,27 +53,35 @@ class Algorithm(BaseAlgorithm):
 
     def shortHelpString(self):  # noqa: N802
         """The help panel."""
-        return HELP
+        return self.tr(HELP)
 
     def initAlgorithm(self, configuration=None):  # noqa: N802
         """Declare parameters."""
         python = QgsProcessingParameterFile("PYTHON", self.tr("Python to build with"), compat.FILE, "", None, True)
-        python.setHelp("A Python 3.10 or newer with venv; left empty, the system's is found.")
+        python.setHelp(self.tr("A Python 3.10 or newer with venv; left empty, the system's is found."))
         wheels = QgsProcessingParameterFile(
             "WHEELS", self.tr("Folder of wheels (no network)"), compat.FOLDER, "", None, True
         )
         wheels.setHelp(
-            "A folder of .whl files, made on another machine with: pip download -r requirements.txt -d FOLDER."
+            self.tr(
+                "A folder of .whl files, made on another machine with: pip download --require-hashes -r "
+                "requirements-locked.txt -d FOLDER."
+            )
         )
-        torch = QgsProcessingParameterEnum(
-            "TORCH", self.tr("PyTorch build"), ["cpu", "cuda"], False, "cpu", False, True
+        build = QgsProcessingParameterEnum(
+            "BUILD", self.tr("For which processor"), list(locked.BUILDS), False, "auto", False, True
         )
-        torch.setHelp("cpu: the small build, enough for everything. cuda: whatever pip chooses, several gigabytes.")
+        build.setHelp(
+            self.tr(
+                "auto: with NVIDIA's library where a card and driver are found that it can use; cpu: without; cuda: "
+                "with it in any case. Only 'Fit Gaussians' uses the card."
+            )
+        )
         rebuild = QgsProcessingParameterBoolean("REBUILD", self.tr("Start from scratch"), False)
-        rebuild.setHelp("Remove the environment first, to mend a broken one.")
-        for advanced in (python, torch, rebuild):
+        rebuild.setHelp(self.tr("Remove the environment first, to mend a broken one."))
+        for advanced in (python, build, rebuild):
             advanced.setFlags(advanced.flags() | compat.FLAG_ADVANCED)
-        for made in (wheels, python, torch, rebuild):
+        for made in (wheels, python, build, rebuild):
             self.addParameter(made)
         self.addOutput(QgsProcessingOutputString("ENGINE", self.tr("The engine's Python")))
 
@@ -81,12 +89,15 @@ class Algorithm(BaseAlgorithm):
         """The named files exist."""
         wheels = self.parameterAsString(parameters, "WHEELS", context)
         if wheels and not Path(wheels).is_dir():
-            return f"WHEELS: {wheels} is not a folder; give the folder that holds the .whl files."
+            text = self.tr("WHEELS: {folder} is not a folder; give the folder that holds the .whl files.")
+            return text.format(folder=wheels)
         if wheels and not any(Path(wheels).glob("*.whl")):
-            return f"WHEELS: {wheels}: holds no .whl files, expected the wheels of the engine's libraries."
+            text = self.tr("WHEELS: {folder}: holds no .whl files, expected the wheels of the engine's libraries.")
+            return text.format(folder=wheels)
         python = self.parameterAsString(parameters, "PYTHON", context)
         if python and not Path(python).is_file():
-            return f"PYTHON: {python} does not exist; give a Python program or leave it empty."
+            text = self.tr("PYTHON: {path} does not exist; give a Python program or leave it empty.")
+            return text.format(path=python)
         return ""
 
     def processAlgorithm(self, parameters, context, feedback):  # noqa: N802
@@ -107,29 +118,38 @@ class Algorithm(BaseAlgorithm):
         try:
             if self.parameterAsBoolean(parameters, "REBUILD", context):
                 environment.remove(target)
-            pinned = environment.requirements()
-            groups = [
-                [item for item in pinned if item.startswith("torch")],
-                [item for item in pinned if not item.startswith("torch")],
-            ]
+            build = self.parameterAsEnumString(parameters, "BUILD", context)
+            if build == "auto":
+                choice = gpu.choose(*gpu.ask())
+                build = choice.build
+                text = (
+                    self.tr("The engine will use the graphics card: {why}.")
+                    if build == "cuda"
+                    else self.tr("The engine will use the processor only: {why}.")
+                )
+                feedback.pushInfo(text.format(why=choice.why))
+            listed = locked.write_list(build, target.with_name(f"{target.name}-{build}.txt"))
             environment.build(
                 target,
-                [group for group in groups if group],
-                environment.lock_hash(),
+                [listed],
+                f"{locked.lock_hash()} {build}",
                 environment.find_python(self.parameterAsString(parameters, "PYTHON", context)),
                 wheels=Path(wheels) if wheels else None,
                 run=run,
-                say=feedback.pushInfo,
-                torch=self.parameterAsEnumString(parameters, "TORCH", context),
+                say=lambda text: feedback.pushInfo(
+                    text.replace(", ".join(listed), self.tr("the locked list of libraries"))
+                ),
             )
         except (environment.SetupError, engine.EngineError, OSError) as problem:
             if feedback.isCanceled():
-                raise QgsProcessingException("Stopped; run it again to go on where it ended.") from None
+                raise QgsProcessingException(self.tr("Stopped; run it again to go on where it ended.")) from None
             raise QgsProcessingException(str(problem)) from None
         configured = str(QgsSettings().value("treedgs/python", "") or "")
         if configured:
             feedback.pushWarning(
-                f"The QGIS setting treedgs/python still names {configured} and comes first; clear it to use "
-                "the environment that was just built."
+                self.tr(
+                    "The QGIS setting treedgs/python still names {path} and comes first; clear it to use the "
+                    "environment that was just built."
+                ).format(path=configured)
             )
         return {"ENGINE": str(engine.python_in(target))}

@@ -16,6 +16,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import urllib.error
+import urllib.request
 import venv
 import zipfile
 from pathlib import Path
@@ -28,6 +30,10 @@ REQUIRED = (
     "name", "description", "version", "qgisMinimumVersion", "author", "email", "about", "tracker", "repository",
     "homepage",
 )  # fmt: skip
+ADDRESSES = ("tracker", "repository", "homepage")
+#: Addresses that stand for one that is not there yet (RFC 2606 names, and our own gap).
+PLACEHOLDER = re.compile(r"\bexample\.(org|com|net)\b|\.(example|invalid|test|localhost)\b|\blocalhost\b|TODO", re.I)
+ANSWER_S = 10
 #: What may lie in the zip; everything else is a binary or a script to the repository.
 TEXT = {".py", ".txt", ".md", ".json", ".html", ".qml", ".svg", ".ts", ".csv", ".model3", ".css", ""}
 PICTURES = {".png", ".qm", ".jpg"}
@@ -80,11 +86,13 @@ def check_files(files: list[str]) -> None:
             raise PackageError(f"{name}: is missing")
 
 
-def check_metadata() -> str:
+def check_metadata(release: bool = False) -> str:
     """The version, after checking metadata.txt as the repository reads it (interpolation on: a bare % is an error).
 
+    release: what is to be uploaded; its addresses have to be real and to answer.
+
     Raises:
-        PackageError: a key is missing or does not agree with the library.
+        PackageError: a key is missing, does not agree with the library, or is a placeholder in a release.
     """
     parser = configparser.ConfigParser()
     parser.optionxform = str  # type: ignore[assignment,method-assign]
@@ -98,12 +106,43 @@ def check_metadata() -> str:
     own = re.search(r'__version__ = "([^"]+)"', (ROOT / "treedgs_geo" / "__init__.py").read_text(encoding="utf-8"))
     if not own or own.group(1) != general["version"]:
         raise PackageError(f"metadata.txt: version {general['version']}, the library says {own and own.group(1)}")
-    for key in ("tracker", "repository", "homepage"):
+    for key in ADDRESSES:
         if not general[key].startswith("https://"):
             raise PackageError(f"metadata.txt: {key} is not an https address")
-        if "example.org" in general[key]:
-            print(f"warning: metadata.txt: {key} is a placeholder; the repository asks it for an answer on upload")
+    made_up = [key for key in (*ADDRESSES, "email") if PLACEHOLDER.search(general[key])]
+    if made_up and release:
+        raise PackageError(
+            f"metadata.txt: {', '.join(made_up)} still hold placeholders; a release needs the public repository's "
+            "addresses and a mailbox that is read (the plugin repository asks each address for an answer)"
+        )
+    if made_up:
+        print(
+            f"warning: metadata.txt: {', '.join(made_up)} are placeholders; 'make package release=1' will refuse them"
+        )
+    elif release:
+        for key in ADDRESSES:
+            check_address(key, general[key])
+    if release and general.get("experimental", "").lower() == "true":
+        print("note: metadata.txt says experimental=True; users see it only with 'Show also experimental plugins'")
     return general["version"]
+
+
+def check_address(key: str, address: str) -> None:
+    """As the plugin repository does on upload: an answer below 400 within 10 s.
+
+    Raises:
+        PackageError: no such answer.
+    """
+    request = urllib.request.Request(address, method="GET", headers={"User-Agent": "treedgs-package"})
+    try:
+        with urllib.request.urlopen(request, timeout=ANSWER_S) as answer:
+            code = answer.status
+    except urllib.error.HTTPError as problem:
+        code = problem.code
+    except (OSError, ValueError) as problem:
+        raise PackageError(f"metadata.txt: {key} {address} gives no answer within {ANSWER_S} s ({problem})") from None
+    if code >= 400:
+        raise PackageError(f"metadata.txt: {key} {address} answers {code}, expected less than 400")
 
 
 def write_zip(files: list[str], target: Path) -> None:
@@ -197,12 +236,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--output", type=Path, default=ROOT / "dist")
     parser.add_argument("--no-scan", action="store_true", help="zip only: no scanners, no wheel, no network")
+    parser.add_argument("--release", action="store_true", help="for upload: refuses placeholders and dead addresses")
     chosen = parser.parse_args()
     try:
-        version = check_metadata()
+        version = check_metadata(chosen.release)
         files = chosen_files()
         check_files(files)
-        archive = chosen.output / f"{NAME}-{version}.zip"
+        # Whatever is not for upload says so in its name.
+        archive = chosen.output / f"{NAME}-{version}{'' if chosen.release else '-trial'}.zip"
         write_zip(files, archive)
         print(f"{archive}: {len(files)} files, {archive.stat().st_size / 1e6:.2f} MB")
         if chosen.no_scan:

@@ -17,7 +17,7 @@ import qgis_run
 
 from treedgs_geo.cli import main as treedgs
 
-NAMES = ("toolbox", "map", "maptip", "dialog", "log", "pairs", "report")
+NAMES = ("toolbox", "map", "flight", "maptip", "dialog", "log", "pairs", "report")
 
 
 def main() -> int:
@@ -59,6 +59,7 @@ def main() -> int:
             "report": str(extra / "stand" / "report.html"),
             "run_s": chosen.run_s,
         }
+        take_up_again(demo / "work", demo / "new-work")
         variables = qgis_run.environment(TREEDGS_SHOTS=json.dumps(job))
         variables.pop("QT_QPA_PLATFORM")
         command = [frame, "-a", "-s", "-screen 0 1280x1200x24", program, "--noversioncheck", "--nologo"]
@@ -72,6 +73,16 @@ def main() -> int:
     if missing:
         print(f"error: QGIS drew no {', '.join(missing)}", file=sys.stderr)
     return 1 if missing else 0
+
+
+def take_up_again(finished: Path, fresh: Path) -> None:
+    """A workspace whose cameras are there and whose stems are not: the job that is photographed goes on from it."""
+    shutil.rmtree(fresh, ignore_errors=True)
+    shutil.copytree(finished, fresh)
+    record = json.loads((fresh / "run.json").read_text(encoding="utf-8"))
+    for stage in ("ground", "measure", "write"):
+        record["stages"].pop(stage, None)
+    (fresh / "run.json").write_text(json.dumps(record), encoding="utf-8")
 
 
 def _shrink(source: Path, target: Path) -> None:

@@ -114,21 +114,34 @@ def near():
 def toolbox():
     picture("toolbox", window)
     docks("Layers")
-    root = QgsProject.instance().layerTreeRoot()
-    for node in root.findLayers():
-        node.setItemVisibilityChecked(True)
-        node.setExpanded(node.name() in ("Trees", "Camera stations"))
+    for node in QgsProject.instance().layerTreeRoot().findLayers():
+        node.setExpanded(node.name() in ("Trees", "Stem circles"))
+    zoom(QgsProject.instance().mapLayersByName("Trees")[0], 1.12)
+
+
+@step(5)
+def map_of_the_plot():
+    picture("map", window)
+    for node in QgsProject.instance().layerTreeRoot().findLayers():
+        node.setItemVisibilityChecked(node.name() != "Stem circles")
+        node.setExpanded(node.name() == "Camera stations")
+    # From this far the diameters only cover each other.
+    QgsProject.instance().mapLayersByName("Trees")[0].setLabelsEnabled(False)
     zoom(QgsProject.instance().mapLayersByName("Camera stations")[0], 1.1)
 
 
 @step(6)
 def map_of_the_flight():
-    picture("map", window)
+    picture("flight", window)
+    QgsProject.instance().mapLayersByName("Trees")[0].setLabelsEnabled(True)
+    for node in QgsProject.instance().layerTreeRoot().findLayers():
+        node.setItemVisibilityChecked(True)
+        node.setExpanded(node.name() == "Trees")
     trees = QgsProject.instance().mapLayersByName("Trees")[0]
     wanted = [feature for feature in trees.getFeatures() if feature["qc_flag"] != "ok"] or list(trees.getFeatures())
     point = wanted[0].geometry().asPoint()
     iface.mapCanvas().setCenter(point)
-    iface.mapCanvas().zoomScale(60)
+    iface.mapCanvas().zoomScale(25)
     QgsProject.instance().layerTreeRoot().findLayer(
         QgsProject.instance().mapLayersByName("Camera stations")[0].id()
     ).setItemVisibilityChecked(False)
@@ -211,13 +224,13 @@ def cancelled():
     first = max(layer.getFeatures(), key=lambda feature: feature["dist_m"] or 0)
     middle = first.geometry().centroid().asPoint()
     # The form covers the right: the pair stands left of the middle.
-    middle.setX(middle.x() + 1.5)
+    iface.mapCanvas().zoomScale(10)
+    middle.setX(middle.x() + 0.28 * iface.mapCanvas().extent().width())
     iface.mapCanvas().setCenter(middle)
-    iface.mapCanvas().zoomScale(40)
     layer.startEditing()
     form = iface.getFeatureForm(layer, first)
     form.setParent(window, Qt.Tool)
-    form.setGeometry(820, 210, 430, 470)
+    form.setGeometry(720, 150, 540, 600)
     form.show()
     layers.form = form
 
@@ -228,7 +241,8 @@ def pairs():
     from qgis.PyQt.QtGui import QPainter
 
     painter = QPainter(whole)
-    painter.drawPixmap(810, 190, layers.form.grab())
+    drawn = layers.form.grab()
+    painter.drawPixmap(whole.width() - drawn.width() - 14, 140, drawn)
     painter.end()
     whole.save(os.path.join(PICTURES, "pairs.png"))
     QgsProject.instance().mapLayersByName("Pairs")[0].rollBack()

@@ -80,6 +80,7 @@ CHAINS = {
             "CRS": ("measure", "CRS"),
             "PLOTS": ("measure", "PLOTS"),
             "FIELD": ("pair", "FIELD"),
+            "PRESET": ("measure", "PRESET"),
             "WORKSPACE": ("measure", "WORKSPACE"),
         },
         {"PLOTS": [("pair", "PLOTS")]},

@@ -1,8 +1,10 @@
 """Collect the texts of the plugin into ``treedgs_qgis/i18n/*.ts`` and compile them: ``make translations``.
 
 Run with the system's Python (PyQGIS). Texts come from ``tr("…")`` in the sources, from the tables of titles and stages,
-and from ``parameters.json``. Translations that are there stay; texts that are gone are dropped. ``lrelease`` (Debian:
-qttools5-dev-tools) compiles the ``.qm`` that are kept beside them; QGIS 4 reads the same file.
+from ``parameters.json``, from the reasons of ``treedgs_geo/measure/quality.py``, and from the layers' styles (their map
+tips carry the words of every language: ``make styles`` after ``make translations``). Translations that are there stay;
+texts that are gone are dropped. ``lrelease`` (Debian: qttools5-dev-tools) compiles the ``.qm`` that are kept beside
+them; QGIS 4 reads the same file.
 """
 
 from __future__ import annotations
@@ -19,22 +21,24 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "treedgs_qgis" / "i18n"
 LANGUAGES = ("de", "es")
-#: Names whose values (text, or tables and tuples of texts) are shown translated.
+#: Functions that translate, and names whose values (text, or tables and tuples of texts) are shown translated.
+CALLS = {"tr", "said"}
 SHOWN = {"STAGES", "TITLES", "COMPANIONS", "LAYER_NAME", "HELP"}
 
 
 def plugin_texts() -> list[str]:
     """Every text of the plugin's sources and declarations, in order, once each."""
     found: list[str] = []
-    for file in sorted((*(ROOT / "treedgs_qgis").rglob("*.py"), *(ROOT / "processing").glob("*.py"))):
+    places = ((ROOT / "treedgs_qgis", "*.py"), (ROOT / "processing", "*.py"), (ROOT / "tools" / "layer_styles", "*.py"))
+    for file in sorted(file for folder, pattern in places for file in folder.rglob(pattern)):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Call) and getattr(node.func, "attr", getattr(node.func, "id", "")) == "tr":
+            if isinstance(node, ast.Call) and getattr(node.func, "attr", getattr(node.func, "id", "")) in CALLS:
                 found += [part.value for part in node.args if isinstance(part, ast.Constant)]
             elif isinstance(node, (ast.Assign, ast.AnnAssign)):
                 targets = node.targets if isinstance(node, ast.Assign) else [node.target]
                 if any(getattr(target, "id", "") in SHOWN for target in targets) and node.value is not None:
                     found += _texts(node.value)
-    return list(dict.fromkeys(text for text in found + _declared() if text and " " * len(text) != text))
+    return list(dict.fromkeys(text for text in found + _declared() + _reasons() + _styles() if text.strip()))
 
 
 def _texts(node: ast.AST) -> list[str]:
@@ -62,6 +66,29 @@ def _declared() -> list[str]:
         for parameter in entry["parameters"]:
             texts += [label(parameter), parameter["help"]]
         texts += list(entry["outputs"].values())
+    return texts
+
+
+def _reasons() -> list[str]:
+    """What each reason means, and what to do."""
+    file = ROOT / "treedgs_geo" / "measure" / "quality.py"
+    for node in ast.parse(file.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.AnnAssign) and getattr(node.target, "id", "") == "REASONS" and node.value is not None:
+            return [text for pair in ast.literal_eval(node.value).values() for text in pair]
+    raise RuntimeError(f"{file}: REASONS was not found")
+
+
+def _styles() -> list[str]:
+    """Aliases, legend entries, choices and form groups of the layers' styles."""
+    texts = []
+    for file in sorted((ROOT / "treedgs_geo" / "inventory" / "styles").glob("*.qml")):
+        top = ET.parse(file).getroot()
+        texts += [node.get("name", "") for node in top.findall("./aliases/alias")]
+        texts += [node.get("label", "") for kind in ("category", "range") for node in top.iter(kind)]
+        texts += [node.get("name", "") for node in top.iter("attributeEditorContainer")]
+        for widget in top.iter("editWidget"):
+            if widget.get("type") == "ValueMap":
+                texts += [node.get("name", "") for node in widget.iter("Option") if node.get("type") == "QString"]
     return texts
 
 

@@ -36,6 +36,22 @@ ICON = ICONS / "treedgs.svg"
 HELP_URL = (Path(__file__).resolve().parents[1] / "docs" / "qgis.md").as_uri()
 
 
+def unknown_name(algorithm: QgsProcessingAlgorithm, parameters: dict) -> str:
+    """The sentence about a parameter that does not exist, with the one that may be meant, or ''."""
+    known = [definition.name() for definition in algorithm.parameterDefinitions()]
+    for name in parameters:
+        if name not in known:
+            near = difflib.get_close_matches(name.upper(), known, n=1)
+            hint = (
+                i18n.tr("did you mean {name}?").format(name=near[0])
+                if near
+                else i18n.tr("known: {names}.").format(names=", ".join(known) or "-")
+            )
+            text = i18n.tr("Parameter {name} is unknown to {algorithm}; {hint}")
+            return text.format(name=name, algorithm=algorithm.id(), hint=hint)
+    return ""
+
+
 class BaseAlgorithm(QgsProcessingAlgorithm):
     """What all algorithms share: icon, translation, and refusing names that do not exist."""
 
@@ -62,12 +78,9 @@ class BaseAlgorithm(QgsProcessingAlgorithm):
 
     def checkParameterValues(self, parameters: dict, context: QgsProcessingContext) -> tuple[bool, str]:  # noqa: N802
         """Refuse with one sentence before anything starts."""
-        known = [definition.name() for definition in self.parameterDefinitions()]
-        for name in parameters:
-            if name not in known:
-                near = difflib.get_close_matches(name.upper(), known, n=1)
-                hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(known) or 'none'}."
-                return False, f"Parameter {name} is unknown to {self.id()}; {hint}"
+        unknown = unknown_name(self, parameters)
+        if unknown:
+            return False, unknown
         problem = self.problem(parameters, context)
         if problem:
             return False, problem
@@ -124,7 +137,7 @@ class EngineAlgorithm(BaseAlgorithm):
             return f"<li><b>{qgis_name(name)}</b>: {html.escape(text)}</li>"
 
         lines = [f"<p><b>{html.escape(self.tr(entry['summary']))}</b></p>"]
-        lines.append(f"<p>{html.escape(self.tr(entry['help']))}</p>")
+        lines.append(f"<p>{html.escape(in_qgis_words(self.tr(entry['help']), entry['known']))}</p>")
         plain = [p for p in entry["parameters"] if not p.get("advanced")]
         expert = [p for p in entry["parameters"] if p.get("advanced")]
         for title, chosen in ((self.tr("Parameters"), plain), (self.tr("Advanced parameters"), expert)):
@@ -164,15 +177,23 @@ class EngineAlgorithm(BaseAlgorithm):
     def problem(self, parameters: dict, context: QgsProcessingContext) -> str:
         """Missing files, numbers out of range, an unusable CRS; then the verb's own needs."""
         for entry in self.declaration["parameters"]:
+            name = qgis_name(entry["name"])
+            empty = parameters.get(name) in (None, "")
+            if empty and entry["required"] and entry["kind"] == "crs":
+                return self._value_problem(entry, name, parameters.get(name), parameters, context)
+            if empty and entry["required"] and entry["kind"] not in DESTINATIONS:
+                return self.tr("{name} is required: {help}").format(name=name, help=help_text(entry))
+        return self.values_problem(parameters, context) or self.needs(parameters, context)
+
+    def values_problem(self, parameters: dict, context: QgsProcessingContext) -> str:
+        """What is wrong with one of the values that are given, or ''."""
+        for entry in self.declaration["parameters"]:
             name, given = qgis_name(entry["name"]), parameters.get(qgis_name(entry["name"]))
-            if given in (None, "") and not (entry["required"] and entry["kind"] == "crs"):
-                if entry["required"] and entry["kind"] not in DESTINATIONS:
-                    return f"{name} is required: {help_text(entry)}"
-                continue
-            sentence = self._value_problem(entry, name, given, parameters, context)
+            empty = given in (None, "")
+            sentence = "" if empty else self._value_problem(entry, name, given, parameters, context)
             if sentence:
                 return sentence
-        return self.needs(parameters, context)
+        return ""
 
     def needs(self, parameters: dict, context: QgsProcessingContext) -> str:
         """Checks of one verb: the sentence that says what is wrong, or ''."""
@@ -187,7 +208,8 @@ class EngineAlgorithm(BaseAlgorithm):
         if kind in ("integer", "number"):
             return checks.number_problem(entry, name, given)
         if kind == "choice" and isinstance(given, str) and given not in entry["choices"]:
-            return f"{name}: found {given!r}, expected one of {', '.join(entry['choices'])}."
+            text = self.tr("{name}: found '{given}', expected one of {choices}.")
+            return text.format(name=name, given=given, choices=", ".join(entry["choices"]))
         if kind == "crs":
             inputs = [path for path in map(str, parameters.values()) if os.path.exists(path)]
             return checks.crs_problem(name, given, self.parameterAsCrs(parameters, name, context), inputs)
@@ -207,12 +229,10 @@ class EngineAlgorithm(BaseAlgorithm):
             values = engine_values(self, self.declaration, parameters, context)
             job_dir = engine.new_job_dir(self.COMMAND)
             feedback.pushDebugInfo(f"Engine: {chosen.python} ({chosen.source}); log: {job_dir / 'engine.log'}")
-            listener = Listener(feedback, lambda text: in_qgis_words(text, self.declaration))
-            outcome = engine.run_job(
-                chosen, self.COMMAND, values, job_dir, listener, lambda: is_cancelled(feedback)
-            )
+            listener = Listener(feedback, lambda text: in_qgis_words(text, self.declaration["known"]))
+            outcome = engine.run_job(chosen, self.COMMAND, values, job_dir, listener, lambda: is_cancelled(feedback))
         except engine.EngineError as problem:
-            raise QgsProcessingException(in_qgis_words(str(problem), self.declaration)) from None
+            raise QgsProcessingException(in_qgis_words(str(problem), self.declaration["known"])) from None
         feedback.pushInfo(self.tr("Done in {time}.").format(time=duration(outcome.seconds)))
         if values.get("dry_run"):
             # Nothing was written, so there is nothing to load.

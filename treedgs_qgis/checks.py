@@ -17,7 +17,8 @@ from qgis.core import (
 )
 
 from . import compat, location
-from .parameters import LOCAL
+from .i18n import tr
+from .parameters import LOCAL, limits
 
 #: A flight may begin this far from the edge of the terrain model under its plots.
 FLIGHT_MARGIN_M = 1000.0
@@ -27,27 +28,31 @@ def path_problem(name: str, kind: str, text: str) -> str:
     """A file, a folder, or either (``files``), that exists."""
     path = Path(os.path.expanduser(text.split("|")[0]))
     if not path.exists():
-        return f"{name}: {path} does not exist; give {'a folder' if kind == 'folder' else 'a file'} that does."
+        if kind == "folder":
+            return tr("{name}: {path} does not exist; give a folder that does.").format(name=name, path=path)
+        return tr("{name}: {path} does not exist; give a file that does.").format(name=name, path=path)
     if kind == "file" and path.is_dir():
-        return f"{name}: {path} is a folder, expected a file."
+        return tr("{name}: {path} is a folder, expected a file.").format(name=name, path=path)
     if kind == "folder" and not path.is_dir():
-        return f"{name}: {path} is a file, expected a folder."
+        return tr("{name}: {path} is a file, expected a folder.").format(name=name, path=path)
     return ""
 
 
 def output_problem(name: str, given: str, suffixes: list[str]) -> str:
     """A file that can be written, of a known kind."""
     if given.startswith("memory:"):
-        return f"{name}: a layer in memory cannot be written; give a file name."
+        return tr("{name}: a layer in memory cannot be written; give a file name.").format(name=name)
     suffix = os.path.splitext(given.split("|")[0])[1].lower()
     if suffixes and suffix and suffix not in suffixes and not given.startswith("ogr:"):
-        return f"{name}: {given} ends in {suffix}, expected {' or '.join(suffixes)}."
+        return tr("{name}: {path} ends in {found}, expected one of {wanted}.").format(
+            name=name, path=given, found=suffix, wanted=", ".join(suffixes)
+        )
     return ""
 
 
 def number_problem(entry: dict[str, Any], name: str, given: Any) -> str:
     """A number within its limits."""
-    unit = f" in {entry['unit']}" if entry.get("unit") else ""
+    unit = " " + tr("in {unit}").format(unit=entry["unit"]) if entry.get("unit") else ""
     try:
         number = float(given)
         if entry["kind"] == "integer" and number != int(number):
@@ -55,14 +60,16 @@ def number_problem(entry: dict[str, Any], name: str, given: Any) -> str:
     except (TypeError, ValueError, OverflowError):
         if not isinstance(given, (str, float, int)):
             return ""  # a modeler's property or expression: QGIS resolves it
-        return (
-            f"{name}: found {given!r}, expected {'a whole number' if entry['kind'] == 'integer' else 'a number'}{unit}."
+        text = (
+            tr("{name}: found '{given}', expected a whole number{unit}.")
+            if entry["kind"] == "integer"
+            else tr("{name}: found '{given}', expected a number{unit}.")
         )
+        return text.format(name=name, given=given, unit=unit)
     low, high = entry.get("minimum"), entry.get("maximum")
     if number != number or (low is not None and number < low) or (high is not None and number > high):
-        return (
-            f"{name}: found {given}, expected {'any' if low is None else f'{low:g}'} to "
-            f"{'any' if high is None else f'{high:g}'}{unit}."
+        return tr("{name}: found {given}, expected {limits}{unit}.").format(
+            name=name, given=given, limits=limits(low, high), unit=unit
         )
     return ""
 
@@ -72,25 +79,21 @@ def crs_problem(name: str, given: Any, crs: QgsCoordinateReferenceSystem, inputs
     if given == LOCAL:
         return ""
     if not crs.isValid() and given in (None, ""):
-        return f"{name} is required: give a projected CRS in metres, like EPSG:32615."
+        return tr("{name} is required: give a projected CRS in metres, like EPSG:32615.").format(name=name)
     if not crs.isValid():
-        return f"{name}: {given!r} is not a coordinate reference system; give one like EPSG:32615."
+        return tr("{name}: '{given}' is not a coordinate reference system; give one like EPSG:32615.").format(
+            name=name, given=given
+        )
+    words = {"name": name, "crs": f"{crs.authid()} ({crs.description()})"}
     if crs.isGeographic():
         zone = location.utm_suggestion(inputs)
-        hint = (
-            f"use the UTM zone of your plot, {zone}"
-            if zone
-            else "use the UTM zone of your plot (for example EPSG:32615 for 93 W, north)"
-        )
-        return (
-            f"{name}: {crs.authid()} ({crs.description()}) is geographic (degrees), expected a projected CRS in "
-            f"metres; {hint}."
-        )
+        return tr(
+            "{name}: {crs} is geographic (degrees), expected a projected CRS in metres; use the UTM zone of your plot, "
+            "{zone}."
+        ).format(**words, zone=zone or tr("for example EPSG:32615 for 93 W, north"))
     if crs.mapUnits() != compat.DISTANCE_METERS:
-        return (
-            f"{name}: {crs.authid()} ({crs.description()}) is not in metres; choose the metric version of this CRS or "
-            "the UTM zone."
-        )
+        text = tr("{name}: {crs} is not in metres; choose the metric version of this CRS or the UTM zone.")
+        return text.format(**words)
     return ""
 
 
@@ -100,7 +103,8 @@ def dtm_flight_problem(dtm: str, photos: str) -> str:
     if where is None:
         return ""
     box = QgsRectangle(where[0], where[1], where[0], where[1])
-    return _apart(dtm, box, QgsCoordinateReferenceSystem("EPSG:4326"), FLIGHT_MARGIN_M, f"the photos in {photos}")
+    what = tr("the photos in {folder}").format(folder=photos)
+    return _apart(dtm, box, QgsCoordinateReferenceSystem("EPSG:4326"), FLIGHT_MARGIN_M, what)
 
 
 def dtm_cloud_problem(dtm: str, cloud: str, crs: QgsCoordinateReferenceSystem) -> str:
@@ -118,7 +122,7 @@ def dtm_cloud_problem(dtm: str, cloud: str, crs: QgsCoordinateReferenceSystem) -
 def _apart(dtm: str, box: QgsRectangle, crs: QgsCoordinateReferenceSystem, margin_m: float, what: str) -> str:
     layer = QgsRasterLayer(dtm, "dtm", "gdal")
     if not layer.isValid():
-        return f"DTM: {dtm} is not a raster that can be read; give a terrain GeoTIFF."
+        return tr("DTM: {dtm} is not a raster that can be read; give a terrain GeoTIFF.").format(dtm=dtm)
     if not layer.crs().isValid():
         return ""
     try:
@@ -130,8 +134,17 @@ def _apart(dtm: str, box: QgsRectangle, crs: QgsCoordinateReferenceSystem, margi
     # A flight is one point: a rectangle without an area intersects nothing.
     if extent.intersects(moved) or extent.contains(QgsPointXY(moved.center())):
         return ""
-    return (
-        f"DTM: {dtm} covers x {extent.xMinimum():.0f} to {extent.xMaximum():.0f}, y {extent.yMinimum():.0f} to "
-        f"{extent.yMaximum():.0f}, but {what} lies at x {moved.center().x():.0f}, y {moved.center().y():.0f} "
-        f"({layer.crs().authid() or 'its CRS'}); give the terrain model of this place."
+    return tr(
+        "DTM: {dtm} covers x {west} to {east}, y {south} to {north}, but {what} lies at x {x}, y {y} ({crs}); give the "
+        "terrain model of this place."
+    ).format(
+        dtm=dtm,
+        west=f"{extent.xMinimum():.0f}",
+        east=f"{extent.xMaximum():.0f}",
+        south=f"{extent.yMinimum():.0f}",
+        north=f"{extent.yMaximum():.0f}",
+        what=what,
+        x=f"{moved.center().x():.0f}",
+        y=f"{moved.center().y():.0f}",
+        crs=layer.crs().authid() or "?",
     )

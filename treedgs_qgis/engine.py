@@ -23,6 +23,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
+from .exits import explain_exit
+from .words import tr
+
 #: Must equal ``treedgs_geo.core.progress.PROTOCOL``.
 PROTOCOL = 1
 #: The folder that holds the plugin and, inside it, the library.
@@ -36,10 +39,14 @@ DEFECT = 1
 #: How many job folders (logs) are kept.
 KEPT_JOBS = 20
 
-HOW_TO_INSTALL = (
-    "run the algorithm 'Set up the engine' (treedgs:setupengine), or point the environment variable TREEDGS_PYTHON "
-    "at a Python that has the engine's libraries"
-)
+
+def how_to_install() -> str:
+    """What to do about a missing engine: ends each of those sentences."""
+    return tr(
+        "run the algorithm 'Set up the engine' (treedgs:setupengine), or point the environment variable TREEDGS_PYTHON "
+        "at a Python that has the engine's libraries"
+    )
+
 
 #: Variables of QGIS, of other Pythons and of other geospatial stacks that must not reach the engine.
 _DROPPED_PREFIXES = ("PYTHON", "QGIS_", "PROJ_", "GDAL_", "CONDA_", "DYLD_", "QT_", "OSGEO4W", "PYQGIS")
@@ -112,7 +119,7 @@ def python_in(environment: Path) -> Path:
 
 def managed_environment() -> Path:
     """The environment that ``setupengine`` builds; its name changes with the pinned list."""
-    from .environment import lock_hash
+    from .locked import lock_hash
 
     return data_dir() / f"engine-{lock_hash()}"
 
@@ -151,13 +158,17 @@ def find_engine(setting: str = "", modules: Iterable[str] = ()) -> Engine:
                 return Engine(Path(found), f"{name} on the PATH")
             except EngineMissing:
                 continue
-    raise EngineMissing(problems[0] if problems else f"The TreeDGS engine is not installed; {HOW_TO_INSTALL}.")
+    text = tr("The TreeDGS engine is not installed; {do}.").format(do=how_to_install())
+    raise EngineMissing(problems[0] if problems else text)
 
 
 def _check(python: Path, source: str, modules: list[str]) -> None:
+    words = {"python": python, "source": source, "do": how_to_install()}
     if not python.is_file() or not os.access(python, os.X_OK):
         raise EngineMissing(
-            f"The TreeDGS engine is missing: {source} names {python}, which is not a Python program; {HOW_TO_INSTALL}."
+            tr("The TreeDGS engine is missing: {source} names {python}, which is not a Python program; {do}.").format(
+                **words
+            )
         )
     try:
         done = subprocess.run(
@@ -172,17 +183,21 @@ def _check(python: Path, source: str, modules: list[str]) -> None:
         answer = json.loads(done.stdout.strip().splitlines()[-1])
     except (OSError, subprocess.SubprocessError, ValueError, IndexError) as problem:
         raise EngineMissing(
-            f"The TreeDGS engine does not start: {python} ({source}) gave no answer ({problem}); {HOW_TO_INSTALL}."
+            tr("The TreeDGS engine does not start: {python} ({source}) gave no answer ({problem}); {do}.").format(
+                **words, problem=problem
+            )
         ) from None
     if tuple(answer["version"]) < (3, 10):
         raise EngineMissing(
-            f"The TreeDGS engine needs Python 3.10 or newer: {python} ({source}) is "
-            f"{'.'.join(map(str, answer['version']))}; {HOW_TO_INSTALL}."
+            tr("The TreeDGS engine needs Python 3.10 or newer: {python} ({source}) is {version}; {do}.").format(
+                **words, version=".".join(map(str, answer["version"]))
+            )
         )
     if answer["missing"]:
         raise EngineMissing(
-            f"The TreeDGS engine is incomplete: {python} ({source}) lacks "
-            f"{', '.join(answer['missing'])}; {HOW_TO_INSTALL}."
+            tr("The TreeDGS engine is incomplete: {python} ({source}) lacks {names}; {do}.").format(
+                **words, names=", ".join(answer["missing"])
+            )
         )
 
 
@@ -218,7 +233,9 @@ def new_job_dir(command: str) -> Path:
         except OSError:
             continue
     raise EngineError(
-        f"No folder for the job's files can be made in {data_dir()}; set TREEDGS_HOME to a folder that can be written."
+        tr(
+            "No folder for the job's files can be made in {folder}; set TREEDGS_HOME to a folder that can be written."
+        ).format(folder=data_dir())
     )
 
 
@@ -257,8 +274,10 @@ def run_job(
                 message = _parse(line) if from_stdout else {"t": "log", "message": line}
                 if message["t"] == "hello" and message.get("protocol") != PROTOCOL:
                     raise EngineError(
-                        f"The engine speaks protocol {message.get('protocol')}, this plugin {PROTOCOL}; "
-                        "run 'Set up the engine' (treedgs:setupengine) to update it."
+                        tr(
+                            "The engine speaks protocol {found}, this plugin {own}; run 'Set up the engine' "
+                            "(treedgs:setupengine) to update it."
+                        ).format(found=message.get("protocol"), own=PROTOCOL)
                     )
                 if message["t"] == "error":
                     sentence = str(message.get("message", ""))
@@ -271,7 +290,7 @@ def run_job(
         code = process.wait()
     outcome.seconds = time.monotonic() - began
     if is_cancelled():
-        raise EngineCancelled("Stopped; what was finished is kept, run again to resume.")
+        raise EngineCancelled(tr("Stopped; what was finished is kept, run again to resume."))
     if code != 0:
         if code == DEFECT and sentence:
             sentence += f" Log: {job_dir / 'engine.log'}"
@@ -310,7 +329,9 @@ def start(command: list[str], cwd: Path) -> subprocess.Popen:
         )
     except OSError as problem:
         raise EngineError(
-            f"The engine cannot be started: {command[0]} ({problem.strerror}); {HOW_TO_INSTALL}."
+            tr("The engine cannot be started: {program} ({problem}); {do}.").format(
+                program=command[0], problem=problem.strerror, do=how_to_install()
+            )
         ) from None
 
 
@@ -379,33 +400,6 @@ def _signal_group(group: int, number: int) -> None:
         os.killpg(group, number)
     except (ProcessLookupError, PermissionError):
         pass
-
-
-def explain_exit(code: int, tail: list[str], log: Path) -> str:
-    """One sentence for an exit that the engine itself could not explain."""
-    if code in (-9, 137):
-        return (
-            "The engine was killed by the system, most likely because memory ran out; close other programs, choose "
-            f"a faster preset or fewer photos, and run again to resume (log: {log})."
-        )
-    if code in (-11, -6, -7, -4, -8, 139, 134):
-        name = signal.Signals(-code if code < 0 else code - 128).name
-        return (
-            f"The engine crashed ({name}); run 'Check the engine' (treedgs:checkengine), and if that is fine "
-            f"report the log {log}."
-        )
-    if code in (-15, -2, 143, 130):
-        return f"The engine was stopped from outside; run again to resume (log: {log})."
-    windows = {
-        0xC0000005: "it touched memory it does not own",
-        0xC000001D: "the processor lacks an instruction it needs",
-        0xC0000135: "a system library is missing, install the Visual C++ redistributable from "
-        "https://aka.ms/vs/17/release/vc_redist.x64.exe",
-    }
-    if code & 0xFFFFFFFF in windows:
-        return f"The engine crashed: {windows[code & 0xFFFFFFFF]} (log: {log})."
-    last = next((line.strip() for line in reversed(tail) if line.strip()), "it said nothing")
-    return f"The engine ended with code {code}: {last} (log: {log})."
 
 
 def _own_group() -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Callable
 from typing import Any
@@ -32,7 +33,17 @@ STAGES = {
     "fit stems": "Fitting each stem",
     "cut crops": "Cutting out the stems in the photos",
     "measure stems": "Measuring each stem",
-    "stems": "Stems and their diameters",
+    "stems": "Stems, found and fitted",
+    "second opinion": "A second measurement, to compare",
+    "tag photos": "Writing tagged copies of the photos",
+    "stand": "Growing the stand",
+    "photos": "Drawing the photos",
+    "lidar": "LiDAR cloud",
+    "truth": "Writing field table and truth",
+    "score": "Comparing with the field trees",
+    "experiments": "Published methods on the same trees",
+    "methods": "Circles and cylinders on both clouds",
+    "visibility and runtime": "Photos that show breast height, and time",
     "fit Gaussians": "Fitting Gaussians",
     "sample surface": "Surface points",
     "read cloud": "Reading the point cloud",
@@ -92,8 +103,12 @@ class Listener:
 
 
 def stage_name(message: dict[str, Any]) -> str:
-    """The stage in words."""
+    """The stage in words; those that carry a number or a plot's name keep it."""
     name = str(message.get("name", ""))
+    if found := re.fullmatch(r"stems in the photos \((\d+) of (\d+)\)", name):
+        return tr("Stems in the photos, area {number} of {all}").format(number=found.group(1), all=found.group(2))
+    if found := re.fullmatch(r"dense (.+)", name):
+        return tr("Dense points of plot {plot}").format(plot=found.group(1))
     return tr(STAGES.get(name, name))
 
 

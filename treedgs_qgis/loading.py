@@ -6,6 +6,7 @@ import os
 from typing import Any, ClassVar
 
 from qgis.core import (
+    QgsEditorWidgetSetup,
     QgsMapLayer,
     QgsProcessingContext,
     QgsProcessingFeedback,
@@ -76,9 +77,29 @@ class DefaultStyle(QgsProcessingLayerPostProcessorInterface):
     ) -> None:
         """Apply the style; a pairs layer also gets its trees to snap to."""
         layer.loadDefaultStyle()
+        if isinstance(layer, QgsVectorLayer):
+            in_the_users_language(layer)
         layer.triggerRepaint()
         if os.path.basename(layer.source()).endswith("|layername=field_trees") or _is_pairs(layer):
             snap_to_trees(QgsProject.instance())
+
+
+def in_the_users_language(layer: QgsVectorLayer) -> None:
+    """Translate what a style shows in English: column titles, legend, choices. (Map tips carry their languages.)"""
+    for index, field in enumerate(layer.fields()):
+        if tr(field.alias()) != field.alias():
+            layer.setFieldAlias(index, tr(field.alias()))
+        setup = layer.editorWidgetSetup(index)
+        if setup.type() == "ValueMap" and isinstance(setup.config().get("map"), list):
+            choices = [{tr(text): value for text, value in entry.items()} for entry in setup.config()["map"]]
+            layer.setEditorWidgetSetup(index, QgsEditorWidgetSetup("ValueMap", {"map": choices}))
+    made = layer.renderer().clone() if layer.renderer() else None
+    for entries, change in (("categories", "updateCategoryLabel"), ("ranges", "updateRangeLabel")):
+        if hasattr(made, entries):
+            for number, entry in enumerate(getattr(made, entries)()):
+                getattr(made, change)(number, tr(entry.label()))
+    if made is not None:
+        layer.setRenderer(made)
 
 
 def _is_pairs(layer: QgsMapLayer) -> bool:

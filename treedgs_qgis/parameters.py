@@ -6,6 +6,7 @@ import functools
 import json
 import os
 import re
+from collections.abc import Container
 from pathlib import Path
 from typing import Any
 
@@ -55,17 +56,20 @@ _WORDS = {
     "ha": "hectare",
 }
 #: Endings of a name that only repeat the unit.
-_UNIT_WORDS = {"m", "cm", "mm", "deg", "s", "px", "gb", "pct", "m2", "ha", "min"}
+_UNIT_WORDS = {"m", "cm", "mm", "deg", "s", "px", "gb", "pct", "m2", "ha", "min", "ms", "stops"}
 _NUMBER = re.compile(r"^(n_.+|cores|seed|.+_(m|cm|mm|m2|m3|s|gb|mb|pct|ha|px|deg|cm_m|count)|seconds)$")
 
 
 @functools.lru_cache(maxsize=1)
 def declarations() -> dict[str, dict[str, Any]]:
-    """Verb -> its declaration; suffixes with their dot."""
+    """Verb -> its declaration; suffixes with their dot; ``known``: the names of its parameters."""
     commands = json.loads(DECLARATIONS.read_text(encoding="utf-8"))["commands"]
     for command in commands:
         for entry in command["parameters"]:
             entry["suffixes"] = ["." + suffix.lstrip(".").lower() for suffix in entry.get("suffixes", [])]
+        command["known"] = {entry["name"] for entry in command["parameters"]}
+        for entry in command["parameters"]:
+            entry["known"] = command["known"]
     return {command["name"]: command for command in commands}
 
 
@@ -130,14 +134,17 @@ def help_text(entry: dict[str, Any]) -> str:
     parts = [text[:1].upper() + text[1:].rstrip(".")]
     if entry.get("unit"):
         parts.append(tr("in {unit}").format(unit=entry["unit"]))
-    low, high = entry.get("minimum"), entry.get("maximum")
+    parts.append(limits(entry.get("minimum"), entry.get("maximum")))
+    return in_qgis_words(", ".join(filter(None, parts)) + ".", entry["known"])
+
+
+def limits(low: float | None, high: float | None) -> str:
+    """``0.5 to 2.5``, ``at least 1``, ``at most 9``; '' without limits."""
     if low is not None and high is not None:
-        parts.append(tr("{low} to {high}").format(low=f"{low:g}", high=f"{high:g}"))
-    elif low is not None:
-        parts.append(tr("at least {low}").format(low=f"{low:g}"))
-    elif high is not None:
-        parts.append(tr("at most {high}").format(high=f"{high:g}"))
-    return ", ".join(parts) + "."
+        return tr("{low} to {high}").format(low=f"{low:g}", high=f"{high:g}")
+    if low is not None:
+        return tr("at least {low}").format(low=f"{low:g}")
+    return tr("at most {high}").format(high=f"{high:g}") if high is not None else ""
 
 
 def make_outputs(declaration: dict[str, Any]) -> list[Any]:
@@ -195,15 +202,17 @@ def engine_values(
     return values
 
 
-def in_qgis_words(text: str, declaration: dict[str, Any]) -> str:
-    """The engine's sentence with ``--some-option`` as QGIS names it (``SOME_OPTION``), where the verb has it."""
-    known = {entry["name"] for entry in declaration["parameters"]}
+def in_qgis_words(text: str, known: Container[str]) -> str:
+    """The engine's sentence with ``--some-option`` as QGIS names it (``SOME_OPTION``), where the verb knows it."""
 
     def named(found: re.Match) -> str:
-        name = found.group(1).replace("-", "_")
-        return qgis_name(name) if name in known else found.group(0)
+        name, value = found.group(1).replace("-", "_"), found.group(2)
+        if name not in known:
+            return found.group(0)
+        return f"{qgis_name(name)}={value}" if value else qgis_name(name)
 
-    return re.sub(r"--([a-z][a-z0-9-]*[a-z0-9])", named, text)
+    # With a value that can only be one: --crs EPSG:6344, --crs local, --dbh-unit cm is left as two words.
+    return re.sub(r"--([a-z][a-z0-9-]*[a-z0-9])(?: (EPSG:\w+|local)\b)?", named, text)
 
 
 def result_values(declaration: dict[str, Any], values: dict[str, Any], result: dict[str, Any]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ import traceback
 
 from qgis.core import QgsApplication, QgsMessageLog
 
-from . import i18n
+from . import i18n, words
 from .compat import LOG_CRITICAL
 
 
@@ -28,6 +28,7 @@ class TreeDGSPlugin:
             return
         try:
             self.translator = i18n.install()
+            words.translate = i18n.tr
             from .provider import TreeDGSProvider
 
             self.provider = TreeDGSProvider()

@@ -16,6 +16,7 @@ from pathlib import Path
 import psutil
 import pytest
 from campaign_support import differences, may_make_hosts, two_hosts
+from child_processes import words_of
 from small_campaign import ROOT, Ended, make_cloud, start, write_manifest
 
 from treedgs_geo.campaign.engine_process import THREADS
@@ -118,7 +119,7 @@ def test_killed_workers_and_supervisors(calm, clouds, tmp_path):
         time.sleep(draw.uniform(0, 1.5))
         children = psutil.Process(running.pid).children(recursive=True) if running.poll() is None else []
         kind = "supervise" if killed % 2 else "spawn_main"
-        victims = [child for child in children if kind in " ".join(child.cmdline())]
+        victims = [child for child in children if kind in words_of(child)]
         if victims:
             draw.choice(victims).kill()
             killed += 1
@@ -162,7 +163,7 @@ def test_a_broken_plot_and_one_that_crashes(clouds, tmp_path):
     folder, crashes = workspace / "plots" / "crash", 0
     while running.poll() is None:
         for engine in processes(workspace, "plot"):
-            if str(folder) in " ".join(engine.cmdline()):
+            if str(folder) in words_of(engine):
                 engine.send_signal(signal.SIGSEGV)
                 crashes += 1
                 wait_until(lambda: not engine.is_running() or engine.status() == psutil.STATUS_ZOMBIE)  # noqa: B023

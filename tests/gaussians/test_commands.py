@@ -83,6 +83,21 @@ def test_the_two_commands_end_to_end(workspace):
     assert record["fit-gaussians"]["result"]["per_stem"][0]["crops"] == 8
 
 
+def test_free_gaussians_are_measured_from_their_volume(workspace):
+    from treedgs_geo.commands.measure_dbh import COMMAND as MEASURE
+
+    folder, out = workspace / "work", workspace / "trees.gpkg"
+    run(FIT, workspace=folder, photos=workspace / "photos", seeds=workspace / "seeds.csv", preset="fast", stems="free")
+    sampled = run(SAMPLE, workspace=folder, points="volume", samples=30)
+    assert sampled["points"] == 6000
+    run(MEASURE, input=folder / "surface.laz", dtm=folder / "dtm.tif", weights="opacity", output=out)
+    tree, = gpd.read_file(out, layer="trees").to_dict("records")
+    # The pole is 9 to 10 pixels of 3.3 cm wide; the ground behind it does not even hold still.
+    assert tree["tree_id"] == 1 and tree["dbh_cm"] == pytest.approx(33, abs=7)
+    assert abs(tree["x"] - 611337) < 0.05 and abs(tree["y"] - 3718451) < 0.05
+    assert tree["qc_flag"] == "check" and tree["dbh_se_cm"] >= 2
+
+
 def test_sentences(workspace):
     folder, photos = workspace / "work", workspace / "photos"
     with pytest.raises(InputError, match="run reconstruct first"):

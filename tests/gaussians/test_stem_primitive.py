@@ -184,6 +184,17 @@ def test_primitive_and_gaussians_in_one_loop():
     np.testing.assert_array_equal(fit.parameters, again.parameters)
 
 
+def test_the_loop_ends_when_diameter_and_held_out_photos_have_settled():
+    crops, plane, _ = painted(SHAPE)
+    volume, many = Volume(0.5, -0.1, 3.4, 0.01, 0.15), 12
+    settings = FitSettings(gaussians=40, coarse_epochs=0, fine_epochs=many)
+    fit = fit_with_primitive(crops, plane, volume, settings, 0.027, crops, JointSettings(), 0)
+    assert fit is not None and fit.stopped == "settled" and fit.epochs < many
+    whole = fit_with_primitive(crops, plane, volume, replace(settings, fine_epochs=1), 0.027, crops, JointSettings(), 0)
+    assert whole is not None and whole.epochs == 1 and fit.primitive is not None
+    assert fit.primitive.dbh_cm == pytest.approx(200 * SHAPE[6], abs=0.4)
+
+
 def test_a_stem_in_photos_is_found_and_reported():
     """Photos drawn by splats of 3 cm about 13 cm radius: soft edges half a radius out, the place is what counts."""
     views, photos = scene()

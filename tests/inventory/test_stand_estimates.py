@@ -293,3 +293,28 @@ def test_class_limits():
     assert inch.of(np.array([17.77, 17.78, 8.99 * 2.54, 9 * 2.54])).tolist() == [3, 4, 4, 5] and inch.label(4) == "8"
     one = make_classes("us", 1.0)
     assert all(one.label(int(one.of(np.array([d * 2.54]))[0])) == str(d) for d in range(1, 60))
+
+
+def test_loreys_error_is_found_by_leaving_out_plots():
+    """By hand for three plots; and larger where the heights of a plot also carry the curve."""
+    from types import SimpleNamespace
+
+    from treedgs_geo.inventory.stand.estimate import Design, weighted_height
+
+    ba, height = np.array([0.1, 0.2, 0.4]), np.array([10.0, 14.0, 22.0])
+    rows = pd.DataFrame({"plot": [0, 1, 2], "tree": [0, 1, 2], "weight": 1.0})
+    values = SimpleNamespace(height=height, value={"ba": ba}, refit=None)
+    found = weighted_height(Design(np.full(3, 0.05), False), rows, values)
+    left = [np.average(np.delete(height, k), weights=np.delete(ba, k)) for k in range(3)]
+    assert found.mean == pytest.approx(np.average(height, weights=ba))
+    assert found.se_plots == pytest.approx(np.sqrt(2 / 3 * np.sum((np.array(left) - np.mean(left)) ** 2)))
+    # Without a plot the curve would be 3 m lower for every tree of the others.
+    asked = []
+
+    def refit(without):
+        asked.append(np.flatnonzero(without).tolist())
+        return height - 3.0 * without[2]
+
+    values.refit = refit
+    assert weighted_height(Design(np.full(3, 0.05), False), rows, values).se_plots > 1.1 * found.se_plots
+    assert asked == [[0], [1], [2]]

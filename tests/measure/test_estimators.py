@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from stems_points.synthetic import stem_points
 
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.measure.circles import SolidCircle, fit_circle, fit_ellipse, fit_solid_circles
+from treedgs_geo.measure.circles import SolidCircle, fit_circle, fit_solid_circles
+from treedgs_geo.measure.ellipse import fit_ellipse
 from treedgs_geo.measure.intensity import range_normalised, scanner_track
 from treedgs_geo.measure.stem import measure_points
 from treedgs_geo.measure.taper import taper_line

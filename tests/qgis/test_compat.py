@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+import subprocess
 
 import pytest
 from qgis_driver import ROOT
@@ -89,18 +90,85 @@ def test_metadata_is_open_for_qgis_4():
     assert "qgisMinimumVersion=3.22" in text and "qgisMaximumVersion=4.99" in text and "supportsQt6" not in text
 
 
-def test_translations_are_complete_where_a_user_looks_first(qgis):
-    """Titles and groups are in both languages; placeholders survive; QGIS shows them."""
+MARKS = re.compile(
+    r"{\w*}|%\d|%n|</?\w+>|--[a-z][a-z-]+|treedgs:\w+|\bTREEDGS_\w+|\b\w+\.(?:json|gpkg|laz|tif|csv|ply|html)\b"
+)
+
+
+def marks(text: str) -> list[str]:
+    """What a translation has to keep as it is: placeholders, tags, options, names of algorithms and files."""
+    return sorted(MARKS.findall(text))
+
+
+@pytest.mark.parametrize("language", ["de", "es"])
+def test_every_text_is_translated_and_keeps_its_placeholders(language):
+    """To mend: give the translation in treedgs_qgis/i18n/treedgs_<language>.ts, then make translations."""
     import xml.etree.ElementTree as ET
 
-    for language in ("de", "es"):
-        for message in ET.parse(ROOT / "treedgs_qgis" / "i18n" / f"treedgs_{language}.ts").iter("message"):
-            source, translation = message.findtext("source", ""), message.find("translation")
-            assert translation is not None
-            if translation.get("type") != "unfinished":
-                assert set(re.findall(r"{\w+}", source)) == set(re.findall(r"{\w+}", translation.text or "")), source
+    messages = list(ET.parse(ROOT / "treedgs_qgis" / "i18n" / f"treedgs_{language}.ts").iter("message"))
+    assert len(messages) > 800
+    for message in messages:
+        source, translation = message.findtext("source", ""), message.find("translation")
+        assert translation is not None and translation.get("type") != "unfinished" and translation.text, source
+        assert marks(source) == marks(translation.text), source
+
+
+def test_the_marks_are_found():
+    assert marks("{a}: %1 with --some-option") == ["%1", "--some-option", "{a}"]
+    assert marks("{a}: %2") != marks("{b}: %2") and marks("<b>x</b>") != marks("x")
+
+
+def test_the_catalogues_hold_every_text_that_there_is(qgis):
+    """A new parameter, message, reason or style: make translations (then make styles)."""
+    done = subprocess.run(
+        ["/usr/bin/python3", str(ROOT / "tools" / "write_translations.py"), "--check"],
+        env=qgis.environment(),
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_map_tips_and_legends_speak_the_users_language(qgis, tmp_path):
+    """The words of a map tip travel in the GeoPackage; columns and legend are translated when QGIS loads it."""
+    import pyproj
+
+    from treedgs_geo.inventory.tree_layer import write_trees
+    from treedgs_geo.measure.trees import Tree
+
+    tree = Tree(tree_id=1, x=500000.0, y=3450000.0, z_ground=20.0, qc_flag="reject", qc_reason="few_views,lean")
+    write_trees(tmp_path / "trees.gpkg", [tree], pyproj.CRS("EPSG:32617"))
+    done = qgis.python(
+        """
+from qgis.core import *
+from treedgs.treedgs_qgis import i18n
+from treedgs.treedgs_qgis.loading import in_the_users_language
+for language in ("de", "es_MX", "fr"):
+    layer = QgsVectorLayer(sys.argv[1], "trees", "ogr")
+    context = QgsExpressionContext()
+    scope = QgsExpressionContextScope(); scope.setVariable("qgis_locale", language)
+    context.appendScopes([scope, QgsExpressionContextUtils.layerScope(layer)])
+    context.setFeature(next(layer.getFeatures()))
+    translator = i18n.install(language)
+    in_the_users_language(layer)
+    words = [entry.label() for entry in layer.renderer().categories()]
+    print("TIP", language, QgsExpression.replaceExpressionText(layer.mapTipTemplate(), context))
+    print("WORDS", language, layer.attributeAlias(layer.fields().indexOf("ba_m2")), words)
+    i18n.remove(translator)
+""",
+        tmp_path / "trees.gpkg",
+    )
+    said = done.stdout
+    assert "TIP de <b>Baum 1</b><br>Kein BHD" in said and "der Stamm ist stärker geneigt" in said, said + done.stderr
+    assert "TIP es_MX <b>Árbol 1</b><br>Sin DAP" in said and "muy pocas fotos ven el tronco" in said
+    assert "TIP fr <b>Tree 1</b><br>No DBH" in said and "too few photos see the stem" in said
+    assert "WORDS de Grundfläche [m²] ['gemessen', 'gemessen, zu prüfen', 'gesehen, kein BHD']" in said
+    assert "WORDS fr Basal area [m²] ['measured', 'measured, to be checked', 'seen, no DBH']" in said
+
+
+def test_titles_and_refusals_are_shown_in_the_users_language(qgis):
     code = """
-from qgis.core import QgsSettings
+from qgis.core import QgsProcessingContext, QgsSettings
 plugin = qgis.utils.plugins["treedgs"]
 plugin.unload()
 QgsSettings().setValue("locale/overrideFlag", True)
@@ -110,6 +178,8 @@ for language in ("de_DE", "es_MX", "fr_FR"):
     alg = QgsApplication.processingRegistry().algorithmById("treedgs:photostodbh")
     label = [d.description() for d in alg.parameterDefinitions() if d.name() == "BH_M"]
     print("SHOWN", language, alg.name(), alg.displayName(), "|", alg.group(), "|", label)
+    values = {"PHOTOS": "/", "CRS": "EPSG:4326", "WORKSPACE": "/nowhere", "OUTPUT": "/nowhere/t.gpkg"}
+    print("WHY", language, alg.checkParameterValues(values, QgsProcessingContext())[1])
     plugin.unload()
 QgsSettings().setValue("locale/overrideFlag", False)
 """
@@ -117,3 +187,6 @@ QgsSettings().setValue("locale/overrideFlag", False)
     assert "SHOWN de_DE photostodbh BHD aus Drohnenfotos messen | Bäume messen | ['Brusthöhe [m]']" in shown, shown
     assert "SHOWN es_MX photostodbh Medir el DAP en fotos de dron | Medir árboles" in shown, shown
     assert "SHOWN fr_FR photostodbh Measure DBH from drone photos | Measure trees | ['Breast height [m]']" in shown
+    assert "WHY de_DE CRS: EPSG:4326 (WGS 84) ist geographisch (Grad)" in shown
+    assert "WHY es_MX CRS: EPSG:4326 (WGS 84) es geográfico (grados)" in shown
+    assert "WHY fr_FR CRS: EPSG:4326 (WGS 84) is geographic (degrees)" in shown

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import json
-import shutil
-import signal
 import sqlite3
 from contextlib import closing
 from pathlib import Path
 
 import pytest
-from qgis_driver import alive
-from qgis_helpers import refused, stems_cloud, wait_for
+from qgis_helpers import refused, stems_cloud
 
 
 def tree(folder: Path) -> dict[str, tuple[int, float]]:
@@ -133,6 +130,28 @@ def test_a_model_runs_from_cloud_to_stand_table(qgis, tmp_path):
     assert len(geopandas.read_file(folder / "trees.gpkg", layer="trees")) == 3
 
 
+def test_a_model_refuses_before_anything_starts(qgis, simulated_plot, tmp_path):
+    """A mistyped name, which QGIS itself would pass over; a geographic CRS; a missing file; a bad choice."""
+    values = {
+        "PHOTOS": simulated_plot / "images",
+        "CRS": "EPSG:6344",
+        "PLOTS": simulated_plot / "plots.csv",
+        "SPECIES": "PITA",
+        "WORKSPACE": tmp_path / "work",
+        "measure:Trees": tmp_path / "t.gpkg",
+        "table:Tables": tmp_path / "stand",
+    }
+    for changed, words in (
+        ({"SPECIE": "PITA"}, "Parameter SPECIE is unknown to treedgs:photostostandtable; did you mean SPECIES?"),
+        ({"CRS": "EPSG:4326"}, "EPSG:32615 (WGS 84 / UTM zone 15N)"),
+        ({"PLOTS": tmp_path / "gone.csv"}, "gone.csv does not exist"),
+        ({"PRESET": "quickest"}, "PRESET: found 'quickest', expected one of fast, balanced"),
+    ):
+        done = qgis.run("photostostandtable", {"TREEDGS_PYTHON": "/nonexistent"}, **{**values, **changed})
+        refused(done, words)
+        assert not (tmp_path / "work").exists()
+
+
 def test_the_models_name_parameters_that_exist(qgis):
     done = qgis.python("""
 for name in ("photostostandtable", "cloudtostandtable", "photostoaccuracy"):
@@ -251,9 +270,7 @@ def test_an_open_edit_session_is_told_before_the_work(qgis, tmp_path):
     before = (tmp_path / "t.gpkg").read_bytes()
     with closing(sqlite3.connect(tmp_path / "t.gpkg")) as editor:
         editor.execute("BEGIN IMMEDIATE")
-        done = qgis.run(
-            "pointcloudtodbh", INPUT=tmp_path / "cloud.laz", OUTPUT=tmp_path / "t.gpkg", DRY_RUN="true"
-        )
+        done = qgis.run("pointcloudtodbh", INPUT=tmp_path / "cloud.laz", OUTPUT=tmp_path / "t.gpkg", DRY_RUN="true")
         editor.rollback()
     refused(done, "t.gpkg", "save or drop the edits in QGIS")
     assert (tmp_path / "t.gpkg").read_bytes() == before
@@ -329,34 +346,3 @@ print("KEPT", project.snappingConfig().tolerance())
     )
     assert "SNAP True ['field_trees', 'measured_trees']" in done.stdout, done.stdout + done.stderr
     assert "KEPT 33" in done.stdout
-
-
-def test_a_stopped_job_leaves_no_process_and_resumes(qgis, simulated_plot, tmp_path):
-    """The real engine, in the middle of structure from motion, with its own child processes."""
-    import psutil
-
-    values = {
-        "PHOTOS": simulated_plot / "images",
-        "GEOTAGS": simulated_plot,
-        "CRS": "EPSG:6344",
-        "WORKSPACE": tmp_path / "work",
-        "OUTPUT": tmp_path / "trees.gpkg",
-        "PRESET": "fast",
-    }
-    arguments = [f"{name}={value}" for name, value in values.items()]
-    running = qgis.start("run", "treedgs:photostodbh", "--", *arguments)
-    record = tmp_path / "work" / "run.json"
-    while '"reconstruct"' not in wait_for(record):
-        assert running.poll() is None, running.communicate()
-    children = psutil.Process(running.pid).children(recursive=True)
-    assert children
-    running.send_signal(signal.SIGINT)
-    output, _ = running.communicate(timeout=60)
-    gone, left = psutil.wait_procs(children, timeout=15)
-    assert not left and not any(alive(child.pid) for child in children), output
-    assert running.returncode != 0
-    assert not (tmp_path / "trees.gpkg").exists()
-    assert json.loads(record.read_text())["stages"]["geotag"]["status"] == "done"
-    done = qgis("run", "treedgs:photostodbh", "--", *arguments, "DRY_RUN=true")
-    assert done.returncode == 0 and "Kept from an earlier run" in done.stdout and "geotag" in done.stdout, done.stdout
-    shutil.rmtree(tmp_path / "work")

@@ -62,6 +62,13 @@ say(t="result", result={"n": 1})
     [
         ("os.kill(os.getpid(), 9)", "memory ran out"),
         ("os.kill(os.getpid(), 11)", "crashed .SIGSEGV"),
+        ("print('OpenBLAS error: Memory allocation still failed after 10 retries', file=sys.stderr); sys.exit(1)",
+         "memory ran out"),
+        ("print('terminate called after throwing std::bad_alloc', file=sys.stderr, flush=True); os.abort()",
+         "memory ran out"),
+        # The system's own limit: the allocation is refused for real.
+        ("import resource\nresource.setrlimit(resource.RLIMIT_AS, (300 << 20,) * 2)\nbytearray(1 << 30)",
+         "memory ran out"),
         ("os.kill(os.getpid(), 15)", "stopped from outside"),
         ("print('the last word', file=sys.stderr); sys.exit(7)", "code 7: the last word"),
         (
@@ -70,7 +77,7 @@ say(t="result", result={"n": 1})
         ),
         ("say(t='hello', protocol=99)", "protocol 99, this plugin 1"),
     ],
-)
+)  # fmt: skip
 def test_every_bad_end_is_one_sentence(fake_engine, behaviour, expected):
     with pytest.raises(engine.EngineError, match=expected) as caught:
         run(fake_engine(behaviour))

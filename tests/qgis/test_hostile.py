@@ -11,6 +11,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from child_processes import words_of
 from qgis_driver import ROOT, load
 from qgis_helpers import refused, stems_cloud
 
@@ -139,6 +140,60 @@ def test_what_the_repository_refuses_is_found(package, tmp_path, monkeypatch):
         package.check_files([name for name in package.SINGLE if name != "LICENSE"])
 
 
+def metadata_with(folder: Path, package, monkeypatch, **values: str) -> None:
+    """The repository's metadata.txt with some values changed, where the tool looks for it."""
+    lines = (ROOT / "metadata.txt").read_text(encoding="utf-8").splitlines()
+    lines = [f"{line.partition('=')[0]}={values.get(line.partition('=')[0], line.partition('=')[2])}" for line in lines]
+    (folder / "metadata.txt").write_text("\n".join(lines).replace("[general]=", "[general]") + "\n", encoding="utf-8")
+    (folder / "treedgs_geo").mkdir(exist_ok=True)
+    shutil.copy(ROOT / "treedgs_geo" / "__init__.py", folder / "treedgs_geo")
+    monkeypatch.setattr(package, "ROOT", folder)
+
+
+@pytest.fixture
+def web(tmp_path):
+    """A server that answers 200 for /there, 404 else, and an address where nobody listens."""
+    import http.server
+    import threading
+
+    class Answer(http.server.BaseHTTPRequestHandler):
+        def do_GET(self):  # noqa: N802
+            self.send_response(200 if self.path == "/there" else 404)
+            self.end_headers()
+
+        def log_message(self, *arguments):
+            pass
+
+    server = http.server.HTTPServer(("127.0.0.1", 0), Answer)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield f"http://127.0.0.1:{server.server_port}"
+    server.shutdown()
+    server.server_close()
+
+
+def test_a_release_with_placeholders_is_refused(package, tmp_path, monkeypatch, capsys):
+    metadata_with(tmp_path, package, monkeypatch, repository="https://example.org/treedgs")
+    assert package.check_metadata() and "placeholders" in capsys.readouterr().out
+    with pytest.raises(package.PackageError, match="repository.* still hold placeholders"):
+        package.check_metadata(release=True)
+    real = dict.fromkeys(("homepage", "tracker", "repository"), "https://codehost.net/forest/treedgs")
+    metadata_with(tmp_path, package, monkeypatch, email="me@example.com", **real)
+    with pytest.raises(package.PackageError, match="txt: email still"):
+        package.check_metadata(release=True)
+    asked: list[str] = []
+    monkeypatch.setattr(package, "check_address", lambda key, address: asked.append(key))
+    metadata_with(tmp_path, package, monkeypatch, email="forest@codehost.net", **real)
+    assert package.check_metadata(release=True) and asked == ["tracker", "repository", "homepage"]
+
+
+def test_an_address_that_does_not_answer_is_refused(package, web):
+    package.check_address("homepage", f"{web}/there")
+    with pytest.raises(package.PackageError, match="homepage .*/gone answers 404"):
+        package.check_address("homepage", f"{web}/gone")
+    with pytest.raises(package.PackageError, match="gives no answer within 10 s"):
+        package.check_address("homepage", "http://127.0.0.1:9/x")
+
+
 def test_the_real_engine_killed_by_the_kernel_is_explained(qgis, simulated_plot, tmp_path):
     """SIGKILL to the engine itself, as the kernel does when memory runs out."""
     import time
@@ -159,7 +214,7 @@ def test_the_real_engine_killed_by_the_kernel_is_explained(qgis, simulated_plot,
     while killed is None:
         assert running.poll() is None, running.communicate()
         for child in psutil.Process(running.pid).children(recursive=True):
-            if "--job" in child.cmdline():
+            if "--job" in words_of(child):
                 killed = child
         time.sleep(0.1)
     time.sleep(1.0)
@@ -189,7 +244,7 @@ def test_a_worker_of_the_engine_killed_by_the_kernel_is_explained(qgis, simulate
     while worker is None:
         assert running.poll() is None, running.communicate()
         for child in psutil.Process(running.pid).children(recursive=True):
-            if "worker" in " ".join(child.cmdline()):
+            if "worker" in words_of(child):
                 worker = child
         time.sleep(0.05)
     worker.send_signal(signal.SIGKILL)

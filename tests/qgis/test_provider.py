@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import configparser
+import html
 import json
+import os
+import re
 import subprocess
 import sys
+import xml.etree.ElementTree as ET
+import zipfile
+from pathlib import Path
 
 import pytest
 from qgis_driver import ROOT, load
@@ -173,7 +179,7 @@ def test_nothing_but_qgis_and_the_standard_library_is_imported_in_qgis():
 
 
 def test_styles_cover_the_tree_layer():
-    source = (ROOT / "tools" / "write_styles.py").read_text(encoding="utf-8")
+    source = (ROOT / "tools" / "layer_styles" / "trees.py").read_text(encoding="utf-8")
     style = (ROOT / "treedgs_geo" / "inventory" / "styles" / "trees.qml").read_text(encoding="utf-8")
     for name in TREE_FIELDS:
         assert f'"{name}"' in source and f'field="{name}"' in style, name
@@ -184,9 +190,133 @@ def test_styles_know_every_reason():
 
     style = (ROOT / "treedgs_geo" / "inventory" / "styles" / "trees.qml").read_text(encoding="utf-8")
     assert all(f"'{reason}'" in style for reason in REASONS), "run make styles"
+    # In German and Spanish too: the style was written after the catalogues.
+    for language in ("de", "es"):
+        catalogue = ET.parse(ROOT / "treedgs_qgis" / "i18n" / f"treedgs_{language}.ts")
+        known = {m.findtext("source"): m.findtext("translation", "") for m in catalogue.iter("message")}
+        shown = html.unescape(style)
+        for meaning, action in REASONS.values():
+            assert f"{known[meaning]}: {known[action]}" in shown, (language, meaning, "run make styles")
 
 
-def test_requirements_name_a_managed_environment():
+@pytest.fixture
+def shell():
+    """The modules of the plugin that work without QGIS."""
     load("treedgs_shell", ROOT / "treedgs_qgis" / "__init__.py", ROOT / "treedgs_qgis")
-    environment = load("treedgs_shell.environment", ROOT / "treedgs_qgis" / "environment.py")
-    assert environment.requirements()[0].startswith("torch") and len(environment.lock_hash()) == 10
+    return lambda name: load(f"treedgs_shell.{name}", ROOT / "treedgs_qgis" / f"{name}.py")
+
+
+def test_every_library_is_locked_with_hashes(shell):
+    """Every range of requirements.txt (torch aside, which no step needs) has its version and hashes: make lock."""
+    from packaging.requirements import Requirement
+
+    locked = shell("locked")
+    pins: dict[str, list[Requirement]] = {}
+    for line in locked.lines():
+        text, *hashes = line.partition("  #")[0].split(" --hash=")
+        assert hashes and all(re.fullmatch(r"sha256:[0-9a-f]{64}", entry) for entry in hashes), line[:80]
+        pins.setdefault(Requirement(text).name, []).append(Requirement(text))
+    for line in shell("environment").requirements():
+        wanted = Requirement(line)
+        if wanted.name == "torch":
+            assert wanted.name not in pins
+            continue
+        for pin in pins[wanted.name]:
+            (version,) = [entry.version for entry in pin.specifier]
+            assert version in wanted.specifier, f"{wanted}: {version} is locked, run make lock"
+    assert "warp-lang" in pins and not any(line.startswith("warp") for line in locked.lines("cpu"))
+    assert len(locked.lock_hash()) == 10 and shell("engine").managed_environment().name.endswith(locked.lock_hash())
+
+
+def test_pip_takes_the_locked_list(shell, tmp_path):
+    """pip itself reads it, hashes and all; a changed hash is refused before anything is installed."""
+    locked = shell("locked")
+    arguments = locked.write_list("cpu", tmp_path / "with space" / "list.txt")
+    assert arguments[:1] == ["--require-hashes"] and Path(arguments[-1]).read_text().count("==") > 90
+    (tmp_path / "empty").mkdir()
+    pip = [
+        sys.executable,
+        "-m",
+        "pip",
+        "install",
+        "--dry-run",
+        "--no-index",
+        "--no-deps",
+        "--target",
+        str(tmp_path / "t"),
+    ]
+    done = subprocess.run(
+        [*pip, "--find-links", str(tmp_path / "empty"), *arguments], env=bare(), capture_output=True, text=True
+    )
+    # It understood every line, and looked for the first library.
+    assert done.returncode == 1 and "No matching distribution found for affine" in done.stderr, done.stderr
+    assert "Invalid" not in done.stderr and "hashes are required" not in done.stderr.lower()
+    wheel = tmp_path / "wheels" / "tqdm-9.0-py3-none-any.whl"
+    wheel.parent.mkdir()
+    with zipfile.ZipFile(wheel, "w") as archive:
+        archive.writestr("tqdm-9.0.dist-info/METADATA", "Metadata-Version: 2.1\nName: tqdm\nVersion: 9.0\n")
+        archive.writestr("tqdm-9.0.dist-info/WHEEL", "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n")
+        archive.writestr("tqdm-9.0.dist-info/RECORD", "")
+    (tmp_path / "one.txt").write_text(f"tqdm==9.0 --hash=sha256:{'0' * 64}\n")
+    command = [*pip, "--find-links", str(wheel.parent), "--require-hashes", "-r", str(tmp_path / "one.txt")]
+    done = subprocess.run(command, env=bare(), capture_output=True, text=True)
+    assert done.returncode == 1 and "DO NOT MATCH THE HASHES" in done.stderr, done.stderr
+
+
+def bare() -> dict[str, str]:
+    """Without pip settings of this machine."""
+    return {name: value for name, value in os.environ.items() if not name.startswith("PIP_")} | {
+        "PIP_CONFIG_FILE": os.devnull
+    }
+
+
+@pytest.mark.parametrize(
+    ("code", "answer", "build", "words"),
+    [
+        (None, "", "cpu", "no NVIDIA driver"),
+        (0, "NVIDIA GeForce RTX 3060 Laptop GPU, 551.61, 6144, 8.6", "cuda", "RTX 3060 Laptop GPU, driver 551.61"),
+        (0, "NVIDIA H200, 570.86.15, 143771, 9.0", "cuda", "H200"),
+        (0, "NVIDIA GB10, 580.95.05, [N/A], 12.1", "cuda", "GB10"),
+        (0, "NVIDIA GeForce GTX 1060 6GB, 535.183.01, 6144, 6.1", "cuda", "GTX 1060"),
+        (0, "NVIDIA GeForce GTX 1060 6GB, 470.223.02, 6144, 6.1", "cpu", "driver is 470.223.02, expected 525"),
+        (0, "Quadro K620, 535.183.01, 2048, 5.0", "cpu", "too old"),
+        (0, "NVIDIA GeForce GT 1030, 535.183.01, 1024, 6.1", "cpu", "1024 MB"),
+        (0, "Quadro K620, 535.1, 2048, 5.0\nNVIDIA RTX A4000, 535.1, 16376, 8.6", "cuda", "RTX A4000"),
+        (2, 'Field "compute_cap" is not a valid field to query.', "cpu", "does not answer (Field"),
+        (6, "No devices were found", "cpu", "No devices were found"),
+        (9, "NVIDIA-SMI has failed because it couldn't communicate with the NVIDIA driver. Make sure that the latest "
+            "NVIDIA driver is installed and running.", "cpu", "couldn't communicate"),
+        (18, "Failed to initialize NVML: Driver/library version mismatch", "cpu", "version mismatch"),
+        (0, "", "cpu", "no NVIDIA card"),
+        (0, "something else altogether", "cpu", "no NVIDIA card"),
+        (0, "A card, [Unknown Error], [N/A], [N/A]", "cpu", "driver is [Unknown Error]"),
+    ],
+)  # fmt: skip
+def test_the_build_follows_what_the_driver_says(shell, code, answer, build, words):
+    choice = shell("gpu").choose(code, answer)
+    assert choice.build == build and words in choice.why, choice
+
+
+def test_the_driver_is_asked_by_its_own_program(shell, tmp_path, monkeypatch):
+    gpu = shell("gpu")
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert gpu.ask() == (None, "")
+    program = tmp_path / "nvidia-smi"
+    program.write_text(
+        '#!/bin/sh\n[ "$2" = "--format=csv,noheader,nounits" ] || exit 3\necho "Card, 550.1, 8000, 8.9"\n'
+    )
+    program.chmod(0o755)
+    assert gpu.choose(*gpu.ask()) == gpu.Choice("cuda", "Card, driver 550.1")
+    program.write_text("#!/bin/sh\necho No devices were found\nexit 6\n")
+    assert gpu.choose(*gpu.ask()).build == "cpu"
+
+
+def test_every_stage_has_words():
+    """What the log shows of a stage is a sentence's beginning, not a name from the sources."""
+    source = (ROOT / "treedgs_qgis" / "listener.py").read_text(encoding="utf-8")
+    named = set()
+    for path in (ROOT / "treedgs_geo").rglob("*.py"):
+        if path.parent.name not in ("benchmarking", "campaign"):
+            named |= set(re.findall(r'\.stage\(\s*"([^"]+)"', path.read_text(encoding="utf-8")))
+    assert len(named) > 20
+    assert not [name for name in sorted(named) if f'"{name}": "' not in source], "give it words in listener.STAGES"

@@ -83,6 +83,37 @@ def test_a_file_that_is_no_cloud_is_refused(qgis, tmp_path):
     )
 
 
+def test_a_cloud_without_a_crs_is_told_what_to_give(qgis, tmp_path):
+    """In the names of QGIS, ready to be copied into the command; 'local' too."""
+    import laspy
+    import numpy as np
+
+    stems_cloud(tmp_path / "with.laz", (0.15,))
+    placed = laspy.read(tmp_path / "with.laz")
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    header.scales = [0.001] * 3
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y, cloud.z = np.asarray(placed.x) - 500000, np.asarray(placed.y) - 3450000, np.asarray(placed.z)
+    cloud.write(tmp_path / "scan.laz")
+    done = qgis.run("pointcloudtodbh", INPUT=tmp_path / "scan.laz", OUTPUT=tmp_path / "t.gpkg")
+    refused(done, "scan.laz: holds no CRS", "CRS=EPSG:CODE", "CRS=local")
+    assert "--crs" not in done.stdout
+    done = qgis.run("pointcloudtodbh", INPUT=tmp_path / "scan.laz", CRS="local", OUTPUT=tmp_path / "t.gpkg")
+    assert done.returncode == 0 and (tmp_path / "t.gpkg").exists(), done.stdout
+
+
+def test_help_speaks_of_parameters_as_qgis_names_them(qgis):
+    done = qgis.python("""
+for alg in provider.algorithms():
+    for text in (alg.shortHelpString().partition("<code>")[0], *(d.help() for d in alg.parameterDefinitions())):
+        for word in text.split():
+            if word.startswith("--") and alg.name() != "setupengine":  # pip's own option
+                print("OPTION", alg.name(), word)
+print("LOOKED", len(provider.algorithms()))
+""")
+    assert "LOOKED" in done.stdout and "OPTION" not in done.stdout, done.stdout + done.stderr
+
+
 def test_a_missing_engine_is_one_sentence(qgis, photos, tmp_path):
     done = qgis.run(
         "photostodbh",

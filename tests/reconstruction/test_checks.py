@@ -51,6 +51,14 @@ def test_a_good_block_passes() -> None:
     assert report["registered"] == 10 and report["geotag_median_m"] < 0.06 and not report["warnings"]
 
 
+def test_a_photo_metres_from_its_geotag_is_named() -> None:
+    block, stations, xyz, calibration = _case()
+    xyz[4] += [0.0, 2.5, 0.0]
+    report = check_block(block, stations, xyz, calibration, 0.0, FREE, Reporter())
+    assert len(report["warnings"]) == 1 and "1 photos stand up to 2.5 m" in report["warnings"][0]
+    assert "4.jpg" in report["warnings"][0]
+
+
 def test_contradictions_are_refused() -> None:
     block, stations, xyz, calibration = _case()
     with pytest.raises(ReconstructionError, match="from their geotags"):

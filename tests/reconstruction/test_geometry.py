@@ -8,6 +8,7 @@ import pytest
 from synthetic_block import block_of, ring
 
 from treedgs_geo.core.crs import LocalFrame
+from treedgs_geo.core.errors import ReconstructionError
 from treedgs_geo.reconstruction.adjustment import adjust
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.dense import densify_band, vote
@@ -102,6 +103,20 @@ def test_adjustment_frees_focal_and_principal_point() -> None:
     assert block.camera.fx == pytest.approx(1900, abs=1.5) and block.camera.cx == pytest.approx(645, abs=1.5)
     error = np.linalg.norm(block.centres - truth, axis=1)
     assert error[3] < 0.1 and np.sqrt(np.mean(error**2)) < 0.05
+
+
+def test_a_block_without_points_is_refused_in_a_sentence() -> None:
+    # Two thousand features on a small plot had ended in a native check that failed.
+    rng = np.random.default_rng(2)
+    views = ring(6)
+    block = block_of(views, rng.uniform([-5, -5, 0], [5, 5, 3], (40, 3)), 0.2, rng)
+    tags, sd = block.centres.copy(), np.full((6, 3), 0.02)
+    free = {"free_focal": False, "free_principal_point": False, "free_distortion": False}
+    with pytest.raises(ReconstructionError, match="No point is left"):
+        adjust(block, tags, sd, loss_px=float("nan"), **free)
+    block.points, block.image, block.key, block.point = block.points[:0], *[np.zeros(0, int)] * 3
+    with pytest.raises(ReconstructionError, match="fly with 80 % overlap"):
+        adjust(block, tags, sd, **free)
 
 
 def test_turn_to_points_with_a_tenth_right() -> None:

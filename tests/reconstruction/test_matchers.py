@@ -8,7 +8,8 @@ import pycolmap
 import pytest
 
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.reconstruction.matchers import import_matches, load_matcher
+from treedgs_geo.reconstruction.features import FeatureStore
+from treedgs_geo.reconstruction.matchers import Plugin, import_matches, load_matcher, match_photos
 
 PLUGIN = """
 import json
@@ -51,7 +52,7 @@ def block(tmp_path):
 
 def test_matches_of_a_plugin_arrive_in_the_database(block):
     folder, photos = block
-    matcher = load_matcher(folder / "orb.py", folder / "orb.json")
+    matcher = load_matcher(Plugin(folder / "orb.py", folder / "orb.json"))
     pairs = [("0.png", "1.png"), ("1.png", "2.png"), ("0.png", "2.png")]
     report = import_matches(folder / "d.db", pairs, photos.__getitem__, matcher)
     assert report.pairs == report.verified == 3 and report.matches > 300
@@ -64,6 +65,48 @@ def test_matches_of_a_plugin_arrive_in_the_database(block):
     np.testing.assert_allclose(np.median(shift, axis=0), [60, 0], atol=0.5)
     # The same corner in several pairs is one keypoint: fewer keypoints than match ends.
     assert report.keypoints < 2 * report.matches
+
+
+def test_matches_are_added_to_those_that_are_there(block):
+    folder, photos = block
+    plugin = Plugin(folder / "orb.py", folder / "orb.json")
+    matcher = load_matcher(plugin)
+    # What is there: one pair, in the other order than it is asked for below.
+    import_matches(folder / "d.db", [("1.png", "0.png")], photos.__getitem__, matcher)
+    before = FeatureStore(folder / "d.db", list(photos))
+    target = folder / "learned.db"
+    report = match_photos(folder / "d.db", target, [("0.png", "1.png"), ("1.png", "2.png")], photos.__getitem__,
+                          matcher, plugin)
+    after = FeatureStore(target, list(photos))
+    assert report.pairs == report.verified == 2 and report.added > 300
+    assert set(before.matches) == {(0, 1)} and set(after.matches) == {(0, 1), (1, 2)}
+    for old, new, described in zip(before.keypoints, after.keypoints, after.descriptors, strict=True):
+        np.testing.assert_array_equal(new[:len(old)], old)
+        assert len(described) == len(new)
+    one, two = after.matches[0, 1].T
+    shift = after.keypoints[0][one] - after.keypoints[1][two]
+    np.testing.assert_allclose(np.median(shift, axis=0), [60, 0], atol=0.5)
+    assert len(after.matches[0, 1]) > len(before.matches[0, 1])
+    # A matcher that finds nothing is no help, and leaves no database that a later run would take for a whole one.
+    empty = np.empty((0, 2))
+    with pytest.raises(InputError, match="found no match in any of 1 pairs"):
+        match_photos(folder / "d.db", folder / "none.db", [("0.png", "1.png")], photos.__getitem__,
+                     lambda a, b: (empty, empty, np.empty(0)), plugin)
+    assert not (folder / "none.db").exists()
+
+
+def test_the_command_wants_both_files_and_loads_them_first(block):
+    from treedgs_geo.commands.reconstruct import ReconstructSettings, _plugin
+
+    folder, _ = block
+    settings = {"photos": folder, "crs": "EPSG:6344", "workspace": folder / "ws"}
+    assert _plugin(ReconstructSettings(**settings)) is None
+    with pytest.raises(InputError, match="--matcher is given without --matcher-weights"):
+        _plugin(ReconstructSettings(**settings, matcher=folder / "orb.py"))
+    with pytest.raises(InputError, match="--matcher-weights is given without --matcher:"):
+        _plugin(ReconstructSettings(**settings, matcher_weights=folder / "orb.json"))
+    with pytest.raises(InputError, match="not found"):
+        _plugin(ReconstructSettings(**settings, matcher=folder / "orb.py", matcher_weights=folder / "no.pt"))
 
 
 def test_misbehaving_plugins_are_refused_in_one_sentence(block):
@@ -85,6 +128,6 @@ def test_misbehaving_plugins_are_refused_in_one_sentence(block):
                           ("def load(w): raise OSError('torn')", "cannot load it"), ("def", "cannot be loaded")):
         (folder / "bad.py").write_text(text)
         with pytest.raises(InputError, match=message):
-            load_matcher(folder / "bad.py", folder / "orb.json")
+            load_matcher(Plugin(folder / "bad.py", folder / "orb.json"))
     with pytest.raises(InputError, match="not found"):
-        load_matcher(folder / "orb.py", folder / "none.pt")
+        load_matcher(Plugin(folder / "orb.py", folder / "none.pt"))

@@ -24,8 +24,9 @@ from treedgs_geo.stems.photos.detect import N_BINS, lean_grid, rank_lut
 from treedgs_geo.stems.photos.find import split, stems_from_photos
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.stack import GroundGrid, choose_views, load_stack
-from treedgs_geo.stems.photos.stem_fit import azimuth_spread, verdict
+from treedgs_geo.stems.photos.stem_fit import azimuth_spread
 from treedgs_geo.stems.photos.strips import Axis, cut_strips
+from treedgs_geo.stems.photos.verdict import verdict
 
 STEMS = [Stem(0.6, 0.4, 0.15), Stem(-1.5, 0.9, 0.11, lx=0.03), Stem(1.2, -1.6, 0.19, ly=-0.14), Stem(-0.9, -1.3, 0.13)]
 FRAME = LocalFrame(pyproj.CRS.from_epsg(32615), np.array([500000.0, 3700000.0, 40.0]))

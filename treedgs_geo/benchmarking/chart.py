@@ -113,7 +113,7 @@ def _measure(config: Config, plot: Path, repeat: int, folder: Path, kept: Path, 
             return
     scratch = folder / "scratch"
     job = {"kind": config.kind, "plot": str(plot), "sfm": sfm["folder"], "params": config.params,
-           "scale": config.scale, "reads": config.reads, "scratch": str(scratch),
+           "scale": config.scale, "reads": config.reads, "preset": config.preset, "scratch": str(scratch),
            "points": str(kept.with_suffix(".laz"))}
     record = run_job(job, kept)
     shutil.rmtree(scratch, ignore_errors=True)

@@ -79,19 +79,21 @@ def _scene(job: dict[str, Any]) -> tuple[TruePlot, LocalFrame, list[View], Dtm, 
 
 
 def run_photos(job: dict[str, Any]) -> dict[str, Any]:
-    """Stems found and fitted straight in the photos (``scale`` < 1: in reduced photos)."""
-    from ..measure.photo_trees import to_trees
-    from ..stems.photos.find import stems_from_photos
+    """Stems found and fitted in the photos (``scale`` < 1: in reduced ones); a preset's job has all of its settings."""
+    from ..chain.routes import PRESETS, Preset, auto_route
+    from ..reconstruction.pipeline import ReconstructOptions
     from ..stems.photos.options import PhotoStemOptions
 
     plot, frame, views, dtm, area = _scene(job)
     if job["scale"] != 1:
         views = reduced(views, job["scale"], Path(job["scratch"]))
+    named = job.get("preset")
+    preset = PRESETS[named] if named else Preset(ReconstructOptions(), PhotoStemOptions(**job["params"]), "none")
     began = time.perf_counter()
-    fits = stems_from_photos(views, frame, dtm.local(frame).height, area, PhotoStemOptions(**job["params"]))
+    trees, _ = auto_route(preset, preset.stems.bh_m, frame, views, dtm, area, 0, Reporter())
     seconds = time.perf_counter() - began
-    used = min(len(views), job["params"].get("max_views", 10**6))
-    return {"stages": {"stems": seconds}, **_scored(plot, to_trees(fits, frame)),
+    used = min(len(views), preset.stems.max_views)
+    return {"stages": {"stems": seconds}, **_scored(plot, trees),
             "modelled": {"photos": used, "megapixels": used * views[0].camera.width * views[0].camera.height / 1e6}}
 
 

@@ -21,8 +21,9 @@ class Config:
 
     key: file name. title: on the chart. group: rung of the ladder (``docs/speed-accuracy.md``). kind: ``photos`` (stems
     fitted in the photos), ``splats`` or ``cloud``. sfm: key of :data:`SFM`. params: settings of the stage. scale: size
-    of the photos that the stems are fitted in. preset: this is that preset of ``photos-to-dbh``. quick: part of
-    ``--quick``. reads: for splats, ``sample``, ``means`` or ``depth``: what is made of the field.
+    of the photos that the stems are fitted in. preset: this is that preset of ``photos-to-dbh``, with all of its
+    settings. quick: part of ``--quick``. reads: for splats, ``sample``, ``means`` or ``depth``: what is made of the
+    field.
     """
 
     key: str
@@ -39,8 +40,8 @@ class Config:
 
 PRESET_GROUP = "presets"
 CONFIGS: tuple[Config, ...] = (
-    Config("balanced", "balanced", PRESET_GROUP, params={"max_views": 96}, preset="balanced", quick=True),
-    Config("fast", "fast", PRESET_GROUP, sfm="4000 features", params={"max_views": 48}, preset="fast", quick=True),
+    Config("balanced", "balanced", PRESET_GROUP, preset="balanced", quick=True),
+    Config("fast", "fast", PRESET_GROUP, sfm="4000 features", preset="fast", quick=True),
     Config("lidar", "LiDAR, our circles", "LiDAR", "cloud", sfm="", quick=True),
     Config("lidar-cylinder", "LiDAR, cylinder (published)", "LiDAR", "cloud", sfm="",
            params={"method": "paper", "fit": "cylinder"}, quick=True),
@@ -54,7 +55,8 @@ CONFIGS: tuple[Config, ...] = (
     Config("splat-fast", "splats, 600 a stem", "splat, then fit", "splats", params={"preset": "fast", "stems": "free"},
            quick=True),
     Config("sfm-2000", "2000 features", "reconstruction", sfm="2000 features", params={"max_views": 96}, quick=True),
-    Config("best", "best", PRESET_GROUP, sfm="16000 features", params={"max_views": 200}, preset="best", quick=True),
+    Config("best", "best", PRESET_GROUP, sfm="16000 features", preset="best", quick=True),
+    Config("edges-only", "no second opinion", "stem model", params={"max_views": 96}, quick=True),
     Config("upright", "upright stems only", "stem model", params={"max_views": 96, "max_lean_deg": 0.0}),
     Config("coarse-grid", "search grid 10 cm", "stem model", params={"max_views": 96, "cell_m": 0.1}),
     Config("views-6", "6 photos", "photos used", params={"max_views": 6}),

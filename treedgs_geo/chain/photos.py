@@ -28,7 +28,7 @@ from ..reconstruction.pipeline import reconstruct_photos
 from ..stems.area import Area, area_seen
 from ..terrain.dtm import Dtm, read_dtm, require_coverage, require_same_heights, write_dtm
 from ..terrain.sparse_ground import dtm_from_sparse
-from .routes import PRESETS, photo_route, splat_route
+from .routes import PRESETS, auto_route, photo_route, splat_route
 from .steps import Collector, Steps
 
 if TYPE_CHECKING:
@@ -191,10 +191,15 @@ def _measure(
     """Stems and diameters by the route asked for; kept as ``trees.json`` so that a resumed run skips it."""
     kept = space.path("trees.json")
     fit = "paper" if settings.preset == "paper" and settings.fit == "auto" else settings.fit
-    fit = "photos" if fit == "auto" else fit
 
     def work(reporter: Reporter) -> dict[str, Any]:
-        if fit == "photos":
+        told: dict[str, Any] = {}
+        if fit == "auto":
+            trees, opinion = auto_route(
+                PRESETS[settings.preset], settings.bh_m, frame, views, dtm, area, settings.seed, reporter
+            )
+            told = {"second_opinion": asdict(opinion)} if opinion else {}
+        elif fit == "photos":
             trees = photo_route(PRESETS[settings.preset], settings.bh_m, frame, views, dtm, area, reporter)
         else:
             trees = splat_route(
@@ -210,7 +215,7 @@ def _measure(
                 seed=settings.seed,
             )
         write_json(kept, [asdict(tree) for tree in trees])
-        return {"fit": fit, "stems": len(trees)}
+        return {"fit": "photos" if fit == "auto" else fit, "stems": len(trees), **told}
 
     used = {
         "fit": fit,

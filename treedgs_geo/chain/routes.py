@@ -11,9 +11,10 @@ from ..core.crs import LocalFrame
 from ..core.progress import Reporter
 from ..core.workspace import Workspace
 from ..measure.photo_trees import to_trees
+from ..measure.second_opinion import Opinion, settle, to_ask
 from ..measure.trees import Tree
 from ..reconstruction.cameras import View
-from ..reconstruction.pipeline import ReconstructOptions
+from ..reconstruction.pipeline import ReconstructOptions, available_threads
 from ..stems.area import Area
 from ..stems.photos.find import stems_from_photos
 from ..stems.photos.options import PhotoStemOptions
@@ -22,17 +23,19 @@ from ..terrain.dtm import Dtm
 
 @dataclass(frozen=True)
 class Preset:
-    """How much of the scene is modelled."""
+    """How much of the scene is modelled. second: stems that are asked again with a primitive among Gaussians, where
+    the route is ``auto``: ``none``, the ``doubtful`` ones, or ``all``."""
 
     reconstruct: ReconstructOptions
     stems: PhotoStemOptions
+    second: str = "doubtful"
 
 
 PRESETS = {
-    "fast": Preset(ReconstructOptions(max_features=4000, neighbours=12), PhotoStemOptions(max_views=48)),
+    "fast": Preset(ReconstructOptions(max_features=4000, neighbours=12), PhotoStemOptions(max_views=48), "none"),
     "balanced": Preset(ReconstructOptions(), PhotoStemOptions()),
     "best": Preset(
-        ReconstructOptions(max_features=16000, neighbours=30), PhotoStemOptions(max_views=200, max_lean_deg=25.0)
+        ReconstructOptions(max_features=16000, neighbours=30), PhotoStemOptions(max_views=200, max_lean_deg=25.0), "all"
     ),
     "paper": Preset(ReconstructOptions(), PhotoStemOptions()),
 }
@@ -44,6 +47,45 @@ def photo_route(
     """Stems found and fitted straight in the photos."""
     options = replace(preset.stems, bh_m=bh_m)
     return to_trees(stems_from_photos(views, frame, dtm.local(frame).height, area, options, reporter), frame)
+
+
+def auto_route(
+    preset: Preset,
+    bh_m: float,
+    frame: LocalFrame,
+    views: list[View],
+    dtm: Dtm,
+    area: Area,
+    seed: int,
+    reporter: Reporter,
+) -> tuple[list[Tree], Opinion | None]:
+    """Stems fitted straight in the photos; those in doubt are asked again of their texture, among Gaussians.
+
+    Returns the trees, and what the second opinion changed (``None`` where nobody was asked).
+    """
+    from ..gaussians.options import GaussianOptions
+    from ..gaussians.train import fit_with_report
+
+    ground = dtm.local(frame).height
+    with reporter.stage("stems", 0.0, 0.6):
+        fits = stems_from_photos(views, frame, ground, area, replace(preset.stems, bh_m=bh_m), reporter)
+    trees = to_trees(fits, frame)
+    if preset.second == "none" or not fits:
+        return trees, None
+    places = np.array([fit.axis.p for fit in fits])
+    chosen = to_ask(fits, area.contains(places, 0.0), preset.second == "all")
+    if not chosen:
+        return trees, None
+    with reporter.stage("second opinion", 0.6, 1.0):
+        options = GaussianOptions(seed=seed, bh_m=bh_m, threads=available_threads())
+        _, report = fit_with_report(views, frame, ground, places[chosen], None, options, reporter)
+        found = {chosen[at]: stem for at, stem in report.primitives.items()}
+        trees, opinion = settle(trees, fits, found, bh_m)
+        reporter.info(
+            f"{len(chosen)} stems asked again with a model of their bark: {opinion.agreed} agree, {opinion.gained} "
+            f"have a diameter now, {opinion.doubted} are to be checked."
+        )
+    return trees, opinion
 
 
 def splat_route(
@@ -80,7 +122,9 @@ def splat_route(
         return []
     positions = frame.to_local(np.array([[tree.x, tree.y, tree.z_ground or 0.0] for tree in found]))[:, :2]
     with reporter.stage("fit Gaussians", 0.2, 0.8):
-        options = GaussianOptions(preset="paper" if paper else preset, seed=seed, bh_m=bh_m)
+        options = GaussianOptions(
+            preset="paper" if paper else preset, seed=seed, bh_m=bh_m, threads=available_threads()
+        )
         field, report = fit_with_report(views, frame, dtm.local(frame).height, positions, None, options, reporter)
         write_field(space.path(names.FIELD), field, frame)
     with reporter.stage("sample surface", 0.8, 0.95):

@@ -44,7 +44,8 @@ class PhotosToDbhSettings:
         "auto",
         kind="choice",
         help="photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; "
-        "paper = splats with the published constants; auto = what the data supports.",
+        "paper = splats with the published constants; auto = photos, then stems left in doubt asked again among "
+        "Gaussians.",
         choices=("auto", "photos", "gaussians", "paper"),
     )
     bh_m: float = param(1.37, kind="number", help="Breast height above ground.", unit="m", minimum=0.5, maximum=2.5)

@@ -43,6 +43,17 @@ class ReconstructSettings:
     max_features: int = param(
         8000, kind="integer", help="Most features per photo.", minimum=500, maximum=60000, advanced=True
     )
+    matcher: Path | None = param(
+        None,
+        kind="file",
+        suffixes=(".py",),
+        advanced=True,
+        help="Python file with load(weights) that returns a matcher of two photos (TopicFM, LoFTR, LightGlue ...); its "
+        "matches are used beside SIFT's.",
+    )
+    matcher_weights: Path | None = param(
+        None, kind="file", advanced=True, help="Weights that the matcher loads; none come with TreeDGS."
+    )
     threads: int = param(0, kind="integer", help="Processor threads, 0 = all.", minimum=0, maximum=256, advanced=True)
     seed: int = param(1, kind="integer", help="Seed of every random choice.", minimum=0, advanced=True)
 
@@ -65,15 +76,18 @@ def run(settings: ReconstructSettings, reporter: Reporter) -> dict[str, Any]:
         style_stations(workspace.path(GEOTAGS))
     workspace.record["crs"] = stations.crs.to_string()
     options = ReconstructOptions(max_features=settings.max_features, threads=settings.threads, seed=settings.seed)
+    plugin = _plugin(settings)
     positions = hashlib.sha256(stations.xyz.tobytes() + stations.sd.tobytes()).hexdigest()[:16]
     key = f"{fingerprint(stations.paths)}:{positions}:{to_json(options)}"
+    if plugin:
+        key += f":{fingerprint([plugin.code, plugin.weights])}"
     with reporter.stage("reconstruct", 0.05, 0.75):
         if workspace.is_done("reconstruct", key, [sfm / "images.bin", sfm / "report.json"]):
             reporter.info("reconstruct: unchanged since the last run, kept")
             report = workspace.result("reconstruct")
         else:
             with workspace.running("reconstruct", key, to_json(settings)) as report:
-                report.update(reconstruct_photos(stations, options, sfm, reporter))
+                report.update(reconstruct_photos(stations, options, sfm, reporter, plugin))
     result = {
         "workspace": str(settings.workspace),
         "sfm": str(sfm),
@@ -89,6 +103,21 @@ def run(settings: ReconstructSettings, reporter: Reporter) -> dict[str, Any]:
         with reporter.stage("dense", 0.75, 1.0):
             result |= _densify(settings, workspace, plots, dtm, reporter)
     return result
+
+
+def _plugin(settings: ReconstructSettings) -> Any:
+    """The learned matcher asked for, None without; its files are checked before any work."""
+    from ..core.errors import InputError
+    from ..reconstruction.matchers import Plugin, load_matcher
+
+    if settings.matcher is None and settings.matcher_weights is None:
+        return None
+    if settings.matcher is None or settings.matcher_weights is None:
+        given, missing = ("--matcher", "--matcher-weights") if settings.matcher else ("--matcher-weights", "--matcher")
+        raise InputError(f"{given} is given without {missing}: a learned matcher is a Python file and its weights.")
+    plugin = Plugin(settings.matcher, settings.matcher_weights)
+    load_matcher(plugin)
+    return plugin
 
 
 def _read_dtm(settings: ReconstructSettings, crs: Any, plots: list) -> Any:

@@ -32,18 +32,22 @@ class SampleSurfaceSettings(SampleOptions):
     points: str = param(
         "sampled",
         kind="choice",
-        choices=("sampled", "means", "depth"),
+        choices=("sampled", "volume", "means", "depth"),
         advanced=True,
-        help="sampled = drawn inside the Gaussians and scored; for comparison: means = their centres alone, depth = "
-        "fused depth maps.",
+        help="sampled = drawn inside the Gaussians and scored, as published; volume = spread evenly over each stem's "
+        "surroundings and scored (gives the better diameters of free Gaussians); for comparison: means = their centres "
+        "alone, depth = fused depth maps.",
     )
 
 
 def sample_surface(settings: SampleSurfaceSettings, reporter: Reporter) -> dict[str, Any]:
     """Sample, score and write ``surface.laz``."""
+    import numpy as np
+
     from ..gaussians.exports import fuse_depth, means_only
     from ..gaussians.ply import read_field
     from ..gaussians.sample import sample_surface as sample
+    from ..gaussians.volume import sample_volume
     from ..pointcloud.cloud import PointCloud
     from ..pointcloud.files import write_cloud
     from ..reconstruction.model import load_views
@@ -67,7 +71,7 @@ def sample_surface(settings: SampleSurfaceSettings, reporter: Reporter) -> dict[
             xyz, groups, agree = fuse_depth(field, views)
             attributes = {"n_views": agree, "seed_id": groups}
         else:
-            points = sample(field, views, options, reporter)
+            points = (sample_volume if settings.points == "volume" else sample)(field, views, options, reporter)
             xyz, unseen = points.xyz, points.n_dropped
             attributes = {
                 "opacity": points.opacity,
@@ -75,6 +79,9 @@ def sample_surface(settings: SampleSurfaceSettings, reporter: Reporter) -> dict[
                 "n_seen": points.n_seen,
                 "seed_id": points.groups,
             }
+            if settings.points == "volume":
+                # Ready for measure-dbh; "even" tells it that the points lie where nothing is, too.
+                attributes |= {"tree_id": points.groups + 1, "even": np.ones(len(xyz), np.uint8)}
         if len(xyz) == 0:
             raise InputError(
                 f"{field_file}: its depth maps agree nowhere, so there is no point to write; use --points sampled."
@@ -98,7 +105,8 @@ COMMAND = Command(
         "opacity, and scores each by the opacity in front of it in every photo: the smallest over the photos that show "
         "Gaussians there is kept. Output: surface.laz in the project CRS with the extra dimensions opacity (0..1), "
         "n_views (photos that show Gaussians there), n_seen (photos that see the point) and seed_id (which stem "
-        "position the Gaussian was fitted for)."
+        "position the Gaussian was fitted for). With points = volume, measure-dbh reads the result as it is "
+        "(tree_id = seed_id + 1)."
     ),
     settings=SampleSurfaceSettings,
     run=sample_surface,

@@ -23,6 +23,9 @@ class SegmentStemsSettings(SegmentOptions, CloudSettings):
 
     output: Path = param(kind="output_file", help="stem points with tree_id", suffixes=("laz", "las"))
     keep_all: bool = param(False, kind="flag", help="write every point (tree_id 0 = no stem), not only stem points")
+    field_stems: Path | None = param(None, kind="file", help="positions of known stems (point layer, or CSV with x, y, "
+                                     "tree_id): they are looked for harder, and name what is found",
+                                     suffixes=("gpkg", "shp", "geojson", "csv"))
     segmenter: str = param("own", kind="choice", help="who finds the trees: own needs nothing; the others are programs "
                            "that you installed yourself (docs/measuring.md)",
                            choices=("own", "forestformer3d", "segmentanytree"), advanced=True)
@@ -41,6 +44,9 @@ def run(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
     if settings.output.resolve() == settings.input.resolve():
         raise InputError(f"{settings.output}: is the input itself; give another name for the stem points.")
     if settings.segmenter != "own":
+        if settings.field_stems is not None:
+            raise InputError(f"--field-stems guides our own segmenter, not {settings.segmenter}; leave one of the two "
+                             "out.")
         if not settings.segmenter_command:
             raise InputError(f"--segmenter {settings.segmenter}: needs its command line, give --segmenter-command "
                              "(docs/measuring.md has one).")
@@ -67,8 +73,13 @@ def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
                 reporter.warn(f"{settings.segmenter} returned the points in another order; they were matched by place.")
             tree_id, count, source = found.tree_id, found.n_trees, settings.segmenter
         else:
-            stems = find_stems(cloud.select(usable(cloud)), dtm, settings, reporter)
+            field = _field_stems(settings, cloud.horizontal_crs, cloud.xyz[:, :2].min(axis=0),
+                                 cloud.xyz[:, :2].max(axis=0))
+            places = None if field is None else field.xy
+            stems = find_stems(cloud.select(usable(cloud)), dtm, settings, reporter, places)
             tree_id, count, source = label_points(cloud.xyz, height, stems), len(stems.stems), stems.sensor
+            if field is not None:
+                tree_id = _named(stems, field, reporter)[tree_id]
     labelled = cloud.with_attribute("tree_id", tree_id).with_attribute("height_m", height.astype(np.float32))
     labelled = labelled.with_attribute("stem_class", _stem_class(tree_id, height))
     with reporter.stage("write", 0.85, 1.0):
@@ -76,6 +87,38 @@ def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
             labelled = labelled.select(tree_id > 0)
         write_cloud(settings.output, labelled)
     return _summary(settings, reporter, count, int((tree_id > 0).sum()), source)
+
+
+def _field_stems(settings: SegmentStemsSettings, crs: Any, low: Any, high: Any) -> Any:
+    """The field stems in the cloud's CRS, ``None`` without a file; some of them have to stand in the cloud."""
+    from ..core.errors import InputError
+    from ..stems.seeds import MATCH_M, read_field_stems
+
+    if settings.field_stems is None:
+        return None
+    field = read_field_stems(settings.field_stems, crs)
+    inside = ((field.xy >= low - MATCH_M) & (field.xy <= high + MATCH_M)).all(axis=1)
+    if not inside.any():
+        raise InputError(f"{settings.field_stems}: none of its {len(field.xy)} stems stands in the cloud (the first "
+                         f"is at {field.xy[0, 0]:.1f}, {field.xy[0, 1]:.1f}); give positions in the cloud's CRS.")
+    return field
+
+
+def _named(stems: Any, field: Any, reporter: Reporter) -> Any:
+    """New ids by old ones; says what was not found and where names were replaced by numbers."""
+    from ..stems.seeds import name_stems
+
+    ids, missing = name_stems(stems, field)
+    if field.counted:
+        pairs = list(zip(field.names, field.ids, strict=True))
+        some = ", ".join(f"{name} = {number}" for name, number in pairs[:3])
+        reporter.info(f"The field stems' names are no whole numbers: tree_id counts them as in the file ({some} ...).")
+    found = len(field.names) - len(missing)
+    reporter.info(f"{found} of {len(field.names)} field stems found.")
+    if missing:
+        listed = ", ".join(missing[:8]) + (" ..." if len(missing) > 8 else "")
+        reporter.warn(f"No stem was found within 1 m of {len(missing)} field stems: {listed}.")
+    return ids
 
 
 def _stem_class(tree_id: Any, height: Any) -> Any:
@@ -109,14 +152,18 @@ def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
             else:
                 dtm = dtm_from_tiles(store, folder, crs=horizontal(store.crs), reporter=reporter)
         with reporter.stage("find stems", 0.4, 0.85):
-            stems = find_stems_tiled(store, dtm, settings, reporter)
+            field = _field_stems(settings, horizontal(store.crs), store.low[:2], store.high[:2])
+            stems = find_stems_tiled(store, dtm, settings, reporter, None if field is None else field.xy)
             labeller = Labeller(stems)
+            names = None if field is None else _named(stems, field, reporter)
         tally = np.zeros(2, int)
         everything = settings.keep_all or not stems.stems
 
         def label(xyz: np.ndarray, _: Any) -> tuple[np.ndarray | None, dict[str, np.ndarray]]:
             height = xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1])
             tree_id = labeller(xyz, height)
+            if names is not None:
+                tree_id = names[tree_id]
             tally[:] += len(xyz), int((tree_id > 0).sum())
             reporter.progress(min(tally[0] / max(store.n_points, 1), 1.0))
             added = {"tree_id": tree_id, "height_m": height.astype(np.float32),
@@ -148,7 +195,9 @@ COMMAND = Command(
         "repeat over the height, fits a leaning, tapering cone to each, keeps what is empty inside, clean outside and "
         "continuous, and follows the axis upwards. No trained weights. The output carries tree_id (0 = no stem), "
         "height_m and stem_class (0 other, 1 ground, 2 stem). --segmenter runs a program that you installed instead "
-        "and checks that its labels belong to the points it was given."),
+        "and checks that its labels belong to the points it was given. --field-stems gives known positions: near them "
+        "weaker evidence is looked at, the stems found within 1 m carry the field's tree_id, and those not found are "
+        "listed."),
     settings=SegmentStemsSettings,
     run=run,
     example="treedgs segment-stems --input plot.laz --dtm dtm.tif --output stems.laz",

@@ -224,14 +224,17 @@ def median_texture(plane: GroundPlane, crops: list[Crop], minimum: int = 2) -> n
         pixels, _ = crop.camera.project(points)
         map_u, map_v = (pixels - 0.5).T.astype(np.float32)
         masked = np.where(crop.ground[..., None] > 0.5, crop.image, np.nan).astype(np.float32)
-        seen[:, j] = cv2.remap(
-            masked,
-            map_u[:, None],
-            map_v[:, None],
-            cv2.INTER_NEAREST,
-            borderMode=cv2.BORDER_CONSTANT,
-            borderValue=(np.nan, np.nan, np.nan),
-        )[:, 0]
+        # A map longer than a 16-bit integer is refused by OpenCV.
+        for first in range(0, len(rows), 32000):
+            part = slice(first, first + 32000)
+            seen[part, j] = cv2.remap(
+                masked,
+                map_u[part, None],
+                map_v[part, None],
+                cv2.INTER_NEAREST,
+                borderMode=cv2.BORDER_CONSTANT,
+                borderValue=(np.nan, np.nan, np.nan),
+            )[:, 0]
     median = np.empty((len(rows), 3), np.float32)
     for k in range(3):
         _median_rows(np.ascontiguousarray(seen[..., k]), median[:, k])

@@ -1,9 +1,13 @@
 """The per-pixel loops: forward and backward compositing, float32, one horizontal strip of the image at a time.
 
 Gaussians come sorted front to back as columns of the projected matrix of ``project.py``. Each is drawn over the row
-spans that its ellipse alpha >= alpha_min covers, so the inner loop has no test and vectorises; strips make the work
-parallel without shared writes. Compositing is eq:alpha_compositing without early termination: exact, and the backward
-pass replays it front to back.
+spans that its ellipse alpha >= alpha_min covers; strips make the work parallel without shared writes. Compositing is
+eq:alpha_compositing without early termination: exact, and the backward pass replays it front to back.
+
+Pictures lie in memory as cells: ``LANES`` neighbouring pixels of a row, all their planes side by side. One cell is one
+contiguous piece of memory, so the compiler needs no check for overlapping arrays and turns the loop over its pixels
+into a few wide instructions, although an ellipse is seldom wider than ten pixels. (Two things would undo that: an index
+that may be negative, and a division that may raise.)
 """
 
 from __future__ import annotations
@@ -12,6 +16,9 @@ import math
 
 import numba
 import numpy as np
+
+#: Pixels of one cell.
+LANES = 8
 
 #: Largest alpha of one Gaussian at one pixel; keeps 1 / (1 - alpha) in the backward pass below 100.
 ALPHA_MAX = 0.99
@@ -33,134 +40,165 @@ def fast_exp(x):
     return y * y
 
 
-@numba.njit(inline="always", fastmath=True)
-def _rows(v, ka, kb, kc, cut, low, high):
+def to_cells(planes: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """(C, H, W) float32 planes into cells (H, ceil(W / LANES), C, LANES), zero beyond the right edge; flat."""
+    count, height, width = planes.shape
+    whole = width // LANES
+    cells[:, whole:] = 0
+    moved = planes.transpose(1, 0, 2)
+    cells[:, :whole] = moved[:, :, : whole * LANES].reshape(height, count, whole, LANES).transpose(0, 2, 1, 3)
+    if width > whole * LANES:
+        cells[:, whole, :, : width - whole * LANES] = moved[:, :, whole * LANES :]
+    return cells.reshape(-1)
+
+
+def from_cells(cells: np.ndarray, count: int, height: int, width: int) -> np.ndarray:
+    """Flat cells -> (C, H, W) float32 planes."""
+    planes = cells.reshape(height, -1, count, LANES).transpose(2, 0, 1, 3).reshape(count, height, -1)
+    return np.ascontiguousarray(planes[:, :, :width])
+
+
+@numba.njit(inline="always", fastmath=True, error_model="numpy")
+def _rows(v, ka, det, cut, low, high):
     """First and one-past-last row whose centre the ellipse reaches, within low..high."""
-    reach = np.sqrt(cut * ka / (ka * kc - kb * kb))
+    reach = np.sqrt(cut * ka / det)
     return max(int(math.ceil(v - reach - _F(0.5))), low), min(int(math.floor(v + reach - _F(0.5))) + 1, high)
 
 
 @numba.njit(inline="always", fastmath=True)
-def _span(u, ka, kb, kc, cut, dy, width):
-    """First and one-past-last column inside the ellipse on the row at offset dy."""
-    middle = u - kb * dy / ka
-    inside = cut * ka - (ka * kc - kb * kb) * dy * dy
-    half = np.sqrt(max(inside, _F(0.0))) / ka
+def _span(middle, square, width):
+    """First and one-past-last column whose centre lies within the root of ``square`` of ``middle``."""
+    half = np.sqrt(max(square, _F(0.0)))
     return max(int(math.ceil(middle - half - _F(0.5))), 0), min(int(math.floor(middle + half - _F(0.5))) + 1, width)
 
 
 def _make_forward(full: bool):
     """The forward kernel, with or without depth and normals (one loop in the source, two machine codes)."""
+    count = N_PLANES if full else 4
+    size = count * LANES
 
-    @numba.njit(cache=True, nogil=True, fastmath=True)
-    def forward(proj, n, y0, y1, image):
-        width = image.shape[2]
-        top = _F(ALPHA_MAX)
+    @numba.njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+    def forward(proj, n, y0, y1, width, image):
+        top, zero = _F(ALPHA_MAX), _F(0.0)
+        across = (width + LANES - 1) // LANES
         pairs = 0
         for g in range(n):
             u, v, ka, kb, kc = proj[0, g], proj[1, g], proj[2, g], proj[3, g], proj[4, g]
             o, dist, sx, sy, cut = proj[5, g], proj[6, g], proj[7, g], proj[8, g], proj[13, g]
             nx, ny, nz = proj[9, g], proj[10, g], proj[11, g]
             cr, cg, cb = proj[14, g], proj[15, g], proj[16, g]
-            first, last = _rows(v, ka, kb, kc, cut, y0, y1)
+            det = ka * kc - kb * kb
+            first, last = _rows(v, ka, det, cut, y0, y1)
+            inverse = _F(1.0) / ka
+            skew, square, bend, quad = kb * inverse, cut * inverse, det * inverse * inverse, _F(-0.5) * ka
             for y in range(first, last):
                 dy = _F(y) + _F(0.5) - v
-                x0, x1 = _span(u, ka, kb, kc, cut, dy, width)
+                x0, x1 = _span(u - skew * dy, square - bend * dy * dy, width)
                 if x1 <= x0:
                     continue
-                red, green, blue, trans = image[0, y], image[1, y], image[2, y], image[3, y]
                 pairs += x1 - x0
-                base, slope, quad = _F(-0.5) * kc * dy * dy, -kb * dy, _F(-0.5) * ka
-                start, plane = _F(0.5) - u, dist + sy * dy
-                if full:
-                    depth, median = image[4, y], image[5, y]
-                    mx, my, mz = image[6, y], image[7, y], image[8, y]
-                for x in range(x0, x1):
-                    dx = _F(x) + start
-                    alpha = min(o * fast_exp(base + dx * (slope + quad * dx)), top)
-                    t = trans[x]
-                    w = alpha * t
-                    red[x] += w * cr
-                    green[x] += w * cg
-                    blue[x] += w * cb
-                    if full:
-                        d = plane + sx * dx
-                        depth[x] += w * d
-                        median[x] = d if t > _F(0.5) else median[x]
-                        mx[x] += w * nx
-                        my[x] += w * ny
-                        mz[x] += w * nz
-                    trans[x] = t - w
+                base, slope, plane = _F(-0.5) * kc * dy * dy, -kb * dy, dist + sy * dy
+                for block in range(x0 // LANES, (x1 - 1) // LANES + 1):
+                    at = (y * across + block) * size
+                    cell = image[at : at + size]
+                    low, high = x0 - block * LANES, x1 - block * LANES
+                    start = _F(block * LANES) + _F(0.5) - u
+                    for k in range(LANES):
+                        dx = _F(k) + start
+                        alpha = min(o * fast_exp(base + dx * (slope + quad * dx)), top)
+                        inside = (k >= low) & (k < high)
+                        alpha = alpha if inside else zero
+                        t = cell[3 * LANES + k]
+                        w = alpha * t
+                        cell[k] += w * cr
+                        cell[LANES + k] += w * cg
+                        cell[2 * LANES + k] += w * cb
+                        cell[3 * LANES + k] = t - w
+                        if full:
+                            d = plane + sx * dx
+                            cell[4 * LANES + k] += w * d
+                            take = inside & (t > _F(0.5))
+                            cell[5 * LANES + k] = d if take else cell[5 * LANES + k]
+                            cell[6 * LANES + k] += w * nx
+                            cell[7 * LANES + k] += w * ny
+                            cell[8 * LANES + k] += w * nz
         return pairs
 
     return forward
 
 
-#: Composite colour and transmittance: ``kernel(proj, n, y0, y1, image)``. image: (>= 4, H, W) float32 planes R, G, B
-#: (zero) and T (one) to update. Returns the number of pixel-Gaussian pairs.
+#: Composite colour and transmittance: ``kernel(proj, n, y0, y1, width, image)``. image: cells of R, G, B (zero) and
+#: T (one), updated. Returns the number of pixel-Gaussian pairs.
 forward_colour = _make_forward(False)
-#: As ``forward_colour`` with image (N_PLANES, H, W): plane 4 accumulates w d, plane 5 takes d of the last Gaussian met
-#: while T > 0.5, planes 6-8 accumulate w n.
+#: As ``forward_colour`` with the cells of N_PLANES planes: plane 4 accumulates w d, plane 5 takes d of the last
+#: Gaussian met while T > 0.5, planes 6-8 accumulate w n.
 forward_full = _make_forward(True)
 
 
 def _make_backward(full: bool):
     """The backward kernel, with or without depth and normals."""
+    given = 8 if full else 4
+    size = (given + 2) * LANES
 
-    @numba.njit(cache=True, nogil=True, fastmath=True)
-    def backward(proj, n, y0, y1, given, rest, trans_plane, grad):
-        width = given.shape[2]
-        top = _F(ALPHA_MAX)
-        zero = _F(0.0)
+    @numba.njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
+    def backward(proj, n, y0, y1, width, state, grad):
+        top, zero, one = _F(ALPHA_MAX), _F(0.0), _F(1.0)
+        across = (width + LANES - 1) // LANES
         for g in range(n):
             u, v, ka, kb, kc = proj[0, g], proj[1, g], proj[2, g], proj[3, g], proj[4, g]
             o, dist, sx, sy, cut = proj[5, g], proj[6, g], proj[7, g], proj[8, g], proj[13, g]
             nx, ny, nz = proj[9, g], proj[10, g], proj[11, g]
             cr, cg, cb = proj[14, g], proj[15, g], proj[16, g]
-            first, last = _rows(v, ka, kb, kc, cut, y0, y1)
+            det = ka * kc - kb * kb
+            first, last = _rows(v, ka, det, cut, y0, y1)
+            inverse = one / ka
+            skew, square, bend, quad = kb * inverse, cut * inverse, det * inverse * inverse, _F(-0.5) * ka
             s_r, s_g, s_b, s_p = zero, zero, zero, zero
             s_x, s_y, s_xx, s_xy, s_yy = zero, zero, zero, zero, zero
             s_d, s_dx, s_dy, s_n0, s_n1, s_n2 = zero, zero, zero, zero, zero, zero
             for y in range(first, last):
                 dy = _F(y) + _F(0.5) - v
-                x0, x1 = _span(u, ka, kb, kc, cut, dy, width)
+                x0, x1 = _span(u - skew * dy, square - bend * dy * dy, width)
                 if x1 <= x0:
                     continue
-                g_r, g_g, g_b, g_a = given[0, y], given[1, y], given[2, y], given[3, y]
-                if full:
-                    g_d, g_0, g_1, g_2 = given[4, y], given[5, y], given[6, y], given[7, y]
-                trans, left = trans_plane[y], rest[y]
-                base, slope, quad = _F(-0.5) * kc * dy * dy, -kb * dy, _F(-0.5) * ka
-                start, plane = _F(0.5) - u, dist + sy * dy
+                base, slope, plane = _F(-0.5) * kc * dy * dy, -kb * dy, dist + sy * dy
                 r_r, r_g, r_b, r_p, r_x, r_xx = zero, zero, zero, zero, zero, zero
                 r_d, r_dx, r_0, r_1, r_2 = zero, zero, zero, zero, zero
-                for x in range(x0, x1):
-                    dx = _F(x) + start
-                    raw = o * fast_exp(base + dx * (slope + quad * dx))
-                    alpha = min(raw, top)
-                    t = trans[x]
-                    w = alpha * t
-                    h = g_a[x] + g_r[x] * cr + g_g[x] * cg + g_b[x] * cb
-                    if full:
-                        h += g_d[x] * (plane + sx * dx) + g_0[x] * nx + g_1[x] * ny + g_2[x] * nz
-                    behind = left[x] - w * h
-                    left[x] = behind
-                    trans[x] = t - w
-                    dp = (t * h - behind / (_F(1.0) - alpha)) * alpha
-                    dp = dp if raw < top else zero
-                    r_r += w * g_r[x]
-                    r_g += w * g_g[x]
-                    r_b += w * g_b[x]
-                    if full:
-                        wd = w * g_d[x]
-                        r_0 += w * g_0[x]
-                        r_1 += w * g_1[x]
-                        r_2 += w * g_2[x]
-                        r_d += wd
-                        r_dx += wd * dx
-                    r_p += dp
-                    r_x += dp * dx
-                    r_xx += dp * dx * dx
+                for block in range(x0 // LANES, (x1 - 1) // LANES + 1):
+                    at = (y * across + block) * size
+                    cell = state[at : at + size]
+                    low, high = x0 - block * LANES, x1 - block * LANES
+                    start = _F(block * LANES) + _F(0.5) - u
+                    for k in range(LANES):
+                        dx = _F(k) + start
+                        raw = o * fast_exp(base + dx * (slope + quad * dx))
+                        alpha = min(raw, top)
+                        alpha = alpha if (k >= low) & (k < high) else zero
+                        t = cell[k]
+                        w = alpha * t
+                        g_r, g_g, g_b = cell[2 * LANES + k], cell[3 * LANES + k], cell[4 * LANES + k]
+                        h = cell[5 * LANES + k] + g_r * cr + g_g * cg + g_b * cb
+                        if full:
+                            h += cell[6 * LANES + k] * (plane + sx * dx) + cell[7 * LANES + k] * nx
+                            h += cell[8 * LANES + k] * ny + cell[9 * LANES + k] * nz
+                        behind = cell[LANES + k] - w * h
+                        cell[LANES + k] = behind
+                        cell[k] = t - w
+                        dp = (t * h - behind / (one - alpha)) * alpha
+                        dp = dp if raw < top else zero
+                        r_r += w * g_r
+                        r_g += w * g_g
+                        r_b += w * g_b
+                        if full:
+                            wd = w * cell[6 * LANES + k]
+                            r_0 += w * cell[7 * LANES + k]
+                            r_1 += w * cell[8 * LANES + k]
+                            r_2 += w * cell[9 * LANES + k]
+                            r_d += wd
+                            r_dx += wd * dx
+                        r_p += dp
+                        r_x += dp * dx
+                        r_xx += dp * dx * dx
                 s_r += r_r
                 s_g += r_g
                 s_b += r_b
@@ -197,10 +235,10 @@ def _make_backward(full: bool):
     return backward
 
 
-#: Gradients of a loss on colour and alpha: ``kernel(proj, n, y0, y1, given, rest, trans, grad)``. given: (4, H, W)
-#: float32 dL/dR, dL/dG, dL/dB, dL/dA. rest: (H, W) float32, sum of given x rendered on entry (what all Gaussians
-#: contribute), used up. trans: (H, W) float32 ones, used up. grad: (15, >= n) float32, accumulated.
+#: Gradients of a loss on colour and alpha: ``kernel(proj, n, y0, y1, width, state, grad)``. state: cells of six planes,
+#: used up: T (one on entry), the sum of given x rendered (what all Gaussians contribute), then the given dL/dR, dL/dG,
+#: dL/dB, dL/dA. grad: (15, >= n) float32, accumulated.
 backward_colour = _make_backward(False)
-#: As ``backward_colour`` with given (8, H, W): dL/d of R, G, B, A, sum w d, sum w n (3). The median depth is a
-#: selection; its gradient (to the selected plane only) is left out.
+#: As ``backward_colour`` with four more given planes: dL/d of sum w d and sum w n (3). The median depth is a selection;
+#: its gradient (to the selected plane only) is left out.
 backward_full = _make_backward(True)

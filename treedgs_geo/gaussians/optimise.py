@@ -54,7 +54,7 @@ class Adam:
         self.square[rows] = 0
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _adam(parameters, gradient, moment, square, rates, correct1, correct2):
     for i in range(parameters.shape[0]):
         finite = True

@@ -17,6 +17,7 @@ PRESETS: dict[str, dict[str, float]] = {
         "ssim": 0.1,
         "normals": 0.0,
         "fog": 0.07,
+        "smoothing_px": 0.0,
     },
     "balanced": {
         "gaussians": 1000,
@@ -26,6 +27,7 @@ PRESETS: dict[str, dict[str, float]] = {
         "ssim": 0.1,
         "normals": 0.0,
         "fog": 0.07,
+        "smoothing_px": 0.0,
     },
     "best": {
         "gaussians": 2000,
@@ -35,6 +37,7 @@ PRESETS: dict[str, dict[str, float]] = {
         "ssim": 0.1,
         "normals": 0.0,
         "fog": 0.07,
+        "smoothing_px": 0.0,
     },
     "paper": {
         "gaussians": 3000,
@@ -44,6 +47,7 @@ PRESETS: dict[str, dict[str, float]] = {
         "ssim": 0.2,
         "normals": 0.05,
         "fog": 0.0,
+        "smoothing_px": 0.447,
     },
 }
 
@@ -85,6 +89,14 @@ class GaussianOptions:
         help="price of covering a pixel, in mean absolute colour (0..1); keeps Gaussians from explaining the ground",
         minimum=0,
         maximum=1,
+        advanced=True,
+    )
+    smoothing_px: float | None = param(
+        None,
+        kind="number",
+        help="3D smoothing filter of free Gaussians, in pixels' footprints; 0 = none",
+        minimum=0,
+        maximum=3,
         advanced=True,
     )
     band_m: float = param(

@@ -40,7 +40,7 @@ def list_by_tile(proj, n, tiles_x, tiles_y, start, items, fill):
 def _make_query(vacancy: bool):
     """The query for one opacity law."""
 
-    @numba.njit(cache=True, nogil=True, fastmath=True)
+    @numba.njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
     def query(proj, start, items, point_start, points, opacity, drawn):
         one, zero, half, top = _F(1.0), _F(0.0), _F(0.5), _F(ALPHA_MAX)
         longest = 1

@@ -102,7 +102,7 @@ class CropCamera:
         return rays / np.linalg.norm(rays, axis=-1, keepdims=True)
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@numba.njit(cache=True, nogil=True, inline="always", error_model="numpy")
 def _rotation(q, out):
     n = np.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
     n = max(n, 1e-30)
@@ -113,15 +113,16 @@ def _rotation(q, out):
     return n
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def _ray_space(p, intr, rot, trans, m, rq, mat, jac, vec):
     """Fill camera centre m, rotation rq, mat = W R S, jac = J, vec = J W R S. Returns the quaternion's length."""
     n = _rotation(p[3:7], rq)
     for i in range(3):
         m[i] = rot[i, 0] * p[0] + rot[i, 1] * p[1] + rot[i, 2] * p[2] + trans[i]
-    for i in range(3):
-        for k in range(3):
-            mat[i, k] = (rot[i, 0] * rq[0, k] + rot[i, 1] * rq[1, k] + rot[i, 2] * rq[2, k]) * np.exp(p[7 + k])
+    for k in range(3):
+        scale = np.exp(p[7 + k])
+        for i in range(3):
+            mat[i, k] = (rot[i, 0] * rq[0, k] + rot[i, 1] * rq[1, k] + rot[i, 2] * rq[2, k]) * scale
     z = m[2]
     length = np.sqrt(m[0] * m[0] + m[1] * m[1] + z * z)
     jac[0, 0], jac[0, 1], jac[0, 2] = intr[0] / z, 0.0, -intr[0] * m[0] / (z * z)
@@ -134,14 +135,14 @@ def _ray_space(p, intr, rot, trans, m, rq, mat, jac, vec):
     return n
 
 
-@numba.njit(cache=True, nogil=True, inline="always")
+@numba.njit(cache=True, nogil=True, inline="always", error_model="numpy")
 def _hair(a, b, c):
     """Variance to add to both image axes of a needle: the conic of one more than 300 times longer than wide would lose
     its determinant in float32."""
     return 1e-5 * (a + c) if a * c - b * b < 1e-4 * a * c else 0.0
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def project_kernel(params, intr, rot, trans, width, height, dilation, alpha_min, out, index):
     """Project every Gaussian; write the drawable ones as columns of ``out`` (N_ROWS, >= N), their numbers to ``index``.
 
@@ -205,6 +206,14 @@ def project_kernel(params, intr, rot, trans, width, height, dilation, alpha_min,
 
 
 @numba.njit(cache=True, nogil=True)
+def gather_columns(source, order, out):
+    """out[:, i] = source[:, order[i]], in float32."""
+    for row in range(out.shape[0]):
+        for i in range(out.shape[1]):
+            out[row, i] = source[row, order[i]]
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
 def project_backward_kernel(params, intr, rot, trans, dilation, index, grad, out):
     """Chain rule from projected gradients to parameters.
 

@@ -6,6 +6,8 @@ threading layer to install, the same result for any number of threads, safe to u
 
 from __future__ import annotations
 
+import math
+import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
@@ -15,11 +17,30 @@ import numpy as np
 from ..core.errors import InputError, MissingComponentError
 from . import kernels
 from .field import N_PARAMETERS
-from .project import N_ROWS, CropCamera, project_backward_kernel, project_kernel
+from .project import N_ROWS, CropCamera, gather_columns, project_backward_kernel, project_kernel
 
 #: Fainter than this a Gaussian is not drawn (one grey level of 255).
 ALPHA_MIN = 1 / 255
-_STRIP_ROWS = 32
+#: Strips a thread gets, so that an uneven picture still fills all of them; and the least rows of one.
+_STRIPS_A_THREAD, _LEAST_ROWS = 4, 8
+
+
+class _Scratch(threading.local):
+    """Working memory that each thread keeps: asking the system for fresh pages took as long as the drawing."""
+
+    def __init__(self) -> None:
+        self._held: dict[tuple[str, type], np.ndarray] = {}
+
+    def take(self, name: str, shape: tuple[int, ...], dtype: type = np.float32) -> np.ndarray:
+        """An array of this shape with anything in it; valid until the same name is taken again."""
+        size = math.prod(shape)
+        held = self._held.get((name, dtype))
+        if held is None or held.size < size:
+            held = self._held[name, dtype] = np.empty(size, dtype)
+        return held[:size].reshape(shape)
+
+
+_scratch = _Scratch()
 
 
 @dataclass(frozen=True)
@@ -75,12 +96,17 @@ class Rasteriser:
         too.
         """
         projected, index = project(parameters, camera, self.dilation, self.alpha_min)
-        planes = np.zeros((kernels.N_PLANES if full else 4, camera.height, camera.width), np.float32)
-        planes[3] = 1
+        height, width, n = camera.height, camera.width, len(index)
+        count = kernels.N_PLANES if full else 4
+        cells = _scratch.take("cells", (height, -(-width // kernels.LANES), count, kernels.LANES))
+        cells[:] = 0
+        cells[:, :, 3] = 1
         if full:
-            planes[5] = np.nan
+            cells[:, :, 5] = np.nan
+        cells = cells.reshape(-1)
         kernel = kernels.forward_full if full else kernels.forward_colour
-        pairs = sum(self._strips(camera.height, lambda y0, y1: kernel(projected, len(index), y0, y1, planes)))
+        pairs = sum(self._strips(height, lambda y0, y1: kernel(projected, n, y0, y1, width, cells)))
+        planes = kernels.from_cells(cells, count, height, width)
         return Pass(camera, projected, index, planes, pairs, self.dilation)
 
     def backward(
@@ -91,21 +117,28 @@ class Rasteriser:
         given: (4, H, W) or (8, H, W) float32: dL/d of colour (3) and alpha, then of sum w d and sum w n (3) as in
         ``done.planes``. Returns (N, 14) float64; ``out`` is accumulated into when given.
         """
-        given = np.ascontiguousarray(given, np.float32)
-        planes, n = done.planes, len(done.index)
-        rest = np.einsum("chw,chw->hw", given[:3], planes[:3]) + given[3] * (1 - planes[3])
+        planes, n, width = done.planes, len(done.index), done.camera.width
         full = len(given) == 8
+        state = _scratch.take("state", (2 + len(given), *given.shape[1:]))
+        state[0], state[2:] = 1, given
+        state[1] = np.einsum("chw,chw->hw", state[2:5], planes[:3]) + state[5] * (1 - planes[3])
         if full:
-            rest += given[4] * planes[4] + np.einsum("chw,chw->hw", given[5:], planes[6:9])
+            state[1] += state[6] * planes[4] + np.einsum("chw,chw->hw", state[7:], planes[6:9])
         kernel = kernels.backward_full if full else kernels.backward_colour
-        trans = np.ones_like(rest)
+        count, height = len(state), done.camera.height
+        cells = kernels.to_cells(
+            state, _scratch.take("cells", (height, -(-width // kernels.LANES), count, kernels.LANES))
+        )
 
         def strip(y0: int, y1: int) -> np.ndarray:
-            grad = np.zeros((15, max(n, 1)), np.float32)
-            kernel(done.projected, n, y0, y1, given, rest, trans, grad)
+            shape = 15, max(n, 1)
+            grad = _scratch.take("grad", shape) if self._pool is None else np.empty(shape, np.float32)
+            grad[:] = 0
+            kernel(done.projected, n, y0, y1, width, cells, grad)
             return grad
 
-        grad = sum(self._strips(done.camera.height, strip))
+        grads = self._strips(height, strip)
+        grad = grads[0] if len(grads) == 1 else sum(grads)
         if out is None:
             out = np.zeros((len(parameters), N_PARAMETERS))
         project_backward_kernel(
@@ -123,7 +156,8 @@ class Rasteriser:
     def _strips(self, height: int, work):
         if self._pool is None:
             return [work(0, height)]
-        edges = [(y, min(y + _STRIP_ROWS, height)) for y in range(0, height, _STRIP_ROWS)]
+        rows = max(-(-height // (_STRIPS_A_THREAD * self.threads)), _LEAST_ROWS)
+        edges = [(y, min(y + rows, height)) for y in range(0, height, rows)]
         return list(self._pool.map(lambda edge: work(*edge), edges))
 
 
@@ -154,7 +188,8 @@ def project(
 ) -> tuple[np.ndarray, np.ndarray]:
     """(N_ROWS, n) float32 projected Gaussians sorted front to back, and (n,) int64 their numbers."""
     parameters = np.ascontiguousarray(parameters, float)
-    out, index = np.empty((N_ROWS, len(parameters))), np.empty(len(parameters), np.int64)
+    out = _scratch.take("projected", (N_ROWS, len(parameters)), np.float64)
+    index = _scratch.take("index", (len(parameters),), np.int64)
     n = project_kernel(
         parameters,
         camera.intrinsics,
@@ -168,7 +203,9 @@ def project(
         index,
     )
     order = np.argsort(out[6, :n], kind="stable")
-    return np.ascontiguousarray(out[:, order], np.float32), index[order]
+    projected = np.empty((N_ROWS, n), np.float32)
+    gather_columns(out, order, projected)
+    return projected, index[order]
 
 
 def render(

@@ -117,7 +117,7 @@ def view_opacity(
     return opacity, foreground, pairs
 
 
-def _low_quantile(opacity: np.ndarray, n_views: np.ndarray, quantile: float) -> np.ndarray:
+def low_quantile(opacity: np.ndarray, n_views: np.ndarray, quantile: float) -> np.ndarray:
     """(P,) the ``quantile`` of (V, P) opacities, +inf where a view does not count; 1 where none does."""
     if quantile > 0:
         opacity.sort(axis=0)
@@ -162,7 +162,7 @@ def sample_surface(
                 n_views[block] += foreground
                 n_seen[block] += foreground & (1 - opacity > options.seen_transmittance)
                 reporter.progress((number + done / len(views)) / len(blocks))
-            best[block] = _low_quantile(kept, n_views[block], options.quantile)
+            best[block] = low_quantile(kept, n_views[block], options.quantile)
     seen_by_gaussian = np.zeros(len(field), bool)
     seen_by_gaussian[source[n_seen > 0]] = True
     keep = (n_views > 0) & (best > options.tau)

@@ -12,7 +12,7 @@ import numpy as np
 
 from .controllers import Controller, make_controller
 from .crops import Crop, GroundPlane, gather_texture, halved, median_texture, sample_texture
-from .field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION
+from .field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION, smoothed, smoothed_backward
 from .loss import d_ssim, l1, normal_consistency, robust_weight
 from .optimise import Adam, Volume, constrain, densify, learning_rates, relocate
 from .raster import make_rasteriser
@@ -25,7 +25,8 @@ class FitSettings:
 
     gaussians: the budget. density: relocate (a fixed number, dead ones move) or split (a third at first, then split,
     clone and prune). controller: a name of ``controllers.make_controller``. coarse_epochs run at half resolution,
-    fine_epochs at full. views_per_step: crops averaged per Adam step.
+    fine_epochs at full. views_per_step: crops averaged per Adam step. alpha_cost: price of covering a pixel.
+    filter_m: 3D smoothing filter; dilation_px2: 2D filter (variance). binary: weight of the opacities' entropy.
     """
 
     gaussians: int
@@ -38,6 +39,8 @@ class FitSettings:
     relocate_until: float = 0.85
     robust_scale: float = 0.12
     dilation_px2: float = 0.15
+    filter_m: float = 0.0
+    binary: float = 0.0
     controller: str = "plateau"
     density: str = "relocate"
     device: str = "cpu"
@@ -143,9 +146,12 @@ class StemModel:
         self._mass = {flight: np.zeros(shape[:2], np.float32) for flight in self.texture}
         self._exposure: dict[int, np.ndarray] = {}
 
+    def _drawn(self) -> np.ndarray:
+        return smoothed(self.parameters, self.settings.filter_m)
+
     def shown(self, crop: Crop, full: bool = False):
         """Forward pass, ground behind it and the composite (H, W, 3) with exposure."""
-        done = self.rasteriser.forward(self.parameters, crop.camera, full)
+        done = self.rasteriser.forward(self._drawn(), crop.camera, full)
         self.pairs += done.pairs
         ground = np.empty_like(crop.image)
         sample_texture(self.texture[crop.flight], crop.texels, ground)
@@ -178,7 +184,8 @@ class StemModel:
             bent, g_bent = normal_consistency(passed.planes, crop.camera.pixel_rays(), weight)
             given += settings.normals * g_bent
             loss += settings.normals * bent
-        self.rasteriser.backward(self.parameters, passed, given, out)
+        drawn = self.rasteriser.backward(self._drawn(), passed, given)
+        out += smoothed_backward(self.parameters, settings.filter_m, drawn)
         self._collect(crop, passed.planes, ground, composite, weight)
         return loss
 
@@ -237,6 +244,10 @@ class _Pass:
             for crop in batch:
                 model.view_gradient(crop, gradient, done)
             gradient /= len(batch)
+            if settings.binary and done > 0.4:
+                # Of o (1 - o): a Gaussian is wood or it is nothing.
+                opacity = 1 / (1 + np.exp(-parameters[:, LOGIT]))
+                gradient[:, LOGIT] += settings.binary / len(parameters) * opacity * (1 - opacity) * (1 - 2 * opacity)
             pull += np.linalg.norm(gradient[:, MEAN], axis=1)
             self.adam.step(parameters, gradient, self.controller.factors(done) * factors)
             constrain(parameters, self.volume)
@@ -313,7 +324,7 @@ def fit_stem(
         run = epoch + 1
         if stop and epoch >= settings.coarse_epochs:
             break
-    parameters = model.parameters
+    parameters = smoothed(model.parameters, settings.filter_m)
     keep = (
         (1 / (1 + np.exp(-parameters[:, LOGIT])) >= 0.01)
         & volume.contains(parameters[:, MEAN])

@@ -63,6 +63,7 @@ class Sight:
     level: np.ndarray
     window: np.ndarray
     clear: np.ndarray
+    drawn: bool = False
 
     @classmethod
     def of(cls, crop: Crop, ground: np.ndarray, gain: np.ndarray | None = None) -> Sight:
@@ -173,7 +174,9 @@ def draw(sights: list[Sight], shape: np.ndarray, shifts: np.ndarray, blur_px: fl
     """Fill every sight's coverage and texture cells."""
     for sight, shift in zip(sights, shifts, strict=True):
         cover(shape, settings.bh_m, sight.rotation, sight.centre, sight.intrinsics, shift, blur_px, settings.window_m,
-              settings.low_m, settings.high_m, sight.alpha, sight.edge, sight.angle, sight.level, sight.window)
+              settings.low_m, settings.high_m, sight.alpha, sight.edge, sight.angle, sight.level, sight.window,
+              sight.drawn)
+        sight.drawn = True
 
 
 def compare(sights: list[Sight], texture: np.ndarray, settings: JointSettings) -> tuple[np.ndarray, np.ndarray]:

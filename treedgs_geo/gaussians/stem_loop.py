@@ -25,6 +25,7 @@ from .stem_fit import (
     StemFit,
     StemModel,
     ground_textures,
+    held_out_error,
     held_out_quality,
     hold_out,
     initial_parameters,
@@ -41,6 +42,10 @@ from .stem_joint import (
     textures,
 )
 from .stem_model import CELL_M, GAMMA, N_ANGLES
+
+#: The loop ends when a pass moved the diameter by less than this (cm) and the held-out photos are predicted no better
+#: than by this share.
+SETTLED_CM, SETTLED_SHARE = 0.1, 0.01
 
 
 def axis_xy(shape: np.ndarray, bh_m: float, height_m: np.ndarray) -> np.ndarray:
@@ -242,7 +247,8 @@ def fit_with_primitive(
     bark: int,
 ) -> StemFit | None:
     """One stem: primitive first, then primitive and ``settings.gaussians`` Gaussians together for
-    ``settings.fine_epochs``. bark: most Gaussians that the stem itself is written with (0: none).
+    at most ``settings.fine_epochs``, fewer where diameter and held-out photos have settled. bark: most Gaussians that
+    the stem itself is written with (0: none).
 
     None where no stem stands out at all.
     """
@@ -258,6 +264,7 @@ def fit_with_primitive(
     model = LayeredModel(taught, plane, parameters, settings, around, primitive, views, joint)
     model.use(taught, {crop.view: crop.camera.fx for crop in crops})
     adam, schedule = Adam.start(len(parameters), learning_rates(pixel_m)), FixedSchedule()
+    stopped, epochs, dbh, error = "schedule", 0, primitive.dbh_cm, held_out_error(model, held)
     for epoch in range(settings.fine_epochs):
         order = rng.permutation(len(taught))
         for first in range(0, len(order), settings.views_per_step):
@@ -271,6 +278,11 @@ def fit_with_primitive(
         model.end_epoch()
         hollow = replace(hollow, shape=tuple(model.shape))
         relocate(parameters, adam, hollow, rng)
+        epochs, before, dbh, error_before = epoch + 1, dbh, 200 * float(model.shape[6]), error
+        error = held_out_error(model, held)
+        if abs(dbh - before) < SETTLED_CM and not error < (1 - SETTLED_SHARE) * error_before:
+            stopped = "settled"
+            break
     quality = held_out_quality(model, held)
     primitive = model.result(primitive, views)
     keep = (
@@ -283,5 +295,5 @@ def fit_with_primitive(
         spacing = max(2.5 * pixel_m, 0.03)
         pieces.append(surface_gaussians(primitive, joint.bh_m, joint.low_m, joint.high_m, spacing, bark))
     return StemFit(
-        np.concatenate(pieces), len(crops), sum(crop.pixels for crop in crops), settings.fine_epochs, model.pairs,
-        time.perf_counter() - began, "schedule", quality, primitive)
+        np.concatenate(pieces), len(crops), sum(crop.pixels for crop in crops), epochs, model.pairs,
+        time.perf_counter() - began, stopped, quality, primitive)

@@ -13,6 +13,7 @@ Kernels work on one crop; float32 images, float64 geometry. The shape vector is 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -23,7 +24,9 @@ N_SHAPE = 8
 GAMMA = 2.2
 #: Texture cells around the stem, and their height in metres.
 N_ANGLES, CELL_M = 24, 0.25
-_FAST = {"nogil": True, "cache": True, "fastmath": True}
+#: ``edge`` of pixels too far from the seed to be looked at; other edges lie within +-400 (+ 1000).
+_BEYOND = np.float32(-500.0)
+_FAST: dict[str, Any] = {"nogil": True, "cache": True, "fastmath": True, "error_model": "numpy"}
 
 
 @njit(inline="always", **_FAST)
@@ -68,25 +71,33 @@ def _phi(x):
 
 
 @njit(**_FAST)
-def cover(shape, bh, rot, centre, intr, shift_px, blur_px, window_m, low_m, high_m, alpha, edge, angle, level, window):
+def cover(
+    shape, bh, rot, centre, intr, shift_px, blur_px, window_m, low_m, high_m, alpha, edge, angle, level, window,
+    known=False,
+):
     """Coverage and texture cell of each pixel.
 
     shift_px: sideways pose error of this photo. alpha: (H, W) float32. edge: (H, W) float32, pixels from the nearer
     edge, positive inside; 1000 is added on the stem's far side (s < 0), so that the two edges can be told apart. angle,
     level: (H, W) int16 texture cell of the visible surface. window: (H, W) bool, the pixel belongs to the compared
     region: within ``window_m`` of the seed's own vertical (not of the fitted axis, so that explanations are compared on
-    the same pixels), heights low to high.
+    the same pixels), heights low to high. known: the arrays come from an earlier call for this crop; the window, which
+    no shape changes, is kept.
     """
     upright = np.zeros(8)
     for y in range(alpha.shape[0]):
         for x in range(alpha.shape[1]):
-            side, q0, t0, _, _, _, _, _ = _axis(upright, bh, rot, centre, intr, x, y)
-            h0 = q0 + bh
-            window[y, x] = abs(side) < window_m and h0 > low_m and h0 < high_m and t0 > 0
-            if abs(side) > window_m + 0.6:
-                alpha[y, x] = 0.0
-                edge[y, x] = -500.0
-                continue
+            if known:
+                if edge[y, x] == _BEYOND:
+                    continue
+            else:
+                side, q0, t0, _, _, _, _, _ = _axis(upright, bh, rot, centre, intr, x, y)
+                h0 = q0 + bh
+                window[y, x] = abs(side) < window_m and h0 > low_m and h0 < high_m and t0 > 0
+                if abs(side) > window_m + 0.6:
+                    alpha[y, x] = 0.0
+                    edge[y, x] = _BEYOND
+                    continue
             s, q, t, nx, ny, ux, uy, slant = _axis(shape, bh, rot, centre, intr, x, y)
             foot = t * slant / intr[0]
             s += shift_px * foot

@@ -8,6 +8,7 @@ ranks places and radii; the best different ones are the starting points of the f
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -16,7 +17,7 @@ from scipy.ndimage import maximum_filter
 from .crops import Crop
 from .stem_model import _axis
 
-_FAST = {"nogil": True, "cache": True, "fastmath": True}
+_FAST: dict[str, Any] = {"nogil": True, "cache": True, "fastmath": True, "error_model": "numpy"}
 #: Sideways bins (metres) and heights above ground (metres) that evidence is gathered in.
 _BIN_M, _REACH_M = 0.02, 0.78
 _LOW_M, _BLOCK_M, _BLOCKS = 0.4, 0.3, 8

@@ -347,7 +347,11 @@ def _fit_one(
     if dense is not None and len(dense[0]):
         local = np.asarray(dense[0], float) - origin
         points = local[volume.contains(local) & (local[:, 2] > 0.1)]
-    settings = replace(settings, seed=settings.seed + 1000003 * stem % (2**31 - 1))
+    settings = replace(
+        settings,
+        seed=settings.seed + 1000003 * stem % (2**31 - 1),
+        filter_m=options.value("smoothing_px") * footprint,
+    )
     joint = JointSettings(bh_m=options.bh_m, high_m=min(options.band_m - 0.1, 2.9))
     start = None
     if not options.free:

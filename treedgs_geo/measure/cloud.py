@@ -17,6 +17,7 @@ from ..terrain.dtm import Dtm
 from .circles import SolidCircle
 from .cylinder import fit_cylinder
 from .heights import tree_heights
+from .opacity_cone import fit_opacity_cone
 from .options import MeasureOptions
 from .published import PublishedOptions, measure_filled, measure_published
 from .stem import StemMeasure, measure_points, rebased, refuse
@@ -32,6 +33,10 @@ MOST_POINTS = 8000
 SHOULD_GO_ON_CM = 18.0
 #: Error of stems that their points fill: what splat samples of rendered plots gave (sd, and share of the diameter).
 FILLED_SE_CM, FILLED_SE_SHARE = 2.0, 0.07
+#: The same where inside and outside are told by opacity: RMSE 1.9 cm on 37 stems of two rendered plots.
+OPACITY_SE_CM = 2.5
+#: A cone that explains less of the opacities' variance is not the stem (on those plots none explained less than 0.17).
+LEAST_EXPLAINED = 0.1
 #: Bark of two stems closer than this may be one stem with a branch, or two in one another.
 TOUCHING_M = 0.05
 
@@ -77,7 +82,14 @@ def measure_stems(cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm, options: Mea
     groups = np.split(order, starts[1:])
     sensor = SENSORS[_source(cloud, dtm, options, stems, owned)]
     frames = [_TreeFrame.of(cloud, group, dtm) for group in groups]
-    if options.method == "paper" and options.fit == "circle":
+    if "even" in cloud.attributes and "opacity" in cloud.attributes:
+        if options.method == "paper" or options.fit != "circle":
+            raise InputError("These points are spread evenly over stems and surroundings (sample-surface --points "
+                             "volume), which neither the published method nor a cylinder can read; use --method "
+                             "default, or sample with --points sampled.")
+        # Opacities as they are: weights are kept from zero, which would move the edge.
+        results = _by_opacity(groups, frames, np.asarray(cloud.attributes["opacity"], float), options)
+    elif options.method == "paper" and options.fit == "circle":
         results = _by_the_paper(cloud, groups, frames, weights, options)
     elif sensor.solid and options.fit == "circle":
         results = _filled(groups, frames, weights, options)
@@ -284,6 +296,24 @@ def _filled(groups: list[np.ndarray], frames: list[_TreeFrame], weights: np.ndar
             reason = "wide_error" if near else "no_taper"
             measures.append(StemMeasure(cone, taper.at_bh_cm, se, "check", (reason,), 0.0, len(group), len(used),
                                         taper.slope_cm_m))
+    return measures
+
+
+def _by_opacity(groups: list[np.ndarray], frames: list[_TreeFrame], opacity: np.ndarray,
+                options: MeasureOptions) -> list[StemMeasure]:
+    """Points spread evenly over stems and surroundings: the cone at whose bark their opacity ends. The error is what
+    such points gave on rendered plots, not less."""
+    measures = []
+    for frame, group, stem in zip(frames, groups, _weighted(groups, frames, opacity), strict=True):
+        found = fit_opacity_cone(*stem, options.bh_m)
+        if not np.isfinite(frame.ground):
+            measures.append(refuse("no_ground", points=len(group)))
+        elif found is None or found.explained < LEAST_EXPLAINED:
+            measures.append(refuse("occluded" if len(group) >= 200 else "few_points", points=len(group)))
+        else:
+            cone = Cone(found.x, found.y, found.slope_x, found.slope_y, found.radius_m, found.taper_m, options.bh_m)
+            measures.append(StemMeasure(cone, found.dbh_cm, OPACITY_SE_CM, "check", ("wide_error",), 0.0, len(group), 0,
+                                        200 * found.taper_m))
     return measures
 
 

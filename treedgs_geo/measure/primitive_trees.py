@@ -26,7 +26,7 @@ def to_trees(
     place are one stem: the one that predicts the photos worse is refused.
     """
     second = second or {}
-    places = {seed: _place(stem, bh_m) for seed, stem in found.items()}
+    places = {seed: place_of(stem, bh_m) for seed, stem in found.items()}
     trees = []
     for seed, stem in sorted(found.items()):
         primitive = stem.primitive
@@ -56,6 +56,6 @@ def to_trees(
     return trees
 
 
-def _place(stem: FoundStem, bh_m: float) -> np.ndarray:
+def place_of(stem: FoundStem, bh_m: float) -> np.ndarray:
     """(2,) axis at breast height, local frame."""
     return stem.origin[:2] + axis_xy(stem.primitive.shape, bh_m, np.array([bh_m]))[0]

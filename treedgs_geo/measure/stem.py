@@ -16,7 +16,8 @@ import numpy as np
 from ..stems.cone import BEND_SD, Cone, fit_cone
 from ..stems.options import SegmentOptions
 from ..stems.segment import Sensor, search_points
-from .circles import fit_ellipse, geometric_circle
+from .circles import geometric_circle
+from .ellipse import fit_ellipse
 from .slices import across_axis, slice_heights, slice_index
 from .taper import Taper, taper_line
 
@@ -28,10 +29,18 @@ PLENTY_CELLS, PLENTY_POINTS = 100, 400
 ROUNDNESS = 0.02
 #: Error that no cloud resolves: bark, ground height, breast height (cm), and the share of the diameter it grows by.
 FLOOR_CM, FLOOR_SHARE = 0.25, 0.010
+#: What of each part counts in the error of drone LiDAR (``benchmarks/interval_coverage.py``): the fit at the noise the
+#: points have, its clutter, the shape that shows, the slices, the noise itself (half-hit rims lie outside the bark), a
+#: share of the diameter, and a floor, cm.
+ULS_FIT, ULS_SHAPE, ULS_HEIGHT, ULS_NOISE, ULS_SHARE, ULS_FLOOR_CM = 0.7, 0.5, 0.25, 0.3, 0.004, 0.1
+#: An arc below this does not show the shape, degrees.
+SHAPE_SEEN_DEG = 270.0
 #: Where the slices show butt swell, the cone is fitted above this height, m.
 ABOVE_BUTT_M = 0.8
 #: Slices along the stem and the cone at breast height: this many standard errors (of both) apart is a doubt.
 DISAGREE_SE = 4.0
+#: Where a quarter of the points is stray, this much of the circumference has to hold as many points as bark does.
+CLEAR_ARC_DEG = 240.0
 _SECTORS = 24
 
 
@@ -66,6 +75,9 @@ def measure_points(points: np.ndarray, weights: np.ndarray | None, sensor: Senso
     """
     options = options or SegmentOptions()
     others = np.empty((0, 3)) if others is None else others
+    known = np.isfinite(points).all(axis=1)
+    if not known.all():
+        points, weights = points[known], None if weights is None else weights[known]
     near_bh = np.abs(points[:, 2] - bh_m) < 1.0
     if len(points) < sensor.least_points or near_bh.sum() < sensor.least_points // 3:
         return refuse("few_points", points=len(points))
@@ -205,6 +217,9 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
     radius = float(cone.radius(bh_m))
     inside_window = (points[:, 2] >= window[0]) & (points[:, 2] <= window[1])
     residual = cone.residuals(points[inside_window])
+    near = np.abs(residual[np.abs(residual) < 2.5 * sensor.cap_m])
+    # The fit's own sigma has a floor, which clean clouds lie below.
+    noise = float(np.clip(1.4826 * np.median(near), 0.002, sensor.cap_m)) if len(near) >= 6 else cone.sigma
     sector = np.floor((cone.azimuths(points[on]) + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
     arc = 360.0 / _SECTORS * len(np.unique(sector))
     purity = float(np.mean(_purity(points[on], cone, sensor, others))) if on.any() else 0.0
@@ -224,7 +239,14 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
     # Bark that cannot be told from twigs: half the twigs' reach, in the share that they have.
     clutter_se = (1 - purity) * 200 * cone.sigma
     parts = (fit_se, clutter_se, shape_se, 0.5 * height_se, FLOOR_CM, FLOOR_SHARE * dbh)
-    se = float(np.sqrt(np.square(parts).sum()))
+    # Doubts go by this cautious sum for every kind of cloud; the error that is told is calibrated where it could be.
+    se = told_se = float(np.sqrt(np.square(parts).sum()))
+    if sensor.calibrated:
+        seen = lobes if arc >= SHAPE_SEEN_DEG else max(ROUNDNESS, lobes)
+        seen_se = 200 * radius * seen / np.sqrt(max(arc / 60.0, 1.0))
+        known = (ULS_FIT * fit_se * min(noise / cone.sigma, 1.0), clutter_se, ULS_SHAPE * seen_se,
+                 ULS_HEIGHT * height_se, ULS_NOISE * 200 * noise, ULS_SHARE * dbh, ULS_FLOOR_CM)
+        told_se = float(np.sqrt(np.square(known).sum()))
     reject, check = [], []
     # Points that were given as this stem's, lie in the window, and are on no side of the fitted bark.
     stray = float(np.mean(residual > max(4 * cone.sigma, 0.03))) if len(residual) else 0.0
@@ -232,6 +254,10 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
         reject.append("not_round")
     elif stray > 0.25:
         check.append("not_round")
+        # Strays among few sectors of bark: they fill the gap and pull the circle into it.
+        count = np.bincount(sector, minlength=_SECTORS)
+        if 360.0 / _SECTORS * np.count_nonzero(count > 0.25 * np.percentile(count, 75)) < CLEAR_ARC_DEG:
+            reject.append("short_arc")
     if arc < 90:
         reject.append("short_arc")
     elif arc < 180:
@@ -274,9 +300,10 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
         reject.append(check[0])
     flag: Literal["ok", "check", "reject"] = "reject" if reject else "check" if check else "ok"
     reasons = tuple(dict.fromkeys([*reject, *check]))
-    details = {"fit_se": fit_se, "lobes": lobes, "height_se": height_se, "shape_se": shape_se, "purity": purity,
+    details = {"noise_m": noise, "fit_se": fit_se, "lobes": lobes, "height_se": height_se, "shape_se": shape_se,
+               "purity": purity,
                "taper_at_bh": taper.at_bh_cm if taper else np.nan, "low": window[0], "high": window[1]}
-    return StemMeasure(cone, None if reject else dbh, None if reject else se, flag, reasons, arc, int(on.sum()),
+    return StemMeasure(cone, None if reject else dbh, None if reject else told_se, flag, reasons, arc, int(on.sum()),
                        len(slices), slope, details)
 
 

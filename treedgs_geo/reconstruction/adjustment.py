@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..core.errors import ReconstructionError
 from .cameras import Camera
 from .tracks import Block
 
@@ -98,9 +99,17 @@ def adjust(
 
     Args:
         prior_xyz: (N, 3) local metres, NaN = none. prior_sd: (N, 3) metres.
+
+    Raises:
+        ReconstructionError: no point is left that two photos see alike.
     """
     import pycolmap
 
+    if not len(block.points) or not np.isfinite(loss_px):
+        raise ReconstructionError(
+            f"No point is left that two of the {int(block.is_posed.sum())} placed photos see alike; they overlap too "
+            "little, show too little texture or have wrong geotags: use preset balanced, or fly with 80 % overlap."
+        )
     names = [str(i) for i in range(len(block.keypoints))]
     model = to_colmap(block, names)
     config = pycolmap.BundleAdjustmentConfig()

@@ -73,6 +73,13 @@ def check_block(
         )
     if best in ("fix", "float") and median > 2.5 * stated + 0.03:
         warnings.append(f"Cameras are {median * 100:.0f} cm (median) from geotags that claim {stated * 100:.0f} cm.")
+    away = np.where(chosen, np.linalg.norm(residual, axis=1), 0)
+    stray = np.flatnonzero((away > max(10 * stated, 0.5)) & (best in ("fix", "float")))
+    if len(stray):
+        warnings.append(
+            f"{len(stray)} photos stand up to {away.max():.1f} m from geotags that claim {stated * 100:.0f} cm "
+            f"({shorten([stations.names[i] for i in stray])}): they may be placed wrong, and stems seen in them too."
+        )
     focal = 0.5 * (block.camera.fx + block.camera.fy)
     ratio = focal / calibration.focal_px
     if abs(ratio - 1) > calibration.tolerance:

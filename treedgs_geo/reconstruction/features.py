@@ -91,7 +91,7 @@ class FeatureStore:
                 points = source.read_keypoints(key) if key >= 0 else np.empty((0, 4))
                 data = source.read_descriptors(key) if key >= 0 else np.empty((0, 128), np.uint8)
                 data = np.asarray(getattr(data, "data", data))
-                self.keypoints.append(np.asarray(points, float).reshape(len(points), -1)[:, :2])
+                self.keypoints.append(np.asarray(points, float).reshape(len(points), -1 if len(points) else 2)[:, :2])
                 self.descriptors.append(np.ascontiguousarray(data, np.uint8).reshape(-1, 128))
             place = {key: i for i, key in enumerate(self.image_ids) if key >= 0}
             self.matches: dict[tuple[int, int], np.ndarray] = {}

@@ -3,13 +3,15 @@
 A plug-in is a Python file with one function ``load(weights: str) -> match``; ``match(first, second)`` takes two photos,
 (H, W, 3) uint8 RGB, and returns two (K, 2) arrays of pixel coordinates (centre of the first pixel at (0.5, 0.5)) and
 (K,) confidences. No weights come with TreeDGS and none are downloaded. Matches are checked geometrically and written to
-a COLMAP database. Detector-free matchers place a point anew in each pair; points of one photo that fall into one cell
-of ``cell_px`` are joined, so that tracks grow over more than two photos.
+a COLMAP database, beside its own or instead of them. Detector-free matchers place a point anew in each pair; points of
+one photo that fall into one cell of ``cell_px`` are joined, so that tracks grow over more than two photos.
 """
 
 from __future__ import annotations
 
 import importlib.util
+import os
+import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,25 +20,38 @@ import numpy as np
 
 from ..core.errors import InputError
 
+#: COLMAP's number of a pair is first x this + second.
+PAIR_BASE = 2147483647
 Matcher = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True)
 class ImportReport:
-    """pairs: tried; verified: pairs with a geometry; matches: inlier matches in all; keypoints: in all photos."""
+    """pairs: tried; verified: pairs with a geometry; matches: inlier matches in all; keypoints: in all photos; added:
+    matches that the matcher gave."""
 
     pairs: int
     verified: int
     matches: int
     keypoints: int
+    added: int
 
 
-def load_matcher(plugin: Path, weights: Path) -> Matcher:
+@dataclass(frozen=True)
+class Plugin:
+    """code: the Python file. weights: what its ``load`` gets."""
+
+    code: Path
+    weights: Path
+
+
+def load_matcher(files: Plugin) -> Matcher:
     """The matcher of a plug-in file with the user's weights.
 
     Raises:
         InputError: a file is missing, or the plug-in cannot be loaded.
     """
+    plugin, weights = files.code, files.weights
     for path, what in ((plugin, "a Python file that defines load(weights)"), (weights, "the matcher's weights")):
         if not path.is_file():
             raise InputError(f"{path}: not found, expected {what}; correct the path.")
@@ -66,11 +81,14 @@ def import_matches(
     least_confidence: float = 0.2,
     cell_px: float = 2.0,
     least_inliers: int = 15,
+    keep: bool = False,
+    told: Callable[[float], None] = lambda fraction: None,
 ) -> ImportReport:
     """Match pairs of photos and write keypoints, matches and verified geometries.
 
-    database: with cameras and images (``extract`` makes it); keypoints and matches in it are replaced. pairs: image
-    names. load_photo: name -> (H, W, 3) uint8 RGB.
+    database: with cameras and images (``extract`` makes it). keep: its keypoints and verified matches stay, ours are
+    added; otherwise they are replaced. pairs: image names. load_photo: name -> (H, W, 3) uint8 RGB. told: progress
+    (0..1). Points of a matcher get random descriptors, which match nothing.
 
     Raises:
         InputError: a name that the database does not know, or a matcher that returns something else than promised.
@@ -84,23 +102,37 @@ def import_matches(
         unknown = sorted({name for pair in pairs for name in pair} - set(images))
         if unknown:
             raise InputError(f"{database}: does not hold the photo {unknown[0]!r}; extract features of it first.")
-        points: dict[str, list[np.ndarray]] = {name: [] for name in images}
+        kept, found = _kept(store, images) if keep else ({name: _nothing() for name in images}, {})
+        points = {name: list(own) for name, (own, _) in kept.items()}
         index: dict[str, dict[tuple[int, int], int]] = {name: {} for name in images}
-        found: dict[tuple[str, str], np.ndarray] = {}
-        for first, second in pairs:
+        added = 0
+        for done, (first, second) in enumerate(pairs):
+            told(done / len(pairs))
             ends = _matched(matcher, load_photo(first), load_photo(second), least_confidence, f"{first} and {second}")
             rows = np.column_stack([
                 [_place(xy, index[name], points[name], cell_px) for xy in own]
                 for name, own in zip((first, second), ends, strict=True)
             ]) if len(ends[0]) else np.empty((0, 2), int)
+            added += len(rows)
+            if (second, first) in found:
+                first, second, rows = second, first, rows[:, ::-1]
+            rows = np.concatenate([found.get((first, second), np.empty((0, 2))), rows])
             found[first, second] = np.unique(rows, axis=0).astype(np.uint32)
         store.clear_two_view_geometries()
         store.clear_matches()
         store.clear_keypoints()
         store.clear_descriptors()
         keypoints = {name: np.array(own, np.float32).reshape(-1, 2) for name, own in points.items()}
+        rng = np.random.default_rng(0)
         for name, own in keypoints.items():
+            described = kept[name][1]
+            made = rng.integers(0, 256, (len(own) - len(described), 128), dtype=np.uint8)
             store.write_keypoints(images[name].image_id, own)
+            if keep:
+                data = pycolmap.FeatureDescriptors(
+                    pycolmap.FeatureExtractorType.SIFT, np.concatenate([described, made])
+                )
+                store.write_descriptors(images[name].image_id, data)
         verified = total = 0
         for (first, second), rows in found.items():
             one, two = images[first], images[second]
@@ -115,7 +147,57 @@ def import_matches(
                 verified, total = verified + 1, total + len(geometry.inlier_matches)
     finally:
         store.close()
-    return ImportReport(len(found), verified, total, sum(map(len, keypoints.values())))
+    return ImportReport(len(pairs), verified, total, sum(map(len, keypoints.values())), added)
+
+
+def match_photos(
+    database: Path,
+    target: Path,
+    pairs: Sequence[tuple[str, str]],
+    load_photo: Callable[[str], np.ndarray],
+    matcher: Matcher,
+    plugin: Plugin,
+    told: Callable[[float], None] = lambda fraction: None,
+) -> ImportReport:
+    """The matches of a plug-in beside those in ``database``, in a copy of it, ``target``.
+
+    The copy appears under its name only when it is whole, so that a stopped run begins it anew.
+
+    Raises:
+        InputError: the matcher fails, or finds nothing in any pair.
+    """
+    unfinished = target.with_suffix(".part")
+    shutil.copyfile(database, unfinished)
+    report = import_matches(unfinished, pairs, load_photo, matcher, keep=True, told=told)
+    if report.added == 0:
+        raise InputError(
+            f"{plugin.code}: found no match in any of {report.pairs} pairs of photos, expected hundreds in each; test "
+            "it alone on two overlapping photos."
+        )
+    os.replace(unfinished, target)
+    return report
+
+
+def _nothing() -> tuple[np.ndarray, np.ndarray]:
+    return np.empty((0, 2)), np.empty((0, 128), np.uint8)
+
+
+def _kept(store, images: dict) -> tuple[dict[str, tuple[np.ndarray, np.ndarray]], dict[tuple[str, str], np.ndarray]]:
+    """(keypoints (K, 2), descriptors (K, 128)) of each photo, and verified matches of each pair, in a database."""
+    kept, names = {}, {image.image_id: name for name, image in images.items()}
+    for name, image in images.items():
+        points = np.asarray(store.read_keypoints(image.image_id), float)
+        data = store.read_descriptors(image.image_id)
+        data = np.asarray(getattr(data, "data", data), np.uint8).reshape(-1, 128)
+        kept[name] = points.reshape(len(points), -1 if len(points) else 2)[:, :2], data
+    found = {}
+    pair_ids, geometries = store.read_two_view_geometries()
+    for pair_id, geometry in zip(pair_ids, geometries, strict=True):
+        second = pair_id % PAIR_BASE
+        first = (pair_id - second) // PAIR_BASE
+        if len(geometry.inlier_matches):
+            found[names[first], names[second]] = np.asarray(geometry.inlier_matches, np.int64)
+    return kept, found
 
 
 def _place(xy: np.ndarray, index: dict[tuple[int, int], int], points: list[np.ndarray], cell_px: float) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import time
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,9 @@ from .calibration import Calibration, calibration_of
 from .checks import check_block
 from .features import FeatureStore, count_rows, run_task
 from .georeference import place_photos
+from .images import load_image
 from .joining import join_photos
+from .matchers import Matcher, Plugin, load_matcher, match_photos
 from .model import save_model
 from .pairs import ground_below, select_pairs
 from .poses import rotation_from_gimbal
@@ -59,13 +62,15 @@ def reconstruct_photos(
     options: ReconstructOptions,
     sfm_folder: Path,
     reporter: Reporter | None = None,
+    plugin: Plugin | None = None,
 ) -> dict[str, Any]:
     """Structure from motion in the project CRS; writes ``sfm_folder`` and returns its report.
 
     Args:
         stations: from :func:`~treedgs_geo.geotags.read_stations`. sfm_folder: replaced as a whole on success;
         features and matches are
-            kept in ``cache/`` beside it while the work goes on, so that a stopped run resumes.
+            kept in ``cache/`` beside it while the work goes on, so that a stopped run resumes. plugin: a learned
+            matcher whose matches are used beside SIFT's.
 
     Raises:
         ReconstructionError: too few photos register, or the result contradicts geotags, calibration or flying height.
@@ -78,6 +83,8 @@ def reconstruct_photos(
         )
     threads = options.threads or available_threads()
     sfm_folder = Path(sfm_folder)
+    # A plug-in that cannot be loaded must not be found out after an hour of matching.
+    matcher = load_matcher(plugin) if plugin else None
     calibration = calibration_of([read_photo(stations.paths[0])])
     frame = LocalFrame.around(stations.crs, stations.xyz[stations.is_placed])
     ground = ground_below(stations.xyz, stations.relative_altitude_m)
@@ -86,7 +93,7 @@ def reconstruct_photos(
         ground -= frame.origin[2]
     xyz = frame.to_local(stations.xyz)
     rotations = gimbal_rotations(stations)
-    cache = _cache_folder(stations, options, sfm_folder)
+    cache = _cache_folder(stations, options, sfm_folder, plugin)
     database = cache / "features.db"
     timing: dict[str, float] = {}
 
@@ -97,6 +104,8 @@ def reconstruct_photos(
     pairs = select_pairs(xyz, rotations, ground, half_field, options.neighbours)
     with reporter.stage("matching", 0.30, 0.75):
         _match(database, cache, stations.names, pairs, options, threads, reporter)
+        if plugin is not None:
+            database = _match_learned(database, stations, pairs, plugin, matcher, reporter)
     timing["matching"] = time.monotonic() - began - sum(timing.values())
     store = FeatureStore(database, stations.names)
 
@@ -182,8 +191,12 @@ def _free_parameters(rotations: np.ndarray, xyz: np.ndarray, stations: Stations)
     return {"focal": enough, "principal_point": enough, "distortion": True}
 
 
-def _cache_folder(stations: Stations, options: ReconstructOptions, sfm_folder: Path) -> Path:
+def _cache_folder(
+    stations: Stations, options: ReconstructOptions, sfm_folder: Path, plugin: Plugin | None
+) -> Path:
     key = fingerprint(stations.paths) + f"-{options.max_features}-{options.max_image_size}"
+    if plugin is not None:
+        key += "-" + fingerprint([plugin.code, plugin.weights])
     cache = sfm_folder.parent / "cache" / f"sfm-{key}"
     cache.mkdir(parents=True, exist_ok=True)
     return cache
@@ -232,3 +245,19 @@ def _match(
     listing.write_text("".join(f"{names[i]} {names[j]}\n" for i, j in pairs), encoding="utf-8")
     job = {"database": str(database), "pair_list": str(listing), "threads": threads, "seed": options.seed}
     run_task("match", job, cache, reporter, count_rows(database, "two_view_geometries", len(pairs)))
+
+
+def _match_learned(
+    database: Path, stations: Stations, pairs: np.ndarray, plugin: Plugin, matcher: Matcher | None, reporter: Reporter
+) -> Path:
+    """The database with the matches of the user's plug-in added to SIFT's."""
+    done = database.with_name("learned.db")
+    if done.exists() or matcher is None:
+        return done
+    paths = dict(zip(stations.names, stations.paths, strict=True))
+    # Neighbours come one after the other: a few decoded photos are enough.
+    photo = lru_cache(maxsize=24)(lambda name: load_image(paths[name]))
+    names = [(stations.names[i], stations.names[j]) for i, j in pairs]
+    report = match_photos(database, done, names, photo, matcher, plugin, reporter.progress)
+    reporter.info(f"{plugin.code.name}: {report.added} matches in {report.pairs} pairs beside those of SIFT")
+    return done

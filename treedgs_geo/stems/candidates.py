@@ -28,12 +28,18 @@ class Candidates:
     score: np.ndarray
 
 
+#: Layers and votes that a candidate needs, and that one near a place where a stem is known to stand needs.
+LEAST, LEAST_NEAR = (4, 4.0), (2, 2.0)
+
+
 def find_candidates(points: np.ndarray, weights: np.ndarray | None, low_m: float, high_m: float, solid: bool,
-                    max_radius_m: float, least_layers: int = 4, lean: float = 0.2) -> Candidates:
+                    max_radius_m: float, lean: float = 0.2, near: np.ndarray | None = None,
+                    near_m: float = 1.0) -> Candidates:
     """Candidates in one tile of (N, 3) points (x, y, height above ground), best first.
 
     weights: (N,) reliabilities or ``None``. solid: points fill the stem (splats). lean: axis slope that layers may be
-    displaced by. Memory is that of a few grids of 5 cm cells over the tile.
+    displaced by. near: (K, 2) places where stems are known to stand: within ``near_m`` of them weaker candidates count
+    too. Memory is that of a few grids of 5 cm cells over the tile.
     """
     origin = points[:, :2].min(axis=0) - 0.7
     rows, cols = (np.ceil((points[:, :2].max(axis=0) + 0.7 - origin) / _CELL_M).astype(int) + 1)
@@ -61,7 +67,11 @@ def find_candidates(points: np.ndarray, weights: np.ndarray | None, low_m: float
             best[kind].append(top[:rows, :cols])
             which[kind].append(chosen[:rows, :cols])
     found = [row for kind in (0, 1) for row in
-             _peaks(best[kind], which[kind], heights, origin, np.asarray(radii), least_layers, lean)]
+             _peaks(best[kind], which[kind], heights, origin, np.asarray(radii), LEAST, lean)]
+    if near is not None and len(near):
+        more = [row for kind in (0, 1) for row in
+                _peaks(best[kind], which[kind], heights, origin, np.asarray(radii), LEAST_NEAR, lean)]
+        found += [row for row in more if row not in found and np.hypot(*(near - row[1:3]).T).min() < near_m]
     table = np.array(sorted(found, reverse=True)).reshape(-1, 5)
     return Candidates(table[:, 1:3], table[:, 3], table[:, 4], table[:, 0])
 
@@ -99,7 +109,7 @@ def _kernel(radius: float, shape: tuple[int, int], solid: bool) -> np.ndarray:
 
 
 def _peaks(best: list[np.ndarray], which: list[np.ndarray], heights: np.ndarray, origin: np.ndarray, radii: np.ndarray,
-           least_layers: int, lean: float) -> list[tuple[float, float, float, float, float]]:
+           least: tuple[int, float], lean: float) -> list[tuple[float, float, float, float, float]]:
     """(score, x, y, height, radius) of the local maxima."""
     found: list[tuple[float, float, float, float, float]] = []
     middle = heights + _LAYER_M / 2
@@ -115,7 +125,7 @@ def _peaks(best: list[np.ndarray], which: list[np.ndarray], heights: np.ndarray,
             votes += spread > 5.0
         # The reference layer places the peak; the others only say whether something stands there.
         total += 2 * np.sqrt(best[reference])
-        peak = (total == maximum_filter(total, size=7)) & (votes >= least_layers) & (best[reference] > 4.0)
+        peak = (total == maximum_filter(total, size=7)) & (votes >= least[0]) & (best[reference] > least[1])
         for i, j in np.argwhere(peak):
             found.append((float(total[i, j]), origin[0] + i * _CELL_M, origin[1] + j * _CELL_M,
                           float(middle[reference]), float(radii[which[reference][i, j]])))

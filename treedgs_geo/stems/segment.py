@@ -29,7 +29,7 @@ _SECTORS = 24
 @dataclass(frozen=True)
 class Sensor:
     """What a kind of cloud looks like: noise floor and cap on bark, thinning, points needed, filled stems or shells,
-    and the usual noise."""
+    the usual noise, and whether standard errors were calibrated on such clouds with known diameters."""
 
     floor_m: float
     cap_m: float
@@ -37,11 +37,12 @@ class Sensor:
     least_points: int
     solid: bool
     noise_m: float
+    calibrated: bool = False
 
 
 SENSORS = {
     "tls": Sensor(0.004, 0.02, 0.015, 60, False, 0.010),
-    "uls": Sensor(0.007, 0.025, 0.0, 16, False, 0.012),
+    "uls": Sensor(0.007, 0.025, 0.0, 16, False, 0.012, calibrated=True),
     "splat": Sensor(0.010, 0.05, 0.015, 40, True, 0.03),
 }
 
@@ -81,8 +82,11 @@ def segment_stems(cloud: PointCloud, dtm: Dtm, options: SegmentOptions | None = 
 
 
 def find_stems(cloud: PointCloud, dtm: Dtm, options: SegmentOptions | None = None,
-               reporter: Reporter | None = None) -> StemMap:
-    """The stems of a cloud in project coordinates over its terrain model, in a stable order (north to south)."""
+               reporter: Reporter | None = None, seeds_xy: np.ndarray | None = None) -> StemMap:
+    """The stems of a cloud in project coordinates over its terrain model, in a stable order (north to south).
+
+    seeds_xy: (K, 2) project coordinates of stems that are known (field stems): weaker evidence is looked at there.
+    """
     options, reporter = options or SegmentOptions(), reporter or Reporter()
     height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
     with np.errstate(invalid="ignore"):
@@ -96,7 +100,8 @@ def find_stems(cloud: PointCloud, dtm: Dtm, options: SegmentOptions | None = Non
     if sensor.thin_m and len(points):
         kept = thin(points, sensor.thin_m)
         points, weights = points[kept], None if weights is None else weights[kept]
-    found = _search(points, weights, sensor, options, reporter) if len(points) else []
+    seeds = None if seeds_xy is None else np.asarray(seeds_xy, float) - origin
+    found = _search(points, weights, sensor, options, reporter, seeds) if len(points) else []
     found.sort(key=lambda stem: (-round(stem.cone.y, 1), stem.cone.x))
     return StemMap(tuple(found), origin, source)
 
@@ -148,14 +153,15 @@ def _tolerance(cone: Cone, sensor: Sensor) -> float:
 
 
 def _search(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, options: SegmentOptions,
-            reporter: Reporter) -> list[Stem]:
+            reporter: Reporter, seeds: np.ndarray | None = None) -> list[Stem]:
     """Tile by tile with a buffer; what two tiles both find is kept once."""
     found: list[Stem] = []
     tiles = np.unique(np.floor(points[:, :2] / _TILE_M).astype(int), axis=0)
     for number, corner in enumerate(tiles):
         low, high = corner * _TILE_M - _BUFFER_M, (corner + 1) * _TILE_M + _BUFFER_M
         inside = ((points[:, :2] >= low) & (points[:, :2] < high)).all(axis=1)
-        stems = _search_tile(points[inside], None if weights is None else weights[inside], sensor, options)
+        stems = _search_tile(points[inside], None if weights is None else weights[inside], sensor, options,
+                             seeds=seeds)
         # Near the rim of the buffer a stem may be cut in half: the neighbouring tile has it whole.
         feet = [stem.cone.centre(1.3) for stem in stems]
         found += [stem for stem, foot in zip(stems, feet, strict=True)
@@ -165,12 +171,12 @@ def _search(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, opti
 
 
 def _search_tile(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
-                 options: SegmentOptions, follow: bool = True) -> list[Stem]:
+                 options: SegmentOptions, follow: bool = True, seeds: np.ndarray | None = None) -> list[Stem]:
     band = (points[:, 2] >= options.low_m) & (points[:, 2] < options.high_m)
     if band.sum() < sensor.least_points:
         return []
     candidates = find_candidates(points[band], None if weights is None else weights[band], options.low_m,
-                                 options.high_m, sensor.solid, options.max_dbh_cm / 200)
+                                 options.high_m, sensor.solid, options.max_dbh_cm / 200, near=seeds)
     tree = cKDTree(points[:, :2])
     free = np.ones(len(points), bool)
     found: list[Stem] = []

@@ -16,10 +16,11 @@ _GUESS_TILES = 16
 
 
 def find_stems_tiled(store: TileStore, dtm: Dtm, options: SegmentOptions | None = None,
-                     reporter: Reporter | None = None) -> StemMap:
+                     reporter: Reporter | None = None, seeds_xy: np.ndarray | None = None) -> StemMap:
     """Like :func:`.segment.find_stems`, on the same lattice of tiles; memory is that of one tile with its buffer."""
     options, reporter = options or SegmentOptions(), reporter or Reporter()
     origin = np.floor(store.low[:2])
+    seeds = None if seeds_xy is None else np.asarray(seeds_xy, float) - origin
     source = options.source if options.source != "auto" else _guess(store, dtm, options)
     sensor = SENSORS[source]
     last = np.floor((store.high[:2] - origin) / _TILE_M).astype(int)
@@ -32,7 +33,7 @@ def find_stems_tiled(store: TileStore, dtm: Dtm, options: SegmentOptions | None 
             kept = thin(points, sensor.thin_m)
             points, weights = points[kept], None if weights is None else weights[kept]
         if len(points):
-            for stem in _search_tile(points, weights, sensor, options):
+            for stem in _search_tile(points, weights, sensor, options, seeds=seeds):
                 foot = stem.cone.centre(1.3)
                 # Near the rim of the buffer a stem may be cut in half: the neighbouring tile has it whole.
                 if ((foot > low + 0.7) & (foot < high - 0.7)).all():

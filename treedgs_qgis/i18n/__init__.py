@@ -19,9 +19,13 @@ def tr(text: str) -> str:
     return QCoreApplication.translate(CONTEXT, text) if text else text
 
 
-def install() -> QTranslator | None:
-    """Load the catalogue of QGIS' language; ``None`` where there is none. The caller keeps the result alive."""
-    locale = QgsApplication.instance().locale() if QgsApplication.instance() else ""
+def install(locale: str = "") -> QTranslator | None:
+    """Load the catalogue of QGIS' language (or of ``locale``); ``None`` where there is none.
+
+    The caller keeps the result alive.
+    """
+    if not locale and QgsApplication.instance():
+        locale = QgsApplication.instance().locale()
     for name in (locale, locale[:2]):
         file = FOLDER / f"treedgs_{name}.qm"
         if name and file.exists():

@@ -16,12 +16,24 @@
       <translation>Paare</translation>
     </message>
     <message>
+      <source>PHOTOS: {folder} holds {found} photos, expected at least {least} (better 40 or more) as {kinds}.</source>
+      <translation>PHOTOS: {folder} enthält {found} Fotos, erwartet sind mindestens {least} (besser 40 oder mehr) als {kinds}.</translation>
+    </message>
+    <message>
+      <source>INPUT: {path} is not a LAS or LAZ file; convert the cloud to LAZ first.</source>
+      <translation>INPUT: {path} ist keine LAS- oder LAZ-Datei; wandeln Sie die Wolke zuerst in LAZ um.</translation>
+    </message>
+    <message>
       <source>&lt;p&gt;&lt;b&gt;Install the libraries that the TreeDGS algorithms need, in an environment of their own.&lt;/b&gt;&lt;/p&gt;
-&lt;p&gt;Makes a Python environment in your data folder (or in TREEDGS_HOME), about 3 GB, and installs the pinned list of
+&lt;p&gt;Makes a Python environment in your data folder (or in TREEDGS_HOME), about 3 GB, and installs the locked list of
 libraries with pip. QGIS and its Python are not touched. It needs Python 3.10 or newer with venv on this computer, and
 the network or a folder of wheels. What was cut short is taken up by running it again.&lt;/p&gt;
 &lt;p&gt;On a machine with &lt;code&gt;make&lt;/code&gt;, &lt;code&gt;make setup&lt;/code&gt; does the same for the repository.&lt;/p&gt;</source>
-      <translation type="unfinished" />
+      <translation>&lt;p&gt;&lt;b&gt;Installiert die Bibliotheken, die die TreeDGS-Algorithmen brauchen, in einer eigenen Umgebung.&lt;/b&gt;&lt;/p&gt;
+&lt;p&gt;Legt in Ihrem Datenordner (oder in TREEDGS_HOME) eine Python-Umgebung von etwa 3 GB an und installiert die festgeschriebene
+Liste von Bibliotheken mit pip. QGIS und sein Python bleiben unberührt. Nötig sind Python 3.10 oder neuer mit venv auf diesem
+Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei erneutem Start fortgesetzt.&lt;/p&gt;
+&lt;p&gt;Auf einem Rechner mit &lt;code&gt;make&lt;/code&gt; tut &lt;code&gt;make setup&lt;/code&gt; dasselbe für das Repository.&lt;/p&gt;</translation>
     </message>
     <message>
       <source>Set up the engine</source>
@@ -40,24 +52,180 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation>Python für die Einrichtung</translation>
     </message>
     <message>
+      <source>A Python 3.10 or newer with venv; left empty, the system's is found.</source>
+      <translation>Ein Python 3.10 oder neuer mit venv; leer gelassen wird das des Systems gesucht.</translation>
+    </message>
+    <message>
       <source>Folder of wheels (no network)</source>
       <translation>Ordner mit Wheels (ohne Netz)</translation>
     </message>
     <message>
-      <source>PyTorch build</source>
-      <translation>PyTorch-Variante</translation>
+      <source>A folder of .whl files, made on another machine with: pip download --require-hashes -r requirements-locked.txt -d FOLDER.</source>
+      <translation>Ein Ordner mit .whl-Dateien, auf einem anderen Rechner erzeugt mit: pip download --require-hashes -r requirements-locked.txt -d ORDNER.</translation>
+    </message>
+    <message>
+      <source>For which processor</source>
+      <translation>Für welchen Prozessor</translation>
+    </message>
+    <message>
+      <source>auto: with NVIDIA's library where a card and driver are found that it can use; cpu: without; cuda: with it in any case. Only 'Fit Gaussians' uses the card.</source>
+      <translation>auto: mit NVIDIAs Bibliothek, wo eine dafür brauchbare Karte samt Treiber gefunden wird; cpu: ohne; cuda: in jedem Fall damit. Nur 'Gauß-Elemente anpassen' nutzt die Karte.</translation>
     </message>
     <message>
       <source>Start from scratch</source>
       <translation>Neu anfangen</translation>
     </message>
     <message>
+      <source>Remove the environment first, to mend a broken one.</source>
+      <translation>Die Umgebung zuerst entfernen, um eine defekte zu beheben.</translation>
+    </message>
+    <message>
+      <source>WHEELS: {folder} is not a folder; give the folder that holds the .whl files.</source>
+      <translation>WHEELS: {folder} ist kein Ordner; geben Sie den Ordner mit den .whl-Dateien an.</translation>
+    </message>
+    <message>
+      <source>WHEELS: {folder}: holds no .whl files, expected the wheels of the engine's libraries.</source>
+      <translation>WHEELS: {folder}: enthält keine .whl-Dateien, erwartet sind die Wheels der Bibliotheken des Rechenkerns.</translation>
+    </message>
+    <message>
+      <source>PYTHON: {path} does not exist; give a Python program or leave it empty.</source>
+      <translation>PYTHON: {path} gibt es nicht; geben Sie ein Python-Programm an oder lassen Sie es leer.</translation>
+    </message>
+    <message>
       <source>The engine's Python</source>
       <translation>Python des Rechenkerns</translation>
     </message>
     <message>
+      <source>The engine will use the graphics card: {why}.</source>
+      <translation>Der Rechenkern wird die Grafikkarte nutzen: {why}.</translation>
+    </message>
+    <message>
+      <source>The engine will use the processor only: {why}.</source>
+      <translation>Der Rechenkern wird nur den Prozessor nutzen: {why}.</translation>
+    </message>
+    <message>
+      <source>Stopped; run it again to go on where it ended.</source>
+      <translation>Angehalten; starten Sie es erneut, um dort fortzufahren, wo es endete.</translation>
+    </message>
+    <message>
+      <source>The QGIS setting treedgs/python still names {path} and comes first; clear it to use the environment that was just built.</source>
+      <translation>Die QGIS-Einstellung treedgs/python nennt noch {path} und geht vor; löschen Sie sie, um die eben gebaute Umgebung zu verwenden.</translation>
+    </message>
+    <message>
+      <source>the locked list of libraries</source>
+      <translation>die festgeschriebene Liste der Bibliotheken</translation>
+    </message>
+    <message>
       <source>Terrain model</source>
       <translation>Geländemodell</translation>
+    </message>
+    <message>
+      <source>yaw</source>
+      <translation>Kurs</translation>
+    </message>
+    <message>
+      <source>pitch</source>
+      <translation>Kippung</translation>
+    </message>
+    <message>
+      <source>Field tree</source>
+      <translation>Feldbaum</translation>
+    </message>
+    <message>
+      <source>measured tree</source>
+      <translation>gemessener Baum</translation>
+    </message>
+    <message>
+      <source>field</source>
+      <translation>Feld</translation>
+    </message>
+    <message>
+      <source>measured</source>
+      <translation>gemessen</translation>
+    </message>
+    <message>
+      <source>distance</source>
+      <translation>Abstand</translation>
+    </message>
+    <message>
+      <source>Plot</source>
+      <translation>Probefläche</translation>
+    </message>
+    <message>
+      <source>field trees paired</source>
+      <translation>gepaarte Feldbäume</translation>
+    </message>
+    <message>
+      <source>moved east, north</source>
+      <translation>verschoben nach Ost, Nord</translation>
+    </message>
+    <message>
+      <source>turned</source>
+      <translation>gedreht</translation>
+    </message>
+    <message>
+      <source>rejected</source>
+      <translation>abgelehnt</translation>
+    </message>
+    <message>
+      <source>no DBH</source>
+      <translation>kein BHD</translation>
+    </message>
+    <message>
+      <source>trees</source>
+      <translation>Bäume</translation>
+    </message>
+    <message>
+      <source>without a DBH</source>
+      <translation>ohne BHD</translation>
+    </message>
+    <message>
+      <source>trees/ha</source>
+      <translation>Bäume/ha</translation>
+    </message>
+    <message>
+      <source>Tree</source>
+      <translation>Baum</translation>
+    </message>
+    <message>
+      <source>plot</source>
+      <translation>Fläche</translation>
+    </message>
+    <message>
+      <source>DBH</source>
+      <translation>BHD</translation>
+    </message>
+    <message>
+      <source>height</source>
+      <translation>Höhe</translation>
+    </message>
+    <message>
+      <source>counts as</source>
+      <translation>zählt als</translation>
+    </message>
+    <message>
+      <source>No DBH</source>
+      <translation>Kein BHD</translation>
+    </message>
+    <message>
+      <source>at</source>
+      <translation>in</translation>
+    </message>
+    <message>
+      <source>drawn at true scale</source>
+      <translation>maßstäblich gezeichnet</translation>
+    </message>
+    <message>
+      <source>points round</source>
+      <translation>Punkte rundum</translation>
+    </message>
+    <message>
+      <source>Parameter {name} is unknown to {algorithm}; {hint}</source>
+      <translation>Der Parameter {name} ist {algorithm} unbekannt; {hint}</translation>
+    </message>
+    <message>
+      <source>{name}: found '{given}', expected one of {choices}.</source>
+      <translation>{name}: '{given}' gefunden, erwartet ist eines von {choices}.</translation>
     </message>
     <message>
       <source>Parameters</source>
@@ -76,8 +244,196 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation>Fertig nach {time}.</translation>
     </message>
     <message>
+      <source>did you mean {name}?</source>
+      <translation>meinten Sie {name}?</translation>
+    </message>
+    <message>
+      <source>known: {names}.</source>
+      <translation>bekannt: {names}.</translation>
+    </message>
+    <message>
       <source>Results</source>
       <translation>Ergebnisse</translation>
+    </message>
+    <message>
+      <source>{name} is required: {help}</source>
+      <translation>{name} ist erforderlich: {help}</translation>
+    </message>
+    <message>
+      <source>{name}: {crs} is not in metres; choose the metric version of this CRS or the UTM zone.</source>
+      <translation>{name}: {crs} ist nicht in Metern; wählen Sie die metrische Fassung dieses KBS oder die UTM-Zone.</translation>
+    </message>
+    <message>
+      <source>the photos in {folder}</source>
+      <translation>die Fotos in {folder}</translation>
+    </message>
+    <message>
+      <source>DTM: {dtm} covers x {west} to {east}, y {south} to {north}, but {what} lies at x {x}, y {y} ({crs}); give the terrain model of this place.</source>
+      <translation>DTM: {dtm} reicht von x {west} bis {east}, y {south} bis {north}, aber {what} liegt bei x {x}, y {y} ({crs}); geben Sie das Geländemodell dieses Orts an.</translation>
+    </message>
+    <message>
+      <source>{name}: {path} does not exist; give a file that does.</source>
+      <translation>{name}: {path} gibt es nicht; geben Sie eine vorhandene Datei an.</translation>
+    </message>
+    <message>
+      <source>{name}: {path} is a folder, expected a file.</source>
+      <translation>{name}: {path} ist ein Ordner, erwartet ist eine Datei.</translation>
+    </message>
+    <message>
+      <source>{name}: {path} is a file, expected a folder.</source>
+      <translation>{name}: {path} ist eine Datei, erwartet ist ein Ordner.</translation>
+    </message>
+    <message>
+      <source>{name}: a layer in memory cannot be written; give a file name.</source>
+      <translation>{name}: ein Layer im Arbeitsspeicher kann nicht geschrieben werden; geben Sie einen Dateinamen an.</translation>
+    </message>
+    <message>
+      <source>{name}: {path} ends in {found}, expected one of {wanted}.</source>
+      <translation>{name}: {path} endet auf {found}, erwartet ist eines von {wanted}.</translation>
+    </message>
+    <message>
+      <source>{name}: found '{given}', expected a whole number{unit}.</source>
+      <translation>{name}: '{given}' gefunden, erwartet ist eine ganze Zahl{unit}.</translation>
+    </message>
+    <message>
+      <source>{name}: found '{given}', expected a number{unit}.</source>
+      <translation>{name}: '{given}' gefunden, erwartet ist eine Zahl{unit}.</translation>
+    </message>
+    <message>
+      <source>{name}: found {given}, expected {limits}{unit}.</source>
+      <translation>{name}: {given} gefunden, erwartet ist {limits}{unit}.</translation>
+    </message>
+    <message>
+      <source>{name} is required: give a projected CRS in metres, like EPSG:32615.</source>
+      <translation>{name} ist erforderlich: geben Sie ein projiziertes KBS in Metern an, etwa EPSG:32615.</translation>
+    </message>
+    <message>
+      <source>{name}: '{given}' is not a coordinate reference system; give one like EPSG:32615.</source>
+      <translation>{name}: '{given}' ist kein Koordinatenbezugssystem; geben Sie eines wie EPSG:32615 an.</translation>
+    </message>
+    <message>
+      <source>{name}: {crs} is geographic (degrees), expected a projected CRS in metres; use the UTM zone of your plot, {zone}.</source>
+      <translation>{name}: {crs} ist geographisch (Grad), erwartet ist ein projiziertes KBS in Metern; verwenden Sie die UTM-Zone Ihrer Probefläche, {zone}.</translation>
+    </message>
+    <message>
+      <source>DTM: {dtm} is not a raster that can be read; give a terrain GeoTIFF.</source>
+      <translation>DTM: {dtm} ist kein lesbares Raster; geben Sie ein Gelände-GeoTIFF an.</translation>
+    </message>
+    <message>
+      <source>{name}: {path} does not exist; give a folder that does.</source>
+      <translation>{name}: {path} gibt es nicht; geben Sie einen vorhandenen Ordner an.</translation>
+    </message>
+    <message>
+      <source>in {unit}</source>
+      <translation>in {unit}</translation>
+    </message>
+    <message>
+      <source>for example EPSG:32615 for 93 W, north</source>
+      <translation>zum Beispiel EPSG:32615 für 93 W, Nord</translation>
+    </message>
+    <message>
+      <source>run the algorithm 'Set up the engine' (treedgs:setupengine), or point the environment variable TREEDGS_PYTHON at a Python that has the engine's libraries</source>
+      <translation>starten Sie den Algorithmus 'Rechenkern einrichten' (treedgs:setupengine), oder setzen Sie die Umgebungsvariable TREEDGS_PYTHON auf ein Python, das die Bibliotheken des Rechenkerns hat</translation>
+    </message>
+    <message>
+      <source>The TreeDGS engine is not installed; {do}.</source>
+      <translation>Der TreeDGS-Rechenkern ist nicht installiert; {do}.</translation>
+    </message>
+    <message>
+      <source>Stopped; what was finished is kept, run again to resume.</source>
+      <translation>Angehalten; was fertig war, bleibt erhalten, ein erneuter Start setzt fort.</translation>
+    </message>
+    <message>
+      <source>No folder for the job's files can be made in {folder}; set TREEDGS_HOME to a folder that can be written.</source>
+      <translation>In {folder} kann kein Ordner für die Dateien der Aufgabe angelegt werden; setzen Sie TREEDGS_HOME auf einen beschreibbaren Ordner.</translation>
+    </message>
+    <message>
+      <source>The TreeDGS engine is missing: {source} names {python}, which is not a Python program; {do}.</source>
+      <translation>Der TreeDGS-Rechenkern fehlt: {source} nennt {python}, das ist kein Python-Programm; {do}.</translation>
+    </message>
+    <message>
+      <source>The TreeDGS engine needs Python 3.10 or newer: {python} ({source}) is {version}; {do}.</source>
+      <translation>Der TreeDGS-Rechenkern braucht Python 3.10 oder neuer: {python} ({source}) ist {version}; {do}.</translation>
+    </message>
+    <message>
+      <source>The TreeDGS engine is incomplete: {python} ({source}) lacks {names}; {do}.</source>
+      <translation>Der TreeDGS-Rechenkern ist unvollständig: {python} ({source}) hat nicht: {names}; {do}.</translation>
+    </message>
+    <message>
+      <source>The TreeDGS engine does not start: {python} ({source}) gave no answer ({problem}); {do}.</source>
+      <translation>Der TreeDGS-Rechenkern startet nicht: {python} ({source}) gab keine Antwort ({problem}); {do}.</translation>
+    </message>
+    <message>
+      <source>The engine cannot be started: {program} ({problem}); {do}.</source>
+      <translation>Der Rechenkern kann nicht gestartet werden: {program} ({problem}); {do}.</translation>
+    </message>
+    <message>
+      <source>The engine speaks protocol {found}, this plugin {own}; run 'Set up the engine' (treedgs:setupengine) to update it.</source>
+      <translation>Der Rechenkern spricht Protokoll {found}, diese Erweiterung {own}; starten Sie 'Rechenkern einrichten' (treedgs:setupengine), um ihn zu aktualisieren.</translation>
+    </message>
+    <message>
+      <source>it touched memory it does not own</source>
+      <translation>er griff auf fremden Speicher zu</translation>
+    </message>
+    <message>
+      <source>the processor lacks an instruction it needs</source>
+      <translation>dem Prozessor fehlt ein nötiger Befehl</translation>
+    </message>
+    <message>
+      <source>a system library is missing, install the Visual C++ redistributable from https://aka.ms/vs/17/release/vc_redist.x64.exe</source>
+      <translation>eine Systembibliothek fehlt, installieren Sie Visual C++ Redistributable von https://aka.ms/vs/17/release/vc_redist.x64.exe</translation>
+    </message>
+    <message>
+      <source>it said nothing</source>
+      <translation>er sagte nichts</translation>
+    </message>
+    <message>
+      <source>The engine ended with code {code}: {last} (log: {log}).</source>
+      <translation>Der Rechenkern endete mit Code {code}: {last} (Protokoll: {log}).</translation>
+    </message>
+    <message>
+      <source>The engine was killed by the system, most likely because memory ran out; close other programs, choose a faster preset or fewer photos, and run again to resume (log: {log}).</source>
+      <translation>Der Rechenkern wurde vom System beendet, wahrscheinlich weil der Arbeitsspeicher ausging; schließen Sie andere Programme, wählen Sie eine schnellere Voreinstellung oder weniger Fotos, und starten Sie erneut, um fortzusetzen (Protokoll: {log}).</translation>
+    </message>
+    <message>
+      <source>The engine crashed ({name}); run 'Check the engine' (treedgs:checkengine), and if that is fine report the log {log}.</source>
+      <translation>Der Rechenkern stürzte ab ({name}); starten Sie 'Rechenkern prüfen' (treedgs:checkengine), und wenn dort alles in Ordnung ist, melden Sie das Protokoll {log}.</translation>
+    </message>
+    <message>
+      <source>The engine was stopped from outside; run again to resume (log: {log}).</source>
+      <translation>Der Rechenkern wurde von außen angehalten; ein erneuter Start setzt fort (Protokoll: {log}).</translation>
+    </message>
+    <message>
+      <source>The engine crashed: {why} (log: {log}).</source>
+      <translation>Der Rechenkern stürzte ab: {why} (Protokoll: {log}).</translation>
+    </message>
+    <message>
+      <source>no NVIDIA card was found</source>
+      <translation>es wurde keine NVIDIA-Karte gefunden</translation>
+    </message>
+    <message>
+      <source>there is no NVIDIA driver on this computer</source>
+      <translation>auf diesem Rechner gibt es keinen NVIDIA-Treiber</translation>
+    </message>
+    <message>
+      <source>the NVIDIA driver does not answer ({answer})</source>
+      <translation>der NVIDIA-Treiber antwortet nicht ({answer})</translation>
+    </message>
+    <message>
+      <source>{name}: its driver is {driver}, expected {least} or newer; update it and run this again</source>
+      <translation>{name}: der Treiber ist {driver}, erwartet ist {least} oder neuer; aktualisieren Sie ihn und starten Sie dies erneut</translation>
+    </message>
+    <message>
+      <source>{name} is too old for the engine (compute capability {card}, expected {least})</source>
+      <translation>{name} ist zu alt für den Rechenkern (Compute Capability {card}, erwartet {least})</translation>
+    </message>
+    <message>
+      <source>{name} has {memory} MB of memory, expected {least}</source>
+      <translation>{name} hat {memory} MB Speicher, erwartet sind {least}</translation>
+    </message>
+    <message>
+      <source>{name}, driver {driver}</source>
+      <translation>{name}, Treiber {driver}</translation>
     </message>
     <message>
       <source>Camera positions</source>
@@ -136,6 +492,50 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation>Messung jedes Stamms</translation>
     </message>
     <message>
+      <source>Stems, found and fitted</source>
+      <translation>Stämme, gefunden und angepasst</translation>
+    </message>
+    <message>
+      <source>A second measurement, to compare</source>
+      <translation>Eine zweite Messung zum Vergleich</translation>
+    </message>
+    <message>
+      <source>Writing tagged copies of the photos</source>
+      <translation>Schreiben verorteter Kopien der Fotos</translation>
+    </message>
+    <message>
+      <source>Growing the stand</source>
+      <translation>Der Bestand wächst</translation>
+    </message>
+    <message>
+      <source>Drawing the photos</source>
+      <translation>Zeichnen der Fotos</translation>
+    </message>
+    <message>
+      <source>LiDAR cloud</source>
+      <translation>LiDAR-Wolke</translation>
+    </message>
+    <message>
+      <source>Writing field table and truth</source>
+      <translation>Schreiben von Feldtabelle und Wahrheit</translation>
+    </message>
+    <message>
+      <source>Comparing with the field trees</source>
+      <translation>Vergleich mit den Feldbäumen</translation>
+    </message>
+    <message>
+      <source>Published methods on the same trees</source>
+      <translation>Veröffentlichte Verfahren an denselben Bäumen</translation>
+    </message>
+    <message>
+      <source>Circles and cylinders on both clouds</source>
+      <translation>Kreise und Zylinder auf beiden Wolken</translation>
+    </message>
+    <message>
+      <source>Photos that show breast height, and time</source>
+      <translation>Fotos, die die Brusthöhe zeigen, und Zeit</translation>
+    </message>
+    <message>
       <source>Fitting Gaussians</source>
       <translation>Anpassung der Gauß-Elemente</translation>
     </message>
@@ -170,6 +570,14 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     <message>
       <source>Estimating per hectare</source>
       <translation>Schätzung je Hektar</translation>
+    </message>
+    <message>
+      <source>Stems in the photos, area {number} of {all}</source>
+      <translation>Stämme in den Fotos, Gebiet {number} von {all}</translation>
+    </message>
+    <message>
+      <source>Dense points of plot {plot}</source>
+      <translation>Dichte Punkte der Probefläche {plot}</translation>
     </message>
     <message>
       <source>about {time} left</source>
@@ -216,10 +624,6 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation>Fertige Modelle</translation>
     </message>
     <message>
-      <source>in {unit}</source>
-      <translation>in {unit}</translation>
-    </message>
-    <message>
       <source>{low} to {high}</source>
       <translation>{low} bis {high}</translation>
     </message>
@@ -245,7 +649,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Inputs: overlapping drone photos taken above the canopy, most of them oblique (30 to 50 degrees from straight down), at about 2 cm a pixel or finer; PPK or RTK geotags. Output: one point per stem found, with DBH (cm), its standard error and 90 % interval (cm), and a reason wherever no DBH could be measured. Stems under 7.5 cm and stems that fewer than three photos see at breast height are refused. A second run in the same workspace resumes.</source>
-      <translation type="unfinished" />
+      <translation>Eingaben: überlappende Drohnenfotos von oberhalb des Kronendachs, die meisten schräg (30 bis 50 Grad aus der Senkrechten), mit etwa 2 cm je Pixel oder feiner; PPK- oder RTK-Geotags. Ausgabe: ein Punkt je gefundenem Stamm mit BHD (cm), dessen Standardfehler und 90-%-Intervall (cm), und einem Grund, wo kein BHD messbar war. Stämme unter 7,5 cm und solche, die weniger als drei Fotos in Brusthöhe sehen, werden verworfen. Ein zweiter Lauf im selben Arbeitsordner setzt fort.</translation>
     </message>
     <message>
       <source>Photos</source>
@@ -296,8 +700,8 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation>Anpassung</translation>
     </message>
     <message>
-      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper = splats with the published constants; auto = what the data supports.</source>
-      <translation type="unfinished" />
+      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper = splats with the published constants; auto = photos, then stems left in doubt asked again among Gaussians.</source>
+      <translation>photos = Stämme direkt an die Fotos angepasst; gaussians = Stammkörper zwischen Gauß-Elementen; paper = Splats mit den veröffentlichten Konstanten; auto = photos, danach werden zweifelhafte Stämme zwischen Gauß-Elementen noch einmal geprüft.</translation>
     </message>
     <message>
       <source>Breast height [m]</source>
@@ -349,7 +753,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>run.json: parameters, versions, seconds, peak memory (file)</source>
-      <translation type="unfinished" />
+      <translation>run.json: Parameter, Versionen, Sekunden, größter Speicherbedarf (Datei)</translation>
     </message>
     <message>
       <source>stems found</source>
@@ -405,7 +809,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Finds the ground (or takes your DTM), finds the stems in the band from 0.5 to 5 m, measures each at breast height and writes the tree layer: DBH, standard error and 90 % interval in cm, lean, height where the cloud reaches the crowns, and for every stem that cannot be measured the reason. Needs about 100 points on the lower 3 m of a stem (drone LiDAR above 1,000 points/m2, or a terrestrial scan). The CRS comes from the file; give --crs where it has none ('local' for a scan without a place on the map).</source>
-      <translation type="unfinished" />
+      <translation>Findet den Boden (oder nimmt Ihr Geländemodell), findet die Stämme im Band von 0,5 bis 5 m, misst jeden in Brusthöhe und schreibt den Baumlayer: BHD, Standardfehler und 90-%-Intervall in cm, Neigung, Höhe, wo die Wolke bis in die Kronen reicht, und für jeden nicht messbaren Stamm den Grund. Nötig sind etwa 100 Punkte auf den untersten 3 m eines Stamms (Drohnen-LiDAR mit mehr als 1000 Punkten/m2 oder ein terrestrischer Scan). Das KBS kommt aus der Datei; geben Sie --crs an, wo sie keines hat ('local' für einen Scan ohne Ort auf der Karte).</translation>
     </message>
     <message>
       <source>Input</source>
@@ -421,7 +825,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>CRS of a cloud that holds none: EPSG:CODE, or 'local' for metres without a place on the map</source>
-      <translation type="unfinished" />
+      <translation>KBS einer Wolke, die keines enthält: EPSG:CODE oder 'local' für Meter ohne Ort auf der Karte</translation>
     </message>
     <message>
       <source>Weights</source>
@@ -429,7 +833,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>reliability of the points: none, LiDAR intensity (as it is, or brought to one range), or opacity of surface points</source>
-      <translation type="unfinished" />
+      <translation>Verlässlichkeit der Punkte: keine, LiDAR-Intensität (wie sie ist oder auf einen Bereich gebracht) oder Deckkraft von Oberflächenpunkten</translation>
     </message>
     <message>
       <source>cross-section model</source>
@@ -441,7 +845,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>default = our estimator; paper = the published constants</source>
-      <translation type="unfinished" />
+      <translation>default = unser Schätzer; paper = die veröffentlichten Konstanten</translation>
     </message>
     <message>
       <source>breast height</source>
@@ -481,7 +885,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>seed of the random draws</source>
-      <translation type="unfinished" />
+      <translation>Startwert der Zufallszüge</translation>
     </message>
     <message>
       <source>tree layer</source>
@@ -489,7 +893,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Only check the cloud, its CRS, density and DTM, memory and disk, and foretell the time; writes nothing</source>
-      <translation type="unfinished" />
+      <translation>Nur Wolke, KBS, Dichte und Geländemodell, Speicher und Platte prüfen und die Zeit vorhersagen; schreibt nichts</translation>
     </message>
     <message>
       <source>Stems output</source>
@@ -525,15 +929,15 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>points (dry run)</source>
-      <translation type="unfinished" />
+      <translation>Punkte (Probelauf)</translation>
     </message>
     <message>
       <source>points a square metre (dry run)</source>
-      <translation type="unfinished" />
+      <translation>Punkte je Quadratmeter (Probelauf)</translation>
     </message>
     <message>
       <source>verdict (dry run)</source>
-      <translation type="unfinished" />
+      <translation>Urteil (Probelauf)</translation>
     </message>
     <message>
       <source>Measure many plots</source>
@@ -541,47 +945,47 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Many plots from one table, on this machine or a cluster: one trees layer, one report.</source>
-      <translation type="unfinished" />
+      <translation>Viele Probeflächen aus einer Tabelle, auf diesem Rechner oder einem Cluster: ein Baumlayer, ein Bericht.</translation>
     </message>
     <message>
       <source>One row of the table is one plot, from photos or from a point cloud. All rows are checked before anything starts. Plots run side by side, as many as memory and cores carry, each in a folder of its own; a plot that fails is tried again at most twice and then reported, the others go on. A second start runs only what is missing or whose inputs or settings have changed. Writes one trees layer with plot ids, campaign.html and plots.csv (trees, refusals and reasons, seconds, memory, accuracy where field trees are given). With --predict it only says how long it will take.</source>
-      <translation type="unfinished" />
+      <translation>Eine Zeile der Tabelle ist eine Probefläche, aus Fotos oder einer Punktwolke. Alle Zeilen werden geprüft, bevor etwas beginnt. Die Flächen laufen nebeneinander, so viele Speicher und Kerne tragen, jede in einem eigenen Ordner; eine gescheiterte wird höchstens zweimal wiederholt und dann gemeldet, die anderen laufen weiter. Ein zweiter Start führt nur aus, was fehlt oder wessen Eingaben oder Einstellungen sich geändert haben. Schreibt einen Baumlayer mit Flächenkennungen, campaign.html und plots.csv (Bäume, Ablehnungen und Gründe, Sekunden, Speicher, Genauigkeit, wo Feldbäume vorliegen). Mit --predict sagt es nur, wie lange es dauern wird.</translation>
     </message>
     <message>
       <source>Manifest</source>
-      <translation type="unfinished" />
+      <translation>Tabelle der Probeflächen</translation>
     </message>
     <message>
       <source>CSV with one row a plot: plot_id, photos (folder) or cloud (file), and where wanted geotags, dtm, crs, plots, field and any setting of the verb by its name; paths count from the table's folder</source>
-      <translation type="unfinished" />
+      <translation>CSV mit einer Zeile je Probefläche: plot_id, photos (Ordner) oder cloud (Datei), und wo gewünscht geotags, dtm, crs, plots, field und jede Einstellung des Befehls unter ihrem Namen; Pfade zählen vom Ordner der Tabelle aus</translation>
     </message>
     <message>
       <source>CRS of rows that give none, and of the layer when rows have different ones</source>
-      <translation type="unfinished" />
+      <translation>KBS der Zeilen, die keines angeben, und des Layers, wenn Zeilen verschiedene haben</translation>
     </message>
     <message>
       <source>Scheduler</source>
-      <translation type="unfinished" />
+      <translation>Planer</translation>
     </message>
     <message>
       <source>where plots run: local, tcp://host:8786 (a running Dask scheduler), slurm or pbs</source>
-      <translation type="unfinished" />
+      <translation>wo die Flächen laufen: local, tcp://host:8786 (ein laufender Dask-Scheduler), slurm oder pbs</translation>
     </message>
     <message>
       <source>Workers</source>
-      <translation type="unfinished" />
+      <translation>Arbeitsprozesse</translation>
     </message>
     <message>
       <source>plots at once; 0 = as many as cores and memory carry</source>
-      <translation type="unfinished" />
+      <translation>Flächen zugleich; 0 = so viele Kerne und Speicher tragen</translation>
     </message>
     <message>
       <source>Predict</source>
-      <translation type="unfinished" />
+      <translation>Vorhersage</translation>
     </message>
     <message>
       <source>only check the table and say how long it will take and what it needs</source>
-      <translation type="unfinished" />
+      <translation>nur die Tabelle prüfen und sagen, wie lange es dauert und was es braucht</translation>
     </message>
     <message>
       <source>Threads</source>
@@ -589,103 +993,103 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>processor threads a plot</source>
-      <translation type="unfinished" />
+      <translation>Threads je Probefläche</translation>
     </message>
     <message>
       <source>Memory [GB]</source>
-      <translation type="unfinished" />
+      <translation>Arbeitsspeicher [GB]</translation>
     </message>
     <message>
       <source>memory for all plots together (in a queue: of each job); 0 = what is free, less a reserve</source>
-      <translation type="unfinished" />
+      <translation>Speicher für alle Flächen zusammen (in einer Warteschlange: je Auftrag); 0 = was frei ist, abzüglich einer Reserve</translation>
     </message>
     <message>
       <source>Time limit [min]</source>
-      <translation type="unfinished" />
+      <translation>Zeitgrenze [min]</translation>
     </message>
     <message>
       <source>end a plot that takes longer; 0 = never</source>
-      <translation type="unfinished" />
+      <translation>eine Fläche beenden, die länger braucht; 0 = nie</translation>
     </message>
     <message>
       <source>Patience [s]</source>
-      <translation type="unfinished" />
+      <translation>Geduld [s]</translation>
     </message>
     <message>
       <source>how long to wait for a scheduler or workers that are lost</source>
-      <translation type="unfinished" />
+      <translation>wie lange auf einen Scheduler oder verlorene Arbeitsprozesse gewartet wird</translation>
     </message>
     <message>
       <source>Dashboard</source>
-      <translation type="unfinished" />
+      <translation>Live-Ansicht</translation>
     </message>
     <message>
       <source>Dask's live view: auto (a free port), off, or an address like :8787</source>
-      <translation type="unfinished" />
+      <translation>Live-Ansicht von Dask: auto (ein freier Port), off oder eine Adresse wie :8787</translation>
     </message>
     <message>
       <source>Queue options</source>
-      <translation type="unfinished" />
+      <translation>Optionen der Warteschlange</translation>
     </message>
     <message>
       <source>for slurm and pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4</source>
-      <translation type="unfinished" />
+      <translation>für slurm und pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4</translation>
     </message>
     <message>
       <source>Costs</source>
-      <translation type="unfinished" />
+      <translation>Aufwandsmodell</translation>
     </message>
     <message>
       <source>cost model (costs.json of another campaign) for the forecast and the memory that plots declare</source>
-      <translation type="unfinished" />
+      <translation>Aufwandsmodell (costs.json einer anderen Kampagne) für die Vorhersage und den Speicher, den Flächen anmelden</translation>
     </message>
     <message>
       <source>folder for the campaign; a second start does what is missing</source>
-      <translation type="unfinished" />
+      <translation>Ordner der Kampagne; ein zweiter Start erledigt, was fehlt</translation>
     </message>
     <message>
       <source>the one trees layer (.gpkg or .csv); without it trees.gpkg in the workspace</source>
-      <translation type="unfinished" />
+      <translation>der eine Baumlayer (.gpkg oder .csv); sonst trees.gpkg im Arbeitsordner</translation>
     </message>
     <message>
       <source>trees layer of all plots (file)</source>
-      <translation type="unfinished" />
+      <translation>Baumlayer aller Probeflächen (Datei)</translation>
     </message>
     <message>
       <source>campaign report (file)</source>
-      <translation type="unfinished" />
+      <translation>Bericht der Kampagne (Datei)</translation>
     </message>
     <message>
       <source>one row a plot (file)</source>
-      <translation type="unfinished" />
+      <translation>eine Zeile je Probefläche (Datei)</translation>
     </message>
     <message>
       <source>plots in the table</source>
-      <translation type="unfinished" />
+      <translation>Probeflächen der Tabelle</translation>
     </message>
     <message>
       <source>plots measured, now or before</source>
-      <translation type="unfinished" />
+      <translation>gemessene Probeflächen, jetzt oder früher</translation>
     </message>
     <message>
       <source>plots run by this start</source>
-      <translation type="unfinished" />
+      <translation>bei diesem Start gerechnete Probeflächen</translation>
     </message>
     <message>
       <source>plots kept from an earlier start</source>
-      <translation type="unfinished" />
+      <translation>von einem früheren Start behaltene Probeflächen</translation>
     </message>
     <message>
       <source>plots given up, each with its reason in the report</source>
-      <translation type="unfinished" />
+      <translation>aufgegebene Probeflächen, jede mit ihrem Grund im Bericht</translation>
     </message>
     <message>
       <source>seconds of this start</source>
-      <translation type="unfinished" />
+      <translation>Sekunden dieses Starts</translation>
     </message>
     <message>
       <source>seconds that were forecast</source>
-      <translation type="unfinished" />
+      <translation>vorhergesagte Sekunden</translation>
     </message>
     <message>
       <source>Geotag drone photos</source>
@@ -697,107 +1101,107 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>MRK and RTKLIB .pos (or EXIF/XMP) to camera positions at the exposure, as a point layer.</source>
-      <translation type="unfinished" />
+      <translation>MRK und RTKLIB-.pos (oder EXIF/XMP) zu Kamerapositionen bei der Auslösung, als Punktlayer.</translation>
     </message>
     <message>
       <source>Inputs: the photos, and a folder with the drone's Timestamp.MRK and the PPK solution (.pos), or a CSV by photo name. RINEX of rover and base is solved by RTKLIB (rnx2rtkp). The antenna's path is interpolated at each exposure and the lever arm applied once; heights stay ellipsoidal unless the project CRS has a height datum, which needs its geoid grid. Output: layer 'stations' (PointZ, project CRS) with quality (fix, float, single, exif, none), standard deviations (m), time, flight and gimbal angles (degrees). Photos that are blurred or show nothing are left out with a warning; geotags of other photos are refused.</source>
-      <translation type="unfinished" />
+      <translation>Eingaben: die Fotos und ein Ordner mit Timestamp.MRK der Drohne und der PPK-Lösung (.pos), oder eine CSV nach Fotonamen. RINEX von Rover und Basis löst RTKLIB (rnx2rtkp). Die Bahn der Antenne wird für jede Auslösung interpoliert und der Hebelarm einmal angebracht; Höhen bleiben ellipsoidisch, außer das Projekt-KBS hat ein Höhendatum, das sein Geoidgitter braucht. Ausgabe: Layer 'stations' (PointZ, Projekt-KBS) mit Qualität (fix, float, single, exif, none), Standardabweichungen (m), Zeit, Flug und Winkeln der Kameraaufhängung (Grad). Unscharfe und leere Fotos werden mit einer Warnung ausgelassen; Geotags anderer Fotos werden abgelehnt.</translation>
     </message>
     <message>
       <source>Folder with the original drone photos (searched with its subfolders).</source>
-      <translation type="unfinished" />
+      <translation>Ordner mit den originalen Drohnenfotos (samt Unterordnern durchsucht).</translation>
     </message>
     <message>
       <source>Folder or file with MRK and RTKLIB .pos or RINEX (PPK), or a CSV with name, lat, lon, h; without it EXIF/XMP positions are used.</source>
-      <translation type="unfinished" />
+      <translation>Ordner oder Datei mit MRK und RTKLIB-.pos oder RINEX (PPK), oder eine CSV mit name, lat, lon, h; sonst gelten die Positionen aus EXIF/XMP.</translation>
     </message>
     <message>
       <source>Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703.</source>
-      <translation type="unfinished" />
+      <translation>KBS des Projekts, projiziert und in Metern, zum Beispiel EPSG:25832, oder mit Höhendatum, EPSG:25832+7837.</translation>
     </message>
     <message>
       <source>Camera stations layer to write.</source>
-      <translation type="unfinished" />
+      <translation>Zu schreibender Layer der Kamerastandorte.</translation>
     </message>
     <message>
       <source>Geotags CRS</source>
-      <translation type="unfinished" />
+      <translation>KBS der Geotags</translation>
     </message>
     <message>
       <source>Reference frame of the geotags (geographic), for example EPSG:7912 for ITRF2014; default: the project's.</source>
-      <translation type="unfinished" />
+      <translation>Bezugsrahmen der Geotags (geographisch), zum Beispiel EPSG:7912 für ITRF2014; Vorgabe: der des Projekts.</translation>
     </message>
     <message>
       <source>Base</source>
-      <translation type="unfinished" />
+      <translation>Basisstation</translation>
     </message>
     <message>
       <source>RINEX observations of the base station, when they do not lie with the geotags.</source>
-      <translation type="unfinished" />
+      <translation>RINEX-Beobachtungen der Basisstation, wenn sie nicht bei den Geotags liegen.</translation>
     </message>
     <message>
       <source>Base position</source>
-      <translation type="unfinished" />
+      <translation>Position der Basis</translation>
     </message>
     <message>
       <source>Base station 'latitude, longitude, height' (degrees, ellipsoidal m), for RINEX; default: its header's.</source>
-      <translation type="unfinished" />
+      <translation>Basisstation 'Breite, Länge, Höhe' (Grad, ellipsoidische m), für RINEX; Vorgabe: aus deren Kopf.</translation>
     </message>
     <message>
       <source>Tagged photos</source>
-      <translation type="unfinished" />
+      <translation>Verortete Fotos</translation>
     </message>
     <message>
       <source>New folder for copies of the photos with the corrected EXIF/XMP position; originals are never changed.</source>
-      <translation type="unfinished" />
+      <translation>Neuer Ordner für Kopien der Fotos mit der verbesserten EXIF/XMP-Position; die Originale werden nie verändert.</translation>
     </message>
     <message>
-      <source>Camera delay ms [ms]</source>
-      <translation type="unfinished" />
+      <source>Camera delay [ms]</source>
+      <translation>Kameraverzögerung [ms]</translation>
     </message>
     <message>
       <source>Exposure minus mark time, for cameras triggered by cable.</source>
-      <translation type="unfinished" />
+      <translation>Auslösung minus Markenzeit, für Kameras, die per Kabel ausgelöst werden.</translation>
     </message>
     <message>
       <source>Check photos</source>
-      <translation type="unfinished" />
+      <translation>Fotos prüfen</translation>
     </message>
     <message>
       <source>Leave out blurred and empty photos.</source>
-      <translation type="unfinished" />
+      <translation>Unscharfe und leere Fotos auslassen.</translation>
     </message>
     <message>
       <source>camera stations layer (file)</source>
-      <translation type="unfinished" />
+      <translation>Layer der Kamerastandorte (Datei)</translation>
     </message>
     <message>
       <source>photos</source>
-      <translation type="unfinished" />
+      <translation>Fotos</translation>
     </message>
     <message>
       <source>photos with a fixed PPK/RTK position</source>
-      <translation type="unfinished" />
+      <translation>Fotos mit fixierter PPK/RTK-Position</translation>
     </message>
     <message>
       <source>photos with a float position</source>
-      <translation type="unfinished" />
+      <translation>Fotos mit Float-Position</translation>
     </message>
     <message>
       <source>photos with a navigation-grade position</source>
-      <translation type="unfinished" />
+      <translation>Fotos mit einer Position von Navigationsgüte</translation>
     </message>
     <message>
       <source>photos without a position</source>
-      <translation type="unfinished" />
+      <translation>Fotos ohne Position</translation>
     </message>
     <message>
       <source>flights</source>
-      <translation type="unfinished" />
+      <translation>Flüge</translation>
     </message>
     <message>
       <source>tagged copies written</source>
-      <translation type="unfinished" />
+      <translation>geschriebene verortete Kopien</translation>
     </message>
     <message>
       <source>Reconstruct cameras from photos</source>
@@ -805,87 +1209,103 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Georeferenced structure from motion: camera poses, sparse points, dense points of the stem band.</source>
-      <translation type="unfinished" />
+      <translation>Georeferenzierte Structure from Motion: Kameralagen, lose Punkte, dichte Punkte des Stammbands.</translation>
     </message>
     <message>
       <source>Inputs: overlapping drone photos (80 % overlap, most of them oblique) and their PPK, RTK or EXIF positions. All flights end in one frame, adjusted with the geotags as priors. Output in the workspace: geotags.gpkg, sfm/ (COLMAP model in a local frame, frame.json with the CRS and origin, report.json) and dense.laz (stem band of the plots, project CRS). A block that contradicts its geotags, the lens calibration in the metadata, or the flying height is refused.</source>
-      <translation type="unfinished" />
+      <translation>Eingaben: überlappende Drohnenfotos (80 % Überlappung, die meisten schräg) und ihre PPK-, RTK- oder EXIF-Positionen. Alle Flüge enden in einem Rahmen, mit den Geotags als Vorwissen ausgeglichen. Ausgabe im Arbeitsordner: geotags.gpkg, sfm/ (COLMAP-Modell in einem lokalen Rahmen, frame.json mit KBS und Ursprung, report.json) und dense.laz (Stammband der Probeflächen, Projekt-KBS). Ein Block, der seinen Geotags, der Linsenkalibrierung in den Metadaten oder der Flughöhe widerspricht, wird abgelehnt.</translation>
     </message>
     <message>
       <source>Folder or file with MRK and RTKLIB .pos (PPK), or a CSV with name, lat, lon, h; without it EXIF/XMP positions are used.</source>
-      <translation type="unfinished" />
+      <translation>Ordner oder Datei mit MRK und RTKLIB-.pos (PPK), oder eine CSV mit name, lat, lon, h; sonst gelten die Positionen aus EXIF/XMP.</translation>
     </message>
     <message>
       <source>Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is taken from the photos.</source>
-      <translation type="unfinished" />
+      <translation>Geländemodell (GeoTIFF) in den Höhen der Geotags; ohne es wird der Boden aus den Fotos genommen.</translation>
     </message>
     <message>
       <source>CSV of plots (plot_id, easting, northing, radius_m or lon, lat): where the stem band is made dense; without it no dense points are made.</source>
-      <translation type="unfinished" />
+      <translation>CSV der Probeflächen (plot_id, easting, northing, radius_m oder lon, lat): wo das Stammband verdichtet wird; ohne sie entstehen keine dichten Punkte.</translation>
     </message>
     <message>
       <source>Dense</source>
-      <translation type="unfinished" />
+      <translation>Verdichten</translation>
     </message>
     <message>
       <source>Make dense points of the stem band where plots are given.</source>
-      <translation type="unfinished" />
+      <translation>Dichte Punkte des Stammbands erzeugen, wo Probeflächen angegeben sind.</translation>
     </message>
     <message>
       <source>Folder for the results; a second run resumes there.</source>
-      <translation type="unfinished" />
+      <translation>Ordner für die Ergebnisse; ein zweiter Lauf setzt dort fort.</translation>
     </message>
     <message>
       <source>Max features</source>
-      <translation type="unfinished" />
+      <translation>Höchstzahl Merkmale</translation>
     </message>
     <message>
       <source>Most features per photo.</source>
-      <translation type="unfinished" />
+      <translation>Höchstzahl der Merkmale je Foto.</translation>
+    </message>
+    <message>
+      <source>Matcher</source>
+      <translation>Matcher (Zuordnung der Merkmale)</translation>
+    </message>
+    <message>
+      <source>Python file with load(weights) that returns a matcher of two photos (TopicFM, LoFTR, LightGlue ...); its matches are used beside SIFT's.</source>
+      <translation>Python-Datei mit load(weights), die einen Matcher zweier Fotos liefert (TopicFM, LoFTR, LightGlue ...); seine Treffer werden neben denen von SIFT verwendet.</translation>
+    </message>
+    <message>
+      <source>Matcher weights</source>
+      <translation>Gewichte des Matchers</translation>
+    </message>
+    <message>
+      <source>Weights that the matcher loads; none come with TreeDGS.</source>
+      <translation>Gewichte, die der Matcher lädt; TreeDGS liefert keine mit.</translation>
     </message>
     <message>
       <source>Processor threads, 0 = all.</source>
-      <translation type="unfinished" />
+      <translation>Threads des Prozessors, 0 = alle.</translation>
     </message>
     <message>
       <source>folder of the results</source>
-      <translation type="unfinished" />
+      <translation>Ordner der Ergebnisse</translation>
     </message>
     <message>
       <source>COLMAP model (folder)</source>
-      <translation type="unfinished" />
+      <translation>COLMAP-Modell (Ordner)</translation>
     </message>
     <message>
       <source>dense points of the stem band (file)</source>
-      <translation type="unfinished" />
+      <translation>dichte Punkte des Stammbands (Datei)</translation>
     </message>
     <message>
       <source>photos registered</source>
-      <translation type="unfinished" />
+      <translation>eingepasste Fotos</translation>
     </message>
     <message>
       <source>RMS reprojection error, px</source>
-      <translation type="unfinished" />
+      <translation>mittlerer Rückprojektionsfehler (RMS), px</translation>
     </message>
     <message>
       <source>RMS distance of cameras to their geotags, E, N, U, m</source>
-      <translation type="unfinished" />
+      <translation>mittlerer Abstand (RMS) der Kameras von ihren Geotags, O, N, H, m</translation>
     </message>
     <message>
       <source>focal length, px</source>
-      <translation type="unfinished" />
+      <translation>Brennweite, px</translation>
     </message>
     <message>
       <source>sparse points</source>
-      <translation type="unfinished" />
+      <translation>lose Punkte</translation>
     </message>
     <message>
       <source>dense points</source>
-      <translation type="unfinished" />
+      <translation>dichte Punkte</translation>
     </message>
     <message>
       <source>seconds of structure from motion</source>
-      <translation type="unfinished" />
+      <translation>Sekunden der Structure from Motion</translation>
     </message>
     <message>
       <source>Terrain model from a point cloud</source>
@@ -893,67 +1313,67 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Find the ground in a point cloud and write a terrain model (DTM).</source>
-      <translation type="unfinished" />
+      <translation>Den Boden in einer Punktwolke finden und ein Geländemodell (DGM) schreiben.</translation>
     </message>
     <message>
       <source>A cloth is draped over the lowest points (cloth simulation filter), low plants are removed by a robust surface, and the ground is gridded by local planes. The GeoTIFF holds the ground height (band 1, metres, in the cloud's vertical datum) and the distance to the nearest ground point (band 2): read band 2 before you trust band 1. Cells farther than 10 m from ground are nodata.</source>
-      <translation type="unfinished" />
+      <translation>Über die tiefsten Punkte wird ein Tuch gelegt (cloth simulation filter), niedrige Pflanzen werden durch eine robuste Fläche entfernt, und der Boden wird durch lokale Ebenen gerastert. Das GeoTIFF enthält die Bodenhöhe (Band 1, Meter, im Höhendatum der Wolke) und den Abstand zum nächsten Bodenpunkt (Band 2): lesen Sie Band 2, bevor Sie Band 1 trauen. Zellen, die mehr als 10 m vom Boden entfernt sind, sind ohne Wert.</translation>
     </message>
     <message>
       <source>Cloth [m]</source>
-      <translation type="unfinished" />
+      <translation>Tuch [m]</translation>
     </message>
     <message>
       <source>cell size of the cloth</source>
-      <translation type="unfinished" />
+      <translation>Maschenweite des Tuchs</translation>
     </message>
     <message>
       <source>Rigidness</source>
-      <translation type="unfinished" />
+      <translation>Steifigkeit</translation>
     </message>
     <message>
       <source>1 steep, 2 hilly, 3 flat terrain</source>
-      <translation type="unfinished" />
+      <translation>1 steiles, 2 hügeliges, 3 flaches Gelände</translation>
     </message>
     <message>
       <source>Threshold [m]</source>
-      <translation type="unfinished" />
+      <translation>Schwelle [m]</translation>
     </message>
     <message>
       <source>largest distance of ground points from the cloth</source>
-      <translation type="unfinished" />
+      <translation>größter Abstand der Bodenpunkte vom Tuch</translation>
     </message>
     <message>
       <source>Rounds</source>
-      <translation type="unfinished" />
+      <translation>Durchgänge</translation>
     </message>
     <message>
       <source>most iterations of the cloth</source>
-      <translation type="unfinished" />
+      <translation>Höchstzahl der Durchgänge des Tuchs</translation>
     </message>
     <message>
       <source>Thin [m]</source>
-      <translation type="unfinished" />
+      <translation>Ausdünnen [m]</translation>
     </message>
     <message>
       <source>one lowest point a cell of this size hangs the cloth</source>
-      <translation type="unfinished" />
+      <translation>ein tiefster Punkt je Zelle dieser Größe trägt das Tuch</translation>
     </message>
     <message>
       <source>Ground [m]</source>
-      <translation type="unfinished" />
+      <translation>Boden [m]</translation>
     </message>
     <message>
       <source>points this close to the final surface are ground</source>
-      <translation type="unfinished" />
+      <translation>Punkte so nah an der endgültigen Fläche sind Boden</translation>
     </message>
     <message>
       <source>terrain raster to write</source>
-      <translation type="unfinished" />
+      <translation>zu schreibendes Geländeraster</translation>
     </message>
     <message>
       <source>CRS of a cloud that holds none: EPSG:CODE, or 'local'</source>
-      <translation type="unfinished" />
+      <translation>KBS einer Wolke, die keines enthält: EPSG:CODE oder 'local'</translation>
     </message>
     <message>
       <source>Resolution [m]</source>
@@ -969,15 +1389,15 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>also write the cloud, ground points as class 2 and heights above ground</source>
-      <translation type="unfinished" />
+      <translation>auch die Wolke schreiben, Bodenpunkte als Klasse 2 und Höhen über dem Boden</translation>
     </message>
     <message>
       <source>Use classes</source>
-      <translation type="unfinished" />
+      <translation>Klassen verwenden</translation>
     </message>
     <message>
       <source>trust the file's class 2 instead of finding the ground</source>
-      <translation type="unfinished" />
+      <translation>der Klasse 2 der Datei trauen, statt den Boden zu suchen</translation>
     </message>
     <message>
       <source>terrain raster</source>
@@ -985,23 +1405,23 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>points read</source>
-      <translation type="unfinished" />
+      <translation>gelesene Punkte</translation>
     </message>
     <message>
       <source>ground points</source>
-      <translation type="unfinished" />
+      <translation>Bodenpunkte</translation>
     </message>
     <message>
       <source>share of the extent with a ground height, %</source>
-      <translation type="unfinished" />
+      <translation>Anteil der Ausdehnung mit Bodenhöhe, %</translation>
     </message>
     <message>
       <source>distance to the nearest ground point that 95 % of the cells stay under, m</source>
-      <translation type="unfinished" />
+      <translation>Abstand zum nächsten Bodenpunkt, unter dem 95 % der Zellen bleiben, m</translation>
     </message>
     <message>
       <source>classified cloud</source>
-      <translation type="unfinished" />
+      <translation>klassifizierte Wolke</translation>
     </message>
     <message>
       <source>Fit Gaussians to the stem band</source>
@@ -1009,15 +1429,15 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>3D Gaussians around each stem, from the ground to a few metres, fitted to the photos.</source>
-      <translation type="unfinished" />
+      <translation>3D-Gauß-Elemente um jeden Stamm, vom Boden bis einige Meter hoch, an die Fotos angepasst.</translation>
     </message>
     <message>
       <source>Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a few decimetres. For each stem a tapered, leaning primitive and the Gaussians around it are fitted together to crops of the photos (the losses of the RaDe-GS paper, re-derived), with the ground behind as a texture. Output: stem_primitives.csv with the diameters, and field.ply, the standard 3DGS format in local metres (its origin and CRS are in field.frame.json beside it). With stems = free, Gaussians only, as published.</source>
-      <translation type="unfinished" />
+      <translation>Braucht einen Arbeitsordner mit Rekonstruktion (sfm/) und Geländemodell (dtm.tif) sowie Stammpositionen auf einige Dezimeter. Für jeden Stamm werden ein sich verjüngender, geneigter Körper und die Gauß-Elemente darum gemeinsam an Ausschnitte der Fotos angepasst (die Verlustfunktionen der RaDe-GS-Veröffentlichung, neu hergeleitet), mit dem Boden dahinter als Textur. Ausgabe: stem_primitives.csv mit den Durchmessern und field.ply, das übliche 3DGS-Format in lokalen Metern (Ursprung und KBS stehen in field.frame.json daneben). Mit stems = free nur Gauß-Elemente, wie veröffentlicht.</translation>
     </message>
     <message>
       <source>how much work is spent</source>
-      <translation type="unfinished" />
+      <translation>wie viel Aufwand getrieben wird</translation>
     </message>
     <message>
       <source>Gaussians</source>
@@ -1025,87 +1445,95 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Gaussians per stem</source>
-      <translation type="unfinished" />
+      <translation>Gauß-Elemente je Stamm</translation>
     </message>
     <message>
       <source>Max gaussians</source>
-      <translation type="unfinished" />
+      <translation>Höchstzahl Gauß-Elemente</translation>
     </message>
     <message>
       <source>hard limit on Gaussians in all; shared among the stems</source>
-      <translation type="unfinished" />
+      <translation>feste Obergrenze der Gauß-Elemente insgesamt; auf die Stämme verteilt</translation>
     </message>
     <message>
       <source>Coarse epochs</source>
-      <translation type="unfinished" />
+      <translation>Grobe Durchgänge</translation>
     </message>
     <message>
       <source>passes over the crops at half resolution</source>
-      <translation type="unfinished" />
+      <translation>Durchgänge über die Ausschnitte in halber Auflösung</translation>
     </message>
     <message>
       <source>Fine epochs</source>
-      <translation type="unfinished" />
+      <translation>Feine Durchgänge</translation>
     </message>
     <message>
       <source>passes over the crops at full resolution</source>
-      <translation type="unfinished" />
+      <translation>Durchgänge über die Ausschnitte in voller Auflösung</translation>
     </message>
     <message>
       <source>Max views</source>
-      <translation type="unfinished" />
+      <translation>Höchstzahl Fotos</translation>
     </message>
     <message>
       <source>photos used per stem</source>
-      <translation type="unfinished" />
+      <translation>je Stamm verwendete Fotos</translation>
     </message>
     <message>
       <source>SSIM</source>
-      <translation type="unfinished" />
+      <translation>SSIM</translation>
     </message>
     <message>
       <source>share of D-SSIM in the photometric loss</source>
-      <translation type="unfinished" />
+      <translation>Anteil von D-SSIM am photometrischen Verlust</translation>
     </message>
     <message>
       <source>Normals</source>
-      <translation type="unfinished" />
+      <translation>Normalen</translation>
     </message>
     <message>
       <source>weight of depth-normal consistency</source>
-      <translation type="unfinished" />
+      <translation>Gewicht der Übereinstimmung von Tiefe und Normalen</translation>
     </message>
     <message>
       <source>Fog</source>
-      <translation type="unfinished" />
+      <translation>Nebel</translation>
     </message>
     <message>
       <source>price of covering a pixel, in mean absolute colour (0..1); keeps Gaussians from explaining the ground</source>
-      <translation type="unfinished" />
+      <translation>Preis für das Bedecken eines Pixels, in mittlerer absoluter Farbe (0..1); hält Gauß-Elemente davon ab, den Boden zu erklären</translation>
+    </message>
+    <message>
+      <source>Smoothing px</source>
+      <translation>Glättung [px]</translation>
+    </message>
+    <message>
+      <source>3D smoothing filter of free Gaussians, in pixels' footprints; 0 = none</source>
+      <translation>3D-Glättungsfilter freier Gauß-Elemente, in Bodenpixeln der Fotos; 0 = keiner</translation>
     </message>
     <message>
       <source>Band [m]</source>
-      <translation type="unfinished" />
+      <translation>Band [m]</translation>
     </message>
     <message>
       <source>top of the modelled stem band above ground</source>
-      <translation type="unfinished" />
+      <translation>Oberkante des modellierten Stammbands über dem Boden</translation>
     </message>
     <message>
       <source>Radius [m]</source>
-      <translation type="unfinished" />
+      <translation>Radius [m]</translation>
     </message>
     <message>
       <source>radius of the modelled cylinder about each seed</source>
-      <translation type="unfinished" />
+      <translation>Radius des modellierten Zylinders um jede Stammposition</translation>
     </message>
     <message>
       <source>Mask foliage</source>
-      <translation type="unfinished" />
+      <translation>Laub maskieren</translation>
     </message>
     <message>
       <source>leave out green pixels where the photos' colours show a clear split</source>
-      <translation type="unfinished" />
+      <translation>grüne Pixel auslassen, wo die Farben der Fotos eine klare Trennung zeigen</translation>
     </message>
     <message>
       <source>Stems</source>
@@ -1113,55 +1541,55 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>primitive = a tapered stem is fitted in one loop with the Gaussians around it, and its bark written as Gaussians; start = its bark Gaussians are then fitted freely; free = nothing but Gaussians, as published</source>
-      <translation type="unfinished" />
+      <translation>primitive = ein sich verjüngender Stamm wird in einem Zug mit den Gauß-Elementen darum angepasst und seine Rinde als Gauß-Elemente geschrieben; start = seine Rindenelemente werden danach frei angepasst; free = nichts als Gauß-Elemente, wie veröffentlicht</translation>
     </message>
     <message>
       <source>Stem gaussians</source>
-      <translation type="unfinished" />
+      <translation>Gauß-Elemente am Stamm</translation>
     </message>
     <message>
       <source>Gaussians around a stem primitive (twigs and leaves before and beside it)</source>
-      <translation type="unfinished" />
+      <translation>Gauß-Elemente um einen Stammkörper (Zweige und Blätter davor und daneben)</translation>
     </message>
     <message>
       <source>Stem epochs</source>
-      <translation type="unfinished" />
+      <translation>Durchgänge am Stamm</translation>
     </message>
     <message>
       <source>passes over the crops in which primitive and Gaussians are fitted together</source>
-      <translation type="unfinished" />
+      <translation>Durchgänge über die Ausschnitte, in denen Körper und Gauß-Elemente gemeinsam angepasst werden</translation>
     </message>
     <message>
       <source>breast height above the ground</source>
-      <translation type="unfinished" />
+      <translation>Brusthöhe über dem Boden</translation>
     </message>
     <message>
       <source>Density</source>
-      <translation type="unfinished" />
+      <translation>Verdichtung</translation>
     </message>
     <message>
       <source>of free Gaussians: relocate = a fixed number, dead ones move onto live ones; split = split, clone and prune up to the limit</source>
-      <translation type="unfinished" />
+      <translation>der freien Gauß-Elemente: relocate = feste Anzahl, tote ziehen auf lebende um; split = teilen, verdoppeln und ausdünnen bis zur Obergrenze</translation>
     </message>
     <message>
       <source>Controller</source>
-      <translation type="unfinished" />
+      <translation>Steuerung</translation>
     </message>
     <message>
       <source>of free Gaussians: fixed = every epoch of the preset; plateau = stop when two held-out photos no longer improve; backtrack = go back to the last good state with smaller steps instead; rlgs = a learned policy chooses the steps (several times slower)</source>
-      <translation type="unfinished" />
+      <translation>der freien Gauß-Elemente: fixed = jeder Durchgang der Voreinstellung; plateau = Halt, wenn zwei zurückgehaltene Fotos nicht mehr besser werden; backtrack = dann zurück zum letzten guten Stand mit kleineren Schritten; rlgs = eine gelernte Regel wählt die Schritte (mehrfach langsamer)</translation>
     </message>
     <message>
       <source>Device</source>
-      <translation type="unfinished" />
+      <translation>Gerät</translation>
     </message>
     <message>
       <source>where Gaussians are drawn: cpu, or cuda = an NVIDIA GPU through the optional package warp-lang</source>
-      <translation type="unfinished" />
+      <translation>wo Gauß-Elemente gezeichnet werden: cpu, oder cuda = eine NVIDIA-GPU über das optionale Paket warp-lang</translation>
     </message>
     <message>
       <source>stems fitted at once</source>
-      <translation type="unfinished" />
+      <translation>zugleich angepasste Stämme</translation>
     </message>
     <message>
       <source>random seed</source>
@@ -1169,35 +1597,35 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Workspace with sfm/ and dtm.tif; field.ply is written there.</source>
-      <translation type="unfinished" />
+      <translation>Arbeitsordner mit sfm/ und dtm.tif; field.ply wird dort geschrieben.</translation>
     </message>
     <message>
       <source>Folder of the reconstructed photos; without it the one in run.json.</source>
-      <translation type="unfinished" />
+      <translation>Ordner der rekonstruierten Fotos; ohne ihn der aus run.json.</translation>
     </message>
     <message>
       <source>Seeds</source>
-      <translation type="unfinished" />
+      <translation>Stammpositionen</translation>
     </message>
     <message>
       <source>Stem positions, good to a few decimetres: a point layer, or a CSV with x, y in the project CRS; without it trees.gpkg of the workspace.</source>
-      <translation type="unfinished" />
+      <translation>Stammpositionen auf einige Dezimeter: ein Punktlayer oder eine CSV mit x, y im Projekt-KBS; ohne sie trees.gpkg des Arbeitsordners.</translation>
     </message>
     <message>
       <source>Dense points that free Gaussians start from: LAS/LAZ, or OpenMVS's scene_dense.ply in the local frame of sfm/; without it dense.laz of the workspace, if there.</source>
-      <translation type="unfinished" />
+      <translation>Dichte Punkte, von denen freie Gauß-Elemente ausgehen: LAS/LAZ oder scene_dense.ply von OpenMVS im lokalen Rahmen von sfm/; sonst dense.laz des Arbeitsordners, falls vorhanden.</translation>
     </message>
     <message>
       <source>Gaussian field (3DGS PLY, local metres)</source>
-      <translation type="unfinished" />
+      <translation>Feld der Gauß-Elemente (3DGS-PLY, lokale Meter)</translation>
     </message>
     <message>
       <source>number of Gaussians</source>
-      <translation type="unfinished" />
+      <translation>Anzahl der Gauß-Elemente</translation>
     </message>
     <message>
       <source>stems fitted</source>
-      <translation type="unfinished" />
+      <translation>angepasste Stämme</translation>
     </message>
     <message>
       <source>Sample surface points from Gaussians</source>
@@ -1205,87 +1633,87 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Points drawn inside the Gaussians, each with its opacity reliability over the photos.</source>
-      <translation type="unfinished" />
+      <translation>Punkte im Innern der Gauß-Elemente, jeder mit der Verlässlichkeit seiner Deckkraft über die Fotos.</translation>
     </message>
     <message>
-      <source>Needs a workspace with field.ply (fit-gaussians). Draws up to M points inside each Gaussian, thinned by its opacity, and scores each by the opacity in front of it in every photo: the smallest over the photos that show Gaussians there is kept. Output: surface.laz in the project CRS with the extra dimensions opacity (0..1), n_views (photos that show Gaussians there), n_seen (photos that see the point) and seed_id (which stem position the Gaussian was fitted for).</source>
-      <translation type="unfinished" />
+      <source>Needs a workspace with field.ply (fit-gaussians). Draws up to M points inside each Gaussian, thinned by its opacity, and scores each by the opacity in front of it in every photo: the smallest over the photos that show Gaussians there is kept. Output: surface.laz in the project CRS with the extra dimensions opacity (0..1), n_views (photos that show Gaussians there), n_seen (photos that see the point) and seed_id (which stem position the Gaussian was fitted for). With points = volume, measure-dbh reads the result as it is (tree_id = seed_id + 1).</source>
+      <translation>Braucht einen Arbeitsordner mit field.ply (fit-gaussians). Zieht bis zu M Punkte in jedem Gauß-Element, ausgedünnt nach dessen Deckkraft, und bewertet jeden nach der Deckkraft davor in jedem Foto: die kleinste über die Fotos, die dort Gauß-Elemente zeigen, bleibt. Ausgabe: surface.laz im Projekt-KBS mit den Zusatzdimensionen opacity (0..1), n_views (Fotos, die dort Gauß-Elemente zeigen), n_seen (Fotos, die den Punkt sehen) und seed_id (für welche Stammposition das Gauß-Element angepasst wurde). Mit points = volume liest measure-dbh das Ergebnis unverändert (tree_id = seed_id + 1).</translation>
     </message>
     <message>
       <source>Samples</source>
-      <translation type="unfinished" />
+      <translation>Stichpunkte</translation>
     </message>
     <message>
       <source>candidate points drawn per Gaussian (M)</source>
-      <translation type="unfinished" />
+      <translation>gezogene Kandidaten je Gauß-Element (M)</translation>
     </message>
     <message>
       <source>Law</source>
-      <translation type="unfinished" />
+      <translation>Gesetz</translation>
     </message>
     <message>
       <source>opacity law: clamp = RaDe-GS depth clamp, vacancy = stochastic solid</source>
-      <translation type="unfinished" />
+      <translation>Gesetz der Deckkraft: clamp = Tiefenbegrenzung von RaDe-GS, vacancy = stochastischer Körper</translation>
     </message>
     <message>
       <source>Tau</source>
-      <translation type="unfinished" />
+      <translation>Tau</translation>
     </message>
     <message>
       <source>keep points whose smallest opacity over the views is above this</source>
-      <translation type="unfinished" />
+      <translation>Punkte behalten, deren kleinste Deckkraft über die Ansichten darüber liegt</translation>
     </message>
     <message>
       <source>Seen transmittance</source>
-      <translation type="unfinished" />
+      <translation>Lichtdurchlass für Sichtbarkeit</translation>
     </message>
     <message>
       <source>a view sees a point when more than this share of light gets past what is in front of it; Gaussians that no view sees are dropped (0 keeps all)</source>
-      <translation type="unfinished" />
+      <translation>eine Ansicht sieht einen Punkt, wenn mehr als dieser Anteil Licht an dem davor vorbeikommt; Gauß-Elemente, die keine Ansicht sieht, fallen weg (0 behält alle)</translation>
     </message>
     <message>
       <source>Quantile</source>
-      <translation type="unfinished" />
+      <translation>Quantil</translation>
     </message>
     <message>
       <source>opacity kept of a point: this quantile over its foreground views; 0 = the smallest, as published</source>
-      <translation type="unfinished" />
+      <translation>Deckkraft, die ein Punkt behält: dieses Quantil über seine Vordergrundansichten; 0 = die kleinste, wie veröffentlicht</translation>
     </message>
     <message>
       <source>Min foreground</source>
-      <translation type="unfinished" />
+      <translation>Schwelle des Vordergrunds</translation>
     </message>
     <message>
       <source>a view counts as foreground where the accumulated alpha is above this</source>
-      <translation type="unfinished" />
+      <translation>eine Ansicht zählt als Vordergrund, wo das aufsummierte Alpha darüber liegt</translation>
     </message>
     <message>
       <source>views scored at once</source>
-      <translation type="unfinished" />
+      <translation>zugleich bewertete Ansichten</translation>
     </message>
     <message>
       <source>Workspace with sfm/ and field.ply; surface.laz is written there.</source>
-      <translation type="unfinished" />
+      <translation>Arbeitsordner mit sfm/ und field.ply; surface.laz wird dort geschrieben.</translation>
     </message>
     <message>
       <source>paper = every point of the published method, those that no view sees included.</source>
-      <translation type="unfinished" />
+      <translation>paper = jeder Punkt des veröffentlichten Verfahrens, auch die, die keine Ansicht sieht.</translation>
     </message>
     <message>
       <source>Points</source>
-      <translation type="unfinished" />
+      <translation>Punkte</translation>
     </message>
     <message>
-      <source>sampled = drawn inside the Gaussians and scored; for comparison: means = their centres alone, depth = fused depth maps.</source>
-      <translation type="unfinished" />
+      <source>sampled = drawn inside the Gaussians and scored, as published; volume = spread evenly over each stem's surroundings and scored (gives the better diameters of free Gaussians); for comparison: means = their centres alone, depth = fused depth maps.</source>
+      <translation>sampled = in den Gauß-Elementen gezogen und bewertet, wie veröffentlicht; volume = gleichmäßig über die Umgebung jedes Stamms verteilt und bewertet (gibt die besseren Durchmesser freier Gauß-Elemente); zum Vergleich: means = nur ihre Mittelpunkte, depth = verschmolzene Tiefenkarten.</translation>
     </message>
     <message>
       <source>surface points (LAZ with opacity, n_views)</source>
-      <translation type="unfinished" />
+      <translation>Oberflächenpunkte (LAZ mit opacity, n_views)</translation>
     </message>
     <message>
       <source>number of points</source>
-      <translation type="unfinished" />
+      <translation>Anzahl der Punkte</translation>
     </message>
     <message>
       <source>Find stems in a point cloud</source>
@@ -1293,99 +1721,107 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Find stems in a point cloud and give each point the id of its tree.</source>
-      <translation type="unfinished" />
+      <translation>Stämme in einer Punktwolke finden und jedem Punkt die Kennung seines Baums geben.</translation>
     </message>
     <message>
-      <source>Looks in the band from 0.5 to 5 m above ground for rings (or discs, for surface points of splats) that repeat over the height, fits a leaning, tapering cone to each, keeps what is empty inside, clean outside and continuous, and follows the axis upwards. No trained weights. The output carries tree_id (0 = no stem), height_m and stem_class (0 other, 1 ground, 2 stem). --segmenter runs a program that you installed instead and checks that its labels belong to the points it was given.</source>
-      <translation type="unfinished" />
+      <source>Looks in the band from 0.5 to 5 m above ground for rings (or discs, for surface points of splats) that repeat over the height, fits a leaning, tapering cone to each, keeps what is empty inside, clean outside and continuous, and follows the axis upwards. No trained weights. The output carries tree_id (0 = no stem), height_m and stem_class (0 other, 1 ground, 2 stem). --segmenter runs a program that you installed instead and checks that its labels belong to the points it was given. --field-stems gives known positions: near them weaker evidence is looked at, the stems found within 1 m carry the field's tree_id, and those not found are listed.</source>
+      <translation>Sucht im Band von 0,5 bis 5 m über dem Boden nach Ringen (oder Scheiben, bei Oberflächenpunkten von Splats), die sich über die Höhe wiederholen, passt an jeden einen geneigten, sich verjüngenden Kegel an, behält, was innen leer, außen sauber und durchgehend ist, und folgt der Achse nach oben. Keine gelernten Gewichte. Die Ausgabe trägt tree_id (0 = kein Stamm), height_m und stem_class (0 anderes, 1 Boden, 2 Stamm). --segmenter führt stattdessen ein von Ihnen installiertes Programm aus und prüft, dass seine Kennungen zu den übergebenen Punkten gehören. --field-stems gibt bekannte Positionen: in ihrer Nähe genügen schwächere Anzeichen, Stämme im Umkreis von 1 m tragen die tree_id des Felds, und die nicht gefundenen werden genannt.</translation>
     </message>
     <message>
       <source>Low [m]</source>
-      <translation type="unfinished" />
+      <translation>Unterkante [m]</translation>
     </message>
     <message>
       <source>bottom of the band that is searched</source>
-      <translation type="unfinished" />
+      <translation>Unterkante des durchsuchten Bands</translation>
     </message>
     <message>
       <source>High [m]</source>
-      <translation type="unfinished" />
+      <translation>Oberkante [m]</translation>
     </message>
     <message>
       <source>top of the band that is searched</source>
-      <translation type="unfinished" />
+      <translation>Oberkante des durchsuchten Bands</translation>
     </message>
     <message>
       <source>thickest stem</source>
-      <translation type="unfinished" />
+      <translation>dickster Stamm</translation>
     </message>
     <message>
       <source>most lean</source>
-      <translation type="unfinished" />
+      <translation>stärkste Neigung</translation>
     </message>
     <message>
       <source>Min rows</source>
-      <translation type="unfinished" />
+      <translation>Mindestanteil Ringe</translation>
     </message>
     <message>
       <source>share of 25 cm rows of the band that must show bark</source>
-      <translation type="unfinished" />
+      <translation>Anteil der 25-cm-Lagen des Bands, die Rinde zeigen müssen</translation>
     </message>
     <message>
       <source>Min arc [deg]</source>
-      <translation type="unfinished" />
+      <translation>Kleinster Umfangswinkel [Grad]</translation>
     </message>
     <message>
       <source>least circumference seen, all rows together</source>
-      <translation type="unfinished" />
+      <translation>kleinster gesehener Umfang, alle Lagen zusammen</translation>
     </message>
     <message>
       <source>Grow [m]</source>
-      <translation type="unfinished" />
+      <translation>Verfolgen bis [m]</translation>
     </message>
     <message>
       <source>height up to which stem points are followed</source>
-      <translation type="unfinished" />
+      <translation>Höhe, bis zu der Stammpunkten gefolgt wird</translation>
     </message>
     <message>
       <source>stem points with tree_id</source>
-      <translation type="unfinished" />
+      <translation>Stammpunkte mit tree_id</translation>
     </message>
     <message>
       <source>Keep all</source>
-      <translation type="unfinished" />
+      <translation>Alle behalten</translation>
     </message>
     <message>
       <source>write every point (tree_id 0 = no stem), not only stem points</source>
-      <translation type="unfinished" />
+      <translation>jeden Punkt schreiben (tree_id 0 = kein Stamm), nicht nur Stammpunkte</translation>
+    </message>
+    <message>
+      <source>Field stems</source>
+      <translation>Stämme der Feldaufnahme</translation>
+    </message>
+    <message>
+      <source>positions of known stems (point layer, or CSV with x, y, tree_id): they are looked for harder, and name what is found</source>
+      <translation>Positionen bekannter Stämme (Punktlayer oder CSV mit x, y, tree_id): nach ihnen wird genauer gesucht, und sie benennen das Gefundene</translation>
     </message>
     <message>
       <source>Segmenter</source>
-      <translation type="unfinished" />
+      <translation>Segmentierer</translation>
     </message>
     <message>
       <source>who finds the trees: own needs nothing; the others are programs that you installed yourself (docs/measuring.md)</source>
-      <translation type="unfinished" />
+      <translation>wer die Bäume findet: own braucht nichts; die anderen sind Programme, die Sie selbst installiert haben (docs/measuring.md)</translation>
     </message>
     <message>
       <source>Segmenter command</source>
-      <translation type="unfinished" />
+      <translation>Befehl des Segmentierers</translation>
     </message>
     <message>
       <source>command line of that program, with {input} and {output} for its folders</source>
-      <translation type="unfinished" />
+      <translation>Befehlszeile dieses Programms, mit {input} und {output} für seine Ordner</translation>
     </message>
     <message>
       <source>stem points with tree_id and height_m</source>
-      <translation type="unfinished" />
+      <translation>Stammpunkte mit tree_id und height_m</translation>
     </message>
     <message>
       <source>points on stems</source>
-      <translation type="unfinished" />
+      <translation>Punkte auf Stämmen</translation>
     </message>
     <message>
       <source>settings used: uls, tls, splat, or the segmenter</source>
-      <translation type="unfinished" />
+      <translation>verwendete Einstellungen: uls, tls, splat oder der Segmentierer</translation>
     </message>
     <message>
       <source>Measure DBH of segmented stems</source>
@@ -1393,19 +1829,19 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Measure the DBH of stems whose points carry tree ids.</source>
-      <translation type="unfinished" />
+      <translation>Den BHD der Stämme messen, deren Punkte Baumkennungen tragen.</translation>
     </message>
     <message>
       <source>Takes a cloud with a tree-id dimension (segment-stems, or another segmenter with --id-field) and writes one point a tree: DBH with its standard error and 90 % interval in cm, at breast height above the ground at the stem. --method paper gives the published estimator (solid circles, taper RANSAC; with --fit cylinder the published cylinder); the default fits a leaning, tapering stem to the bark points. A stem that cannot be measured stays in the layer with qc_flag=reject and the reason.</source>
-      <translation type="unfinished" />
+      <translation>Nimmt eine Wolke mit einer Dimension der Baumkennungen (segment-stems, oder ein anderer Segmentierer mit --id-field) und schreibt einen Punkt je Baum: BHD mit Standardfehler und 90-%-Intervall in cm, in Brusthöhe über dem Boden am Stamm. --method paper gibt den veröffentlichten Schätzer (volle Kreise, Verjüngung mit RANSAC; mit --fit cylinder den veröffentlichten Zylinder); die Vorgabe passt einen geneigten, sich verjüngenden Stamm an die Rindenpunkte an. Ein nicht messbarer Stamm bleibt mit qc_flag=reject und dem Grund im Layer.</translation>
     </message>
     <message>
       <source>ID field</source>
-      <translation type="unfinished" />
+      <translation>Feld der Kennung</translation>
     </message>
     <message>
       <source>dimension of the cloud that holds the tree ids</source>
-      <translation type="unfinished" />
+      <translation>Dimension der Wolke, die die Baumkennungen enthält</translation>
     </message>
     <message>
       <source>Pair field and measured trees</source>
@@ -1421,7 +1857,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Turns bearing and distance into coordinates (true, grid or magnetic north; level or slope distance; to the pith or the face), moves and turns each plot as a whole onto the measured trees, and pairs one to one. DBH is never used to pair, so the pairs can judge it. Where two placings fit about equally well, as in planted rows, the plot is left to you: the layer 'suggested' shows the best guess; set the plot's status to ok, or draw two pairs in the layer 'pairs', and run again. In the layer 'pairs', set pair_status to ok, moved (after dragging a line's end to another tree) or rejected: what you locked is kept when you run again onto the same file. Unpaired trees of both sides stay in the layers 'field_trees' and 'measured_trees'. Units: metres, centimetres, degrees.</source>
-      <translation type="unfinished" />
+      <translation>Macht aus Richtung und Entfernung Koordinaten (geographisch, Gitter- oder magnetisch Nord; waagerechte oder schräge Entfernung; bis zur Mitte oder zur Stammfläche), verschiebt und dreht jede Probefläche als Ganzes auf die gemessenen Bäume und paart eins zu eins. Der BHD dient nie zum Paaren, so können die Paare ihn beurteilen. Wo zwei Lagen etwa gleich gut passen, wie in Pflanzreihen, bleibt die Fläche Ihnen überlassen: der Layer 'suggested' zeigt die beste Vermutung; setzen Sie den Status der Fläche auf ok oder zeichnen Sie zwei Paare im Layer 'pairs' und starten Sie erneut. Im Layer 'pairs' setzen Sie pair_status auf ok, moved (nachdem das Ende einer Linie auf einen anderen Baum gezogen wurde) oder rejected: was Sie festgelegt haben, bleibt, wenn Sie erneut auf dieselbe Datei starten. Ungepaarte Bäume beider Seiten bleiben in den Layern 'field_trees' und 'measured_trees'. Einheiten: Meter, Zentimeter, Grad.</translation>
     </message>
     <message>
       <source>North</source>
@@ -1429,23 +1865,23 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>north that the bearings refer to (magnetic needs the date of the field work, or the declination)</source>
-      <translation type="unfinished" />
+      <translation>Nordrichtung der Peilungen (magnetisch braucht das Datum der Feldarbeit oder die Deklination)</translation>
     </message>
     <message>
       <source>Declination [degrees, east positive]</source>
-      <translation type="unfinished" />
+      <translation>Deklination [Grad, Ost positiv]</translation>
     </message>
     <message>
       <source>magnetic declination at the plot on the day of the field work; default: from the World Magnetic Model by --field-date or the table's date column</source>
-      <translation type="unfinished" />
+      <translation>magnetische Deklination an der Probefläche am Tag der Feldarbeit; Vorgabe: aus dem World Magnetic Model nach --field-date oder der Datumsspalte der Tabelle</translation>
     </message>
     <message>
       <source>Field date</source>
-      <translation type="unfinished" />
+      <translation>Datum der Feldarbeit</translation>
     </message>
     <message>
       <source>day of the field work, year-month-day, for the declination</source>
-      <translation type="unfinished" />
+      <translation>Tag der Feldarbeit, Jahr-Monat-Tag, für die Deklination</translation>
     </message>
     <message>
       <source>Distance</source>
@@ -1453,15 +1889,15 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>distance along the level or along the ground (then the table needs slope_deg or slope_pct)</source>
-      <translation type="unfinished" />
+      <translation>Entfernung waagerecht oder am Hang entlang (dann braucht die Tabelle slope_deg oder slope_pct)</translation>
     </message>
     <message>
       <source>To</source>
-      <translation type="unfinished" />
+      <translation>Bis</translation>
     </message>
     <message>
       <source>distance to the middle of the stem, or to its near face (half the DBH is added)</source>
-      <translation type="unfinished" />
+      <translation>Entfernung bis zur Mitte des Stamms oder bis zu seiner Vorderseite (der halbe BHD kommt dazu)</translation>
     </message>
     <message>
       <source>DBH unit</source>
@@ -1469,67 +1905,67 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>unit of a DBH column that does not say it (auto: from a name like dbh_cm)</source>
-      <translation type="unfinished" />
+      <translation>Einheit einer BHD-Spalte, die sie nicht nennt (auto: aus einem Namen wie dbh_cm)</translation>
     </message>
     <message>
       <source>Distance unit</source>
-      <translation type="unfinished" />
+      <translation>Einheit der Entfernung</translation>
     </message>
     <message>
       <source>unit of a distance column that does not say it (auto: from a name like distance_m)</source>
-      <translation type="unfinished" />
+      <translation>Einheit einer Entfernungsspalte, die sie nicht nennt (auto: aus einem Namen wie distance_m)</translation>
     </message>
     <message>
       <source>Centre error [m]</source>
-      <translation type="unfinished" />
+      <translation>Fehler des Mittelpunkts [m]</translation>
     </message>
     <message>
       <source>standard error of the plot centres (0.05 for RTK, 4 under dense canopy); the search reaches three times as far</source>
-      <translation type="unfinished" />
+      <translation>Standardfehler der Flächenmittelpunkte (0.05 bei RTK, 4 unter dichtem Kronendach); gesucht wird dreimal so weit</translation>
     </message>
     <message>
       <source>Rotation [degrees]</source>
-      <translation type="unfinished" />
+      <translation>Drehung [Grad]</translation>
     </message>
     <message>
       <source>the plot may be turned by up to this angle (compass, declination)</source>
-      <translation type="unfinished" />
+      <translation>um diesen Winkel darf die Fläche höchstens gedreht sein (Kompass, Deklination)</translation>
     </message>
     <message>
       <source>Gate [m]</source>
-      <translation type="unfinished" />
+      <translation>Fangweite [m]</translation>
     </message>
     <message>
       <source>trees further apart than this after co-registration are never a pair</source>
-      <translation type="unfinished" />
+      <translation>Bäume, die nach der Einpassung weiter auseinander liegen, sind nie ein Paar</translation>
     </message>
     <message>
       <source>Min ratio</source>
-      <translation type="unfinished" />
+      <translation>Mindestverhältnis</translation>
     </message>
     <message>
       <source>best placing must score this many times the next best, else the plot is left to you</source>
-      <translation type="unfinished" />
+      <translation>die beste Lage muss die nächstbeste um diesen Faktor übertreffen, sonst bleibt die Fläche Ihnen überlassen</translation>
     </message>
     <message>
       <source>Min share</source>
-      <translation type="unfinished" />
+      <translation>Mindestanteil</translation>
     </message>
     <message>
       <source>share of the trees that must find a partner within 1 m, else the plot is left to you</source>
-      <translation type="unfinished" />
+      <translation>Anteil der Bäume, die im Umkreis von 1 m einen Partner finden müssen, sonst bleibt die Fläche Ihnen überlassen</translation>
     </message>
     <message>
       <source>Min margin</source>
-      <translation type="unfinished" />
+      <translation>Mindestabstand der Wahrscheinlichkeit</translation>
     </message>
     <message>
       <source>a pair must be exp(this) times as likely as the best pairing without it, else it is only suggested</source>
-      <translation type="unfinished" />
+      <translation>ein Paar muss exp(dies)-mal so wahrscheinlich sein wie die beste Paarung ohne es, sonst wird es nur vorgeschlagen</translation>
     </message>
     <message>
       <source>measured trees: a tree layer, or CSV with tree_id, x, y, dbh_cm</source>
-      <translation type="unfinished" />
+      <translation>gemessene Bäume: ein Baumlayer oder eine CSV mit tree_id, x, y, dbh_cm</translation>
     </message>
     <message>
       <source>Field</source>
@@ -1537,27 +1973,27 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>field tally: plot_id, tree_id, azimuth_deg, distance_m (or easting, northing), dbh_cm</source>
-      <translation type="unfinished" />
+      <translation>Feldaufnahme: plot_id, tree_id, azimuth_deg, distance_m (oder easting, northing), dbh_cm</translation>
     </message>
     <message>
       <source>plot centres: plot_id, easting, northing, epsg (or lon, lat), radius_m</source>
-      <translation type="unfinished" />
+      <translation>Flächenmittelpunkte: plot_id, easting, northing, epsg (oder lon, lat), radius_m</translation>
     </message>
     <message>
       <source>Trees DBH unit</source>
-      <translation type="unfinished" />
+      <translation>BHD-Einheit der gemessenen Bäume</translation>
     </message>
     <message>
       <source>unit of a DBH column in a CSV of measured trees that does not say it (auto: from a name like dbh_cm)</source>
-      <translation type="unfinished" />
+      <translation>Einheit einer BHD-Spalte in einer CSV gemessener Bäume, die sie nicht nennt (auto: aus einem Namen wie dbh_cm)</translation>
     </message>
     <message>
       <source>CRS of measured trees in a CSV, or of a layer without one</source>
-      <translation type="unfinished" />
+      <translation>KBS gemessener Bäume in einer CSV oder eines Layers ohne KBS</translation>
     </message>
     <message>
       <source>pairs layer; pairs locked in an existing file are kept</source>
-      <translation type="unfinished" />
+      <translation>Paar-Layer; festgelegte Paare einer vorhandenen Datei bleiben erhalten</translation>
     </message>
     <message>
       <source>pairs layer</source>
@@ -1569,11 +2005,11 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>pairs made or confirmed</source>
-      <translation type="unfinished" />
+      <translation>gebildete oder bestätigte Paare</translation>
     </message>
     <message>
       <source>suggestions left to a hand check</source>
-      <translation type="unfinished" />
+      <translation>Vorschläge, die von Hand zu prüfen sind</translation>
     </message>
     <message>
       <source>plots</source>
@@ -1581,7 +2017,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>plots left to a hand check</source>
-      <translation type="unfinished" />
+      <translation>Probeflächen, die von Hand zu prüfen sind</translation>
     </message>
     <message>
       <source>Evaluate DBH accuracy</source>
@@ -1593,15 +2029,15 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>From the pairs layer of match-plots (pair_status auto, ok and moved count; rejected never): number of trees, success rate (trees with a DBH of all field trees), RMSE, RRMSE (of the mean field DBH), MAE, mean error (measured minus field), share of trees inside the stated 90 % interval and false trees, per plot and pooled, with bootstrap intervals by plot. Writes metrics.json, per_plot.csv, trees.csv, table.tex, charts (SVG and PNG) and evaluation.html. Plots left to a hand check do not count and are named. With --lidar and --splats: cylinder, circle and weighted circle on both, p chosen on held-out stems, densities, trend over DBH, ablation, and (simulated plots) segmentation scores and true labels. With --workspace-in: how many photos show breast height, and runtime. Units: centimetres and per cent; rates in metrics.json are 0 to 1.</source>
-      <translation type="unfinished" />
+      <translation>Aus dem Paar-Layer von match-plots (pair_status auto, ok und moved zählen; rejected nie): Zahl der Bäume, Erfolgsquote (Bäume mit BHD von allen Feldbäumen), RMSE, RRMSE (vom mittleren Feld-BHD), MAE, mittlerer Fehler (gemessen minus Feld), Anteil der Bäume im angegebenen 90-%-Intervall und falsche Bäume, je Probefläche und gesamt, mit Bootstrap-Intervallen über die Flächen. Schreibt metrics.json, per_plot.csv, trees.csv, table.tex, Diagramme (SVG und PNG) und evaluation.html. Flächen, die von Hand zu prüfen sind, zählen nicht und werden genannt. Mit --lidar und --splats: Zylinder, Kreis und gewichteter Kreis auf beiden, p an zurückgehaltenen Stämmen gewählt, Dichten, Gang über den BHD, Weglassversuche und (simulierte Flächen) Güte der Segmentierung und wahre Kennungen. Mit --workspace-in: wie viele Fotos die Brusthöhe zeigen, und Laufzeit. Einheiten: Zentimeter und Prozent; Quoten in metrics.json sind 0 bis 1.</translation>
     </message>
     <message>
       <source>pairs layer of match-plots, checked by you</source>
-      <translation type="unfinished" />
+      <translation>Paar-Layer von match-plots, von Ihnen geprüft</translation>
     </message>
     <message>
       <source>instead of pairs: a tree layer of a simulated plot</source>
-      <translation type="unfinished" />
+      <translation>statt der Paare: ein Baumlayer einer simulierten Probefläche</translation>
     </message>
     <message>
       <source>Truth</source>
@@ -1609,79 +2045,79 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>with --trees: the plot's truth/trees.csv</source>
-      <translation type="unfinished" />
+      <translation>mit --trees: truth/trees.csv der Probefläche</translation>
     </message>
     <message>
       <source>Min clear views</source>
-      <translation type="unfinished" />
+      <translation>Mindestzahl freier Ansichten</translation>
     </message>
     <message>
       <source>with --truth: only stems with at least this many clear views count</source>
-      <translation type="unfinished" />
+      <translation>mit --truth: nur Stämme mit mindestens so vielen freien Ansichten zählen</translation>
     </message>
     <message>
       <source>Against</source>
-      <translation type="unfinished" />
+      <translation>Im Vergleich mit</translation>
     </message>
     <message>
       <source>pairs layer of another method for the same field trees: both are also scored on the trees both measured</source>
-      <translation type="unfinished" />
+      <translation>Paar-Layer eines anderen Verfahrens für dieselben Feldbäume: beide werden auch auf den von beiden gemessenen Bäumen bewertet</translation>
     </message>
     <message>
       <source>smallest DBH that the field crew tallied; thinner measured trees are not counted as false</source>
-      <translation type="unfinished" />
+      <translation>kleinster BHD, den die Feldaufnahme erfasst hat; dünnere gemessene Bäume gelten nicht als falsch</translation>
     </message>
     <message>
       <source>LiDAR</source>
-      <translation type="unfinished" />
+      <translation>LiDAR</translation>
     </message>
     <message>
       <source>LiDAR cloud of the plot: adds the published cylinder and circles (with tree_id: as segmented)</source>
-      <translation type="unfinished" />
+      <translation>LiDAR-Wolke der Probefläche: ergänzt den veröffentlichten Zylinder und die Kreise (mit tree_id: wie segmentiert)</translation>
     </message>
     <message>
       <source>Splats</source>
-      <translation type="unfinished" />
+      <translation>Splats</translation>
     </message>
     <message>
       <source>stems.laz of a photos-to-dbh workspace with splats: the same fits on surface points</source>
-      <translation type="unfinished" />
+      <translation>stems.laz eines Arbeitsordners von photos-to-dbh mit Splats: dieselben Anpassungen auf Oberflächenpunkten</translation>
     </message>
     <message>
       <source>terrain for both clouds; without it each finds its own</source>
-      <translation type="unfinished" />
+      <translation>Gelände für beide Wolken; ohne es findet jede ihr eigenes</translation>
     </message>
     <message>
       <source>Workspace in</source>
-      <translation type="unfinished" />
+      <translation>Arbeitsordner der Messung</translation>
     </message>
     <message>
       <source>workspace of photos-to-dbh: adds visibility of breast height and runtime by stage</source>
-      <translation type="unfinished" />
+      <translation>Arbeitsordner von photos-to-dbh: ergänzt Sichtbarkeit der Brusthöhe und Laufzeit je Stufe</translation>
     </message>
     <message>
       <source>Holdout [%]</source>
-      <translation type="unfinished" />
+      <translation>Zurückgehalten [%]</translation>
     </message>
     <message>
       <source>stems held out to choose the exponent p, the same for every method</source>
-      <translation type="unfinished" />
+      <translation>zurückgehaltene Stämme zur Wahl des Exponenten p, dieselben für jedes Verfahren</translation>
     </message>
     <message>
       <source>folder for metrics.json, tables, charts and evaluation.html</source>
-      <translation type="unfinished" />
+      <translation>Ordner für metrics.json, Tabellen, Diagramme und evaluation.html</translation>
     </message>
     <message>
       <source>Repeats</source>
-      <translation type="unfinished" />
+      <translation>Wiederholungen</translation>
     </message>
     <message>
       <source>bootstrap resamples</source>
-      <translation type="unfinished" />
+      <translation>Bootstrap-Ziehungen</translation>
     </message>
     <message>
       <source>seed of the bootstrap and of the held-out stems</source>
-      <translation type="unfinished" />
+      <translation>Startwert des Bootstraps und der zurückgehaltenen Stämme</translation>
     </message>
     <message>
       <source>folder</source>
@@ -1693,15 +2129,15 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>metrics.json</source>
-      <translation type="unfinished" />
+      <translation>metrics.json</translation>
     </message>
     <message>
       <source>trees measured and compared</source>
-      <translation type="unfinished" />
+      <translation>gemessene und verglichene Bäume</translation>
     </message>
     <message>
       <source>measured of field trees, 0 to 1</source>
-      <translation type="unfinished" />
+      <translation>gemessene von den Feldbäumen, 0 bis 1</translation>
     </message>
     <message>
       <source>RMSE, cm</source>
@@ -1709,11 +2145,11 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>RMSE, per cent of the mean field DBH</source>
-      <translation type="unfinished" />
+      <translation>RMSE, Prozent des mittleren Feld-BHD</translation>
     </message>
     <message>
       <source>mean absolute error, cm</source>
-      <translation type="unfinished" />
+      <translation>mittlerer absoluter Fehler, cm</translation>
     </message>
     <message>
       <source>mean error, cm</source>
@@ -1721,11 +2157,11 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>measured trees that are no field tree</source>
-      <translation type="unfinished" />
+      <translation>gemessene Bäume, die kein Feldbaum sind</translation>
     </message>
     <message>
       <source>share inside the stated 90 % interval, 0 to 1</source>
-      <translation type="unfinished" />
+      <translation>Anteil im angegebenen 90-%-Intervall, 0 bis 1</translation>
     </message>
     <message>
       <source>Stand table and report</source>
@@ -1737,7 +2173,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Expands the trees of fixed-area plots (round, rectangular or any polygon) to the hectare: trees, basal area, quadratic mean diameter, Lorey's and dominant height, volume and biomass by species and DBH class, plot means with standard errors and t intervals. Basal area and volume are freed of what the DBHs' own errors add to them, and the amount is shown. Stems without a DBH are counted and either imputed or left out; the result of both is told. Plots over the stand's edge are flagged and weighted. Volume and biomass come from a table of equations with source and range (loblolly and other pines first); give your own with --equations. From one plot no error for the stand can be given, and none is. Writes report.html, report.pdf, stand_table.xlsx, CSV files, stand.gpkg, shapefiles and FVS_Data.db (US units, for the Forest Vegetation Simulator), all with the same numbers. Result figures are metric.</source>
-      <translation type="unfinished" />
+      <translation>Rechnet die Bäume fester Probeflächen (rund, rechteckig oder beliebige Vielecke) auf den Hektar hoch: Stammzahl, Grundfläche, Durchmesser des Grundflächenmittelstamms, Lorey'sche und Oberhöhe, Volumen und Biomasse nach Baumart und BHD-Klasse, Flächenmittel mit Standardfehlern und t-Intervallen. Grundfläche und Volumen werden von dem befreit, was die Fehler der BHD selbst hinzufügen, und der Betrag wird gezeigt. Stämme ohne BHD werden gezählt und entweder ergänzt oder ausgelassen; das Ergebnis von beidem wird genannt. Flächen über den Bestandesrand hinaus werden gekennzeichnet und gewichtet. Volumen und Biomasse kommen aus einer Tabelle von Gleichungen mit Quelle und Gültigkeitsbereich (Weihrauchkiefer und andere Kiefern zuerst); geben Sie eigene mit --equations an. Aus einer einzigen Probefläche lässt sich kein Fehler für den Bestand angeben, und es wird keiner angegeben. Schreibt report.html, report.pdf, stand_table.xlsx, CSV-Dateien, stand.gpkg, Shapefiles und FVS_Data.db (US-Einheiten, für den Forest Vegetation Simulator), alle mit denselben Zahlen. Die Ergebniswerte sind metrisch.</translation>
     </message>
     <message>
       <source>measured trees: the tree layer</source>
@@ -1745,7 +2181,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>plots: centre and radius_m (or width_m, length_m), or a polygon layer; without: the whole boundary is one census</source>
-      <translation type="unfinished" />
+      <translation>Probeflächen: Mittelpunkt und radius_m (oder width_m, length_m) oder ein Polygonlayer; sonst gilt die ganze Umgrenzung als Vollaufnahme</translation>
     </message>
     <message>
       <source>Boundary</source>
@@ -1753,15 +2189,15 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>the stand's outline: finds plots that reach over its edge</source>
-      <translation type="unfinished" />
+      <translation>der Umriss des Bestands: findet Probeflächen, die über seinen Rand reichen</translation>
     </message>
     <message>
       <source>pairs layer of match-plots: species and status of the measured trees</source>
-      <translation type="unfinished" />
+      <translation>Paar-Layer von match-plots: Baumart und Status der gemessenen Bäume</translation>
     </message>
     <message>
       <source>field tally: heights of the paired trees; without --trees it is the tree list itself</source>
-      <translation type="unfinished" />
+      <translation>Feldaufnahme: Höhen der gepaarten Bäume; ohne --trees ist sie selbst die Baumliste</translation>
     </message>
     <message>
       <source>Units</source>
@@ -1773,15 +2209,15 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Class width [cm, or inches in US units]</source>
-      <translation type="unfinished" />
+      <translation>Klassenbreite [cm, in US-Einheiten Zoll]</translation>
     </message>
     <message>
       <source>width of a DBH class (5 cm or 2 inches where not given)</source>
-      <translation type="unfinished" />
+      <translation>Breite einer BHD-Klasse (5 cm oder 2 Zoll, wo nicht angegeben)</translation>
     </message>
     <message>
       <source>smallest DBH that counts</source>
-      <translation type="unfinished" />
+      <translation>kleinster BHD, der zählt</translation>
     </message>
     <message>
       <source>Species</source>
@@ -1789,7 +2225,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>species of trees that have none: PLANTS symbol, FIA number or name (PITA, 131, Pinus taeda)</source>
-      <translation type="unfinished" />
+      <translation>Baumart der Bäume, die keine haben: PLANTS-Kürzel, FIA-Nummer oder Name (PITA, 131, Pinus taeda)</translation>
     </message>
     <message>
       <source>Origin</source>
@@ -1805,7 +2241,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>stems seen but without a DBH: count each as the mean of its plot's measured trees, or leave them out (both results are told)</source>
-      <translation type="unfinished" />
+      <translation>Stämme, die gesehen, aber nicht gemessen wurden: jeden als Mittel der gemessenen Bäume seiner Fläche zählen oder auslassen (beide Ergebnisse werden genannt)</translation>
     </message>
     <message>
       <source>Heights</source>
@@ -1813,7 +2249,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>heights of trees that have none: from a curve fitted to the measured ones, none at all, or from a published regional curve</source>
-      <translation type="unfinished" />
+      <translation>Höhen der Bäume, die keine haben: aus einer an die gemessenen angepassten Kurve, gar keine, oder aus einer veröffentlichten regionalen Kurve</translation>
     </message>
     <message>
       <source>Height unit</source>
@@ -1821,7 +2257,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>unit of a height column that does not say it (auto: from a name like height_m)</source>
-      <translation type="unfinished" />
+      <translation>Einheit einer Höhenspalte, die sie nicht nennt (auto: aus einem Namen wie height_m)</translation>
     </message>
     <message>
       <source>Equations</source>
@@ -1829,63 +2265,63 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>your own equations, tried before the built-in ones</source>
-      <translation type="unfinished" />
+      <translation>Ihre eigenen Gleichungen, vor den eingebauten versucht</translation>
     </message>
     <message>
       <source>Volume equation</source>
-      <translation type="unfinished" />
+      <translation>Volumengleichung</translation>
     </message>
     <message>
       <source>id of the volume equation for all trees (docs/stand-table.md)</source>
-      <translation type="unfinished" />
+      <translation>Kennung der Volumengleichung für alle Bäume (docs/stand-table.md)</translation>
     </message>
     <message>
       <source>Biomass equation</source>
-      <translation type="unfinished" />
+      <translation>Biomassegleichung</translation>
     </message>
     <message>
       <source>id of the biomass equation for all trees</source>
-      <translation type="unfinished" />
+      <translation>Kennung der Biomassegleichung für alle Bäume</translation>
     </message>
     <message>
       <source>Outside</source>
-      <translation type="unfinished" />
+      <translation>Außerhalb des Bereichs</translation>
     </message>
     <message>
       <source>trees outside an equation's range: use it and say so, or give no volume</source>
-      <translation type="unfinished" />
+      <translation>Bäume außerhalb des Bereichs einer Gleichung: sie anwenden und es sagen, oder kein Volumen angeben</translation>
     </message>
     <message>
       <source>Edge</source>
-      <translation type="unfinished" />
+      <translation>Rand</translation>
     </message>
     <message>
       <source>trees and plots at the stand's edge: zone (a tree weighs by the part of the plot-sized zone around it that is inside), walkthrough (some trees count twice), area (only the plot's part inside) or none (only flagged)</source>
-      <translation type="unfinished" />
+      <translation>Bäume und Probeflächen am Bestandesrand: zone (ein Baum wiegt nach dem Teil der flächengroßen Zone um ihn, der innen liegt), walkthrough (manche Bäume zählen doppelt), area (nur der innere Teil der Fläche) oder none (nur gekennzeichnet)</translation>
     </message>
     <message>
       <source>Plot size</source>
-      <translation type="unfinished" />
+      <translation>Flächengröße</translation>
     </message>
     <message>
       <source>plot sizes are horizontal, or were laid out along the slope (then slope_pct or slope_deg is needed)</source>
-      <translation type="unfinished" />
+      <translation>Flächengrößen sind waagerecht oder wurden am Hang entlang abgesteckt (dann wird slope_pct oder slope_deg gebraucht)</translation>
     </message>
     <message>
       <source>DBH standard error [cm]</source>
-      <translation type="unfinished" />
+      <translation>Standardfehler des BHD [cm]</translation>
     </message>
     <message>
       <source>standard error of DBH for trees that have none</source>
-      <translation type="unfinished" />
+      <translation>Standardfehler des BHD der Bäume, die keinen haben</translation>
     </message>
     <message>
       <source>Common standard error [cm]</source>
-      <translation type="unfinished" />
+      <translation>Gemeinsamer Standardfehler [cm]</translation>
     </message>
     <message>
       <source>standard error of a bias that all DBHs share (not given: 0.2 for measured trees, 0 for a field tally)</source>
-      <translation type="unfinished" />
+      <translation>Standardfehler einer Abweichung, die alle BHD teilen (nicht angegeben: 0.2 für gemessene Bäume, 0 für eine Feldaufnahme)</translation>
     </message>
     <message>
       <source>Confidence [%]</source>
@@ -1893,11 +2329,11 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>confidence of the intervals</source>
-      <translation type="unfinished" />
+      <translation>Vertrauensniveau der Intervalle</translation>
     </message>
     <message>
       <source>breast height of the height curve, for a field tally (a tree layer says its own)</source>
-      <translation type="unfinished" />
+      <translation>Brusthöhe der Höhenkurve, für eine Feldaufnahme (ein Baumlayer nennt seine eigene)</translation>
     </message>
     <message>
       <source>Stand ID</source>
@@ -1909,11 +2345,11 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>FVS variant</source>
-      <translation type="unfinished" />
+      <translation>FVS-Variante</translation>
     </message>
     <message>
       <source>FVS variant, two letters (SN)</source>
-      <translation type="unfinished" />
+      <translation>FVS-Variante, zwei Buchstaben (SN)</translation>
     </message>
     <message>
       <source>Year</source>
@@ -1921,11 +2357,11 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>year of the inventory, for FVS</source>
-      <translation type="unfinished" />
+      <translation>Jahr der Inventur, für FVS</translation>
     </message>
     <message>
       <source>CRS of trees in a CSV, or of a layer without one</source>
-      <translation type="unfinished" />
+      <translation>KBS der Bäume in einer CSV oder eines Layers ohne KBS</translation>
     </message>
     <message>
       <source>folder for the report and the tables</source>
@@ -1937,15 +2373,15 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>plots and trees as map layers</source>
-      <translation type="unfinished" />
+      <translation>Probeflächen und Bäume als Kartenlayer</translation>
     </message>
     <message>
       <source>trees measured in the plots</source>
-      <translation type="unfinished" />
+      <translation>in den Probeflächen gemessene Bäume</translation>
     </message>
     <message>
       <source>stems seen without a DBH</source>
-      <translation type="unfinished" />
+      <translation>gesehene Stämme ohne BHD</translation>
     </message>
     <message>
       <source>trees per hectare</source>
@@ -1957,7 +2393,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>its standard error, m²/ha</source>
-      <translation type="unfinished" />
+      <translation>ihr Standardfehler, m²/ha</translation>
     </message>
     <message>
       <source>quadratic mean diameter, cm</source>
@@ -1981,7 +2417,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Benchmark speed and accuracy</source>
-      <translation type="unfinished" />
+      <translation>Tempo und Genauigkeit vergleichen</translation>
     </message>
     <message>
       <source>Tools</source>
@@ -1989,131 +2425,131 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Chart seconds against DBH error for every preset and method; or test where they fail.</source>
-      <translation type="unfinished" />
+      <translation>Sekunden gegen BHD-Fehler für jede Voreinstellung und jedes Verfahren; oder prüfen, wo sie versagen.</translation>
     </message>
     <message>
       <source>Runs each configuration (presets, number of photos, photo size, features, splats, LiDAR methods) on simulated plots with known truth and charts seconds, memory, RMSE and success rate, with the Pareto front and a recommended configuration for each preset. With --stability: one trouble at a time (few photos, wind, lean, pose noise, clutter, ...) at rising severity: errors, refusals, interval coverage, and every accepted tree that is more than 5 cm off. With --cost: how seconds and memory grow. Writes SVG, PNG, CSV, JSON, Markdown and a page without outside files. Compare seconds only within one run on an idle machine.</source>
-      <translation type="unfinished" />
+      <translation>Führt jede Konfiguration (Voreinstellungen, Zahl der Fotos, Fotogröße, Merkmale, Splats, LiDAR-Verfahren) auf simulierten Probeflächen mit bekannter Wahrheit aus und zeichnet Sekunden, Speicher, RMSE und Erfolgsquote, mit der Pareto-Front und einer empfohlenen Konfiguration je Voreinstellung. Mit --stability: eine Störung nach der anderen (wenige Fotos, Wind, Neigung, Lagerauschen, Gestrüpp, ...) in steigender Schwere: Fehler, Ablehnungen, Treffer der Intervalle und jeder angenommene Baum, der mehr als 5 cm daneben liegt. Mit --cost: wie Sekunden und Speicher wachsen. Schreibt SVG, PNG, CSV, JSON, Markdown und eine Seite ohne fremde Dateien. Sekunden nur innerhalb eines Laufs auf einem unbelasteten Rechner vergleichen.</translation>
     </message>
     <message>
       <source>simulated plot, or a folder of them, to measure on; without it plots are simulated</source>
-      <translation type="unfinished" />
+      <translation>simulierte Probefläche oder ein Ordner davon, auf denen gemessen wird; sonst werden Flächen simuliert</translation>
     </message>
     <message>
       <source>folder for charts and tables; finished runs are kept there, so that a stopped benchmark resumes</source>
-      <translation type="unfinished" />
+      <translation>Ordner für Diagramme und Tabellen; fertige Läufe bleiben dort, so dass ein abgebrochener Vergleich fortgesetzt wird</translation>
     </message>
     <message>
       <source>Quick</source>
-      <translation type="unfinished" />
+      <translation>Kurz</translation>
     </message>
     <message>
       <source>one small plot and a dozen configurations: about 10 minutes on two idle cores</source>
-      <translation type="unfinished" />
+      <translation>eine kleine Probefläche und ein Dutzend Konfigurationen: etwa 10 Minuten auf zwei freien Kernen</translation>
     </message>
     <message>
       <source>Stability</source>
-      <translation type="unfinished" />
+      <translation>Stabilität</translation>
     </message>
     <message>
       <source>instead of the chart: the stability suite, one factor at a time from harmless to hopeless</source>
-      <translation type="unfinished" />
+      <translation>statt des Diagramms: die Stabilitätsreihe, eine Störung nach der anderen von harmlos bis aussichtslos</translation>
     </message>
     <message>
       <source>Cost</source>
-      <translation type="unfinished" />
+      <translation>Aufwand</translation>
     </message>
     <message>
       <source>instead of the chart: seconds and memory of each stage against photos, megapixels, stems and points, fitted</source>
-      <translation type="unfinished" />
+      <translation>statt des Diagramms: Sekunden und Speicher jeder Stufe gegen Fotos, Megapixel, Stämme und Punkte, angepasst</translation>
     </message>
     <message>
       <source>runs of each configuration</source>
-      <translation type="unfinished" />
+      <translation>Läufe jeder Konfiguration</translation>
     </message>
     <message>
       <source>seeds of the stability suite</source>
-      <translation type="unfinished" />
+      <translation>Startwerte der Stabilitätsreihe</translation>
     </message>
     <message>
       <source>Factors</source>
-      <translation type="unfinished" />
+      <translation>Störungen</translation>
     </message>
     <message>
       <source>only these factors of the stability suite, by commas</source>
-      <translation type="unfinished" />
+      <translation>nur diese Störungen der Stabilitätsreihe, durch Kommas getrennt</translation>
     </message>
     <message>
       <source>Only</source>
-      <translation type="unfinished" />
+      <translation>Nur</translation>
     </message>
     <message>
       <source>only these configurations of the chart, by commas</source>
-      <translation type="unfinished" />
+      <translation>nur diese Konfigurationen des Diagramms, durch Kommas getrennt</translation>
     </message>
     <message>
       <source>Budget [min]</source>
-      <translation type="unfinished" />
+      <translation>Zeitbudget [min]</translation>
     </message>
     <message>
       <source>begin nothing new after this long; 0 = no limit, with --quick 9.5 minutes</source>
-      <translation type="unfinished" />
+      <translation>nach dieser Zeit nichts Neues beginnen; 0 = keine Grenze, mit --quick 9,5 Minuten</translation>
     </message>
     <message>
       <source>Fresh</source>
-      <translation type="unfinished" />
+      <translation>Neu messen</translation>
     </message>
     <message>
       <source>stability: measure again what other measuring code had measured</source>
-      <translation type="unfinished" />
+      <translation>Stabilität: neu messen, was anderer Messcode gemessen hatte</translation>
     </message>
     <message>
       <source>the chart (SVG)</source>
-      <translation type="unfinished" />
+      <translation>das Diagramm (SVG)</translation>
     </message>
     <message>
       <source>runs of the chart</source>
-      <translation type="unfinished" />
+      <translation>Läufe des Diagramms</translation>
     </message>
     <message>
       <source>configuration for each preset</source>
-      <translation type="unfinished" />
+      <translation>Konfiguration je Voreinstellung</translation>
     </message>
     <message>
       <source>what there was no time for</source>
-      <translation type="unfinished" />
+      <translation>wofür keine Zeit blieb</translation>
     </message>
     <message>
       <source>cases of the stability suite</source>
-      <translation type="unfinished" />
+      <translation>Fälle der Stabilitätsreihe</translation>
     </message>
     <message>
       <source>cases that it has</source>
-      <translation type="unfinished" />
+      <translation>Fälle, die sie umfasst</translation>
     </message>
     <message>
       <source>trees accepted by the photo method</source>
-      <translation type="unfinished" />
+      <translation>vom Fotoverfahren angenommene Bäume</translation>
     </message>
     <message>
       <source>of them more than 5 cm off</source>
-      <translation type="unfinished" />
+      <translation>davon mehr als 5 cm daneben</translation>
     </message>
     <message>
       <source>of them inside the stated 90 % interval, 0 to 1</source>
-      <translation type="unfinished" />
+      <translation>davon im angegebenen 90-%-Intervall, 0 bis 1</translation>
     </message>
     <message>
       <source>at most 2 % of the accepted trees are more than 5 cm off</source>
-      <translation type="unfinished" />
+      <translation>höchstens 2 % der angenommenen Bäume liegen mehr als 5 cm daneben</translation>
     </message>
     <message>
       <source>the paper's own case on this machine, minutes</source>
-      <translation type="unfinished" />
+      <translation>der Fall der Veröffentlichung auf diesem Rechner, Minuten</translation>
     </message>
     <message>
       <source>seconds it took</source>
-      <translation type="unfinished" />
+      <translation>benötigte Sekunden</translation>
     </message>
     <message>
       <source>Simulate a plot</source>
@@ -2121,135 +2557,135 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Make a synthetic forest plot: drone photos, PPK files, LiDAR, field table and truth.</source>
-      <translation type="unfinished" />
+      <translation>Eine künstliche Probefläche erzeugen: Drohnenfotos, PPK-Dateien, LiDAR, Feldtabelle und Wahrheit.</translation>
     </message>
     <message>
       <source>Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what a flight plan would measure. Real photos are harder: no wind, no rolling shutter, no motion blur.</source>
-      <translation type="unfinished" />
+      <translation>Lässt einen Kiefernbestand auf unebenem Boden wachsen und fotografiert ihn durch Strahlverfolgung auf zwei Schrägflügen, mit verdeckenden Kronen, Sträuchern und Schlagschatten, Linsenverzeichnung und Sensorrauschen. Schreibt images/ (EXIF, GPS, DJI-XMP), die MRK- und .pos-Dateien, dtm.tif, plots.csv, field_trees.csv, lidar/ und truth/ (nur zum Bewerten). Koordinaten sind EPSG:6344, Höhen ellipsoidische Meter, BHD Zentimeter. Zum Ausprobieren der Kette, zum Testen oder um zu sehen, was ein Flugplan messen würde. Echte Fotos sind schwieriger: kein Wind, kein Rolling Shutter, keine Bewegungsunschärfe.</translation>
     </message>
     <message>
       <source>Wind sway [cm]</source>
-      <translation type="unfinished" />
+      <translation>Schwanken im Wind [cm]</translation>
     </message>
     <message>
       <source>sway of the crowns (18 m up) between photos, standard deviation</source>
-      <translation type="unfinished" />
+      <translation>Schwanken der Kronen (in 18 m Höhe) zwischen den Fotos, Standardabweichung</translation>
     </message>
     <message>
       <source>Sweep [cm]</source>
-      <translation type="unfinished" />
+      <translation>Krümmung [cm]</translation>
     </message>
     <message>
       <source>sideways bow of every in-plot stem over its lowest 4 m</source>
-      <translation type="unfinished" />
+      <translation>seitliche Krümmung jedes Stamms der Fläche auf den untersten 4 m</translation>
     </message>
     <message>
       <source>Butt flare [m]</source>
-      <translation type="unfinished" />
+      <translation>Wurzelanlauf [m]</translation>
     </message>
     <message>
       <source>height over which the butt flare falls to a third; 0 = 0.16 to 0.28 m, drawn</source>
-      <translation type="unfinished" />
+      <translation>Höhe, auf der der Wurzelanlauf auf ein Drittel fällt; 0 = 0,16 bis 0,28 m, gezogen</translation>
     </message>
     <message>
       <source>Ellipticity [%]</source>
-      <translation type="unfinished" />
+      <translation>Unrundheit [%]</translation>
     </message>
     <message>
       <source>widest less narrowest width of every stem, of the mean; 0 = up to 6, drawn</source>
-      <translation type="unfinished" />
+      <translation>größte weniger kleinste Breite jedes Stamms, vom Mittel; 0 = bis 6, gezogen</translation>
     </message>
     <message>
       <source>Twins</source>
-      <translation type="unfinished" />
+      <translation>Zwillinge</translation>
     </message>
     <message>
       <source>in-plot trees with a second full stem beside them</source>
-      <translation type="unfinished" />
+      <translation>Bäume der Fläche mit einem zweiten vollen Stamm daneben</translation>
     </message>
     <message>
       <source>Twin gap [m]</source>
-      <translation type="unfinished" />
+      <translation>Abstand der Zwillinge [m]</translation>
     </message>
     <message>
       <source>gap between the bark of twins at breast height</source>
-      <translation type="unfinished" />
+      <translation>Abstand zwischen den Rinden von Zwillingen in Brusthöhe</translation>
     </message>
     <message>
       <source>Clearing [m]</source>
-      <translation type="unfinished" />
+      <translation>Lichtung [m]</translation>
     </message>
     <message>
       <source>no tree stands within this distance of the plot's centre</source>
-      <translation type="unfinished" />
+      <translation>in diesem Abstand vom Mittelpunkt der Fläche steht kein Baum</translation>
     </message>
     <message>
       <source>Shaken [%]</source>
-      <translation type="unfinished" />
+      <translation>Verwackelt [%]</translation>
     </message>
     <message>
       <source>share of the photos with motion blur</source>
-      <translation type="unfinished" />
+      <translation>Anteil der Fotos mit Bewegungsunschärfe</translation>
     </message>
     <message>
       <source>Shake [px]</source>
-      <translation type="unfinished" />
+      <translation>Verwacklung [px]</translation>
     </message>
     <message>
       <source>length of that motion blur</source>
-      <translation type="unfinished" />
+      <translation>Länge dieser Bewegungsunschärfe</translation>
     </message>
     <message>
       <source>Misexposed [%]</source>
-      <translation type="unfinished" />
+      <translation>Falsch belichtet [%]</translation>
     </message>
     <message>
       <source>share of the photos exposed wrongly, half of them too dark, half too light</source>
-      <translation type="unfinished" />
+      <translation>Anteil der falsch belichteten Fotos, die Hälfte zu dunkel, die Hälfte zu hell</translation>
     </message>
     <message>
-      <source>Misexposed stops [stops]</source>
-      <translation type="unfinished" />
+      <source>Misexposed [stops]</source>
+      <translation>Fehlbelichtung [Blenden]</translation>
     </message>
     <message>
       <source>by how much</source>
-      <translation type="unfinished" />
+      <translation>um wie viel</translation>
     </message>
     <message>
-      <source>Exposure drift stops [stops]</source>
-      <translation type="unfinished" />
+      <source>Exposure drift [stops]</source>
+      <translation>Belichtungsschwankung [Blenden]</translation>
     </message>
     <message>
       <source>exposure of each photo, standard deviation</source>
-      <translation type="unfinished" />
+      <translation>Belichtung jedes Fotos, Standardabweichung</translation>
     </message>
     <message>
       <source>White drift [%]</source>
-      <translation type="unfinished" />
+      <translation>Schwankung des Weißabgleichs [%]</translation>
     </message>
     <message>
       <source>white balance of each photo, standard deviation a channel</source>
-      <translation type="unfinished" />
+      <translation>Weißabgleich jedes Fotos, Standardabweichung je Kanal</translation>
     </message>
     <message>
       <source>PPK bias [m]</source>
-      <translation type="unfinished" />
+      <translation>PPK-Versatz [m]</translation>
     </message>
     <message>
       <source>constant shift of the whole PPK track in E, N and h (wrong base coordinates)</source>
-      <translation type="unfinished" />
+      <translation>fester Versatz der ganzen PPK-Bahn in O, N und h (falsche Basiskoordinaten)</translation>
     </message>
     <message>
       <source>folder for the plot; made if missing, replaced if it is a simulated plot</source>
-      <translation type="unfinished" />
+      <translation>Ordner für die Probefläche; wird angelegt, oder ersetzt, wenn er eine simulierte Fläche ist</translation>
     </message>
     <message>
       <source>size of the job: micro (3-5 stems, for the stability suite), test (3-6 stems), demo (6-9 stems), plot (0.03 ha, 62 photos)</source>
-      <translation type="unfinished" />
+      <translation>Umfang der Aufgabe: micro (3-5 Stämme, für die Stabilitätsreihe), test (3-6 Stämme), demo (6-9 Stämme), plot (0,03 ha, 62 Fotos)</translation>
     </message>
     <message>
       <source>random seed; the same seed gives the same plot</source>
-      <translation type="unfinished" />
+      <translation>Startwert; derselbe gibt dieselbe Probefläche</translation>
     </message>
     <message>
       <source>Name</source>
@@ -2257,211 +2693,211 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>plot name, used in file names; default: the folder's name</source>
-      <translation type="unfinished" />
+      <translation>Name der Probefläche, in Dateinamen verwendet; Vorgabe: Name des Ordners</translation>
     </message>
     <message>
       <source>radius of the plot</source>
-      <translation type="unfinished" />
+      <translation>Radius der Probefläche</translation>
     </message>
     <message>
       <source>Stems [1/ha]</source>
-      <translation type="unfinished" />
+      <translation>Stämme [1/ha]</translation>
     </message>
     <message>
       <source>planting density</source>
-      <translation type="unfinished" />
+      <translation>Pflanzdichte</translation>
     </message>
     <message>
       <source>DBH mean [cm]</source>
-      <translation type="unfinished" />
+      <translation>Mittlerer BHD [cm]</translation>
     </message>
     <message>
       <source>mean diameter at breast height</source>
-      <translation type="unfinished" />
+      <translation>mittlerer Brusthöhendurchmesser</translation>
     </message>
     <message>
       <source>DBH standard deviation [cm]</source>
-      <translation type="unfinished" />
+      <translation>Standardabweichung des BHD [cm]</translation>
     </message>
     <message>
       <source>its standard deviation</source>
-      <translation type="unfinished" />
+      <translation>dessen Standardabweichung</translation>
     </message>
     <message>
       <source>Lean max [deg]</source>
-      <translation type="unfinished" />
+      <translation>Größte Neigung [Grad]</translation>
     </message>
     <message>
       <source>largest lean of any stem</source>
-      <translation type="unfinished" />
+      <translation>größte Neigung eines Stamms</translation>
     </message>
     <message>
       <source>Strong leans</source>
-      <translation type="unfinished" />
+      <translation>Stark geneigte</translation>
     </message>
     <message>
       <source>in-plot stems that lean by 75-100 % of the largest lean</source>
-      <translation type="unfinished" />
+      <translation>Stämme der Fläche, die um 75-100 % der größten Neigung geneigt sind</translation>
     </message>
     <message>
       <source>Forks below breast height</source>
-      <translation type="unfinished" />
+      <translation>Zwiesel unter Brusthöhe</translation>
     </message>
     <message>
       <source>in-plot trees forked below breast height</source>
-      <translation type="unfinished" />
+      <translation>Bäume der Fläche, die unter Brusthöhe zwieseln</translation>
     </message>
     <message>
       <source>Forks above breast height</source>
-      <translation type="unfinished" />
+      <translation>Zwiesel über Brusthöhe</translation>
     </message>
     <message>
       <source>in-plot trees forked above breast height</source>
-      <translation type="unfinished" />
+      <translation>Bäume der Fläche, die über Brusthöhe zwieseln</translation>
     </message>
     <message>
       <source>Touching saplings</source>
-      <translation type="unfinished" />
+      <translation>Angelehnte Jungbäume</translation>
     </message>
     <message>
       <source>in-plot stems touched by a sapling</source>
-      <translation type="unfinished" />
+      <translation>Stämme der Fläche, die ein Jungbaum berührt</translation>
     </message>
     <message>
       <source>Dead trees</source>
-      <translation type="unfinished" />
+      <translation>Tote Bäume</translation>
     </message>
     <message>
       <source>in-plot trees without needles</source>
-      <translation type="unfinished" />
+      <translation>Bäume der Fläche ohne Nadeln</translation>
     </message>
     <message>
       <source>Leaf area [m2]</source>
-      <translation type="unfinished" />
+      <translation>Blattfläche [m2]</translation>
     </message>
     <message>
       <source>one-sided needle area of a tree of mean DBH; what hides the stems</source>
-      <translation type="unfinished" />
+      <translation>einseitige Nadelfläche eines Baums von mittlerem BHD; was die Stämme verdeckt</translation>
     </message>
     <message>
       <source>Shrubs [1/m2]</source>
-      <translation type="unfinished" />
+      <translation>Sträucher [1/m2]</translation>
     </message>
     <message>
       <source>shrubs, up to 2 m high</source>
-      <translation type="unfinished" />
+      <translation>Sträucher, bis 2 m hoch</translation>
     </message>
     <message>
       <source>Saplings [1/m2]</source>
-      <translation type="unfinished" />
+      <translation>Jungbäume [1/m2]</translation>
     </message>
     <message>
       <source>saplings below 7.5 cm DBH</source>
-      <translation type="unfinished" />
+      <translation>Jungbäume unter 7,5 cm BHD</translation>
     </message>
     <message>
       <source>Logs</source>
-      <translation type="unfinished" />
+      <translation>Liegende Stämme</translation>
     </message>
     <message>
       <source>logs lying about</source>
-      <translation type="unfinished" />
+      <translation>herumliegende Stämme</translation>
     </message>
     <message>
       <source>Slope [%]</source>
-      <translation type="unfinished" />
+      <translation>Hangneigung [%]</translation>
     </message>
     <message>
       <source>slope of the ground</source>
-      <translation type="unfinished" />
+      <translation>Neigung des Bodens</translation>
     </message>
     <message>
       <source>Roughness [m]</source>
-      <translation type="unfinished" />
+      <translation>Unebenheit [m]</translation>
     </message>
     <message>
       <source>standard deviation of the ground about its plane</source>
-      <translation type="unfinished" />
+      <translation>Standardabweichung des Bodens von seiner Ebene</translation>
     </message>
     <message>
       <source>Image width [px]</source>
-      <translation type="unfinished" />
+      <translation>Bildbreite [px]</translation>
     </message>
     <message>
       <source>width of a photo</source>
-      <translation type="unfinished" />
+      <translation>Breite eines Fotos</translation>
     </message>
     <message>
       <source>Image height [px]</source>
-      <translation type="unfinished" />
+      <translation>Bildhöhe [px]</translation>
     </message>
     <message>
       <source>height of a photo</source>
-      <translation type="unfinished" />
+      <translation>Höhe eines Fotos</translation>
     </message>
     <message>
       <source>number of photos, both flights together</source>
-      <translation type="unfinished" />
+      <translation>Zahl der Fotos, beide Flüge zusammen</translation>
     </message>
     <message>
       <source>rays a pixel</source>
-      <translation type="unfinished" />
+      <translation>Strahlen je Pixel</translation>
     </message>
     <message>
       <source>Ground sample distance [cm]</source>
-      <translation type="unfinished" />
+      <translation>Bodenauflösung [cm]</translation>
     </message>
     <message>
       <source>ground sample distance straight down from 70 m; sets the focal length</source>
-      <translation type="unfinished" />
+      <translation>Bodenauflösung senkrecht nach unten aus 70 m; legt die Brennweite fest</translation>
     </message>
     <message>
       <source>Sun shift [min]</source>
-      <translation type="unfinished" />
+      <translation>Sonnenversatz [min]</translation>
     </message>
     <message>
       <source>minutes by which the sun moves on between the flights; 0 = same shadows in both</source>
-      <translation type="unfinished" />
+      <translation>Minuten, um die die Sonne zwischen den Flügen weiterzieht; 0 = gleiche Schatten in beiden</translation>
     </message>
     <message>
       <source>Float epochs</source>
-      <translation type="unfinished" />
+      <translation>Float-Epochen</translation>
     </message>
     <message>
       <source>photos that fall into a burst of PPK float solutions (0.3 m error)</source>
-      <translation type="unfinished" />
+      <translation>Fotos, die in einen Abschnitt mit PPK-Float-Lösungen fallen (0,3 m Fehler)</translation>
     </message>
     <message>
       <source>LiDAR density [1/m2]</source>
-      <translation type="unfinished" />
+      <translation>LiDAR-Dichte [1/m2]</translation>
     </message>
     <message>
       <source>LiDAR pulses per square metre; 0 = no cloud</source>
-      <translation type="unfinished" />
+      <translation>LiDAR-Pulse je Quadratmeter; 0 = keine Wolke</translation>
     </message>
     <message>
       <source>the plot's folder</source>
-      <translation type="unfinished" />
+      <translation>der Ordner der Probefläche</translation>
     </message>
     <message>
       <source>plot name used in the files</source>
-      <translation type="unfinished" />
+      <translation>in den Dateien verwendeter Name der Probefläche</translation>
     </message>
     <message>
       <source>photos rendered</source>
-      <translation type="unfinished" />
+      <translation>gerechnete Fotos</translation>
     </message>
     <message>
       <source>stems inside the plot</source>
-      <translation type="unfinished" />
+      <translation>Stämme in der Probefläche</translation>
     </message>
     <message>
       <source>points of the LiDAR cloud</source>
-      <translation type="unfinished" />
+      <translation>Punkte der LiDAR-Wolke</translation>
     </message>
     <message>
       <source>photos that see a stem's breast height free (median over the stems)</source>
-      <translation type="unfinished" />
+      <translation>Fotos, die die Brusthöhe eines Stamms frei sehen (Median über die Stämme)</translation>
     </message>
     <message>
       <source>Check the engine</source>
@@ -2473,7 +2909,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Loads every library of the engine, lists versions, cores, memory and disk, and says for each command whether it can run. Ends with an error and one sentence when something is missing.</source>
-      <translation type="unfinished" />
+      <translation>Lädt jede Bibliothek des Rechenkerns, listet Versionen, Kerne, Speicher und Platte auf und sagt für jeden Befehl, ob er laufen kann. Endet mit einem Fehler und einem Satz, wenn etwas fehlt.</translation>
     </message>
     <message>
       <source>Python version</source>
@@ -2489,19 +2925,623 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>free disk for temporary files, GB</source>
-      <translation type="unfinished" />
+      <translation>freier Plattenplatz für temporäre Dateien, GB</translation>
     </message>
     <message>
       <source>libraries found</source>
-      <translation type="unfinished" />
+      <translation>gefundene Bibliotheken</translation>
     </message>
     <message>
       <source>libraries with versions</source>
-      <translation type="unfinished" />
+      <translation>Bibliotheken mit Versionen</translation>
     </message>
     <message>
       <source>in words</source>
       <translation>in Worten</translation>
+    </message>
+    <message>
+      <source>too few photos see the stem at breast height</source>
+      <translation>zu wenige Fotos sehen den Stamm in Brusthöhe</translation>
+    </message>
+    <message>
+      <source>fly more oblique photos over this part of the plot</source>
+      <translation>mehr Schrägfotos über diesem Teil der Probefläche aufnehmen</translation>
+    </message>
+    <message>
+      <source>foliage or other stems hide the stem at breast height</source>
+      <translation>Laub oder andere Stämme verdecken den Stamm in Brusthöhe</translation>
+    </message>
+    <message>
+      <source>fly leaf-off or from other directions</source>
+      <translation>laubfrei oder aus anderen Richtungen fliegen</translation>
+    </message>
+    <message>
+      <source>only one edge of the stem was seen</source>
+      <translation>nur ein Rand des Stamms war zu sehen</translation>
+    </message>
+    <message>
+      <source>fly oblique photos across this direction</source>
+      <translation>Schrägfotos quer zu dieser Richtung aufnehmen</translation>
+    </message>
+    <message>
+      <source>two different stems explain the photos equally well</source>
+      <translation>zwei verschiedene Stämme erklären die Fotos gleich gut</translation>
+    </message>
+    <message>
+      <source>check the photos or measure by hand</source>
+      <translation>Fotos ansehen oder von Hand messen</translation>
+    </message>
+    <message>
+      <source>the points cover too little of the stem's circumference</source>
+      <translation>die Punkte decken zu wenig vom Umfang des Stamms ab</translation>
+    </message>
+    <message>
+      <source>scan or fly from more sides</source>
+      <translation>von mehr Seiten scannen oder fliegen</translation>
+    </message>
+    <message>
+      <source>too few stem points at the lower stem</source>
+      <translation>zu wenige Stammpunkte am unteren Stamm</translation>
+    </message>
+    <message>
+      <source>raise the point density</source>
+      <translation>die Punktdichte erhöhen</translation>
+    </message>
+    <message>
+      <source>too few slices of the stem gave a circle</source>
+      <translation>zu wenige Scheiben des Stamms ergaben einen Kreis</translation>
+    </message>
+    <message>
+      <source>the cross-section is not a circle (buttress, fork or several stems)</source>
+      <translation>der Querschnitt ist kein Kreis (Wurzelanläufe, Zwiesel oder mehrere Stämme)</translation>
+    </message>
+    <message>
+      <source>measure by hand</source>
+      <translation>von Hand messen</translation>
+    </message>
+    <message>
+      <source>diameters along the stem do not form a plausible taper</source>
+      <translation>die Durchmesser am Stamm bilden keine glaubhafte Verjüngung</translation>
+    </message>
+    <message>
+      <source>check the stem for branches or a fork</source>
+      <translation>den Stamm auf Äste oder einen Zwiesel prüfen</translation>
+    </message>
+    <message>
+      <source>the stem leans more than the method allows</source>
+      <translation>der Stamm ist stärker geneigt, als das Verfahren zulässt</translation>
+    </message>
+    <message>
+      <source>the stem forks near breast height</source>
+      <translation>der Stamm zwieselt nahe der Brusthöhe</translation>
+    </message>
+    <message>
+      <source>measure by hand, as your protocol says</source>
+      <translation>von Hand messen, wie Ihre Anweisung es vorsieht</translation>
+    </message>
+    <message>
+      <source>two stems may have been taken for one</source>
+      <translation>zwei Stämme können für einen gehalten worden sein</translation>
+    </message>
+    <message>
+      <source>check the segmentation</source>
+      <translation>die Segmentierung prüfen</translation>
+    </message>
+    <message>
+      <source>the stem is thinner than the photos or points can resolve</source>
+      <translation>der Stamm ist dünner, als Fotos oder Punkte auflösen können</translation>
+    </message>
+    <message>
+      <source>fly lower or scan closer</source>
+      <translation>tiefer fliegen oder näher scannen</translation>
+    </message>
+    <message>
+      <source>the fitted stem is thicker than the allowed maximum</source>
+      <translation>der angepasste Stamm ist dicker als das erlaubte Höchstmaß</translation>
+    </message>
+    <message>
+      <source>raise the maximum diameter if it is real</source>
+      <translation>den größten Durchmesser erhöhen, wenn er echt ist</translation>
+    </message>
+    <message>
+      <source>the estimated error is too large to be useful</source>
+      <translation>der geschätzte Fehler ist zu groß, um nützlich zu sein</translation>
+    </message>
+    <message>
+      <source>fly more photos or measure by hand</source>
+      <translation>mehr Fotos aufnehmen oder von Hand messen</translation>
+    </message>
+    <message>
+      <source>two measuring methods disagree</source>
+      <translation>zwei Messverfahren widersprechen sich</translation>
+    </message>
+    <message>
+      <source>check this tree by hand</source>
+      <translation>diesen Baum von Hand prüfen</translation>
+    </message>
+    <message>
+      <source>the published method has no check and no error of its own</source>
+      <translation>das veröffentlichte Verfahren hat keine eigene Prüfung und keinen eigenen Fehler</translation>
+    </message>
+    <message>
+      <source>compare with the default method</source>
+      <translation>mit dem Standardverfahren vergleichen</translation>
+    </message>
+    <message>
+      <source>no ground height is known at the tree</source>
+      <translation>am Baum ist keine Bodenhöhe bekannt</translation>
+    </message>
+    <message>
+      <source>give a DTM that covers the plot</source>
+      <translation>ein Geländemodell angeben, das die Probefläche abdeckt</translation>
+    </message>
+    <message>
+      <source>the tree stands at the edge of the data</source>
+      <translation>der Baum steht am Rand der Daten</translation>
+    </message>
+    <message>
+      <source>extend the survey beyond the plot</source>
+      <translation>über die Probefläche hinaus aufnehmen</translation>
+    </message>
+    <message>
+      <source>DBH [cm]</source>
+      <translation>BHD [cm]</translation>
+    </message>
+    <message>
+      <source>Quality</source>
+      <translation>Qualität</translation>
+    </message>
+    <message>
+      <source>measured, to be checked</source>
+      <translation>gemessen, zu prüfen</translation>
+    </message>
+    <message>
+      <source>Field DBH [cm]</source>
+      <translation>Feld-BHD [cm]</translation>
+    </message>
+    <message>
+      <source>Status</source>
+      <translation>Status</translation>
+    </message>
+    <message>
+      <source>Easting, co-registered [m]</source>
+      <translation>Ostwert, eingepasst [m]</translation>
+    </message>
+    <message>
+      <source>Northing, co-registered [m]</source>
+      <translation>Nordwert, eingepasst [m]</translation>
+    </message>
+    <message>
+      <source>Easting as surveyed [m]</source>
+      <translation>Ostwert wie aufgenommen [m]</translation>
+    </message>
+    <message>
+      <source>Northing as surveyed [m]</source>
+      <translation>Nordwert wie aufgenommen [m]</translation>
+    </message>
+    <message>
+      <source>Paired</source>
+      <translation>Gepaart</translation>
+    </message>
+    <message>
+      <source>Measured tree</source>
+      <translation>Gemessener Baum</translation>
+    </message>
+    <message>
+      <source>paired</source>
+      <translation>gepaart</translation>
+    </message>
+    <message>
+      <source>not paired</source>
+      <translation>nicht gepaart</translation>
+    </message>
+    <message>
+      <source>plot needs a hand check</source>
+      <translation>Probefläche von Hand zu prüfen</translation>
+    </message>
+    <message>
+      <source>pair rejected</source>
+      <translation>Paar abgelehnt</translation>
+    </message>
+    <message>
+      <source>Easting [m]</source>
+      <translation>Ostwert [m]</translation>
+    </message>
+    <message>
+      <source>Northing [m]</source>
+      <translation>Nordwert [m]</translation>
+    </message>
+    <message>
+      <source>Measured DBH [cm]</source>
+      <translation>Gemessener BHD [cm]</translation>
+    </message>
+    <message>
+      <source>In the plot's circle</source>
+      <translation>Im Kreis der Probefläche</translation>
+    </message>
+    <message>
+      <source>Measured - field DBH [cm]</source>
+      <translation>Gemessener - Feld-BHD [cm]</translation>
+    </message>
+    <message>
+      <source>DBH, lower end of 90 % interval [cm]</source>
+      <translation>BHD, unteres Ende des 90-%-Intervalls [cm]</translation>
+    </message>
+    <message>
+      <source>DBH, upper end of 90 % interval [cm]</source>
+      <translation>BHD, oberes Ende des 90-%-Intervalls [cm]</translation>
+    </message>
+    <message>
+      <source>Distance after co-registration [m]</source>
+      <translation>Abstand nach der Einpassung [m]</translation>
+    </message>
+    <message>
+      <source>Log-odds against the next best pairing</source>
+      <translation>Log-Chance gegen die nächstbeste Paarung</translation>
+    </message>
+    <message>
+      <source>Pair status</source>
+      <translation>Status des Paars</translation>
+    </message>
+    <message>
+      <source>Note</source>
+      <translation>Bemerkung</translation>
+    </message>
+    <message>
+      <source>below -4 cm</source>
+      <translation>unter -4 cm</translation>
+    </message>
+    <message>
+      <source>-4 to -2 cm</source>
+      <translation>-4 bis -2 cm</translation>
+    </message>
+    <message>
+      <source>within 2 cm</source>
+      <translation>innerhalb 2 cm</translation>
+    </message>
+    <message>
+      <source>2 to 4 cm</source>
+      <translation>2 bis 4 cm</translation>
+    </message>
+    <message>
+      <source>above 4 cm</source>
+      <translation>über 4 cm</translation>
+    </message>
+    <message>
+      <source>Your decision</source>
+      <translation>Ihre Entscheidung</translation>
+    </message>
+    <message>
+      <source>The two trees</source>
+      <translation>Die beiden Bäume</translation>
+    </message>
+    <message>
+      <source>automatic</source>
+      <translation>automatisch</translation>
+    </message>
+    <message>
+      <source>confirmed</source>
+      <translation>bestätigt</translation>
+    </message>
+    <message>
+      <source>moved by hand</source>
+      <translation>von Hand verschoben</translation>
+    </message>
+    <message>
+      <source>Reason</source>
+      <translation>Grund</translation>
+    </message>
+    <message>
+      <source>Moved east [m]</source>
+      <translation>Verschoben nach Ost [m]</translation>
+    </message>
+    <message>
+      <source>Moved north [m]</source>
+      <translation>Verschoben nach Nord [m]</translation>
+    </message>
+    <message>
+      <source>Turned clockwise [°]</source>
+      <translation>Im Uhrzeigersinn gedreht [°]</translation>
+    </message>
+    <message>
+      <source>Score over the next best placing</source>
+      <translation>Güte gegenüber der nächstbesten Lage</translation>
+    </message>
+    <message>
+      <source>Log-likelihood over the next best placing</source>
+      <translation>Log-Likelihood gegenüber der nächstbesten Lage</translation>
+    </message>
+    <message>
+      <source>Residual of the pairs [m]</source>
+      <translation>Restabweichung der Paare [m]</translation>
+    </message>
+    <message>
+      <source>Share of trees with a partner within 1 m</source>
+      <translation>Anteil der Bäume mit einem Partner innerhalb 1 m</translation>
+    </message>
+    <message>
+      <source>Measured trees in the circle</source>
+      <translation>Gemessene Bäume im Kreis</translation>
+    </message>
+    <message>
+      <source>Suggestions</source>
+      <translation>Vorschläge</translation>
+    </message>
+    <message>
+      <source>Easting of the centre, co-registered [m]</source>
+      <translation>Ostwert des Mittelpunkts, eingepasst [m]</translation>
+    </message>
+    <message>
+      <source>Northing of the centre, co-registered [m]</source>
+      <translation>Nordwert des Mittelpunkts, eingepasst [m]</translation>
+    </message>
+    <message>
+      <source>placed</source>
+      <translation>eingepasst</translation>
+    </message>
+    <message>
+      <source>confirmed by hand</source>
+      <translation>von Hand bestätigt</translation>
+    </message>
+    <message>
+      <source>needs a hand check</source>
+      <translation>von Hand zu prüfen</translation>
+    </message>
+    <message>
+      <source>Height above ground [m]</source>
+      <translation>Höhe über dem Boden [m]</translation>
+    </message>
+    <message>
+      <source>Diameter [cm]</source>
+      <translation>Durchmesser [cm]</translation>
+    </message>
+    <message>
+      <source>Roughness, rms [cm]</source>
+      <translation>Rauigkeit, rms [cm]</translation>
+    </message>
+    <message>
+      <source>Circumference seen [°]</source>
+      <translation>Gesehener Umfang [°]</translation>
+    </message>
+    <message>
+      <source>0 to 1 m above ground</source>
+      <translation>0 bis 1 m über dem Boden</translation>
+    </message>
+    <message>
+      <source>1 to 2 m above ground</source>
+      <translation>1 bis 2 m über dem Boden</translation>
+    </message>
+    <message>
+      <source>2 to 3 m above ground</source>
+      <translation>2 bis 3 m über dem Boden</translation>
+    </message>
+    <message>
+      <source>3 to 4 m above ground</source>
+      <translation>3 bis 4 m über dem Boden</translation>
+    </message>
+    <message>
+      <source>4 to 5 m above ground</source>
+      <translation>4 bis 5 m über dem Boden</translation>
+    </message>
+    <message>
+      <source>Shape</source>
+      <translation>Form</translation>
+    </message>
+    <message>
+      <source>Edge of the stand</source>
+      <translation>Bestandesrand</translation>
+    </message>
+    <message>
+      <source>Area [ha]</source>
+      <translation>Fläche [ha]</translation>
+    </message>
+    <message>
+      <source>Trees per hectare that one tree stands for</source>
+      <translation>Bäume je Hektar, für die ein Baum steht</translation>
+    </message>
+    <message>
+      <source>Stems without a DBH</source>
+      <translation>Stämme ohne BHD</translation>
+    </message>
+    <message>
+      <source>Trees per hectare</source>
+      <translation>Bäume je Hektar</translation>
+    </message>
+    <message>
+      <source>Basal area [m²/ha]</source>
+      <translation>Grundfläche [m²/ha]</translation>
+    </message>
+    <message>
+      <source>Quadratic mean diameter [cm]</source>
+      <translation>Durchmesser des Grundflächenmittelstamms [cm]</translation>
+    </message>
+    <message>
+      <source>Lorey's mean height [m]</source>
+      <translation>Lorey'sche Mittelhöhe [m]</translation>
+    </message>
+    <message>
+      <source>Dominant height [m]</source>
+      <translation>Oberhöhe [m]</translation>
+    </message>
+    <message>
+      <source>Volume [m³/ha]</source>
+      <translation>Volumen [m³/ha]</translation>
+    </message>
+    <message>
+      <source>Biomass above ground [t/ha]</source>
+      <translation>Oberirdische Biomasse [t/ha]</translation>
+    </message>
+    <message>
+      <source>Counts as</source>
+      <translation>Zählt als</translation>
+    </message>
+    <message>
+      <source>Height [m]</source>
+      <translation>Höhe [m]</translation>
+    </message>
+    <message>
+      <source>Height from</source>
+      <translation>Höhe aus</translation>
+    </message>
+    <message>
+      <source>Weight</source>
+      <translation>Gewicht</translation>
+    </message>
+    <message>
+      <source>Trees per hectare it stands for</source>
+      <translation>Bäume je Hektar, für die er steht</translation>
+    </message>
+    <message>
+      <source>Basal area [m²]</source>
+      <translation>Grundfläche [m²]</translation>
+    </message>
+    <message>
+      <source>Volume [m³]</source>
+      <translation>Volumen [m³]</translation>
+    </message>
+    <message>
+      <source>Biomass above ground [kg]</source>
+      <translation>Oberirdische Biomasse [kg]</translation>
+    </message>
+    <message>
+      <source>Reasons</source>
+      <translation>Gründe</translation>
+    </message>
+    <message>
+      <source>too small</source>
+      <translation>zu klein</translation>
+    </message>
+    <message>
+      <source>dead</source>
+      <translation>tot</translation>
+    </message>
+    <message>
+      <source>Photo</source>
+      <translation>Foto</translation>
+    </message>
+    <message>
+      <source>File</source>
+      <translation>Datei</translation>
+    </message>
+    <message>
+      <source>Position quality</source>
+      <translation>Güte der Position</translation>
+    </message>
+    <message>
+      <source>Standard deviation east [m]</source>
+      <translation>Standardabweichung Ost [m]</translation>
+    </message>
+    <message>
+      <source>Standard deviation north [m]</source>
+      <translation>Standardabweichung Nord [m]</translation>
+    </message>
+    <message>
+      <source>Standard deviation up [m]</source>
+      <translation>Standardabweichung Höhe [m]</translation>
+    </message>
+    <message>
+      <source>Exposure (UTC)</source>
+      <translation>Auslösung (UTC)</translation>
+    </message>
+    <message>
+      <source>Exposure (UTC) [s since 1970]</source>
+      <translation>Auslösung (UTC) [s seit 1970]</translation>
+    </message>
+    <message>
+      <source>Flight</source>
+      <translation>Flug</translation>
+    </message>
+    <message>
+      <source>Yaw [°]</source>
+      <translation>Kurs [°]</translation>
+    </message>
+    <message>
+      <source>Pitch [°]</source>
+      <translation>Kippung [°]</translation>
+    </message>
+    <message>
+      <source>Roll [°]</source>
+      <translation>Rollung [°]</translation>
+    </message>
+    <message>
+      <source>Height above take-off [m]</source>
+      <translation>Höhe über Startpunkt [m]</translation>
+    </message>
+    <message>
+      <source>fixed (centimetres)</source>
+      <translation>fixiert (Zentimeter)</translation>
+    </message>
+    <message>
+      <source>float (decimetres)</source>
+      <translation>Float (Dezimeter)</translation>
+    </message>
+    <message>
+      <source>single (metres)</source>
+      <translation>Einzelposition (Meter)</translation>
+    </message>
+    <message>
+      <source>from the photo (metres)</source>
+      <translation>aus dem Foto (Meter)</translation>
+    </message>
+    <message>
+      <source>unknown</source>
+      <translation>unbekannt</translation>
+    </message>
+    <message>
+      <source>Easting at breast height [m]</source>
+      <translation>Ostwert in Brusthöhe [m]</translation>
+    </message>
+    <message>
+      <source>Northing at breast height [m]</source>
+      <translation>Nordwert in Brusthöhe [m]</translation>
+    </message>
+    <message>
+      <source>Ground height [m]</source>
+      <translation>Bodenhöhe [m]</translation>
+    </message>
+    <message>
+      <source>Breast height used [m]</source>
+      <translation>Verwendete Brusthöhe [m]</translation>
+    </message>
+    <message>
+      <source>Tree height [m]</source>
+      <translation>Baumhöhe [m]</translation>
+    </message>
+    <message>
+      <source>Lean [°]</source>
+      <translation>Neigung [°]</translation>
+    </message>
+    <message>
+      <source>Stem circumference seen [°]</source>
+      <translation>Gesehener Stammumfang [°]</translation>
+    </message>
+    <message>
+      <source>Stem points</source>
+      <translation>Stammpunkte</translation>
+    </message>
+    <message>
+      <source>Photos that see the stem</source>
+      <translation>Fotos, die den Stamm sehen</translation>
+    </message>
+    <message>
+      <source>Slices fitted</source>
+      <translation>Angepasste Scheiben</translation>
+    </message>
+    <message>
+      <source>Mean opacity (0-1)</source>
+      <translation>Mittlere Deckkraft (0-1)</translation>
+    </message>
+    <message>
+      <source>Taper [cm/m]</source>
+      <translation>Verjüngung [cm/m]</translation>
+    </message>
+    <message>
+      <source>Run</source>
+      <translation>Lauf</translation>
+    </message>
+    <message>
+      <source>seen, no DBH</source>
+      <translation>gesehen, kein BHD</translation>
     </message>
   </context>
 </TS>

@@ -16,12 +16,24 @@
       <translation>Pares</translation>
     </message>
     <message>
+      <source>PHOTOS: {folder} holds {found} photos, expected at least {least} (better 40 or more) as {kinds}.</source>
+      <translation>PHOTOS: {folder} contiene {found} fotos, se esperan al menos {least} (mejor 40 o más) como {kinds}.</translation>
+    </message>
+    <message>
+      <source>INPUT: {path} is not a LAS or LAZ file; convert the cloud to LAZ first.</source>
+      <translation>INPUT: {path} no es un archivo LAS ni LAZ; convierta antes la nube a LAZ.</translation>
+    </message>
+    <message>
       <source>&lt;p&gt;&lt;b&gt;Install the libraries that the TreeDGS algorithms need, in an environment of their own.&lt;/b&gt;&lt;/p&gt;
-&lt;p&gt;Makes a Python environment in your data folder (or in TREEDGS_HOME), about 3 GB, and installs the pinned list of
+&lt;p&gt;Makes a Python environment in your data folder (or in TREEDGS_HOME), about 3 GB, and installs the locked list of
 libraries with pip. QGIS and its Python are not touched. It needs Python 3.10 or newer with venv on this computer, and
 the network or a folder of wheels. What was cut short is taken up by running it again.&lt;/p&gt;
 &lt;p&gt;On a machine with &lt;code&gt;make&lt;/code&gt;, &lt;code&gt;make setup&lt;/code&gt; does the same for the repository.&lt;/p&gt;</source>
-      <translation type="unfinished" />
+      <translation>&lt;p&gt;&lt;b&gt;Instala en un entorno propio las bibliotecas que necesitan los algoritmos de TreeDGS.&lt;/b&gt;&lt;/p&gt;
+&lt;p&gt;Crea un entorno de Python de unos 3 GB en su carpeta de datos (o en TREEDGS_HOME) e instala con pip la lista fijada de
+bibliotecas. QGIS y su Python no se tocan. Hace falta Python 3.10 o posterior con venv en este equipo, y la red o una
+carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/p&gt;
+&lt;p&gt;En un equipo con &lt;code&gt;make&lt;/code&gt;, &lt;code&gt;make setup&lt;/code&gt; hace lo mismo para el repositorio.&lt;/p&gt;</translation>
     </message>
     <message>
       <source>Set up the engine</source>
@@ -40,24 +52,180 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation>Python para la instalación</translation>
     </message>
     <message>
+      <source>A Python 3.10 or newer with venv; left empty, the system's is found.</source>
+      <translation>Un Python 3.10 o posterior con venv; si se deja vacío, se busca el del sistema.</translation>
+    </message>
+    <message>
       <source>Folder of wheels (no network)</source>
       <translation>Carpeta de wheels (sin red)</translation>
     </message>
     <message>
-      <source>PyTorch build</source>
-      <translation>Variante de PyTorch</translation>
+      <source>A folder of .whl files, made on another machine with: pip download --require-hashes -r requirements-locked.txt -d FOLDER.</source>
+      <translation>Una carpeta de archivos .whl, hecha en otro equipo con: pip download --require-hashes -r requirements-locked.txt -d CARPETA.</translation>
+    </message>
+    <message>
+      <source>For which processor</source>
+      <translation>Para qué procesador</translation>
+    </message>
+    <message>
+      <source>auto: with NVIDIA's library where a card and driver are found that it can use; cpu: without; cuda: with it in any case. Only 'Fit Gaussians' uses the card.</source>
+      <translation>auto: con la biblioteca de NVIDIA donde se halle una tarjeta y un controlador que pueda usar; cpu: sin ella; cuda: con ella en todo caso. Solo 'Ajustar gaussianas' usa la tarjeta.</translation>
     </message>
     <message>
       <source>Start from scratch</source>
       <translation>Empezar de cero</translation>
     </message>
     <message>
+      <source>Remove the environment first, to mend a broken one.</source>
+      <translation>Quitar antes el entorno, para arreglar uno dañado.</translation>
+    </message>
+    <message>
+      <source>WHEELS: {folder} is not a folder; give the folder that holds the .whl files.</source>
+      <translation>WHEELS: {folder} no es una carpeta; dé la carpeta que contiene los archivos .whl.</translation>
+    </message>
+    <message>
+      <source>WHEELS: {folder}: holds no .whl files, expected the wheels of the engine's libraries.</source>
+      <translation>WHEELS: {folder}: no contiene archivos .whl, se esperan los wheels de las bibliotecas del motor.</translation>
+    </message>
+    <message>
+      <source>PYTHON: {path} does not exist; give a Python program or leave it empty.</source>
+      <translation>PYTHON: {path} no existe; dé un programa Python o déjelo vacío.</translation>
+    </message>
+    <message>
       <source>The engine's Python</source>
       <translation>Python del motor</translation>
     </message>
     <message>
+      <source>The engine will use the graphics card: {why}.</source>
+      <translation>El motor usará la tarjeta gráfica: {why}.</translation>
+    </message>
+    <message>
+      <source>The engine will use the processor only: {why}.</source>
+      <translation>El motor usará solo el procesador: {why}.</translation>
+    </message>
+    <message>
+      <source>Stopped; run it again to go on where it ended.</source>
+      <translation>Detenido; ejecútelo otra vez para seguir donde quedó.</translation>
+    </message>
+    <message>
+      <source>The QGIS setting treedgs/python still names {path} and comes first; clear it to use the environment that was just built.</source>
+      <translation>El ajuste de QGIS treedgs/python aún nombra {path} y tiene prioridad; bórrelo para usar el entorno recién creado.</translation>
+    </message>
+    <message>
+      <source>the locked list of libraries</source>
+      <translation>la lista fijada de bibliotecas</translation>
+    </message>
+    <message>
       <source>Terrain model</source>
       <translation>Modelo del terreno</translation>
+    </message>
+    <message>
+      <source>yaw</source>
+      <translation>rumbo</translation>
+    </message>
+    <message>
+      <source>pitch</source>
+      <translation>cabeceo</translation>
+    </message>
+    <message>
+      <source>Field tree</source>
+      <translation>Árbol de campo</translation>
+    </message>
+    <message>
+      <source>measured tree</source>
+      <translation>árbol medido</translation>
+    </message>
+    <message>
+      <source>field</source>
+      <translation>campo</translation>
+    </message>
+    <message>
+      <source>measured</source>
+      <translation>medido</translation>
+    </message>
+    <message>
+      <source>distance</source>
+      <translation>distancia</translation>
+    </message>
+    <message>
+      <source>Plot</source>
+      <translation>Parcela</translation>
+    </message>
+    <message>
+      <source>field trees paired</source>
+      <translation>árboles de campo emparejados</translation>
+    </message>
+    <message>
+      <source>moved east, north</source>
+      <translation>movida al este, norte</translation>
+    </message>
+    <message>
+      <source>turned</source>
+      <translation>girada</translation>
+    </message>
+    <message>
+      <source>rejected</source>
+      <translation>rechazado</translation>
+    </message>
+    <message>
+      <source>no DBH</source>
+      <translation>sin DAP</translation>
+    </message>
+    <message>
+      <source>trees</source>
+      <translation>árboles</translation>
+    </message>
+    <message>
+      <source>without a DBH</source>
+      <translation>sin DAP</translation>
+    </message>
+    <message>
+      <source>trees/ha</source>
+      <translation>árboles/ha</translation>
+    </message>
+    <message>
+      <source>Tree</source>
+      <translation>Árbol</translation>
+    </message>
+    <message>
+      <source>plot</source>
+      <translation>parcela</translation>
+    </message>
+    <message>
+      <source>DBH</source>
+      <translation>DAP</translation>
+    </message>
+    <message>
+      <source>height</source>
+      <translation>altura</translation>
+    </message>
+    <message>
+      <source>counts as</source>
+      <translation>cuenta como</translation>
+    </message>
+    <message>
+      <source>No DBH</source>
+      <translation>Sin DAP</translation>
+    </message>
+    <message>
+      <source>at</source>
+      <translation>a</translation>
+    </message>
+    <message>
+      <source>drawn at true scale</source>
+      <translation>dibujado a escala real</translation>
+    </message>
+    <message>
+      <source>points round</source>
+      <translation>puntos alrededor de</translation>
+    </message>
+    <message>
+      <source>Parameter {name} is unknown to {algorithm}; {hint}</source>
+      <translation>{algorithm} no conoce el parámetro {name}; {hint}</translation>
+    </message>
+    <message>
+      <source>{name}: found '{given}', expected one of {choices}.</source>
+      <translation>{name}: se encontró '{given}', se espera uno de {choices}.</translation>
     </message>
     <message>
       <source>Parameters</source>
@@ -76,8 +244,196 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation>Terminado en {time}.</translation>
     </message>
     <message>
+      <source>did you mean {name}?</source>
+      <translation>¿quiso decir {name}?</translation>
+    </message>
+    <message>
+      <source>known: {names}.</source>
+      <translation>conocidos: {names}.</translation>
+    </message>
+    <message>
       <source>Results</source>
       <translation>Resultados</translation>
+    </message>
+    <message>
+      <source>{name} is required: {help}</source>
+      <translation>{name} es obligatorio: {help}</translation>
+    </message>
+    <message>
+      <source>{name}: {crs} is not in metres; choose the metric version of this CRS or the UTM zone.</source>
+      <translation>{name}: {crs} no está en metros; elija la versión métrica de este SRC o la zona UTM.</translation>
+    </message>
+    <message>
+      <source>the photos in {folder}</source>
+      <translation>las fotos de {folder}</translation>
+    </message>
+    <message>
+      <source>DTM: {dtm} covers x {west} to {east}, y {south} to {north}, but {what} lies at x {x}, y {y} ({crs}); give the terrain model of this place.</source>
+      <translation>DTM: {dtm} cubre x de {west} a {east}, y de {south} a {north}, pero {what} está en x {x}, y {y} ({crs}); dé el modelo del terreno de este lugar.</translation>
+    </message>
+    <message>
+      <source>{name}: {path} does not exist; give a file that does.</source>
+      <translation>{name}: {path} no existe; dé un archivo que exista.</translation>
+    </message>
+    <message>
+      <source>{name}: {path} is a folder, expected a file.</source>
+      <translation>{name}: {path} es una carpeta, se espera un archivo.</translation>
+    </message>
+    <message>
+      <source>{name}: {path} is a file, expected a folder.</source>
+      <translation>{name}: {path} es un archivo, se espera una carpeta.</translation>
+    </message>
+    <message>
+      <source>{name}: a layer in memory cannot be written; give a file name.</source>
+      <translation>{name}: no se puede escribir una capa en memoria; dé un nombre de archivo.</translation>
+    </message>
+    <message>
+      <source>{name}: {path} ends in {found}, expected one of {wanted}.</source>
+      <translation>{name}: {path} termina en {found}, se espera uno de {wanted}.</translation>
+    </message>
+    <message>
+      <source>{name}: found '{given}', expected a whole number{unit}.</source>
+      <translation>{name}: se encontró '{given}', se espera un número entero{unit}.</translation>
+    </message>
+    <message>
+      <source>{name}: found '{given}', expected a number{unit}.</source>
+      <translation>{name}: se encontró '{given}', se espera un número{unit}.</translation>
+    </message>
+    <message>
+      <source>{name}: found {given}, expected {limits}{unit}.</source>
+      <translation>{name}: se encontró {given}, se espera {limits}{unit}.</translation>
+    </message>
+    <message>
+      <source>{name} is required: give a projected CRS in metres, like EPSG:32615.</source>
+      <translation>{name} es obligatorio: dé un SRC proyectado en metros, como EPSG:32615.</translation>
+    </message>
+    <message>
+      <source>{name}: '{given}' is not a coordinate reference system; give one like EPSG:32615.</source>
+      <translation>{name}: '{given}' no es un sistema de referencia de coordenadas; dé uno como EPSG:32615.</translation>
+    </message>
+    <message>
+      <source>{name}: {crs} is geographic (degrees), expected a projected CRS in metres; use the UTM zone of your plot, {zone}.</source>
+      <translation>{name}: {crs} es geográfico (grados), se espera un SRC proyectado en metros; use la zona UTM de su parcela, {zone}.</translation>
+    </message>
+    <message>
+      <source>DTM: {dtm} is not a raster that can be read; give a terrain GeoTIFF.</source>
+      <translation>DTM: {dtm} no es un ráster legible; dé un GeoTIFF del terreno.</translation>
+    </message>
+    <message>
+      <source>{name}: {path} does not exist; give a folder that does.</source>
+      <translation>{name}: {path} no existe; dé una carpeta que exista.</translation>
+    </message>
+    <message>
+      <source>in {unit}</source>
+      <translation>en {unit}</translation>
+    </message>
+    <message>
+      <source>for example EPSG:32615 for 93 W, north</source>
+      <translation>por ejemplo EPSG:32615 para 93 O, norte</translation>
+    </message>
+    <message>
+      <source>run the algorithm 'Set up the engine' (treedgs:setupengine), or point the environment variable TREEDGS_PYTHON at a Python that has the engine's libraries</source>
+      <translation>ejecute el algoritmo 'Instalar el motor' (treedgs:setupengine), o dé en la variable de entorno TREEDGS_PYTHON un Python que tenga las bibliotecas del motor</translation>
+    </message>
+    <message>
+      <source>The TreeDGS engine is not installed; {do}.</source>
+      <translation>El motor de TreeDGS no está instalado; {do}.</translation>
+    </message>
+    <message>
+      <source>Stopped; what was finished is kept, run again to resume.</source>
+      <translation>Detenido; lo terminado se conserva, ejecute otra vez para continuar.</translation>
+    </message>
+    <message>
+      <source>No folder for the job's files can be made in {folder}; set TREEDGS_HOME to a folder that can be written.</source>
+      <translation>En {folder} no se puede crear una carpeta para los archivos del trabajo; ponga TREEDGS_HOME en una carpeta donde se pueda escribir.</translation>
+    </message>
+    <message>
+      <source>The TreeDGS engine is missing: {source} names {python}, which is not a Python program; {do}.</source>
+      <translation>Falta el motor de TreeDGS: {source} nombra {python}, que no es un programa Python; {do}.</translation>
+    </message>
+    <message>
+      <source>The TreeDGS engine needs Python 3.10 or newer: {python} ({source}) is {version}; {do}.</source>
+      <translation>El motor de TreeDGS necesita Python 3.10 o posterior: {python} ({source}) es {version}; {do}.</translation>
+    </message>
+    <message>
+      <source>The TreeDGS engine is incomplete: {python} ({source}) lacks {names}; {do}.</source>
+      <translation>El motor de TreeDGS está incompleto: a {python} ({source}) le falta {names}; {do}.</translation>
+    </message>
+    <message>
+      <source>The TreeDGS engine does not start: {python} ({source}) gave no answer ({problem}); {do}.</source>
+      <translation>El motor de TreeDGS no arranca: {python} ({source}) no respondió ({problem}); {do}.</translation>
+    </message>
+    <message>
+      <source>The engine cannot be started: {program} ({problem}); {do}.</source>
+      <translation>El motor no se puede iniciar: {program} ({problem}); {do}.</translation>
+    </message>
+    <message>
+      <source>The engine speaks protocol {found}, this plugin {own}; run 'Set up the engine' (treedgs:setupengine) to update it.</source>
+      <translation>El motor habla el protocolo {found}, este complemento el {own}; ejecute 'Instalar el motor' (treedgs:setupengine) para actualizarlo.</translation>
+    </message>
+    <message>
+      <source>it touched memory it does not own</source>
+      <translation>tocó memoria que no es suya</translation>
+    </message>
+    <message>
+      <source>the processor lacks an instruction it needs</source>
+      <translation>al procesador le falta una instrucción necesaria</translation>
+    </message>
+    <message>
+      <source>a system library is missing, install the Visual C++ redistributable from https://aka.ms/vs/17/release/vc_redist.x64.exe</source>
+      <translation>falta una biblioteca del sistema, instale Visual C++ Redistributable desde https://aka.ms/vs/17/release/vc_redist.x64.exe</translation>
+    </message>
+    <message>
+      <source>it said nothing</source>
+      <translation>no dijo nada</translation>
+    </message>
+    <message>
+      <source>The engine ended with code {code}: {last} (log: {log}).</source>
+      <translation>El motor terminó con el código {code}: {last} (registro: {log}).</translation>
+    </message>
+    <message>
+      <source>The engine was killed by the system, most likely because memory ran out; close other programs, choose a faster preset or fewer photos, and run again to resume (log: {log}).</source>
+      <translation>El sistema terminó el motor, probablemente porque se agotó la memoria; cierre otros programas, elija un preajuste más rápido o menos fotos, y ejecute otra vez para continuar (registro: {log}).</translation>
+    </message>
+    <message>
+      <source>The engine crashed ({name}); run 'Check the engine' (treedgs:checkengine), and if that is fine report the log {log}.</source>
+      <translation>El motor falló ({name}); ejecute 'Comprobar el motor' (treedgs:checkengine), y si ahí todo está bien comunique el registro {log}.</translation>
+    </message>
+    <message>
+      <source>The engine was stopped from outside; run again to resume (log: {log}).</source>
+      <translation>El motor fue detenido desde fuera; ejecute otra vez para continuar (registro: {log}).</translation>
+    </message>
+    <message>
+      <source>The engine crashed: {why} (log: {log}).</source>
+      <translation>El motor falló: {why} (registro: {log}).</translation>
+    </message>
+    <message>
+      <source>no NVIDIA card was found</source>
+      <translation>no se encontró ninguna tarjeta NVIDIA</translation>
+    </message>
+    <message>
+      <source>there is no NVIDIA driver on this computer</source>
+      <translation>en este equipo no hay controlador de NVIDIA</translation>
+    </message>
+    <message>
+      <source>the NVIDIA driver does not answer ({answer})</source>
+      <translation>el controlador de NVIDIA no responde ({answer})</translation>
+    </message>
+    <message>
+      <source>{name}: its driver is {driver}, expected {least} or newer; update it and run this again</source>
+      <translation>{name}: su controlador es {driver}, se espera {least} o posterior; actualícelo y ejecute esto otra vez</translation>
+    </message>
+    <message>
+      <source>{name} is too old for the engine (compute capability {card}, expected {least})</source>
+      <translation>{name} es demasiado antigua para el motor (capacidad de cómputo {card}, se espera {least})</translation>
+    </message>
+    <message>
+      <source>{name} has {memory} MB of memory, expected {least}</source>
+      <translation>{name} tiene {memory} MB de memoria, se esperan {least}</translation>
+    </message>
+    <message>
+      <source>{name}, driver {driver}</source>
+      <translation>{name}, controlador {driver}</translation>
     </message>
     <message>
       <source>Camera positions</source>
@@ -136,6 +492,50 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation>Medición de cada tronco</translation>
     </message>
     <message>
+      <source>Stems, found and fitted</source>
+      <translation>Troncos, hallados y ajustados</translation>
+    </message>
+    <message>
+      <source>A second measurement, to compare</source>
+      <translation>Una segunda medición, para comparar</translation>
+    </message>
+    <message>
+      <source>Writing tagged copies of the photos</source>
+      <translation>Escritura de copias geoetiquetadas de las fotos</translation>
+    </message>
+    <message>
+      <source>Growing the stand</source>
+      <translation>Crecimiento del rodal</translation>
+    </message>
+    <message>
+      <source>Drawing the photos</source>
+      <translation>Dibujo de las fotos</translation>
+    </message>
+    <message>
+      <source>LiDAR cloud</source>
+      <translation>Nube LiDAR</translation>
+    </message>
+    <message>
+      <source>Writing field table and truth</source>
+      <translation>Escritura de la tabla de campo y la verdad</translation>
+    </message>
+    <message>
+      <source>Comparing with the field trees</source>
+      <translation>Comparación con los árboles de campo</translation>
+    </message>
+    <message>
+      <source>Published methods on the same trees</source>
+      <translation>Métodos publicados en los mismos árboles</translation>
+    </message>
+    <message>
+      <source>Circles and cylinders on both clouds</source>
+      <translation>Círculos y cilindros en ambas nubes</translation>
+    </message>
+    <message>
+      <source>Photos that show breast height, and time</source>
+      <translation>Fotos que muestran la altura del pecho, y tiempo</translation>
+    </message>
+    <message>
       <source>Fitting Gaussians</source>
       <translation>Ajuste de las gaussianas</translation>
     </message>
@@ -170,6 +570,14 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     <message>
       <source>Estimating per hectare</source>
       <translation>Estimación por hectárea</translation>
+    </message>
+    <message>
+      <source>Stems in the photos, area {number} of {all}</source>
+      <translation>Troncos en las fotos, zona {number} de {all}</translation>
+    </message>
+    <message>
+      <source>Dense points of plot {plot}</source>
+      <translation>Puntos densos de la parcela {plot}</translation>
     </message>
     <message>
       <source>about {time} left</source>
@@ -216,10 +624,6 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation>Modelos preparados</translation>
     </message>
     <message>
-      <source>in {unit}</source>
-      <translation>en {unit}</translation>
-    </message>
-    <message>
       <source>{low} to {high}</source>
       <translation>de {low} a {high}</translation>
     </message>
@@ -245,7 +649,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Inputs: overlapping drone photos taken above the canopy, most of them oblique (30 to 50 degrees from straight down), at about 2 cm a pixel or finer; PPK or RTK geotags. Output: one point per stem found, with DBH (cm), its standard error and 90 % interval (cm), and a reason wherever no DBH could be measured. Stems under 7.5 cm and stems that fewer than three photos see at breast height are refused. A second run in the same workspace resumes.</source>
-      <translation type="unfinished" />
+      <translation>Entradas: fotos de dron con solape tomadas por encima del dosel, la mayoría oblicuas (de 30 a 50 grados desde la vertical), a unos 2 cm por píxel o más finas; geoetiquetas PPK o RTK. Salida: un punto por tronco encontrado, con DAP (cm), su error estándar e intervalo del 90 % (cm), y un motivo donde no se pudo medir el DAP. Se rechazan los troncos de menos de 7,5 cm y los que menos de tres fotos ven a la altura del pecho. Una segunda ejecución en la misma carpeta de trabajo continúa.</translation>
     </message>
     <message>
       <source>Photos</source>
@@ -296,8 +700,8 @@ the network or a folder of wheels. What was cut short is taken up by running it 
       <translation>Ajuste</translation>
     </message>
     <message>
-      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper = splats with the published constants; auto = what the data supports.</source>
-      <translation type="unfinished" />
+      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper = splats with the published constants; auto = photos, then stems left in doubt asked again among Gaussians.</source>
+      <translation>photos = troncos ajustados directamente a las fotos; gaussians = primitivas de tronco entre gaussianas; paper = splats con las constantes publicadas; auto = photos, y luego los troncos dudosos se consultan de nuevo entre gaussianas.</translation>
     </message>
     <message>
       <source>Breast height [m]</source>
@@ -349,7 +753,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>run.json: parameters, versions, seconds, peak memory (file)</source>
-      <translation type="unfinished" />
+      <translation>run.json: parámetros, versiones, segundos, memoria máxima (archivo)</translation>
     </message>
     <message>
       <source>stems found</source>
@@ -405,7 +809,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Finds the ground (or takes your DTM), finds the stems in the band from 0.5 to 5 m, measures each at breast height and writes the tree layer: DBH, standard error and 90 % interval in cm, lean, height where the cloud reaches the crowns, and for every stem that cannot be measured the reason. Needs about 100 points on the lower 3 m of a stem (drone LiDAR above 1,000 points/m2, or a terrestrial scan). The CRS comes from the file; give --crs where it has none ('local' for a scan without a place on the map).</source>
-      <translation type="unfinished" />
+      <translation>Busca el suelo (o toma su MDT), busca los troncos en la banda de 0,5 a 5 m, mide cada uno a la altura del pecho y escribe la capa de árboles: DAP, error estándar e intervalo del 90 % en cm, inclinación, altura donde la nube llega a las copas, y el motivo para cada tronco que no se puede medir. Necesita unos 100 puntos en los 3 m inferiores de un tronco (LiDAR de dron con más de 1000 puntos/m2, o un escaneo terrestre). El SRC viene del archivo; dé --crs si no lo tiene ('local' para un escaneo sin lugar en el mapa).</translation>
     </message>
     <message>
       <source>Input</source>
@@ -421,7 +825,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>CRS of a cloud that holds none: EPSG:CODE, or 'local' for metres without a place on the map</source>
-      <translation type="unfinished" />
+      <translation>SRC de una nube que no lo contiene: EPSG:CÓDIGO, o 'local' para metros sin lugar en el mapa</translation>
     </message>
     <message>
       <source>Weights</source>
@@ -429,7 +833,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>reliability of the points: none, LiDAR intensity (as it is, or brought to one range), or opacity of surface points</source>
-      <translation type="unfinished" />
+      <translation>fiabilidad de los puntos: ninguna, intensidad LiDAR (tal cual o llevada a un rango) u opacidad de puntos de superficie</translation>
     </message>
     <message>
       <source>cross-section model</source>
@@ -441,7 +845,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>default = our estimator; paper = the published constants</source>
-      <translation type="unfinished" />
+      <translation>default = nuestro estimador; paper = las constantes publicadas</translation>
     </message>
     <message>
       <source>breast height</source>
@@ -481,7 +885,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>seed of the random draws</source>
-      <translation type="unfinished" />
+      <translation>semilla de las extracciones al azar</translation>
     </message>
     <message>
       <source>tree layer</source>
@@ -489,7 +893,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Only check the cloud, its CRS, density and DTM, memory and disk, and foretell the time; writes nothing</source>
-      <translation type="unfinished" />
+      <translation>Solo comprueba la nube, su SRC, densidad y MDT, memoria y disco, y predice el tiempo; no escribe nada</translation>
     </message>
     <message>
       <source>Stems output</source>
@@ -525,15 +929,15 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>points (dry run)</source>
-      <translation type="unfinished" />
+      <translation>puntos (ensayo)</translation>
     </message>
     <message>
       <source>points a square metre (dry run)</source>
-      <translation type="unfinished" />
+      <translation>puntos por metro cuadrado (ensayo)</translation>
     </message>
     <message>
       <source>verdict (dry run)</source>
-      <translation type="unfinished" />
+      <translation>veredicto (ensayo)</translation>
     </message>
     <message>
       <source>Measure many plots</source>
@@ -541,47 +945,47 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Many plots from one table, on this machine or a cluster: one trees layer, one report.</source>
-      <translation type="unfinished" />
+      <translation>Muchas parcelas de una tabla, en este equipo o en un clúster: una capa de árboles, un informe.</translation>
     </message>
     <message>
       <source>One row of the table is one plot, from photos or from a point cloud. All rows are checked before anything starts. Plots run side by side, as many as memory and cores carry, each in a folder of its own; a plot that fails is tried again at most twice and then reported, the others go on. A second start runs only what is missing or whose inputs or settings have changed. Writes one trees layer with plot ids, campaign.html and plots.csv (trees, refusals and reasons, seconds, memory, accuracy where field trees are given). With --predict it only says how long it will take.</source>
-      <translation type="unfinished" />
+      <translation>Una fila de la tabla es una parcela, a partir de fotos o de una nube de puntos. Todas las filas se comprueban antes de empezar. Las parcelas van en paralelo, tantas como permitan memoria y núcleos, cada una en su carpeta; la que falla se repite como mucho dos veces y luego se comunica, las demás siguen. Un segundo inicio solo ejecuta lo que falta o aquello cuyas entradas o ajustes cambiaron. Escribe una capa de árboles con identificador de parcela, campaign.html y plots.csv (árboles, rechazos y motivos, segundos, memoria, exactitud donde hay árboles de campo). Con --predict solo dice cuánto tardará.</translation>
     </message>
     <message>
       <source>Manifest</source>
-      <translation type="unfinished" />
+      <translation>Tabla de parcelas</translation>
     </message>
     <message>
       <source>CSV with one row a plot: plot_id, photos (folder) or cloud (file), and where wanted geotags, dtm, crs, plots, field and any setting of the verb by its name; paths count from the table's folder</source>
-      <translation type="unfinished" />
+      <translation>CSV con una fila por parcela: plot_id, photos (carpeta) o cloud (archivo), y si se quiere geotags, dtm, crs, plots, field y cualquier ajuste de la orden por su nombre; las rutas parten de la carpeta de la tabla</translation>
     </message>
     <message>
       <source>CRS of rows that give none, and of the layer when rows have different ones</source>
-      <translation type="unfinished" />
+      <translation>SRC de las filas que no dan ninguno, y de la capa cuando las filas tienen distintos</translation>
     </message>
     <message>
       <source>Scheduler</source>
-      <translation type="unfinished" />
+      <translation>Planificador</translation>
     </message>
     <message>
       <source>where plots run: local, tcp://host:8786 (a running Dask scheduler), slurm or pbs</source>
-      <translation type="unfinished" />
+      <translation>dónde se ejecutan las parcelas: local, tcp://host:8786 (un planificador Dask en marcha), slurm o pbs</translation>
     </message>
     <message>
       <source>Workers</source>
-      <translation type="unfinished" />
+      <translation>Procesos de trabajo</translation>
     </message>
     <message>
       <source>plots at once; 0 = as many as cores and memory carry</source>
-      <translation type="unfinished" />
+      <translation>parcelas a la vez; 0 = tantas como permitan núcleos y memoria</translation>
     </message>
     <message>
       <source>Predict</source>
-      <translation type="unfinished" />
+      <translation>Predicción</translation>
     </message>
     <message>
       <source>only check the table and say how long it will take and what it needs</source>
-      <translation type="unfinished" />
+      <translation>solo comprobar la tabla y decir cuánto tardará y qué necesita</translation>
     </message>
     <message>
       <source>Threads</source>
@@ -589,103 +993,103 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>processor threads a plot</source>
-      <translation type="unfinished" />
+      <translation>hilos por parcela</translation>
     </message>
     <message>
       <source>Memory [GB]</source>
-      <translation type="unfinished" />
+      <translation>Memoria [GB]</translation>
     </message>
     <message>
       <source>memory for all plots together (in a queue: of each job); 0 = what is free, less a reserve</source>
-      <translation type="unfinished" />
+      <translation>memoria para todas las parcelas juntas (en una cola: por trabajo); 0 = la libre, menos una reserva</translation>
     </message>
     <message>
       <source>Time limit [min]</source>
-      <translation type="unfinished" />
+      <translation>Límite de tiempo [min]</translation>
     </message>
     <message>
       <source>end a plot that takes longer; 0 = never</source>
-      <translation type="unfinished" />
+      <translation>terminar una parcela que tarde más; 0 = nunca</translation>
     </message>
     <message>
       <source>Patience [s]</source>
-      <translation type="unfinished" />
+      <translation>Espera máxima [s]</translation>
     </message>
     <message>
       <source>how long to wait for a scheduler or workers that are lost</source>
-      <translation type="unfinished" />
+      <translation>cuánto esperar a un planificador o procesos perdidos</translation>
     </message>
     <message>
       <source>Dashboard</source>
-      <translation type="unfinished" />
+      <translation>Panel en vivo</translation>
     </message>
     <message>
       <source>Dask's live view: auto (a free port), off, or an address like :8787</source>
-      <translation type="unfinished" />
+      <translation>vista en vivo de Dask: auto (un puerto libre), off o una dirección como :8787</translation>
     </message>
     <message>
       <source>Queue options</source>
-      <translation type="unfinished" />
+      <translation>Opciones de la cola</translation>
     </message>
     <message>
       <source>for slurm and pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4</source>
-      <translation type="unfinished" />
+      <translation>para slurm y pbs: queue=…,walltime=08:00:00,account=…,jobs=20,memory=16GB,cores=4</translation>
     </message>
     <message>
       <source>Costs</source>
-      <translation type="unfinished" />
+      <translation>Modelo de coste</translation>
     </message>
     <message>
       <source>cost model (costs.json of another campaign) for the forecast and the memory that plots declare</source>
-      <translation type="unfinished" />
+      <translation>modelo de coste (costs.json de otra campaña) para la predicción y la memoria que declaran las parcelas</translation>
     </message>
     <message>
       <source>folder for the campaign; a second start does what is missing</source>
-      <translation type="unfinished" />
+      <translation>carpeta de la campaña; un segundo inicio hace lo que falta</translation>
     </message>
     <message>
       <source>the one trees layer (.gpkg or .csv); without it trees.gpkg in the workspace</source>
-      <translation type="unfinished" />
+      <translation>la única capa de árboles (.gpkg o .csv); si falta, trees.gpkg en la carpeta de trabajo</translation>
     </message>
     <message>
       <source>trees layer of all plots (file)</source>
-      <translation type="unfinished" />
+      <translation>capa de árboles de todas las parcelas (archivo)</translation>
     </message>
     <message>
       <source>campaign report (file)</source>
-      <translation type="unfinished" />
+      <translation>informe de la campaña (archivo)</translation>
     </message>
     <message>
       <source>one row a plot (file)</source>
-      <translation type="unfinished" />
+      <translation>una fila por parcela (archivo)</translation>
     </message>
     <message>
       <source>plots in the table</source>
-      <translation type="unfinished" />
+      <translation>parcelas de la tabla</translation>
     </message>
     <message>
       <source>plots measured, now or before</source>
-      <translation type="unfinished" />
+      <translation>parcelas medidas, ahora o antes</translation>
     </message>
     <message>
       <source>plots run by this start</source>
-      <translation type="unfinished" />
+      <translation>parcelas ejecutadas en este inicio</translation>
     </message>
     <message>
       <source>plots kept from an earlier start</source>
-      <translation type="unfinished" />
+      <translation>parcelas conservadas de un inicio anterior</translation>
     </message>
     <message>
       <source>plots given up, each with its reason in the report</source>
-      <translation type="unfinished" />
+      <translation>parcelas abandonadas, cada una con su motivo en el informe</translation>
     </message>
     <message>
       <source>seconds of this start</source>
-      <translation type="unfinished" />
+      <translation>segundos de este inicio</translation>
     </message>
     <message>
       <source>seconds that were forecast</source>
-      <translation type="unfinished" />
+      <translation>segundos previstos</translation>
     </message>
     <message>
       <source>Geotag drone photos</source>
@@ -697,107 +1101,107 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>MRK and RTKLIB .pos (or EXIF/XMP) to camera positions at the exposure, as a point layer.</source>
-      <translation type="unfinished" />
+      <translation>De MRK y .pos de RTKLIB (o EXIF/XMP) a posiciones de cámara en el disparo, como capa de puntos.</translation>
     </message>
     <message>
       <source>Inputs: the photos, and a folder with the drone's Timestamp.MRK and the PPK solution (.pos), or a CSV by photo name. RINEX of rover and base is solved by RTKLIB (rnx2rtkp). The antenna's path is interpolated at each exposure and the lever arm applied once; heights stay ellipsoidal unless the project CRS has a height datum, which needs its geoid grid. Output: layer 'stations' (PointZ, project CRS) with quality (fix, float, single, exif, none), standard deviations (m), time, flight and gimbal angles (degrees). Photos that are blurred or show nothing are left out with a warning; geotags of other photos are refused.</source>
-      <translation type="unfinished" />
+      <translation>Entradas: las fotos, y una carpeta con el Timestamp.MRK del dron y la solución PPK (.pos), o un CSV por nombre de foto. El RINEX de móvil y base lo resuelve RTKLIB (rnx2rtkp). La trayectoria de la antena se interpola en cada disparo y el brazo de palanca se aplica una vez; las alturas quedan elipsoidales salvo que el SRC del proyecto tenga un datum vertical, que necesita su malla de geoide. Salida: capa 'stations' (PointZ, SRC del proyecto) con calidad (fix, float, single, exif, none), desviaciones estándar (m), hora, vuelo y ángulos del cardán (grados). Las fotos borrosas o vacías se omiten con un aviso; las geoetiquetas de otras fotos se rechazan.</translation>
     </message>
     <message>
       <source>Folder with the original drone photos (searched with its subfolders).</source>
-      <translation type="unfinished" />
+      <translation>Carpeta con las fotos originales del dron (se busca también en sus subcarpetas).</translation>
     </message>
     <message>
       <source>Folder or file with MRK and RTKLIB .pos or RINEX (PPK), or a CSV with name, lat, lon, h; without it EXIF/XMP positions are used.</source>
-      <translation type="unfinished" />
+      <translation>Carpeta o archivo con MRK y .pos de RTKLIB o RINEX (PPK), o un CSV con name, lat, lon, h; si falta, valen las posiciones EXIF/XMP.</translation>
     </message>
     <message>
       <source>Project CRS, projected and in metres, for example EPSG:6344, or with a height datum, EPSG:6344+5703.</source>
-      <translation type="unfinished" />
+      <translation>SRC del proyecto, proyectado y en metros, por ejemplo EPSG:25830, o con datum vertical, EPSG:25830+5782.</translation>
     </message>
     <message>
       <source>Camera stations layer to write.</source>
-      <translation type="unfinished" />
+      <translation>Capa de estaciones de cámara que se escribe.</translation>
     </message>
     <message>
       <source>Geotags CRS</source>
-      <translation type="unfinished" />
+      <translation>SRC de las geoetiquetas</translation>
     </message>
     <message>
       <source>Reference frame of the geotags (geographic), for example EPSG:7912 for ITRF2014; default: the project's.</source>
-      <translation type="unfinished" />
+      <translation>Marco de referencia de las geoetiquetas (geográfico), por ejemplo EPSG:7912 para ITRF2014; por defecto, el del proyecto.</translation>
     </message>
     <message>
       <source>Base</source>
-      <translation type="unfinished" />
+      <translation>Base</translation>
     </message>
     <message>
       <source>RINEX observations of the base station, when they do not lie with the geotags.</source>
-      <translation type="unfinished" />
+      <translation>Observaciones RINEX de la estación base, cuando no están junto a las geoetiquetas.</translation>
     </message>
     <message>
       <source>Base position</source>
-      <translation type="unfinished" />
+      <translation>Posición de la base</translation>
     </message>
     <message>
       <source>Base station 'latitude, longitude, height' (degrees, ellipsoidal m), for RINEX; default: its header's.</source>
-      <translation type="unfinished" />
+      <translation>Estación base 'latitud, longitud, altura' (grados, m elipsoidales), para RINEX; por defecto, la de su cabecera.</translation>
     </message>
     <message>
       <source>Tagged photos</source>
-      <translation type="unfinished" />
+      <translation>Fotos geoetiquetadas</translation>
     </message>
     <message>
       <source>New folder for copies of the photos with the corrected EXIF/XMP position; originals are never changed.</source>
-      <translation type="unfinished" />
+      <translation>Carpeta nueva para copias de las fotos con la posición EXIF/XMP corregida; los originales nunca se cambian.</translation>
     </message>
     <message>
-      <source>Camera delay ms [ms]</source>
-      <translation type="unfinished" />
+      <source>Camera delay [ms]</source>
+      <translation>Retardo de la cámara [ms]</translation>
     </message>
     <message>
       <source>Exposure minus mark time, for cameras triggered by cable.</source>
-      <translation type="unfinished" />
+      <translation>Disparo menos hora de la marca, para cámaras accionadas por cable.</translation>
     </message>
     <message>
       <source>Check photos</source>
-      <translation type="unfinished" />
+      <translation>Revisar fotos</translation>
     </message>
     <message>
       <source>Leave out blurred and empty photos.</source>
-      <translation type="unfinished" />
+      <translation>Omitir fotos borrosas y vacías.</translation>
     </message>
     <message>
       <source>camera stations layer (file)</source>
-      <translation type="unfinished" />
+      <translation>capa de estaciones de cámara (archivo)</translation>
     </message>
     <message>
       <source>photos</source>
-      <translation type="unfinished" />
+      <translation>fotos</translation>
     </message>
     <message>
       <source>photos with a fixed PPK/RTK position</source>
-      <translation type="unfinished" />
+      <translation>fotos con posición PPK/RTK fija</translation>
     </message>
     <message>
       <source>photos with a float position</source>
-      <translation type="unfinished" />
+      <translation>fotos con posición flotante</translation>
     </message>
     <message>
       <source>photos with a navigation-grade position</source>
-      <translation type="unfinished" />
+      <translation>fotos con posición de calidad de navegación</translation>
     </message>
     <message>
       <source>photos without a position</source>
-      <translation type="unfinished" />
+      <translation>fotos sin posición</translation>
     </message>
     <message>
       <source>flights</source>
-      <translation type="unfinished" />
+      <translation>vuelos</translation>
     </message>
     <message>
       <source>tagged copies written</source>
-      <translation type="unfinished" />
+      <translation>copias geoetiquetadas escritas</translation>
     </message>
     <message>
       <source>Reconstruct cameras from photos</source>
@@ -805,87 +1209,103 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Georeferenced structure from motion: camera poses, sparse points, dense points of the stem band.</source>
-      <translation type="unfinished" />
+      <translation>Estructura a partir del movimiento georreferenciada: poses de cámara, puntos dispersos, puntos densos de la banda de troncos.</translation>
     </message>
     <message>
       <source>Inputs: overlapping drone photos (80 % overlap, most of them oblique) and their PPK, RTK or EXIF positions. All flights end in one frame, adjusted with the geotags as priors. Output in the workspace: geotags.gpkg, sfm/ (COLMAP model in a local frame, frame.json with the CRS and origin, report.json) and dense.laz (stem band of the plots, project CRS). A block that contradicts its geotags, the lens calibration in the metadata, or the flying height is refused.</source>
-      <translation type="unfinished" />
+      <translation>Entradas: fotos de dron con solape (80 %, la mayoría oblicuas) y sus posiciones PPK, RTK o EXIF. Todos los vuelos acaban en un mismo marco, ajustado con las geoetiquetas como información previa. Salida en la carpeta de trabajo: geotags.gpkg, sfm/ (modelo COLMAP en un marco local, frame.json con el SRC y el origen, report.json) y dense.laz (banda de troncos de las parcelas, SRC del proyecto). Se rechaza un bloque que contradiga sus geoetiquetas, la calibración de la lente en los metadatos o la altura de vuelo.</translation>
     </message>
     <message>
       <source>Folder or file with MRK and RTKLIB .pos (PPK), or a CSV with name, lat, lon, h; without it EXIF/XMP positions are used.</source>
-      <translation type="unfinished" />
+      <translation>Carpeta o archivo con MRK y .pos de RTKLIB (PPK), o un CSV con name, lat, lon, h; si falta, valen las posiciones EXIF/XMP.</translation>
     </message>
     <message>
       <source>Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is taken from the photos.</source>
-      <translation type="unfinished" />
+      <translation>Modelo del terreno (GeoTIFF) en las alturas de las geoetiquetas; si falta, el suelo se toma de las fotos.</translation>
     </message>
     <message>
       <source>CSV of plots (plot_id, easting, northing, radius_m or lon, lat): where the stem band is made dense; without it no dense points are made.</source>
-      <translation type="unfinished" />
+      <translation>CSV de parcelas (plot_id, easting, northing, radius_m o lon, lat): dónde se densifica la banda de troncos; sin él no se hacen puntos densos.</translation>
     </message>
     <message>
       <source>Dense</source>
-      <translation type="unfinished" />
+      <translation>Densificar</translation>
     </message>
     <message>
       <source>Make dense points of the stem band where plots are given.</source>
-      <translation type="unfinished" />
+      <translation>Hacer puntos densos de la banda de troncos donde se dan parcelas.</translation>
     </message>
     <message>
       <source>Folder for the results; a second run resumes there.</source>
-      <translation type="unfinished" />
+      <translation>Carpeta para los resultados; una segunda ejecución continúa ahí.</translation>
     </message>
     <message>
       <source>Max features</source>
-      <translation type="unfinished" />
+      <translation>Máximo de puntos característicos</translation>
     </message>
     <message>
       <source>Most features per photo.</source>
-      <translation type="unfinished" />
+      <translation>Máximo de puntos característicos por foto.</translation>
+    </message>
+    <message>
+      <source>Matcher</source>
+      <translation>Emparejador de puntos</translation>
+    </message>
+    <message>
+      <source>Python file with load(weights) that returns a matcher of two photos (TopicFM, LoFTR, LightGlue ...); its matches are used beside SIFT's.</source>
+      <translation>Archivo Python con load(weights) que devuelve un emparejador de dos fotos (TopicFM, LoFTR, LightGlue ...); sus coincidencias se usan junto a las de SIFT.</translation>
+    </message>
+    <message>
+      <source>Matcher weights</source>
+      <translation>Pesos del emparejador</translation>
+    </message>
+    <message>
+      <source>Weights that the matcher loads; none come with TreeDGS.</source>
+      <translation>Pesos que carga el emparejador; TreeDGS no incluye ninguno.</translation>
     </message>
     <message>
       <source>Processor threads, 0 = all.</source>
-      <translation type="unfinished" />
+      <translation>Hilos del procesador, 0 = todos.</translation>
     </message>
     <message>
       <source>folder of the results</source>
-      <translation type="unfinished" />
+      <translation>carpeta de resultados</translation>
     </message>
     <message>
       <source>COLMAP model (folder)</source>
-      <translation type="unfinished" />
+      <translation>modelo COLMAP (carpeta)</translation>
     </message>
     <message>
       <source>dense points of the stem band (file)</source>
-      <translation type="unfinished" />
+      <translation>puntos densos de la banda de troncos (archivo)</translation>
     </message>
     <message>
       <source>photos registered</source>
-      <translation type="unfinished" />
+      <translation>fotos registradas</translation>
     </message>
     <message>
       <source>RMS reprojection error, px</source>
-      <translation type="unfinished" />
+      <translation>error de reproyección RMS, px</translation>
     </message>
     <message>
       <source>RMS distance of cameras to their geotags, E, N, U, m</source>
-      <translation type="unfinished" />
+      <translation>distancia RMS de las cámaras a sus geoetiquetas, E, N, h, m</translation>
     </message>
     <message>
       <source>focal length, px</source>
-      <translation type="unfinished" />
+      <translation>distancia focal, px</translation>
     </message>
     <message>
       <source>sparse points</source>
-      <translation type="unfinished" />
+      <translation>puntos dispersos</translation>
     </message>
     <message>
       <source>dense points</source>
-      <translation type="unfinished" />
+      <translation>puntos densos</translation>
     </message>
     <message>
       <source>seconds of structure from motion</source>
-      <translation type="unfinished" />
+      <translation>segundos de estructura a partir del movimiento</translation>
     </message>
     <message>
       <source>Terrain model from a point cloud</source>
@@ -893,67 +1313,67 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Find the ground in a point cloud and write a terrain model (DTM).</source>
-      <translation type="unfinished" />
+      <translation>Buscar el suelo en una nube de puntos y escribir un modelo del terreno (MDT).</translation>
     </message>
     <message>
       <source>A cloth is draped over the lowest points (cloth simulation filter), low plants are removed by a robust surface, and the ground is gridded by local planes. The GeoTIFF holds the ground height (band 1, metres, in the cloud's vertical datum) and the distance to the nearest ground point (band 2): read band 2 before you trust band 1. Cells farther than 10 m from ground are nodata.</source>
-      <translation type="unfinished" />
+      <translation>Se tiende una tela sobre los puntos más bajos (cloth simulation filter), las plantas bajas se quitan con una superficie robusta y el suelo se interpola con planos locales. El GeoTIFF contiene la altura del suelo (banda 1, metros, en el datum vertical de la nube) y la distancia al punto de suelo más cercano (banda 2): lea la banda 2 antes de fiarse de la banda 1. Las celdas a más de 10 m del suelo no tienen dato.</translation>
     </message>
     <message>
       <source>Cloth [m]</source>
-      <translation type="unfinished" />
+      <translation>Tela [m]</translation>
     </message>
     <message>
       <source>cell size of the cloth</source>
-      <translation type="unfinished" />
+      <translation>tamaño de malla de la tela</translation>
     </message>
     <message>
       <source>Rigidness</source>
-      <translation type="unfinished" />
+      <translation>Rigidez</translation>
     </message>
     <message>
       <source>1 steep, 2 hilly, 3 flat terrain</source>
-      <translation type="unfinished" />
+      <translation>1 terreno empinado, 2 ondulado, 3 llano</translation>
     </message>
     <message>
       <source>Threshold [m]</source>
-      <translation type="unfinished" />
+      <translation>Umbral [m]</translation>
     </message>
     <message>
       <source>largest distance of ground points from the cloth</source>
-      <translation type="unfinished" />
+      <translation>mayor distancia de los puntos del suelo a la tela</translation>
     </message>
     <message>
       <source>Rounds</source>
-      <translation type="unfinished" />
+      <translation>Iteraciones</translation>
     </message>
     <message>
       <source>most iterations of the cloth</source>
-      <translation type="unfinished" />
+      <translation>máximo de iteraciones de la tela</translation>
     </message>
     <message>
       <source>Thin [m]</source>
-      <translation type="unfinished" />
+      <translation>Aclarado [m]</translation>
     </message>
     <message>
       <source>one lowest point a cell of this size hangs the cloth</source>
-      <translation type="unfinished" />
+      <translation>un punto más bajo por celda de este tamaño sostiene la tela</translation>
     </message>
     <message>
       <source>Ground [m]</source>
-      <translation type="unfinished" />
+      <translation>Suelo [m]</translation>
     </message>
     <message>
       <source>points this close to the final surface are ground</source>
-      <translation type="unfinished" />
+      <translation>los puntos así de cerca de la superficie final son suelo</translation>
     </message>
     <message>
       <source>terrain raster to write</source>
-      <translation type="unfinished" />
+      <translation>ráster del terreno que se escribe</translation>
     </message>
     <message>
       <source>CRS of a cloud that holds none: EPSG:CODE, or 'local'</source>
-      <translation type="unfinished" />
+      <translation>SRC de una nube que no lo contiene: EPSG:CÓDIGO, o 'local'</translation>
     </message>
     <message>
       <source>Resolution [m]</source>
@@ -969,15 +1389,15 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>also write the cloud, ground points as class 2 and heights above ground</source>
-      <translation type="unfinished" />
+      <translation>escribe también la nube, puntos del suelo como clase 2 y alturas sobre el suelo</translation>
     </message>
     <message>
       <source>Use classes</source>
-      <translation type="unfinished" />
+      <translation>Usar las clases</translation>
     </message>
     <message>
       <source>trust the file's class 2 instead of finding the ground</source>
-      <translation type="unfinished" />
+      <translation>fiarse de la clase 2 del archivo en vez de buscar el suelo</translation>
     </message>
     <message>
       <source>terrain raster</source>
@@ -985,23 +1405,23 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>points read</source>
-      <translation type="unfinished" />
+      <translation>puntos leídos</translation>
     </message>
     <message>
       <source>ground points</source>
-      <translation type="unfinished" />
+      <translation>puntos del suelo</translation>
     </message>
     <message>
       <source>share of the extent with a ground height, %</source>
-      <translation type="unfinished" />
+      <translation>parte de la extensión con altura del suelo, %</translation>
     </message>
     <message>
       <source>distance to the nearest ground point that 95 % of the cells stay under, m</source>
-      <translation type="unfinished" />
+      <translation>distancia al punto de suelo más cercano bajo la que queda el 95 % de las celdas, m</translation>
     </message>
     <message>
       <source>classified cloud</source>
-      <translation type="unfinished" />
+      <translation>nube clasificada</translation>
     </message>
     <message>
       <source>Fit Gaussians to the stem band</source>
@@ -1009,15 +1429,15 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>3D Gaussians around each stem, from the ground to a few metres, fitted to the photos.</source>
-      <translation type="unfinished" />
+      <translation>Gaussianas 3D alrededor de cada tronco, desde el suelo hasta unos metros, ajustadas a las fotos.</translation>
     </message>
     <message>
       <source>Needs a workspace with a reconstruction (sfm/) and a terrain model (dtm.tif), and stem positions good to a few decimetres. For each stem a tapered, leaning primitive and the Gaussians around it are fitted together to crops of the photos (the losses of the RaDe-GS paper, re-derived), with the ground behind as a texture. Output: stem_primitives.csv with the diameters, and field.ply, the standard 3DGS format in local metres (its origin and CRS are in field.frame.json beside it). With stems = free, Gaussians only, as published.</source>
-      <translation type="unfinished" />
+      <translation>Necesita una carpeta de trabajo con reconstrucción (sfm/) y modelo del terreno (dtm.tif), y posiciones de los troncos con pocos decímetros de error. Para cada tronco se ajustan juntos, a recortes de las fotos, una primitiva inclinada y con ahusamiento y las gaussianas de su entorno (las pérdidas del artículo de RaDe-GS, deducidas de nuevo), con el suelo detrás como textura. Salida: stem_primitives.csv con los diámetros, y field.ply, el formato 3DGS habitual en metros locales (su origen y SRC están en field.frame.json, al lado). Con stems = free, solo gaussianas, como se publicó.</translation>
     </message>
     <message>
       <source>how much work is spent</source>
-      <translation type="unfinished" />
+      <translation>cuánto trabajo se dedica</translation>
     </message>
     <message>
       <source>Gaussians</source>
@@ -1025,87 +1445,95 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Gaussians per stem</source>
-      <translation type="unfinished" />
+      <translation>gaussianas por tronco</translation>
     </message>
     <message>
       <source>Max gaussians</source>
-      <translation type="unfinished" />
+      <translation>Máximo de gaussianas</translation>
     </message>
     <message>
       <source>hard limit on Gaussians in all; shared among the stems</source>
-      <translation type="unfinished" />
+      <translation>límite fijo de gaussianas en total; repartido entre los troncos</translation>
     </message>
     <message>
       <source>Coarse epochs</source>
-      <translation type="unfinished" />
+      <translation>Pasadas gruesas</translation>
     </message>
     <message>
       <source>passes over the crops at half resolution</source>
-      <translation type="unfinished" />
+      <translation>pasadas sobre los recortes a media resolución</translation>
     </message>
     <message>
       <source>Fine epochs</source>
-      <translation type="unfinished" />
+      <translation>Pasadas finas</translation>
     </message>
     <message>
       <source>passes over the crops at full resolution</source>
-      <translation type="unfinished" />
+      <translation>pasadas sobre los recortes a plena resolución</translation>
     </message>
     <message>
       <source>Max views</source>
-      <translation type="unfinished" />
+      <translation>Máximo de fotos</translation>
     </message>
     <message>
       <source>photos used per stem</source>
-      <translation type="unfinished" />
+      <translation>fotos usadas por tronco</translation>
     </message>
     <message>
       <source>SSIM</source>
-      <translation type="unfinished" />
+      <translation>SSIM</translation>
     </message>
     <message>
       <source>share of D-SSIM in the photometric loss</source>
-      <translation type="unfinished" />
+      <translation>parte de D-SSIM en la pérdida fotométrica</translation>
     </message>
     <message>
       <source>Normals</source>
-      <translation type="unfinished" />
+      <translation>Normales</translation>
     </message>
     <message>
       <source>weight of depth-normal consistency</source>
-      <translation type="unfinished" />
+      <translation>peso de la coherencia entre profundidad y normales</translation>
     </message>
     <message>
       <source>Fog</source>
-      <translation type="unfinished" />
+      <translation>Niebla</translation>
     </message>
     <message>
       <source>price of covering a pixel, in mean absolute colour (0..1); keeps Gaussians from explaining the ground</source>
-      <translation type="unfinished" />
+      <translation>precio de cubrir un píxel, en color absoluto medio (0..1); evita que las gaussianas expliquen el suelo</translation>
+    </message>
+    <message>
+      <source>Smoothing px</source>
+      <translation>Suavizado [px]</translation>
+    </message>
+    <message>
+      <source>3D smoothing filter of free Gaussians, in pixels' footprints; 0 = none</source>
+      <translation>filtro de suavizado 3D de las gaussianas libres, en huellas de píxel; 0 = ninguno</translation>
     </message>
     <message>
       <source>Band [m]</source>
-      <translation type="unfinished" />
+      <translation>Banda [m]</translation>
     </message>
     <message>
       <source>top of the modelled stem band above ground</source>
-      <translation type="unfinished" />
+      <translation>límite superior de la banda de troncos modelada sobre el suelo</translation>
     </message>
     <message>
       <source>Radius [m]</source>
-      <translation type="unfinished" />
+      <translation>Radio [m]</translation>
     </message>
     <message>
       <source>radius of the modelled cylinder about each seed</source>
-      <translation type="unfinished" />
+      <translation>radio del cilindro modelado alrededor de cada posición</translation>
     </message>
     <message>
       <source>Mask foliage</source>
-      <translation type="unfinished" />
+      <translation>Enmascarar el follaje</translation>
     </message>
     <message>
       <source>leave out green pixels where the photos' colours show a clear split</source>
-      <translation type="unfinished" />
+      <translation>omitir píxeles verdes donde los colores de las fotos muestran una separación clara</translation>
     </message>
     <message>
       <source>Stems</source>
@@ -1113,55 +1541,55 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>primitive = a tapered stem is fitted in one loop with the Gaussians around it, and its bark written as Gaussians; start = its bark Gaussians are then fitted freely; free = nothing but Gaussians, as published</source>
-      <translation type="unfinished" />
+      <translation>primitive = un tronco con ahusamiento se ajusta en un solo ciclo con las gaussianas de su entorno, y su corteza se escribe como gaussianas; start = sus gaussianas de corteza se ajustan después libremente; free = solo gaussianas, como se publicó</translation>
     </message>
     <message>
       <source>Stem gaussians</source>
-      <translation type="unfinished" />
+      <translation>Gaussianas del tronco</translation>
     </message>
     <message>
       <source>Gaussians around a stem primitive (twigs and leaves before and beside it)</source>
-      <translation type="unfinished" />
+      <translation>gaussianas alrededor de una primitiva de tronco (ramas y hojas delante y al lado)</translation>
     </message>
     <message>
       <source>Stem epochs</source>
-      <translation type="unfinished" />
+      <translation>Pasadas del tronco</translation>
     </message>
     <message>
       <source>passes over the crops in which primitive and Gaussians are fitted together</source>
-      <translation type="unfinished" />
+      <translation>pasadas sobre los recortes en que primitiva y gaussianas se ajustan juntas</translation>
     </message>
     <message>
       <source>breast height above the ground</source>
-      <translation type="unfinished" />
+      <translation>altura del pecho sobre el suelo</translation>
     </message>
     <message>
       <source>Density</source>
-      <translation type="unfinished" />
+      <translation>Densificación</translation>
     </message>
     <message>
       <source>of free Gaussians: relocate = a fixed number, dead ones move onto live ones; split = split, clone and prune up to the limit</source>
-      <translation type="unfinished" />
+      <translation>de las gaussianas libres: relocate = número fijo, las muertas se mudan sobre las vivas; split = dividir, clonar y podar hasta el límite</translation>
     </message>
     <message>
       <source>Controller</source>
-      <translation type="unfinished" />
+      <translation>Control</translation>
     </message>
     <message>
       <source>of free Gaussians: fixed = every epoch of the preset; plateau = stop when two held-out photos no longer improve; backtrack = go back to the last good state with smaller steps instead; rlgs = a learned policy chooses the steps (several times slower)</source>
-      <translation type="unfinished" />
+      <translation>de las gaussianas libres: fixed = todas las pasadas del preajuste; plateau = parar cuando dos fotos reservadas dejan de mejorar; backtrack = volver entonces al último estado bueno con pasos menores; rlgs = una política aprendida elige los pasos (varias veces más lento)</translation>
     </message>
     <message>
       <source>Device</source>
-      <translation type="unfinished" />
+      <translation>Dispositivo</translation>
     </message>
     <message>
       <source>where Gaussians are drawn: cpu, or cuda = an NVIDIA GPU through the optional package warp-lang</source>
-      <translation type="unfinished" />
+      <translation>dónde se dibujan las gaussianas: cpu, o cuda = una GPU NVIDIA mediante el paquete opcional warp-lang</translation>
     </message>
     <message>
       <source>stems fitted at once</source>
-      <translation type="unfinished" />
+      <translation>troncos ajustados a la vez</translation>
     </message>
     <message>
       <source>random seed</source>
@@ -1169,35 +1597,35 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Workspace with sfm/ and dtm.tif; field.ply is written there.</source>
-      <translation type="unfinished" />
+      <translation>Carpeta de trabajo con sfm/ y dtm.tif; ahí se escribe field.ply.</translation>
     </message>
     <message>
       <source>Folder of the reconstructed photos; without it the one in run.json.</source>
-      <translation type="unfinished" />
+      <translation>Carpeta de las fotos reconstruidas; si falta, la de run.json.</translation>
     </message>
     <message>
       <source>Seeds</source>
-      <translation type="unfinished" />
+      <translation>Posiciones de troncos</translation>
     </message>
     <message>
       <source>Stem positions, good to a few decimetres: a point layer, or a CSV with x, y in the project CRS; without it trees.gpkg of the workspace.</source>
-      <translation type="unfinished" />
+      <translation>Posiciones de los troncos con pocos decímetros de error: una capa de puntos, o un CSV con x, y en el SRC del proyecto; si falta, trees.gpkg de la carpeta de trabajo.</translation>
     </message>
     <message>
       <source>Dense points that free Gaussians start from: LAS/LAZ, or OpenMVS's scene_dense.ply in the local frame of sfm/; without it dense.laz of the workspace, if there.</source>
-      <translation type="unfinished" />
+      <translation>Puntos densos de los que parten las gaussianas libres: LAS/LAZ, o scene_dense.ply de OpenMVS en el marco local de sfm/; si falta, dense.laz de la carpeta de trabajo, si existe.</translation>
     </message>
     <message>
       <source>Gaussian field (3DGS PLY, local metres)</source>
-      <translation type="unfinished" />
+      <translation>campo de gaussianas (PLY 3DGS, metros locales)</translation>
     </message>
     <message>
       <source>number of Gaussians</source>
-      <translation type="unfinished" />
+      <translation>número de gaussianas</translation>
     </message>
     <message>
       <source>stems fitted</source>
-      <translation type="unfinished" />
+      <translation>troncos ajustados</translation>
     </message>
     <message>
       <source>Sample surface points from Gaussians</source>
@@ -1205,87 +1633,87 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Points drawn inside the Gaussians, each with its opacity reliability over the photos.</source>
-      <translation type="unfinished" />
+      <translation>Puntos dentro de las gaussianas, cada uno con la fiabilidad de su opacidad en las fotos.</translation>
     </message>
     <message>
-      <source>Needs a workspace with field.ply (fit-gaussians). Draws up to M points inside each Gaussian, thinned by its opacity, and scores each by the opacity in front of it in every photo: the smallest over the photos that show Gaussians there is kept. Output: surface.laz in the project CRS with the extra dimensions opacity (0..1), n_views (photos that show Gaussians there), n_seen (photos that see the point) and seed_id (which stem position the Gaussian was fitted for).</source>
-      <translation type="unfinished" />
+      <source>Needs a workspace with field.ply (fit-gaussians). Draws up to M points inside each Gaussian, thinned by its opacity, and scores each by the opacity in front of it in every photo: the smallest over the photos that show Gaussians there is kept. Output: surface.laz in the project CRS with the extra dimensions opacity (0..1), n_views (photos that show Gaussians there), n_seen (photos that see the point) and seed_id (which stem position the Gaussian was fitted for). With points = volume, measure-dbh reads the result as it is (tree_id = seed_id + 1).</source>
+      <translation>Necesita una carpeta de trabajo con field.ply (fit-gaussians). Extrae hasta M puntos dentro de cada gaussiana, aclarados por su opacidad, y puntúa cada uno por la opacidad que hay delante en cada foto: se conserva la menor entre las fotos que muestran gaussianas ahí. Salida: surface.laz en el SRC del proyecto con las dimensiones adicionales opacity (0..1), n_views (fotos que muestran gaussianas ahí), n_seen (fotos que ven el punto) y seed_id (la posición de tronco para la que se ajustó la gaussiana). Con points = volume, measure-dbh lee el resultado tal cual (tree_id = seed_id + 1).</translation>
     </message>
     <message>
       <source>Samples</source>
-      <translation type="unfinished" />
+      <translation>Muestras</translation>
     </message>
     <message>
       <source>candidate points drawn per Gaussian (M)</source>
-      <translation type="unfinished" />
+      <translation>puntos candidatos extraídos por gaussiana (M)</translation>
     </message>
     <message>
       <source>Law</source>
-      <translation type="unfinished" />
+      <translation>Ley</translation>
     </message>
     <message>
       <source>opacity law: clamp = RaDe-GS depth clamp, vacancy = stochastic solid</source>
-      <translation type="unfinished" />
+      <translation>ley de opacidad: clamp = recorte de profundidad de RaDe-GS, vacancy = sólido estocástico</translation>
     </message>
     <message>
       <source>Tau</source>
-      <translation type="unfinished" />
+      <translation>Tau</translation>
     </message>
     <message>
       <source>keep points whose smallest opacity over the views is above this</source>
-      <translation type="unfinished" />
+      <translation>conservar los puntos cuya menor opacidad entre las vistas supera este valor</translation>
     </message>
     <message>
       <source>Seen transmittance</source>
-      <translation type="unfinished" />
+      <translation>Transmitancia de lo visto</translation>
     </message>
     <message>
       <source>a view sees a point when more than this share of light gets past what is in front of it; Gaussians that no view sees are dropped (0 keeps all)</source>
-      <translation type="unfinished" />
+      <translation>una vista ve un punto cuando pasa más que esta parte de luz por lo que tiene delante; las gaussianas que ninguna vista ve se descartan (0 conserva todas)</translation>
     </message>
     <message>
       <source>Quantile</source>
-      <translation type="unfinished" />
+      <translation>Cuantil</translation>
     </message>
     <message>
       <source>opacity kept of a point: this quantile over its foreground views; 0 = the smallest, as published</source>
-      <translation type="unfinished" />
+      <translation>opacidad que conserva un punto: este cuantil entre sus vistas de primer plano; 0 = la menor, como se publicó</translation>
     </message>
     <message>
       <source>Min foreground</source>
-      <translation type="unfinished" />
+      <translation>Mínimo de primer plano</translation>
     </message>
     <message>
       <source>a view counts as foreground where the accumulated alpha is above this</source>
-      <translation type="unfinished" />
+      <translation>una vista cuenta como primer plano donde el alfa acumulado supera este valor</translation>
     </message>
     <message>
       <source>views scored at once</source>
-      <translation type="unfinished" />
+      <translation>vistas puntuadas a la vez</translation>
     </message>
     <message>
       <source>Workspace with sfm/ and field.ply; surface.laz is written there.</source>
-      <translation type="unfinished" />
+      <translation>Carpeta de trabajo con sfm/ y field.ply; ahí se escribe surface.laz.</translation>
     </message>
     <message>
       <source>paper = every point of the published method, those that no view sees included.</source>
-      <translation type="unfinished" />
+      <translation>paper = todos los puntos del método publicado, incluidos los que ninguna vista ve.</translation>
     </message>
     <message>
       <source>Points</source>
-      <translation type="unfinished" />
+      <translation>Puntos</translation>
     </message>
     <message>
-      <source>sampled = drawn inside the Gaussians and scored; for comparison: means = their centres alone, depth = fused depth maps.</source>
-      <translation type="unfinished" />
+      <source>sampled = drawn inside the Gaussians and scored, as published; volume = spread evenly over each stem's surroundings and scored (gives the better diameters of free Gaussians); for comparison: means = their centres alone, depth = fused depth maps.</source>
+      <translation>sampled = extraídos dentro de las gaussianas y puntuados, como se publicó; volume = repartidos por igual en el entorno de cada tronco y puntuados (da los mejores diámetros de gaussianas libres); para comparar: means = solo sus centros, depth = mapas de profundidad fusionados.</translation>
     </message>
     <message>
       <source>surface points (LAZ with opacity, n_views)</source>
-      <translation type="unfinished" />
+      <translation>puntos de superficie (LAZ con opacity, n_views)</translation>
     </message>
     <message>
       <source>number of points</source>
-      <translation type="unfinished" />
+      <translation>número de puntos</translation>
     </message>
     <message>
       <source>Find stems in a point cloud</source>
@@ -1293,99 +1721,107 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Find stems in a point cloud and give each point the id of its tree.</source>
-      <translation type="unfinished" />
+      <translation>Buscar troncos en una nube de puntos y dar a cada punto el identificador de su árbol.</translation>
     </message>
     <message>
-      <source>Looks in the band from 0.5 to 5 m above ground for rings (or discs, for surface points of splats) that repeat over the height, fits a leaning, tapering cone to each, keeps what is empty inside, clean outside and continuous, and follows the axis upwards. No trained weights. The output carries tree_id (0 = no stem), height_m and stem_class (0 other, 1 ground, 2 stem). --segmenter runs a program that you installed instead and checks that its labels belong to the points it was given.</source>
-      <translation type="unfinished" />
+      <source>Looks in the band from 0.5 to 5 m above ground for rings (or discs, for surface points of splats) that repeat over the height, fits a leaning, tapering cone to each, keeps what is empty inside, clean outside and continuous, and follows the axis upwards. No trained weights. The output carries tree_id (0 = no stem), height_m and stem_class (0 other, 1 ground, 2 stem). --segmenter runs a program that you installed instead and checks that its labels belong to the points it was given. --field-stems gives known positions: near them weaker evidence is looked at, the stems found within 1 m carry the field's tree_id, and those not found are listed.</source>
+      <translation>Busca en la banda de 0,5 a 5 m sobre el suelo anillos (o discos, en puntos de superficie de splats) que se repitan con la altura, ajusta a cada uno un cono inclinado con ahusamiento, conserva lo que es vacío por dentro, limpio por fuera y continuo, y sigue el eje hacia arriba. Sin pesos aprendidos. La salida lleva tree_id (0 = ningún tronco), height_m y stem_class (0 otro, 1 suelo, 2 tronco). --segmenter ejecuta en su lugar un programa que usted instaló y comprueba que sus etiquetas correspondan a los puntos entregados. --field-stems da posiciones conocidas: cerca de ellas se miran indicios más débiles, los troncos hallados a menos de 1 m llevan el tree_id de campo, y se nombran los no hallados.</translation>
     </message>
     <message>
       <source>Low [m]</source>
-      <translation type="unfinished" />
+      <translation>Límite inferior [m]</translation>
     </message>
     <message>
       <source>bottom of the band that is searched</source>
-      <translation type="unfinished" />
+      <translation>límite inferior de la banda en que se busca</translation>
     </message>
     <message>
       <source>High [m]</source>
-      <translation type="unfinished" />
+      <translation>Límite superior [m]</translation>
     </message>
     <message>
       <source>top of the band that is searched</source>
-      <translation type="unfinished" />
+      <translation>límite superior de la banda en que se busca</translation>
     </message>
     <message>
       <source>thickest stem</source>
-      <translation type="unfinished" />
+      <translation>tronco más grueso</translation>
     </message>
     <message>
       <source>most lean</source>
-      <translation type="unfinished" />
+      <translation>mayor inclinación</translation>
     </message>
     <message>
       <source>Min rows</source>
-      <translation type="unfinished" />
+      <translation>Proporción mínima de filas</translation>
     </message>
     <message>
       <source>share of 25 cm rows of the band that must show bark</source>
-      <translation type="unfinished" />
+      <translation>parte de las filas de 25 cm de la banda que deben mostrar corteza</translation>
     </message>
     <message>
       <source>Min arc [deg]</source>
-      <translation type="unfinished" />
+      <translation>Arco mínimo [grados]</translation>
     </message>
     <message>
       <source>least circumference seen, all rows together</source>
-      <translation type="unfinished" />
+      <translation>menor circunferencia vista, todas las filas juntas</translation>
     </message>
     <message>
       <source>Grow [m]</source>
-      <translation type="unfinished" />
+      <translation>Seguir hasta [m]</translation>
     </message>
     <message>
       <source>height up to which stem points are followed</source>
-      <translation type="unfinished" />
+      <translation>altura hasta la que se siguen los puntos del tronco</translation>
     </message>
     <message>
       <source>stem points with tree_id</source>
-      <translation type="unfinished" />
+      <translation>puntos del tronco con tree_id</translation>
     </message>
     <message>
       <source>Keep all</source>
-      <translation type="unfinished" />
+      <translation>Conservar todos</translation>
     </message>
     <message>
       <source>write every point (tree_id 0 = no stem), not only stem points</source>
-      <translation type="unfinished" />
+      <translation>escribir todos los puntos (tree_id 0 = ningún tronco), no solo los del tronco</translation>
+    </message>
+    <message>
+      <source>Field stems</source>
+      <translation>Troncos de campo</translation>
+    </message>
+    <message>
+      <source>positions of known stems (point layer, or CSV with x, y, tree_id): they are looked for harder, and name what is found</source>
+      <translation>posiciones de troncos conocidos (capa de puntos, o CSV con x, y, tree_id): se buscan con más empeño y dan nombre a lo hallado</translation>
     </message>
     <message>
       <source>Segmenter</source>
-      <translation type="unfinished" />
+      <translation>Segmentador</translation>
     </message>
     <message>
       <source>who finds the trees: own needs nothing; the others are programs that you installed yourself (docs/measuring.md)</source>
-      <translation type="unfinished" />
+      <translation>quién busca los árboles: own no necesita nada; los demás son programas que usted instaló (docs/measuring.md)</translation>
     </message>
     <message>
       <source>Segmenter command</source>
-      <translation type="unfinished" />
+      <translation>Orden del segmentador</translation>
     </message>
     <message>
       <source>command line of that program, with {input} and {output} for its folders</source>
-      <translation type="unfinished" />
+      <translation>línea de órdenes de ese programa, con {input} y {output} para sus carpetas</translation>
     </message>
     <message>
       <source>stem points with tree_id and height_m</source>
-      <translation type="unfinished" />
+      <translation>puntos del tronco con tree_id y height_m</translation>
     </message>
     <message>
       <source>points on stems</source>
-      <translation type="unfinished" />
+      <translation>puntos en troncos</translation>
     </message>
     <message>
       <source>settings used: uls, tls, splat, or the segmenter</source>
-      <translation type="unfinished" />
+      <translation>ajustes usados: uls, tls, splat o el segmentador</translation>
     </message>
     <message>
       <source>Measure DBH of segmented stems</source>
@@ -1393,19 +1829,19 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Measure the DBH of stems whose points carry tree ids.</source>
-      <translation type="unfinished" />
+      <translation>Medir el DAP de los troncos cuyos puntos llevan identificador de árbol.</translation>
     </message>
     <message>
       <source>Takes a cloud with a tree-id dimension (segment-stems, or another segmenter with --id-field) and writes one point a tree: DBH with its standard error and 90 % interval in cm, at breast height above the ground at the stem. --method paper gives the published estimator (solid circles, taper RANSAC; with --fit cylinder the published cylinder); the default fits a leaning, tapering stem to the bark points. A stem that cannot be measured stays in the layer with qc_flag=reject and the reason.</source>
-      <translation type="unfinished" />
+      <translation>Toma una nube con una dimensión de identificador de árbol (segment-stems, u otro segmentador con --id-field) y escribe un punto por árbol: DAP con su error estándar e intervalo del 90 % en cm, a la altura del pecho sobre el suelo del tronco. --method paper da el estimador publicado (círculos llenos, ahusamiento con RANSAC; con --fit cylinder el cilindro publicado); el valor por defecto ajusta a los puntos de corteza un tronco inclinado con ahusamiento. Un tronco que no se puede medir queda en la capa con qc_flag=reject y el motivo.</translation>
     </message>
     <message>
       <source>ID field</source>
-      <translation type="unfinished" />
+      <translation>Campo del identificador</translation>
     </message>
     <message>
       <source>dimension of the cloud that holds the tree ids</source>
-      <translation type="unfinished" />
+      <translation>dimensión de la nube que contiene los identificadores de árbol</translation>
     </message>
     <message>
       <source>Pair field and measured trees</source>
@@ -1421,7 +1857,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Turns bearing and distance into coordinates (true, grid or magnetic north; level or slope distance; to the pith or the face), moves and turns each plot as a whole onto the measured trees, and pairs one to one. DBH is never used to pair, so the pairs can judge it. Where two placings fit about equally well, as in planted rows, the plot is left to you: the layer 'suggested' shows the best guess; set the plot's status to ok, or draw two pairs in the layer 'pairs', and run again. In the layer 'pairs', set pair_status to ok, moved (after dragging a line's end to another tree) or rejected: what you locked is kept when you run again onto the same file. Unpaired trees of both sides stay in the layers 'field_trees' and 'measured_trees'. Units: metres, centimetres, degrees.</source>
-      <translation type="unfinished" />
+      <translation>Convierte rumbo y distancia en coordenadas (norte geográfico, de cuadrícula o magnético; distancia horizontal o inclinada; hasta el centro o la cara del tronco), desplaza y gira cada parcela entera sobre los árboles medidos y empareja uno a uno. El DAP nunca se usa para emparejar, así los pares pueden juzgarlo. Donde dos colocaciones encajan casi igual de bien, como en hileras plantadas, la parcela queda en sus manos: la capa 'suggested' muestra la mejor conjetura; ponga el estado de la parcela en ok, o dibuje dos pares en la capa 'pairs', y ejecute otra vez. En la capa 'pairs', ponga pair_status en ok, moved (tras arrastrar el extremo de una línea a otro árbol) o rejected: lo que usted fijó se conserva al ejecutar otra vez sobre el mismo archivo. Los árboles sin pareja de ambos lados quedan en las capas 'field_trees' y 'measured_trees'. Unidades: metros, centímetros, grados.</translation>
     </message>
     <message>
       <source>North</source>
@@ -1429,23 +1865,23 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>north that the bearings refer to (magnetic needs the date of the field work, or the declination)</source>
-      <translation type="unfinished" />
+      <translation>norte al que se refieren los rumbos (el magnético necesita la fecha del trabajo de campo o la declinación)</translation>
     </message>
     <message>
       <source>Declination [degrees, east positive]</source>
-      <translation type="unfinished" />
+      <translation>Declinación [grados, este positivo]</translation>
     </message>
     <message>
       <source>magnetic declination at the plot on the day of the field work; default: from the World Magnetic Model by --field-date or the table's date column</source>
-      <translation type="unfinished" />
+      <translation>declinación magnética en la parcela el día del trabajo de campo; por defecto, del World Magnetic Model según --field-date o la columna de fecha de la tabla</translation>
     </message>
     <message>
       <source>Field date</source>
-      <translation type="unfinished" />
+      <translation>Fecha de campo</translation>
     </message>
     <message>
       <source>day of the field work, year-month-day, for the declination</source>
-      <translation type="unfinished" />
+      <translation>día del trabajo de campo, año-mes-día, para la declinación</translation>
     </message>
     <message>
       <source>Distance</source>
@@ -1453,15 +1889,15 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>distance along the level or along the ground (then the table needs slope_deg or slope_pct)</source>
-      <translation type="unfinished" />
+      <translation>distancia en horizontal o a lo largo del terreno (entonces la tabla necesita slope_deg o slope_pct)</translation>
     </message>
     <message>
       <source>To</source>
-      <translation type="unfinished" />
+      <translation>Hasta</translation>
     </message>
     <message>
       <source>distance to the middle of the stem, or to its near face (half the DBH is added)</source>
-      <translation type="unfinished" />
+      <translation>distancia al centro del tronco o a su cara más cercana (se suma la mitad del DAP)</translation>
     </message>
     <message>
       <source>DBH unit</source>
@@ -1469,67 +1905,67 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>unit of a DBH column that does not say it (auto: from a name like dbh_cm)</source>
-      <translation type="unfinished" />
+      <translation>unidad de una columna de DAP que no la dice (auto: de un nombre como dbh_cm)</translation>
     </message>
     <message>
       <source>Distance unit</source>
-      <translation type="unfinished" />
+      <translation>Unidad de la distancia</translation>
     </message>
     <message>
       <source>unit of a distance column that does not say it (auto: from a name like distance_m)</source>
-      <translation type="unfinished" />
+      <translation>unidad de una columna de distancia que no la dice (auto: de un nombre como distance_m)</translation>
     </message>
     <message>
       <source>Centre error [m]</source>
-      <translation type="unfinished" />
+      <translation>Error del centro [m]</translation>
     </message>
     <message>
       <source>standard error of the plot centres (0.05 for RTK, 4 under dense canopy); the search reaches three times as far</source>
-      <translation type="unfinished" />
+      <translation>error estándar de los centros de parcela (0.05 con RTK, 4 bajo dosel denso); se busca hasta tres veces más lejos</translation>
     </message>
     <message>
       <source>Rotation [degrees]</source>
-      <translation type="unfinished" />
+      <translation>Giro [grados]</translation>
     </message>
     <message>
       <source>the plot may be turned by up to this angle (compass, declination)</source>
-      <translation type="unfinished" />
+      <translation>la parcela puede estar girada hasta este ángulo (brújula, declinación)</translation>
     </message>
     <message>
       <source>Gate [m]</source>
-      <translation type="unfinished" />
+      <translation>Distancia máxima [m]</translation>
     </message>
     <message>
       <source>trees further apart than this after co-registration are never a pair</source>
-      <translation type="unfinished" />
+      <translation>los árboles más alejados que esto tras el ajuste nunca son un par</translation>
     </message>
     <message>
       <source>Min ratio</source>
-      <translation type="unfinished" />
+      <translation>Razón mínima</translation>
     </message>
     <message>
       <source>best placing must score this many times the next best, else the plot is left to you</source>
-      <translation type="unfinished" />
+      <translation>la mejor colocación debe puntuar tantas veces la siguiente, si no la parcela queda en sus manos</translation>
     </message>
     <message>
       <source>Min share</source>
-      <translation type="unfinished" />
+      <translation>Proporción mínima</translation>
     </message>
     <message>
       <source>share of the trees that must find a partner within 1 m, else the plot is left to you</source>
-      <translation type="unfinished" />
+      <translation>parte de los árboles que debe hallar pareja a menos de 1 m, si no la parcela queda en sus manos</translation>
     </message>
     <message>
       <source>Min margin</source>
-      <translation type="unfinished" />
+      <translation>Margen mínimo</translation>
     </message>
     <message>
       <source>a pair must be exp(this) times as likely as the best pairing without it, else it is only suggested</source>
-      <translation type="unfinished" />
+      <translation>un par debe ser exp(esto) veces tan probable como el mejor emparejamiento sin él, si no solo se propone</translation>
     </message>
     <message>
       <source>measured trees: a tree layer, or CSV with tree_id, x, y, dbh_cm</source>
-      <translation type="unfinished" />
+      <translation>árboles medidos: una capa de árboles, o un CSV con tree_id, x, y, dbh_cm</translation>
     </message>
     <message>
       <source>Field</source>
@@ -1537,27 +1973,27 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>field tally: plot_id, tree_id, azimuth_deg, distance_m (or easting, northing), dbh_cm</source>
-      <translation type="unfinished" />
+      <translation>datos de campo: plot_id, tree_id, azimuth_deg, distance_m (o easting, northing), dbh_cm</translation>
     </message>
     <message>
       <source>plot centres: plot_id, easting, northing, epsg (or lon, lat), radius_m</source>
-      <translation type="unfinished" />
+      <translation>centros de parcela: plot_id, easting, northing, epsg (o lon, lat), radius_m</translation>
     </message>
     <message>
       <source>Trees DBH unit</source>
-      <translation type="unfinished" />
+      <translation>Unidad del DAP de los árboles medidos</translation>
     </message>
     <message>
       <source>unit of a DBH column in a CSV of measured trees that does not say it (auto: from a name like dbh_cm)</source>
-      <translation type="unfinished" />
+      <translation>unidad de una columna de DAP en un CSV de árboles medidos que no la dice (auto: de un nombre como dbh_cm)</translation>
     </message>
     <message>
       <source>CRS of measured trees in a CSV, or of a layer without one</source>
-      <translation type="unfinished" />
+      <translation>SRC de los árboles medidos en un CSV, o de una capa sin SRC</translation>
     </message>
     <message>
       <source>pairs layer; pairs locked in an existing file are kept</source>
-      <translation type="unfinished" />
+      <translation>capa de pares; los pares fijados en un archivo existente se conservan</translation>
     </message>
     <message>
       <source>pairs layer</source>
@@ -1569,11 +2005,11 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>pairs made or confirmed</source>
-      <translation type="unfinished" />
+      <translation>pares hechos o confirmados</translation>
     </message>
     <message>
       <source>suggestions left to a hand check</source>
-      <translation type="unfinished" />
+      <translation>propuestas pendientes de revisión manual</translation>
     </message>
     <message>
       <source>plots</source>
@@ -1581,7 +2017,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>plots left to a hand check</source>
-      <translation type="unfinished" />
+      <translation>parcelas pendientes de revisión manual</translation>
     </message>
     <message>
       <source>Evaluate DBH accuracy</source>
@@ -1593,15 +2029,15 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>From the pairs layer of match-plots (pair_status auto, ok and moved count; rejected never): number of trees, success rate (trees with a DBH of all field trees), RMSE, RRMSE (of the mean field DBH), MAE, mean error (measured minus field), share of trees inside the stated 90 % interval and false trees, per plot and pooled, with bootstrap intervals by plot. Writes metrics.json, per_plot.csv, trees.csv, table.tex, charts (SVG and PNG) and evaluation.html. Plots left to a hand check do not count and are named. With --lidar and --splats: cylinder, circle and weighted circle on both, p chosen on held-out stems, densities, trend over DBH, ablation, and (simulated plots) segmentation scores and true labels. With --workspace-in: how many photos show breast height, and runtime. Units: centimetres and per cent; rates in metrics.json are 0 to 1.</source>
-      <translation type="unfinished" />
+      <translation>De la capa de pares de match-plots (cuentan pair_status auto, ok y moved; rejected nunca): número de árboles, tasa de éxito (árboles con DAP de todos los de campo), RMSE, RRMSE (del DAP medio de campo), MAE, error medio (medido menos campo), parte de los árboles dentro del intervalo del 90 % indicado y árboles falsos, por parcela y en conjunto, con intervalos bootstrap por parcela. Escribe metrics.json, per_plot.csv, trees.csv, table.tex, gráficos (SVG y PNG) y evaluation.html. Las parcelas pendientes de revisión manual no cuentan y se nombran. Con --lidar y --splats: cilindro, círculo y círculo ponderado en ambos, p elegido con troncos reservados, densidades, tendencia con el DAP, ablación y (parcelas simuladas) calidad de la segmentación y etiquetas verdaderas. Con --workspace-in: cuántas fotos muestran la altura del pecho, y tiempos. Unidades: centímetros y por ciento; las tasas en metrics.json van de 0 a 1.</translation>
     </message>
     <message>
       <source>pairs layer of match-plots, checked by you</source>
-      <translation type="unfinished" />
+      <translation>capa de pares de match-plots, revisada por usted</translation>
     </message>
     <message>
       <source>instead of pairs: a tree layer of a simulated plot</source>
-      <translation type="unfinished" />
+      <translation>en vez de los pares: una capa de árboles de una parcela simulada</translation>
     </message>
     <message>
       <source>Truth</source>
@@ -1609,79 +2045,79 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>with --trees: the plot's truth/trees.csv</source>
-      <translation type="unfinished" />
+      <translation>con --trees: el truth/trees.csv de la parcela</translation>
     </message>
     <message>
       <source>Min clear views</source>
-      <translation type="unfinished" />
+      <translation>Mínimo de vistas despejadas</translation>
     </message>
     <message>
       <source>with --truth: only stems with at least this many clear views count</source>
-      <translation type="unfinished" />
+      <translation>con --truth: solo cuentan los troncos con al menos tantas vistas despejadas</translation>
     </message>
     <message>
       <source>Against</source>
-      <translation type="unfinished" />
+      <translation>Comparar con</translation>
     </message>
     <message>
       <source>pairs layer of another method for the same field trees: both are also scored on the trees both measured</source>
-      <translation type="unfinished" />
+      <translation>capa de pares de otro método para los mismos árboles de campo: ambos se puntúan también en los árboles medidos por los dos</translation>
     </message>
     <message>
       <source>smallest DBH that the field crew tallied; thinner measured trees are not counted as false</source>
-      <translation type="unfinished" />
+      <translation>menor DAP que registró el equipo de campo; los árboles medidos más finos no cuentan como falsos</translation>
     </message>
     <message>
       <source>LiDAR</source>
-      <translation type="unfinished" />
+      <translation>LiDAR</translation>
     </message>
     <message>
       <source>LiDAR cloud of the plot: adds the published cylinder and circles (with tree_id: as segmented)</source>
-      <translation type="unfinished" />
+      <translation>nube LiDAR de la parcela: añade el cilindro y los círculos publicados (con tree_id: según la segmentación)</translation>
     </message>
     <message>
       <source>Splats</source>
-      <translation type="unfinished" />
+      <translation>Splats</translation>
     </message>
     <message>
       <source>stems.laz of a photos-to-dbh workspace with splats: the same fits on surface points</source>
-      <translation type="unfinished" />
+      <translation>stems.laz de una carpeta de trabajo de photos-to-dbh con splats: los mismos ajustes en puntos de superficie</translation>
     </message>
     <message>
       <source>terrain for both clouds; without it each finds its own</source>
-      <translation type="unfinished" />
+      <translation>terreno para ambas nubes; si falta, cada una busca el suyo</translation>
     </message>
     <message>
       <source>Workspace in</source>
-      <translation type="unfinished" />
+      <translation>Carpeta de trabajo de entrada</translation>
     </message>
     <message>
       <source>workspace of photos-to-dbh: adds visibility of breast height and runtime by stage</source>
-      <translation type="unfinished" />
+      <translation>carpeta de trabajo de photos-to-dbh: añade la visibilidad de la altura del pecho y los tiempos por etapa</translation>
     </message>
     <message>
       <source>Holdout [%]</source>
-      <translation type="unfinished" />
+      <translation>Reserva [%]</translation>
     </message>
     <message>
       <source>stems held out to choose the exponent p, the same for every method</source>
-      <translation type="unfinished" />
+      <translation>troncos reservados para elegir el exponente p, los mismos para cada método</translation>
     </message>
     <message>
       <source>folder for metrics.json, tables, charts and evaluation.html</source>
-      <translation type="unfinished" />
+      <translation>carpeta para metrics.json, tablas, gráficos y evaluation.html</translation>
     </message>
     <message>
       <source>Repeats</source>
-      <translation type="unfinished" />
+      <translation>Repeticiones</translation>
     </message>
     <message>
       <source>bootstrap resamples</source>
-      <translation type="unfinished" />
+      <translation>remuestreos bootstrap</translation>
     </message>
     <message>
       <source>seed of the bootstrap and of the held-out stems</source>
-      <translation type="unfinished" />
+      <translation>semilla del bootstrap y de los troncos reservados</translation>
     </message>
     <message>
       <source>folder</source>
@@ -1693,15 +2129,15 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>metrics.json</source>
-      <translation type="unfinished" />
+      <translation>metrics.json</translation>
     </message>
     <message>
       <source>trees measured and compared</source>
-      <translation type="unfinished" />
+      <translation>árboles medidos y comparados</translation>
     </message>
     <message>
       <source>measured of field trees, 0 to 1</source>
-      <translation type="unfinished" />
+      <translation>medidos de los árboles de campo, de 0 a 1</translation>
     </message>
     <message>
       <source>RMSE, cm</source>
@@ -1709,11 +2145,11 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>RMSE, per cent of the mean field DBH</source>
-      <translation type="unfinished" />
+      <translation>RMSE, por ciento del DAP medio de campo</translation>
     </message>
     <message>
       <source>mean absolute error, cm</source>
-      <translation type="unfinished" />
+      <translation>error absoluto medio, cm</translation>
     </message>
     <message>
       <source>mean error, cm</source>
@@ -1721,11 +2157,11 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>measured trees that are no field tree</source>
-      <translation type="unfinished" />
+      <translation>árboles medidos que no son ningún árbol de campo</translation>
     </message>
     <message>
       <source>share inside the stated 90 % interval, 0 to 1</source>
-      <translation type="unfinished" />
+      <translation>parte dentro del intervalo del 90 % indicado, de 0 a 1</translation>
     </message>
     <message>
       <source>Stand table and report</source>
@@ -1737,7 +2173,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Expands the trees of fixed-area plots (round, rectangular or any polygon) to the hectare: trees, basal area, quadratic mean diameter, Lorey's and dominant height, volume and biomass by species and DBH class, plot means with standard errors and t intervals. Basal area and volume are freed of what the DBHs' own errors add to them, and the amount is shown. Stems without a DBH are counted and either imputed or left out; the result of both is told. Plots over the stand's edge are flagged and weighted. Volume and biomass come from a table of equations with source and range (loblolly and other pines first); give your own with --equations. From one plot no error for the stand can be given, and none is. Writes report.html, report.pdf, stand_table.xlsx, CSV files, stand.gpkg, shapefiles and FVS_Data.db (US units, for the Forest Vegetation Simulator), all with the same numbers. Result figures are metric.</source>
-      <translation type="unfinished" />
+      <translation>Expande a la hectárea los árboles de parcelas de superficie fija (redondas, rectangulares o cualquier polígono): número de pies, área basal, diámetro medio cuadrático, alturas de Lorey y dominante, volumen y biomasa por especie y clase diamétrica, medias de parcela con errores estándar e intervalos t. El área basal y el volumen se libran de lo que les añaden los propios errores del DAP, y se muestra cuánto es. Los troncos sin DAP se cuentan y se imputan o se omiten; se dice el resultado de ambas opciones. Las parcelas que pasan del límite del rodal se señalan y se ponderan. Volumen y biomasa salen de una tabla de ecuaciones con fuente y rango (primero pino taeda y otros pinos); dé las suyas con --equations. De una sola parcela no se puede dar un error para el rodal, y no se da. Escribe report.html, report.pdf, stand_table.xlsx, archivos CSV, stand.gpkg, shapefiles y FVS_Data.db (unidades de EE. UU., para el Forest Vegetation Simulator), todos con las mismas cifras. Los valores de resultado son métricos.</translation>
     </message>
     <message>
       <source>measured trees: the tree layer</source>
@@ -1745,7 +2181,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>plots: centre and radius_m (or width_m, length_m), or a polygon layer; without: the whole boundary is one census</source>
-      <translation type="unfinished" />
+      <translation>parcelas: centro y radius_m (o width_m, length_m), o una capa de polígonos; si falta, todo el límite es un censo</translation>
     </message>
     <message>
       <source>Boundary</source>
@@ -1753,15 +2189,15 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>the stand's outline: finds plots that reach over its edge</source>
-      <translation type="unfinished" />
+      <translation>el contorno del rodal: detecta las parcelas que pasan de su borde</translation>
     </message>
     <message>
       <source>pairs layer of match-plots: species and status of the measured trees</source>
-      <translation type="unfinished" />
+      <translation>capa de pares de match-plots: especie y estado de los árboles medidos</translation>
     </message>
     <message>
       <source>field tally: heights of the paired trees; without --trees it is the tree list itself</source>
-      <translation type="unfinished" />
+      <translation>datos de campo: alturas de los árboles emparejados; sin --trees son ellos mismos la lista de árboles</translation>
     </message>
     <message>
       <source>Units</source>
@@ -1773,15 +2209,15 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Class width [cm, or inches in US units]</source>
-      <translation type="unfinished" />
+      <translation>Amplitud de clase [cm, o pulgadas en unidades de EE. UU.]</translation>
     </message>
     <message>
       <source>width of a DBH class (5 cm or 2 inches where not given)</source>
-      <translation type="unfinished" />
+      <translation>amplitud de una clase diamétrica (5 cm o 2 pulgadas si no se da)</translation>
     </message>
     <message>
       <source>smallest DBH that counts</source>
-      <translation type="unfinished" />
+      <translation>menor DAP que cuenta</translation>
     </message>
     <message>
       <source>Species</source>
@@ -1789,7 +2225,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>species of trees that have none: PLANTS symbol, FIA number or name (PITA, 131, Pinus taeda)</source>
-      <translation type="unfinished" />
+      <translation>especie de los árboles que no la tienen: símbolo PLANTS, número FIA o nombre (PITA, 131, Pinus taeda)</translation>
     </message>
     <message>
       <source>Origin</source>
@@ -1805,7 +2241,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>stems seen but without a DBH: count each as the mean of its plot's measured trees, or leave them out (both results are told)</source>
-      <translation type="unfinished" />
+      <translation>troncos vistos pero sin DAP: contar cada uno como la media de los árboles medidos de su parcela, u omitirlos (se dicen ambos resultados)</translation>
     </message>
     <message>
       <source>Heights</source>
@@ -1813,7 +2249,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>heights of trees that have none: from a curve fitted to the measured ones, none at all, or from a published regional curve</source>
-      <translation type="unfinished" />
+      <translation>alturas de los árboles que no la tienen: de una curva ajustada a las medidas, ninguna, o de una curva regional publicada</translation>
     </message>
     <message>
       <source>Height unit</source>
@@ -1821,7 +2257,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>unit of a height column that does not say it (auto: from a name like height_m)</source>
-      <translation type="unfinished" />
+      <translation>unidad de una columna de altura que no la dice (auto: de un nombre como height_m)</translation>
     </message>
     <message>
       <source>Equations</source>
@@ -1829,63 +2265,63 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>your own equations, tried before the built-in ones</source>
-      <translation type="unfinished" />
+      <translation>sus propias ecuaciones, probadas antes que las incorporadas</translation>
     </message>
     <message>
       <source>Volume equation</source>
-      <translation type="unfinished" />
+      <translation>Ecuación de volumen</translation>
     </message>
     <message>
       <source>id of the volume equation for all trees (docs/stand-table.md)</source>
-      <translation type="unfinished" />
+      <translation>identificador de la ecuación de volumen para todos los árboles (docs/stand-table.md)</translation>
     </message>
     <message>
       <source>Biomass equation</source>
-      <translation type="unfinished" />
+      <translation>Ecuación de biomasa</translation>
     </message>
     <message>
       <source>id of the biomass equation for all trees</source>
-      <translation type="unfinished" />
+      <translation>identificador de la ecuación de biomasa para todos los árboles</translation>
     </message>
     <message>
       <source>Outside</source>
-      <translation type="unfinished" />
+      <translation>Fuera de rango</translation>
     </message>
     <message>
       <source>trees outside an equation's range: use it and say so, or give no volume</source>
-      <translation type="unfinished" />
+      <translation>árboles fuera del rango de una ecuación: usarla y decirlo, o no dar volumen</translation>
     </message>
     <message>
       <source>Edge</source>
-      <translation type="unfinished" />
+      <translation>Borde</translation>
     </message>
     <message>
       <source>trees and plots at the stand's edge: zone (a tree weighs by the part of the plot-sized zone around it that is inside), walkthrough (some trees count twice), area (only the plot's part inside) or none (only flagged)</source>
-      <translation type="unfinished" />
+      <translation>árboles y parcelas en el borde del rodal: zone (un árbol pesa según la parte interior de la zona del tamaño de la parcela a su alrededor), walkthrough (algunos árboles cuentan dos veces), area (solo la parte interior de la parcela) o none (solo se señalan)</translation>
     </message>
     <message>
       <source>Plot size</source>
-      <translation type="unfinished" />
+      <translation>Tamaño de parcela</translation>
     </message>
     <message>
       <source>plot sizes are horizontal, or were laid out along the slope (then slope_pct or slope_deg is needed)</source>
-      <translation type="unfinished" />
+      <translation>los tamaños de parcela son horizontales o se replantearon a lo largo de la pendiente (entonces hace falta slope_pct o slope_deg)</translation>
     </message>
     <message>
       <source>DBH standard error [cm]</source>
-      <translation type="unfinished" />
+      <translation>Error estándar del DAP [cm]</translation>
     </message>
     <message>
       <source>standard error of DBH for trees that have none</source>
-      <translation type="unfinished" />
+      <translation>error estándar del DAP de los árboles que no lo tienen</translation>
     </message>
     <message>
       <source>Common standard error [cm]</source>
-      <translation type="unfinished" />
+      <translation>Error estándar común [cm]</translation>
     </message>
     <message>
       <source>standard error of a bias that all DBHs share (not given: 0.2 for measured trees, 0 for a field tally)</source>
-      <translation type="unfinished" />
+      <translation>error estándar de un sesgo común a todos los DAP (si no se da: 0.2 para árboles medidos, 0 para datos de campo)</translation>
     </message>
     <message>
       <source>Confidence [%]</source>
@@ -1893,11 +2329,11 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>confidence of the intervals</source>
-      <translation type="unfinished" />
+      <translation>confianza de los intervalos</translation>
     </message>
     <message>
       <source>breast height of the height curve, for a field tally (a tree layer says its own)</source>
-      <translation type="unfinished" />
+      <translation>altura del pecho de la curva de alturas, para datos de campo (una capa de árboles dice la suya)</translation>
     </message>
     <message>
       <source>Stand ID</source>
@@ -1909,11 +2345,11 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>FVS variant</source>
-      <translation type="unfinished" />
+      <translation>Variante de FVS</translation>
     </message>
     <message>
       <source>FVS variant, two letters (SN)</source>
-      <translation type="unfinished" />
+      <translation>variante de FVS, dos letras (SN)</translation>
     </message>
     <message>
       <source>Year</source>
@@ -1921,11 +2357,11 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>year of the inventory, for FVS</source>
-      <translation type="unfinished" />
+      <translation>año del inventario, para FVS</translation>
     </message>
     <message>
       <source>CRS of trees in a CSV, or of a layer without one</source>
-      <translation type="unfinished" />
+      <translation>SRC de los árboles en un CSV, o de una capa sin SRC</translation>
     </message>
     <message>
       <source>folder for the report and the tables</source>
@@ -1937,15 +2373,15 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>plots and trees as map layers</source>
-      <translation type="unfinished" />
+      <translation>parcelas y árboles como capas del mapa</translation>
     </message>
     <message>
       <source>trees measured in the plots</source>
-      <translation type="unfinished" />
+      <translation>árboles medidos en las parcelas</translation>
     </message>
     <message>
       <source>stems seen without a DBH</source>
-      <translation type="unfinished" />
+      <translation>troncos vistos sin DAP</translation>
     </message>
     <message>
       <source>trees per hectare</source>
@@ -1953,11 +2389,11 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>basal area, m²/ha</source>
-      <translation>área basimétrica, m²/ha</translation>
+      <translation>área basal, m²/ha</translation>
     </message>
     <message>
       <source>its standard error, m²/ha</source>
-      <translation type="unfinished" />
+      <translation>su error estándar, m²/ha</translation>
     </message>
     <message>
       <source>quadratic mean diameter, cm</source>
@@ -1981,7 +2417,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Benchmark speed and accuracy</source>
-      <translation type="unfinished" />
+      <translation>Comparar velocidad y exactitud</translation>
     </message>
     <message>
       <source>Tools</source>
@@ -1989,131 +2425,131 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Chart seconds against DBH error for every preset and method; or test where they fail.</source>
-      <translation type="unfinished" />
+      <translation>Gráfico de segundos frente al error del DAP para cada preajuste y método; o probar dónde fallan.</translation>
     </message>
     <message>
       <source>Runs each configuration (presets, number of photos, photo size, features, splats, LiDAR methods) on simulated plots with known truth and charts seconds, memory, RMSE and success rate, with the Pareto front and a recommended configuration for each preset. With --stability: one trouble at a time (few photos, wind, lean, pose noise, clutter, ...) at rising severity: errors, refusals, interval coverage, and every accepted tree that is more than 5 cm off. With --cost: how seconds and memory grow. Writes SVG, PNG, CSV, JSON, Markdown and a page without outside files. Compare seconds only within one run on an idle machine.</source>
-      <translation type="unfinished" />
+      <translation>Ejecuta cada configuración (preajustes, número de fotos, tamaño de foto, puntos característicos, splats, métodos LiDAR) en parcelas simuladas de verdad conocida y representa segundos, memoria, RMSE y tasa de éxito, con el frente de Pareto y una configuración recomendada para cada preajuste. Con --stability: un problema cada vez (pocas fotos, viento, inclinación, ruido de poses, maleza, ...) con gravedad creciente: errores, rechazos, acierto de los intervalos y cada árbol aceptado que yerra más de 5 cm. Con --cost: cómo crecen segundos y memoria. Escribe SVG, PNG, CSV, JSON, Markdown y una página sin archivos externos. Compare segundos solo dentro de una ejecución en un equipo sin otra carga.</translation>
     </message>
     <message>
       <source>simulated plot, or a folder of them, to measure on; without it plots are simulated</source>
-      <translation type="unfinished" />
+      <translation>parcela simulada, o una carpeta de ellas, en las que medir; si falta, se simulan</translation>
     </message>
     <message>
       <source>folder for charts and tables; finished runs are kept there, so that a stopped benchmark resumes</source>
-      <translation type="unfinished" />
+      <translation>carpeta para gráficos y tablas; ahí se conservan las ejecuciones terminadas, así una comparación interrumpida continúa</translation>
     </message>
     <message>
       <source>Quick</source>
-      <translation type="unfinished" />
+      <translation>Rápido</translation>
     </message>
     <message>
       <source>one small plot and a dozen configurations: about 10 minutes on two idle cores</source>
-      <translation type="unfinished" />
+      <translation>una parcela pequeña y una docena de configuraciones: unos 10 minutos en dos núcleos libres</translation>
     </message>
     <message>
       <source>Stability</source>
-      <translation type="unfinished" />
+      <translation>Estabilidad</translation>
     </message>
     <message>
       <source>instead of the chart: the stability suite, one factor at a time from harmless to hopeless</source>
-      <translation type="unfinished" />
+      <translation>en vez del gráfico: la serie de estabilidad, un factor cada vez, de inofensivo a imposible</translation>
     </message>
     <message>
       <source>Cost</source>
-      <translation type="unfinished" />
+      <translation>Coste</translation>
     </message>
     <message>
       <source>instead of the chart: seconds and memory of each stage against photos, megapixels, stems and points, fitted</source>
-      <translation type="unfinished" />
+      <translation>en vez del gráfico: segundos y memoria de cada etapa frente a fotos, megapíxeles, troncos y puntos, ajustados</translation>
     </message>
     <message>
       <source>runs of each configuration</source>
-      <translation type="unfinished" />
+      <translation>ejecuciones de cada configuración</translation>
     </message>
     <message>
       <source>seeds of the stability suite</source>
-      <translation type="unfinished" />
+      <translation>semillas de la serie de estabilidad</translation>
     </message>
     <message>
       <source>Factors</source>
-      <translation type="unfinished" />
+      <translation>Factores</translation>
     </message>
     <message>
       <source>only these factors of the stability suite, by commas</source>
-      <translation type="unfinished" />
+      <translation>solo estos factores de la serie de estabilidad, separados por comas</translation>
     </message>
     <message>
       <source>Only</source>
-      <translation type="unfinished" />
+      <translation>Solo</translation>
     </message>
     <message>
       <source>only these configurations of the chart, by commas</source>
-      <translation type="unfinished" />
+      <translation>solo estas configuraciones del gráfico, separadas por comas</translation>
     </message>
     <message>
       <source>Budget [min]</source>
-      <translation type="unfinished" />
+      <translation>Tiempo disponible [min]</translation>
     </message>
     <message>
       <source>begin nothing new after this long; 0 = no limit, with --quick 9.5 minutes</source>
-      <translation type="unfinished" />
+      <translation>no empezar nada nuevo después de este tiempo; 0 = sin límite, con --quick 9,5 minutos</translation>
     </message>
     <message>
       <source>Fresh</source>
-      <translation type="unfinished" />
+      <translation>Medir de nuevo</translation>
     </message>
     <message>
       <source>stability: measure again what other measuring code had measured</source>
-      <translation type="unfinished" />
+      <translation>estabilidad: medir de nuevo lo que midió otro código</translation>
     </message>
     <message>
       <source>the chart (SVG)</source>
-      <translation type="unfinished" />
+      <translation>el gráfico (SVG)</translation>
     </message>
     <message>
       <source>runs of the chart</source>
-      <translation type="unfinished" />
+      <translation>ejecuciones del gráfico</translation>
     </message>
     <message>
       <source>configuration for each preset</source>
-      <translation type="unfinished" />
+      <translation>configuración para cada preajuste</translation>
     </message>
     <message>
       <source>what there was no time for</source>
-      <translation type="unfinished" />
+      <translation>para lo que no hubo tiempo</translation>
     </message>
     <message>
       <source>cases of the stability suite</source>
-      <translation type="unfinished" />
+      <translation>casos de la serie de estabilidad</translation>
     </message>
     <message>
       <source>cases that it has</source>
-      <translation type="unfinished" />
+      <translation>casos que contiene</translation>
     </message>
     <message>
       <source>trees accepted by the photo method</source>
-      <translation type="unfinished" />
+      <translation>árboles aceptados por el método de fotos</translation>
     </message>
     <message>
       <source>of them more than 5 cm off</source>
-      <translation type="unfinished" />
+      <translation>de ellos, con más de 5 cm de error</translation>
     </message>
     <message>
       <source>of them inside the stated 90 % interval, 0 to 1</source>
-      <translation type="unfinished" />
+      <translation>de ellos, dentro del intervalo del 90 % indicado, de 0 a 1</translation>
     </message>
     <message>
       <source>at most 2 % of the accepted trees are more than 5 cm off</source>
-      <translation type="unfinished" />
+      <translation>como mucho el 2 % de los árboles aceptados yerra más de 5 cm</translation>
     </message>
     <message>
       <source>the paper's own case on this machine, minutes</source>
-      <translation type="unfinished" />
+      <translation>el caso del artículo en este equipo, minutos</translation>
     </message>
     <message>
       <source>seconds it took</source>
-      <translation type="unfinished" />
+      <translation>segundos empleados</translation>
     </message>
     <message>
       <source>Simulate a plot</source>
@@ -2121,135 +2557,135 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Make a synthetic forest plot: drone photos, PPK files, LiDAR, field table and truth.</source>
-      <translation type="unfinished" />
+      <translation>Crear una parcela sintética: fotos de dron, archivos PPK, LiDAR, tabla de campo y verdad.</translation>
     </message>
     <message>
       <source>Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what a flight plan would measure. Real photos are harder: no wind, no rolling shutter, no motion blur.</source>
-      <translation type="unfinished" />
+      <translation>Hace crecer un pinar sobre terreno irregular y lo fotografía por trazado de rayos en dos vuelos oblicuos, con copas que tapan, arbustos y sombras, distorsión de la lente y ruido del sensor. Escribe images/ (EXIF, GPS, XMP de DJI), los archivos MRK y .pos, dtm.tif, plots.csv, field_trees.csv, lidar/ y truth/ (solo para puntuar). Las coordenadas son EPSG:6344, las alturas metros elipsoidales, los DAP centímetros. Sirve para probar la cadena, para los tests o para ver qué mediría un plan de vuelo. Las fotos reales son más difíciles: aquí no hay viento, ni obturador rodante, ni desenfoque de movimiento.</translation>
     </message>
     <message>
       <source>Wind sway [cm]</source>
-      <translation type="unfinished" />
+      <translation>Balanceo por viento [cm]</translation>
     </message>
     <message>
       <source>sway of the crowns (18 m up) between photos, standard deviation</source>
-      <translation type="unfinished" />
+      <translation>balanceo de las copas (a 18 m) entre fotos, desviación estándar</translation>
     </message>
     <message>
       <source>Sweep [cm]</source>
-      <translation type="unfinished" />
+      <translation>Curvatura [cm]</translation>
     </message>
     <message>
       <source>sideways bow of every in-plot stem over its lowest 4 m</source>
-      <translation type="unfinished" />
+      <translation>arqueo lateral de cada tronco de la parcela en sus 4 m inferiores</translation>
     </message>
     <message>
       <source>Butt flare [m]</source>
-      <translation type="unfinished" />
+      <translation>Ensanche basal [m]</translation>
     </message>
     <message>
       <source>height over which the butt flare falls to a third; 0 = 0.16 to 0.28 m, drawn</source>
-      <translation type="unfinished" />
+      <translation>altura en la que el ensanche basal cae a un tercio; 0 = de 0,16 a 0,28 m, al azar</translation>
     </message>
     <message>
       <source>Ellipticity [%]</source>
-      <translation type="unfinished" />
+      <translation>Elipticidad [%]</translation>
     </message>
     <message>
       <source>widest less narrowest width of every stem, of the mean; 0 = up to 6, drawn</source>
-      <translation type="unfinished" />
+      <translation>anchura mayor menos menor de cada tronco, respecto a la media; 0 = hasta 6, al azar</translation>
     </message>
     <message>
       <source>Twins</source>
-      <translation type="unfinished" />
+      <translation>Gemelos</translation>
     </message>
     <message>
       <source>in-plot trees with a second full stem beside them</source>
-      <translation type="unfinished" />
+      <translation>árboles de la parcela con un segundo tronco completo al lado</translation>
     </message>
     <message>
       <source>Twin gap [m]</source>
-      <translation type="unfinished" />
+      <translation>Separación de gemelos [m]</translation>
     </message>
     <message>
       <source>gap between the bark of twins at breast height</source>
-      <translation type="unfinished" />
+      <translation>distancia entre las cortezas de los gemelos a la altura del pecho</translation>
     </message>
     <message>
       <source>Clearing [m]</source>
-      <translation type="unfinished" />
+      <translation>Claro [m]</translation>
     </message>
     <message>
       <source>no tree stands within this distance of the plot's centre</source>
-      <translation type="unfinished" />
+      <translation>ningún árbol está a menos de esta distancia del centro de la parcela</translation>
     </message>
     <message>
       <source>Shaken [%]</source>
-      <translation type="unfinished" />
+      <translation>Movidas [%]</translation>
     </message>
     <message>
       <source>share of the photos with motion blur</source>
-      <translation type="unfinished" />
+      <translation>parte de las fotos con desenfoque de movimiento</translation>
     </message>
     <message>
       <source>Shake [px]</source>
-      <translation type="unfinished" />
+      <translation>Desenfoque [px]</translation>
     </message>
     <message>
       <source>length of that motion blur</source>
-      <translation type="unfinished" />
+      <translation>longitud de ese desenfoque</translation>
     </message>
     <message>
       <source>Misexposed [%]</source>
-      <translation type="unfinished" />
+      <translation>Mal expuestas [%]</translation>
     </message>
     <message>
       <source>share of the photos exposed wrongly, half of them too dark, half too light</source>
-      <translation type="unfinished" />
+      <translation>parte de las fotos mal expuestas, la mitad demasiado oscuras, la mitad demasiado claras</translation>
     </message>
     <message>
-      <source>Misexposed stops [stops]</source>
-      <translation type="unfinished" />
+      <source>Misexposed [stops]</source>
+      <translation>Error de exposición [pasos]</translation>
     </message>
     <message>
       <source>by how much</source>
-      <translation type="unfinished" />
+      <translation>en cuánto</translation>
     </message>
     <message>
-      <source>Exposure drift stops [stops]</source>
-      <translation type="unfinished" />
+      <source>Exposure drift [stops]</source>
+      <translation>Deriva de exposición [pasos]</translation>
     </message>
     <message>
       <source>exposure of each photo, standard deviation</source>
-      <translation type="unfinished" />
+      <translation>exposición de cada foto, desviación estándar</translation>
     </message>
     <message>
       <source>White drift [%]</source>
-      <translation type="unfinished" />
+      <translation>Deriva de blancos [%]</translation>
     </message>
     <message>
       <source>white balance of each photo, standard deviation a channel</source>
-      <translation type="unfinished" />
+      <translation>balance de blancos de cada foto, desviación estándar por canal</translation>
     </message>
     <message>
       <source>PPK bias [m]</source>
-      <translation type="unfinished" />
+      <translation>Sesgo PPK [m]</translation>
     </message>
     <message>
       <source>constant shift of the whole PPK track in E, N and h (wrong base coordinates)</source>
-      <translation type="unfinished" />
+      <translation>desplazamiento constante de toda la trayectoria PPK en E, N y h (coordenadas de base erróneas)</translation>
     </message>
     <message>
       <source>folder for the plot; made if missing, replaced if it is a simulated plot</source>
-      <translation type="unfinished" />
+      <translation>carpeta para la parcela; se crea si falta, se sustituye si es una parcela simulada</translation>
     </message>
     <message>
       <source>size of the job: micro (3-5 stems, for the stability suite), test (3-6 stems), demo (6-9 stems), plot (0.03 ha, 62 photos)</source>
-      <translation type="unfinished" />
+      <translation>tamaño del trabajo: micro (3-5 troncos, para la serie de estabilidad), test (3-6 troncos), demo (6-9 troncos), plot (0,03 ha, 62 fotos)</translation>
     </message>
     <message>
       <source>random seed; the same seed gives the same plot</source>
-      <translation type="unfinished" />
+      <translation>semilla; la misma semilla da la misma parcela</translation>
     </message>
     <message>
       <source>Name</source>
@@ -2257,211 +2693,211 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>plot name, used in file names; default: the folder's name</source>
-      <translation type="unfinished" />
+      <translation>nombre de la parcela, usado en los archivos; por defecto, el de la carpeta</translation>
     </message>
     <message>
       <source>radius of the plot</source>
-      <translation type="unfinished" />
+      <translation>radio de la parcela</translation>
     </message>
     <message>
       <source>Stems [1/ha]</source>
-      <translation type="unfinished" />
+      <translation>Troncos [1/ha]</translation>
     </message>
     <message>
       <source>planting density</source>
-      <translation type="unfinished" />
+      <translation>densidad de plantación</translation>
     </message>
     <message>
       <source>DBH mean [cm]</source>
-      <translation type="unfinished" />
+      <translation>DAP medio [cm]</translation>
     </message>
     <message>
       <source>mean diameter at breast height</source>
-      <translation type="unfinished" />
+      <translation>diámetro medio a la altura del pecho</translation>
     </message>
     <message>
       <source>DBH standard deviation [cm]</source>
-      <translation type="unfinished" />
+      <translation>Desviación estándar del DAP [cm]</translation>
     </message>
     <message>
       <source>its standard deviation</source>
-      <translation type="unfinished" />
+      <translation>su desviación estándar</translation>
     </message>
     <message>
       <source>Lean max [deg]</source>
-      <translation type="unfinished" />
+      <translation>Inclinación máxima [grados]</translation>
     </message>
     <message>
       <source>largest lean of any stem</source>
-      <translation type="unfinished" />
+      <translation>mayor inclinación de un tronco</translation>
     </message>
     <message>
       <source>Strong leans</source>
-      <translation type="unfinished" />
+      <translation>Muy inclinados</translation>
     </message>
     <message>
       <source>in-plot stems that lean by 75-100 % of the largest lean</source>
-      <translation type="unfinished" />
+      <translation>troncos de la parcela inclinados el 75-100 % de la inclinación máxima</translation>
     </message>
     <message>
       <source>Forks below breast height</source>
-      <translation type="unfinished" />
+      <translation>Horquillas bajo la altura del pecho</translation>
     </message>
     <message>
       <source>in-plot trees forked below breast height</source>
-      <translation type="unfinished" />
+      <translation>árboles de la parcela ahorquillados bajo la altura del pecho</translation>
     </message>
     <message>
       <source>Forks above breast height</source>
-      <translation type="unfinished" />
+      <translation>Horquillas sobre la altura del pecho</translation>
     </message>
     <message>
       <source>in-plot trees forked above breast height</source>
-      <translation type="unfinished" />
+      <translation>árboles de la parcela ahorquillados sobre la altura del pecho</translation>
     </message>
     <message>
       <source>Touching saplings</source>
-      <translation type="unfinished" />
+      <translation>Arbolitos en contacto</translation>
     </message>
     <message>
       <source>in-plot stems touched by a sapling</source>
-      <translation type="unfinished" />
+      <translation>troncos de la parcela tocados por un arbolito</translation>
     </message>
     <message>
       <source>Dead trees</source>
-      <translation type="unfinished" />
+      <translation>Árboles muertos</translation>
     </message>
     <message>
       <source>in-plot trees without needles</source>
-      <translation type="unfinished" />
+      <translation>árboles de la parcela sin acículas</translation>
     </message>
     <message>
       <source>Leaf area [m2]</source>
-      <translation type="unfinished" />
+      <translation>Superficie foliar [m2]</translation>
     </message>
     <message>
       <source>one-sided needle area of a tree of mean DBH; what hides the stems</source>
-      <translation type="unfinished" />
+      <translation>superficie de acículas (una cara) de un árbol de DAP medio; lo que oculta los troncos</translation>
     </message>
     <message>
       <source>Shrubs [1/m2]</source>
-      <translation type="unfinished" />
+      <translation>Arbustos [1/m2]</translation>
     </message>
     <message>
       <source>shrubs, up to 2 m high</source>
-      <translation type="unfinished" />
+      <translation>arbustos, de hasta 2 m de altura</translation>
     </message>
     <message>
       <source>Saplings [1/m2]</source>
-      <translation type="unfinished" />
+      <translation>Arbolitos [1/m2]</translation>
     </message>
     <message>
       <source>saplings below 7.5 cm DBH</source>
-      <translation type="unfinished" />
+      <translation>arbolitos de menos de 7,5 cm de DAP</translation>
     </message>
     <message>
       <source>Logs</source>
-      <translation type="unfinished" />
+      <translation>Troncos caídos</translation>
     </message>
     <message>
       <source>logs lying about</source>
-      <translation type="unfinished" />
+      <translation>troncos tirados en el suelo</translation>
     </message>
     <message>
       <source>Slope [%]</source>
-      <translation type="unfinished" />
+      <translation>Pendiente [%]</translation>
     </message>
     <message>
       <source>slope of the ground</source>
-      <translation type="unfinished" />
+      <translation>pendiente del suelo</translation>
     </message>
     <message>
       <source>Roughness [m]</source>
-      <translation type="unfinished" />
+      <translation>Rugosidad [m]</translation>
     </message>
     <message>
       <source>standard deviation of the ground about its plane</source>
-      <translation type="unfinished" />
+      <translation>desviación estándar del suelo respecto a su plano</translation>
     </message>
     <message>
       <source>Image width [px]</source>
-      <translation type="unfinished" />
+      <translation>Ancho de imagen [px]</translation>
     </message>
     <message>
       <source>width of a photo</source>
-      <translation type="unfinished" />
+      <translation>ancho de una foto</translation>
     </message>
     <message>
       <source>Image height [px]</source>
-      <translation type="unfinished" />
+      <translation>Alto de imagen [px]</translation>
     </message>
     <message>
       <source>height of a photo</source>
-      <translation type="unfinished" />
+      <translation>alto de una foto</translation>
     </message>
     <message>
       <source>number of photos, both flights together</source>
-      <translation type="unfinished" />
+      <translation>número de fotos, ambos vuelos juntos</translation>
     </message>
     <message>
       <source>rays a pixel</source>
-      <translation type="unfinished" />
+      <translation>rayos por píxel</translation>
     </message>
     <message>
       <source>Ground sample distance [cm]</source>
-      <translation type="unfinished" />
+      <translation>Tamaño de píxel en el suelo [cm]</translation>
     </message>
     <message>
       <source>ground sample distance straight down from 70 m; sets the focal length</source>
-      <translation type="unfinished" />
+      <translation>tamaño de píxel en el suelo en vertical desde 70 m; fija la distancia focal</translation>
     </message>
     <message>
       <source>Sun shift [min]</source>
-      <translation type="unfinished" />
+      <translation>Avance del sol [min]</translation>
     </message>
     <message>
       <source>minutes by which the sun moves on between the flights; 0 = same shadows in both</source>
-      <translation type="unfinished" />
+      <translation>minutos que avanza el sol entre los vuelos; 0 = mismas sombras en ambos</translation>
     </message>
     <message>
       <source>Float epochs</source>
-      <translation type="unfinished" />
+      <translation>Épocas flotantes</translation>
     </message>
     <message>
       <source>photos that fall into a burst of PPK float solutions (0.3 m error)</source>
-      <translation type="unfinished" />
+      <translation>fotos que caen en un tramo de soluciones PPK flotantes (0,3 m de error)</translation>
     </message>
     <message>
       <source>LiDAR density [1/m2]</source>
-      <translation type="unfinished" />
+      <translation>Densidad LiDAR [1/m2]</translation>
     </message>
     <message>
       <source>LiDAR pulses per square metre; 0 = no cloud</source>
-      <translation type="unfinished" />
+      <translation>pulsos LiDAR por metro cuadrado; 0 = sin nube</translation>
     </message>
     <message>
       <source>the plot's folder</source>
-      <translation type="unfinished" />
+      <translation>la carpeta de la parcela</translation>
     </message>
     <message>
       <source>plot name used in the files</source>
-      <translation type="unfinished" />
+      <translation>nombre de la parcela usado en los archivos</translation>
     </message>
     <message>
       <source>photos rendered</source>
-      <translation type="unfinished" />
+      <translation>fotos generadas</translation>
     </message>
     <message>
       <source>stems inside the plot</source>
-      <translation type="unfinished" />
+      <translation>troncos dentro de la parcela</translation>
     </message>
     <message>
       <source>points of the LiDAR cloud</source>
-      <translation type="unfinished" />
+      <translation>puntos de la nube LiDAR</translation>
     </message>
     <message>
       <source>photos that see a stem's breast height free (median over the stems)</source>
-      <translation type="unfinished" />
+      <translation>fotos que ven despejada la altura del pecho de un tronco (mediana de los troncos)</translation>
     </message>
     <message>
       <source>Check the engine</source>
@@ -2473,7 +2909,7 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>Loads every library of the engine, lists versions, cores, memory and disk, and says for each command whether it can run. Ends with an error and one sentence when something is missing.</source>
-      <translation type="unfinished" />
+      <translation>Carga cada biblioteca del motor, lista versiones, núcleos, memoria y disco, y dice de cada orden si puede ejecutarse. Termina con un error y una frase cuando falta algo.</translation>
     </message>
     <message>
       <source>Python version</source>
@@ -2489,19 +2925,623 @@ the network or a folder of wheels. What was cut short is taken up by running it 
     </message>
     <message>
       <source>free disk for temporary files, GB</source>
-      <translation type="unfinished" />
+      <translation>disco libre para archivos temporales, GB</translation>
     </message>
     <message>
       <source>libraries found</source>
-      <translation type="unfinished" />
+      <translation>bibliotecas encontradas</translation>
     </message>
     <message>
       <source>libraries with versions</source>
-      <translation type="unfinished" />
+      <translation>bibliotecas con versiones</translation>
     </message>
     <message>
       <source>in words</source>
       <translation>en palabras</translation>
+    </message>
+    <message>
+      <source>too few photos see the stem at breast height</source>
+      <translation>muy pocas fotos ven el tronco a la altura del pecho</translation>
+    </message>
+    <message>
+      <source>fly more oblique photos over this part of the plot</source>
+      <translation>tome más fotos oblicuas sobre esta parte de la parcela</translation>
+    </message>
+    <message>
+      <source>foliage or other stems hide the stem at breast height</source>
+      <translation>el follaje u otros troncos ocultan el tronco a la altura del pecho</translation>
+    </message>
+    <message>
+      <source>fly leaf-off or from other directions</source>
+      <translation>vuele sin hojas o desde otras direcciones</translation>
+    </message>
+    <message>
+      <source>only one edge of the stem was seen</source>
+      <translation>solo se vio un borde del tronco</translation>
+    </message>
+    <message>
+      <source>fly oblique photos across this direction</source>
+      <translation>tome fotos oblicuas transversales a esta dirección</translation>
+    </message>
+    <message>
+      <source>two different stems explain the photos equally well</source>
+      <translation>dos troncos distintos explican igual de bien las fotos</translation>
+    </message>
+    <message>
+      <source>check the photos or measure by hand</source>
+      <translation>revise las fotos o mida a mano</translation>
+    </message>
+    <message>
+      <source>the points cover too little of the stem's circumference</source>
+      <translation>los puntos cubren muy poco de la circunferencia del tronco</translation>
+    </message>
+    <message>
+      <source>scan or fly from more sides</source>
+      <translation>escanee o vuele desde más lados</translation>
+    </message>
+    <message>
+      <source>too few stem points at the lower stem</source>
+      <translation>muy pocos puntos en la parte baja del tronco</translation>
+    </message>
+    <message>
+      <source>raise the point density</source>
+      <translation>aumente la densidad de puntos</translation>
+    </message>
+    <message>
+      <source>too few slices of the stem gave a circle</source>
+      <translation>muy pocas secciones del tronco dieron un círculo</translation>
+    </message>
+    <message>
+      <source>the cross-section is not a circle (buttress, fork or several stems)</source>
+      <translation>la sección no es un círculo (contrafuerte, horquilla o varios troncos)</translation>
+    </message>
+    <message>
+      <source>measure by hand</source>
+      <translation>mida a mano</translation>
+    </message>
+    <message>
+      <source>diameters along the stem do not form a plausible taper</source>
+      <translation>los diámetros a lo largo del tronco no forman un ahusamiento verosímil</translation>
+    </message>
+    <message>
+      <source>check the stem for branches or a fork</source>
+      <translation>compruebe si el tronco tiene ramas o una horquilla</translation>
+    </message>
+    <message>
+      <source>the stem leans more than the method allows</source>
+      <translation>el tronco se inclina más de lo que admite el método</translation>
+    </message>
+    <message>
+      <source>the stem forks near breast height</source>
+      <translation>el tronco se bifurca cerca de la altura del pecho</translation>
+    </message>
+    <message>
+      <source>measure by hand, as your protocol says</source>
+      <translation>mida a mano, como diga su protocolo</translation>
+    </message>
+    <message>
+      <source>two stems may have been taken for one</source>
+      <translation>dos troncos pueden haberse tomado por uno</translation>
+    </message>
+    <message>
+      <source>check the segmentation</source>
+      <translation>revise la segmentación</translation>
+    </message>
+    <message>
+      <source>the stem is thinner than the photos or points can resolve</source>
+      <translation>el tronco es más fino de lo que resuelven las fotos o los puntos</translation>
+    </message>
+    <message>
+      <source>fly lower or scan closer</source>
+      <translation>vuele más bajo o escanee más cerca</translation>
+    </message>
+    <message>
+      <source>the fitted stem is thicker than the allowed maximum</source>
+      <translation>el tronco ajustado es más grueso que el máximo permitido</translation>
+    </message>
+    <message>
+      <source>raise the maximum diameter if it is real</source>
+      <translation>suba el diámetro máximo si es real</translation>
+    </message>
+    <message>
+      <source>the estimated error is too large to be useful</source>
+      <translation>el error estimado es demasiado grande para ser útil</translation>
+    </message>
+    <message>
+      <source>fly more photos or measure by hand</source>
+      <translation>tome más fotos o mida a mano</translation>
+    </message>
+    <message>
+      <source>two measuring methods disagree</source>
+      <translation>dos métodos de medición no coinciden</translation>
+    </message>
+    <message>
+      <source>check this tree by hand</source>
+      <translation>compruebe este árbol a mano</translation>
+    </message>
+    <message>
+      <source>the published method has no check and no error of its own</source>
+      <translation>el método publicado no tiene comprobación ni error propios</translation>
+    </message>
+    <message>
+      <source>compare with the default method</source>
+      <translation>compare con el método por defecto</translation>
+    </message>
+    <message>
+      <source>no ground height is known at the tree</source>
+      <translation>no se conoce la altura del suelo en el árbol</translation>
+    </message>
+    <message>
+      <source>give a DTM that covers the plot</source>
+      <translation>dé un MDT que cubra la parcela</translation>
+    </message>
+    <message>
+      <source>the tree stands at the edge of the data</source>
+      <translation>el árbol está en el borde de los datos</translation>
+    </message>
+    <message>
+      <source>extend the survey beyond the plot</source>
+      <translation>amplíe el vuelo más allá de la parcela</translation>
+    </message>
+    <message>
+      <source>DBH [cm]</source>
+      <translation>DAP [cm]</translation>
+    </message>
+    <message>
+      <source>Quality</source>
+      <translation>Calidad</translation>
+    </message>
+    <message>
+      <source>measured, to be checked</source>
+      <translation>medido, por revisar</translation>
+    </message>
+    <message>
+      <source>Field DBH [cm]</source>
+      <translation>DAP de campo [cm]</translation>
+    </message>
+    <message>
+      <source>Status</source>
+      <translation>Estado</translation>
+    </message>
+    <message>
+      <source>Easting, co-registered [m]</source>
+      <translation>Este, ajustado [m]</translation>
+    </message>
+    <message>
+      <source>Northing, co-registered [m]</source>
+      <translation>Norte, ajustado [m]</translation>
+    </message>
+    <message>
+      <source>Easting as surveyed [m]</source>
+      <translation>Este según campo [m]</translation>
+    </message>
+    <message>
+      <source>Northing as surveyed [m]</source>
+      <translation>Norte según campo [m]</translation>
+    </message>
+    <message>
+      <source>Paired</source>
+      <translation>Emparejado</translation>
+    </message>
+    <message>
+      <source>Measured tree</source>
+      <translation>Árbol medido</translation>
+    </message>
+    <message>
+      <source>paired</source>
+      <translation>emparejado</translation>
+    </message>
+    <message>
+      <source>not paired</source>
+      <translation>sin pareja</translation>
+    </message>
+    <message>
+      <source>plot needs a hand check</source>
+      <translation>parcela por revisar a mano</translation>
+    </message>
+    <message>
+      <source>pair rejected</source>
+      <translation>par rechazado</translation>
+    </message>
+    <message>
+      <source>Easting [m]</source>
+      <translation>Este [m]</translation>
+    </message>
+    <message>
+      <source>Northing [m]</source>
+      <translation>Norte [m]</translation>
+    </message>
+    <message>
+      <source>Measured DBH [cm]</source>
+      <translation>DAP medido [cm]</translation>
+    </message>
+    <message>
+      <source>In the plot's circle</source>
+      <translation>Dentro del círculo de la parcela</translation>
+    </message>
+    <message>
+      <source>Measured - field DBH [cm]</source>
+      <translation>DAP medido - de campo [cm]</translation>
+    </message>
+    <message>
+      <source>DBH, lower end of 90 % interval [cm]</source>
+      <translation>DAP, extremo inferior del intervalo del 90 % [cm]</translation>
+    </message>
+    <message>
+      <source>DBH, upper end of 90 % interval [cm]</source>
+      <translation>DAP, extremo superior del intervalo del 90 % [cm]</translation>
+    </message>
+    <message>
+      <source>Distance after co-registration [m]</source>
+      <translation>Distancia tras el ajuste [m]</translation>
+    </message>
+    <message>
+      <source>Log-odds against the next best pairing</source>
+      <translation>Log-probabilidad frente al siguiente mejor emparejamiento</translation>
+    </message>
+    <message>
+      <source>Pair status</source>
+      <translation>Estado del par</translation>
+    </message>
+    <message>
+      <source>Note</source>
+      <translation>Nota</translation>
+    </message>
+    <message>
+      <source>below -4 cm</source>
+      <translation>menos de -4 cm</translation>
+    </message>
+    <message>
+      <source>-4 to -2 cm</source>
+      <translation>de -4 a -2 cm</translation>
+    </message>
+    <message>
+      <source>within 2 cm</source>
+      <translation>dentro de 2 cm</translation>
+    </message>
+    <message>
+      <source>2 to 4 cm</source>
+      <translation>de 2 a 4 cm</translation>
+    </message>
+    <message>
+      <source>above 4 cm</source>
+      <translation>más de 4 cm</translation>
+    </message>
+    <message>
+      <source>Your decision</source>
+      <translation>Su decisión</translation>
+    </message>
+    <message>
+      <source>The two trees</source>
+      <translation>Los dos árboles</translation>
+    </message>
+    <message>
+      <source>automatic</source>
+      <translation>automático</translation>
+    </message>
+    <message>
+      <source>confirmed</source>
+      <translation>confirmado</translation>
+    </message>
+    <message>
+      <source>moved by hand</source>
+      <translation>movido a mano</translation>
+    </message>
+    <message>
+      <source>Reason</source>
+      <translation>Motivo</translation>
+    </message>
+    <message>
+      <source>Moved east [m]</source>
+      <translation>Movida al este [m]</translation>
+    </message>
+    <message>
+      <source>Moved north [m]</source>
+      <translation>Movida al norte [m]</translation>
+    </message>
+    <message>
+      <source>Turned clockwise [°]</source>
+      <translation>Girada en sentido horario [°]</translation>
+    </message>
+    <message>
+      <source>Score over the next best placing</source>
+      <translation>Puntuación sobre la siguiente mejor colocación</translation>
+    </message>
+    <message>
+      <source>Log-likelihood over the next best placing</source>
+      <translation>Log-verosimilitud sobre la siguiente mejor colocación</translation>
+    </message>
+    <message>
+      <source>Residual of the pairs [m]</source>
+      <translation>Residuo de los pares [m]</translation>
+    </message>
+    <message>
+      <source>Share of trees with a partner within 1 m</source>
+      <translation>Parte de los árboles con pareja a menos de 1 m</translation>
+    </message>
+    <message>
+      <source>Measured trees in the circle</source>
+      <translation>Árboles medidos en el círculo</translation>
+    </message>
+    <message>
+      <source>Suggestions</source>
+      <translation>Propuestas</translation>
+    </message>
+    <message>
+      <source>Easting of the centre, co-registered [m]</source>
+      <translation>Este del centro, ajustado [m]</translation>
+    </message>
+    <message>
+      <source>Northing of the centre, co-registered [m]</source>
+      <translation>Norte del centro, ajustado [m]</translation>
+    </message>
+    <message>
+      <source>placed</source>
+      <translation>colocada</translation>
+    </message>
+    <message>
+      <source>confirmed by hand</source>
+      <translation>confirmada a mano</translation>
+    </message>
+    <message>
+      <source>needs a hand check</source>
+      <translation>por revisar a mano</translation>
+    </message>
+    <message>
+      <source>Height above ground [m]</source>
+      <translation>Altura sobre el suelo [m]</translation>
+    </message>
+    <message>
+      <source>Diameter [cm]</source>
+      <translation>Diámetro [cm]</translation>
+    </message>
+    <message>
+      <source>Roughness, rms [cm]</source>
+      <translation>Rugosidad, rms [cm]</translation>
+    </message>
+    <message>
+      <source>Circumference seen [°]</source>
+      <translation>Circunferencia vista [°]</translation>
+    </message>
+    <message>
+      <source>0 to 1 m above ground</source>
+      <translation>de 0 a 1 m sobre el suelo</translation>
+    </message>
+    <message>
+      <source>1 to 2 m above ground</source>
+      <translation>de 1 a 2 m sobre el suelo</translation>
+    </message>
+    <message>
+      <source>2 to 3 m above ground</source>
+      <translation>de 2 a 3 m sobre el suelo</translation>
+    </message>
+    <message>
+      <source>3 to 4 m above ground</source>
+      <translation>de 3 a 4 m sobre el suelo</translation>
+    </message>
+    <message>
+      <source>4 to 5 m above ground</source>
+      <translation>de 4 a 5 m sobre el suelo</translation>
+    </message>
+    <message>
+      <source>Shape</source>
+      <translation>Forma</translation>
+    </message>
+    <message>
+      <source>Edge of the stand</source>
+      <translation>Borde del rodal</translation>
+    </message>
+    <message>
+      <source>Area [ha]</source>
+      <translation>Superficie [ha]</translation>
+    </message>
+    <message>
+      <source>Trees per hectare that one tree stands for</source>
+      <translation>Árboles por hectárea que representa un árbol</translation>
+    </message>
+    <message>
+      <source>Stems without a DBH</source>
+      <translation>Troncos sin DAP</translation>
+    </message>
+    <message>
+      <source>Trees per hectare</source>
+      <translation>Árboles por hectárea</translation>
+    </message>
+    <message>
+      <source>Basal area [m²/ha]</source>
+      <translation>Área basal [m²/ha]</translation>
+    </message>
+    <message>
+      <source>Quadratic mean diameter [cm]</source>
+      <translation>Diámetro medio cuadrático [cm]</translation>
+    </message>
+    <message>
+      <source>Lorey's mean height [m]</source>
+      <translation>Altura media de Lorey [m]</translation>
+    </message>
+    <message>
+      <source>Dominant height [m]</source>
+      <translation>Altura dominante [m]</translation>
+    </message>
+    <message>
+      <source>Volume [m³/ha]</source>
+      <translation>Volumen [m³/ha]</translation>
+    </message>
+    <message>
+      <source>Biomass above ground [t/ha]</source>
+      <translation>Biomasa aérea [t/ha]</translation>
+    </message>
+    <message>
+      <source>Counts as</source>
+      <translation>Cuenta como</translation>
+    </message>
+    <message>
+      <source>Height [m]</source>
+      <translation>Altura [m]</translation>
+    </message>
+    <message>
+      <source>Height from</source>
+      <translation>Origen de la altura</translation>
+    </message>
+    <message>
+      <source>Weight</source>
+      <translation>Peso</translation>
+    </message>
+    <message>
+      <source>Trees per hectare it stands for</source>
+      <translation>Árboles por hectárea que representa</translation>
+    </message>
+    <message>
+      <source>Basal area [m²]</source>
+      <translation>Área basal [m²]</translation>
+    </message>
+    <message>
+      <source>Volume [m³]</source>
+      <translation>Volumen [m³]</translation>
+    </message>
+    <message>
+      <source>Biomass above ground [kg]</source>
+      <translation>Biomasa aérea [kg]</translation>
+    </message>
+    <message>
+      <source>Reasons</source>
+      <translation>Motivos</translation>
+    </message>
+    <message>
+      <source>too small</source>
+      <translation>demasiado pequeño</translation>
+    </message>
+    <message>
+      <source>dead</source>
+      <translation>muerto</translation>
+    </message>
+    <message>
+      <source>Photo</source>
+      <translation>Foto</translation>
+    </message>
+    <message>
+      <source>File</source>
+      <translation>Archivo</translation>
+    </message>
+    <message>
+      <source>Position quality</source>
+      <translation>Calidad de la posición</translation>
+    </message>
+    <message>
+      <source>Standard deviation east [m]</source>
+      <translation>Desviación estándar este [m]</translation>
+    </message>
+    <message>
+      <source>Standard deviation north [m]</source>
+      <translation>Desviación estándar norte [m]</translation>
+    </message>
+    <message>
+      <source>Standard deviation up [m]</source>
+      <translation>Desviación estándar vertical [m]</translation>
+    </message>
+    <message>
+      <source>Exposure (UTC)</source>
+      <translation>Disparo (UTC)</translation>
+    </message>
+    <message>
+      <source>Exposure (UTC) [s since 1970]</source>
+      <translation>Disparo (UTC) [s desde 1970]</translation>
+    </message>
+    <message>
+      <source>Flight</source>
+      <translation>Vuelo</translation>
+    </message>
+    <message>
+      <source>Yaw [°]</source>
+      <translation>Rumbo [°]</translation>
+    </message>
+    <message>
+      <source>Pitch [°]</source>
+      <translation>Cabeceo [°]</translation>
+    </message>
+    <message>
+      <source>Roll [°]</source>
+      <translation>Alabeo [°]</translation>
+    </message>
+    <message>
+      <source>Height above take-off [m]</source>
+      <translation>Altura sobre el despegue [m]</translation>
+    </message>
+    <message>
+      <source>fixed (centimetres)</source>
+      <translation>fija (centímetros)</translation>
+    </message>
+    <message>
+      <source>float (decimetres)</source>
+      <translation>flotante (decímetros)</translation>
+    </message>
+    <message>
+      <source>single (metres)</source>
+      <translation>simple (metros)</translation>
+    </message>
+    <message>
+      <source>from the photo (metres)</source>
+      <translation>de la foto (metros)</translation>
+    </message>
+    <message>
+      <source>unknown</source>
+      <translation>desconocida</translation>
+    </message>
+    <message>
+      <source>Easting at breast height [m]</source>
+      <translation>Este a la altura del pecho [m]</translation>
+    </message>
+    <message>
+      <source>Northing at breast height [m]</source>
+      <translation>Norte a la altura del pecho [m]</translation>
+    </message>
+    <message>
+      <source>Ground height [m]</source>
+      <translation>Altura del suelo [m]</translation>
+    </message>
+    <message>
+      <source>Breast height used [m]</source>
+      <translation>Altura del pecho usada [m]</translation>
+    </message>
+    <message>
+      <source>Tree height [m]</source>
+      <translation>Altura del árbol [m]</translation>
+    </message>
+    <message>
+      <source>Lean [°]</source>
+      <translation>Inclinación [°]</translation>
+    </message>
+    <message>
+      <source>Stem circumference seen [°]</source>
+      <translation>Circunferencia del tronco vista [°]</translation>
+    </message>
+    <message>
+      <source>Stem points</source>
+      <translation>Puntos del tronco</translation>
+    </message>
+    <message>
+      <source>Photos that see the stem</source>
+      <translation>Fotos que ven el tronco</translation>
+    </message>
+    <message>
+      <source>Slices fitted</source>
+      <translation>Secciones ajustadas</translation>
+    </message>
+    <message>
+      <source>Mean opacity (0-1)</source>
+      <translation>Opacidad media (0-1)</translation>
+    </message>
+    <message>
+      <source>Taper [cm/m]</source>
+      <translation>Ahusamiento [cm/m]</translation>
+    </message>
+    <message>
+      <source>Run</source>
+      <translation>Ejecución</translation>
+    </message>
+    <message>
+      <source>seen, no DBH</source>
+      <translation>visto, sin DAP</translation>
     </message>
   </context>
 </TS>

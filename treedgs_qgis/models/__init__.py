@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from qgis.core import QgsProcessingModelAlgorithm
+from qgis.core import QgsProcessingAlgorithm, QgsProcessingContext, QgsProcessingModelAlgorithm
 from qgis.PyQt.QtGui import QIcon
 
+from ..algorithm import unknown_name
 from ..i18n import tr
 
 FOLDER = Path(__file__).parent
@@ -44,6 +45,29 @@ class Model(QgsProcessingModelAlgorithm):
     def shortDescription(self) -> str:  # noqa: N802
         """One line."""
         return self.displayName()
+
+    def createInstance(self) -> QgsProcessingAlgorithm:  # noqa: N802
+        """A copy that checks its values as this one does."""
+        made = type(self)()
+        made.loadVariant(self.toVariant())
+        return made
+
+    def checkParameterValues(self, parameters: dict, context: QgsProcessingContext) -> tuple[bool, str]:  # noqa: N802
+        """Refuse unknown names, and what the algorithm that takes a value would refuse, before anything starts."""
+        problem = unknown_name(self, parameters) or self._value_problem(parameters, context)
+        return (False, problem) if problem else super().checkParameterValues(parameters, context)
+
+    def _value_problem(self, parameters: dict, context: QgsProcessingContext) -> str:
+        for child in self.childAlgorithms().values():
+            algorithm, given = child.algorithm(), {}
+            for own, sources in child.parameterSources().items():
+                names = [source.parameterName() for source in sources if source.parameterName()]
+                if names and parameters.get(names[0]) not in (None, ""):
+                    given[own] = parameters[names[0]]
+            problem = algorithm.values_problem(given, context) if hasattr(algorithm, "values_problem") else ""
+            if problem:
+                return problem
+        return ""
 
     def icon(self) -> QIcon:
         """A chain."""

@@ -95,6 +95,8 @@ def _by_place(found: Expanded, table: pd.DataFrame, boundary: BaseGeometry | Non
             found.warnings.append(
                 f"Plot {plot.plot_id}: the nearest measured tree is {away:,.0f} m away; taken as not "
                 "surveyed and left out."
+                if np.isfinite(away)
+                else f"Plot {plot.plot_id}: left out, the tree layer is empty."
             )
             continue
         inside = np.flatnonzero(plot.contains(x, y))

@@ -43,7 +43,8 @@ class TreeValues:
     ``value`` corrected, ``sd`` from the tree's own error, ``shift`` when all DBHs are one common error thicker.
 
     ba in m2, volume in m3, biomass in kg. equations: rows of the equations table. curves: sentences. gaps: quantity ->
-    why some trees have none. outside: (tree, quantity) flags.
+    why some trees have none. outside: (tree, quantity) flags. refit: heights of all trees by
+    curves fitted without the measured heights of some (a mask), for the error that the curve itself brings.
     """
 
     dbh: np.ndarray
@@ -61,6 +62,7 @@ class TreeValues:
     gaps: dict[str, list[str]] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
     far: Counter[str] = field(default_factory=Counter)
+    refit: Callable[[np.ndarray], np.ndarray] | None = None
 
 
 def tree_values(trees: pd.DataFrame, book: list[Equation], options: ValueOptions) -> TreeValues:
@@ -191,6 +193,26 @@ def _heights(
     for chosen, _ in rules:
         found.height_source[chosen] = "curve" if options.heights == "fitted" else "published"
     found.height = height_of(d)
+
+    kept: dict[bytes, np.ndarray] = {}
+
+    def refit(without: np.ndarray) -> np.ndarray:
+        use = live & measured & ~without
+        if (found_before := kept.get(use.tobytes())) is not None:
+            return found_before
+        heights = found.height.copy()
+        for chosen, _ in rules:
+            same = use & np.isin(species, np.unique(species[chosen]))
+            curve, _ = fit_curve(d[same], h[same], options.breast_height_m)
+            if curve is None:
+                curve, _ = fit_curve(d[use], h[use], options.breast_height_m)
+            # Too few heights are left: that plot's part of the curve's error stays unknown.
+            heights[chosen] = curve(d[chosen]) if curve is not None else heights[chosen]
+        kept[use.tobytes()] = heights
+        return heights
+
+    if rules and options.heights == "fitted":
+        found.refit = refit
     return height_of
 
 

@@ -1,19 +1,19 @@
 <!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>
-<qgis labelsEnabled="0" minScale="100000000" styleCategories="LayerConfiguration|Symbology|Labeling|Fields|Forms|MapTips|AttributeTable|Rendering" simplifyMaxScale="1" symbologyReferenceScale="-1" simplifyDrawingHints="1" simplifyLocal="1" simplifyAlgorithm="0" maxScale="0" simplifyDrawingTol="1" version="3.22.16-Białowieża" readOnly="0" hasScaleBasedVisibilityFlag="0">
+<qgis simplifyDrawingTol="1" labelsEnabled="0" simplifyLocal="1" simplifyDrawingHints="1" simplifyAlgorithm="0" simplifyMaxScale="1" symbologyReferenceScale="-1" minScale="100000000" version="3.22.16-Białowieża" styleCategories="LayerConfiguration|Symbology|Labeling|Fields|Forms|MapTips|AttributeTable|Rendering" hasScaleBasedVisibilityFlag="0" maxScale="0" readOnly="0">
   <flags>
     <Identifiable>1</Identifiable>
     <Removable>1</Removable>
     <Searchable>1</Searchable>
     <Private>0</Private>
   </flags>
-  <renderer-v2 enableorderby="0" referencescale="-1" type="categorizedSymbol" attr="status" symbollevels="0" forceraster="0">
+  <renderer-v2 type="categorizedSymbol" referencescale="-1" enableorderby="0" attr="status" forceraster="0" symbollevels="0">
     <categories>
-      <category label="placed" render="true" symbol="0" value="auto"/>
-      <category label="confirmed by hand" render="true" symbol="1" value="ok"/>
-      <category label="needs a hand check" render="true" symbol="2" value="check"/>
+      <category symbol="0" value="auto" render="true" label="placed"/>
+      <category symbol="1" value="ok" render="true" label="confirmed by hand"/>
+      <category symbol="2" value="check" render="true" label="needs a hand check"/>
     </categories>
     <symbols>
-      <symbol type="fill" force_rhr="0" name="0" alpha="1" clip_to_extent="1">
+      <symbol type="fill" force_rhr="0" clip_to_extent="1" alpha="1" name="0">
         <data_defined_properties>
           <Option type="Map">
             <Option type="QString" name="name" value=""/>
@@ -21,7 +21,7 @@
             <Option type="QString" name="type" value="collection"/>
           </Option>
         </data_defined_properties>
-        <layer class="SimpleFill" locked="0" pass="0" enabled="1">
+        <layer class="SimpleFill" enabled="1" locked="0" pass="0">
           <Option type="Map">
             <Option type="QString" name="border_width_map_unit_scale" value="3x:0,0,0,0,0,0"/>
             <Option type="QString" name="color" value="0,0,255,255"/>
@@ -35,17 +35,17 @@
             <Option type="QString" name="outline_width_unit" value="MM"/>
             <Option type="QString" name="style" value="no"/>
           </Option>
-          <prop v="3x:0,0,0,0,0,0" k="border_width_map_unit_scale"/>
-          <prop v="0,0,255,255" k="color"/>
-          <prop v="bevel" k="joinstyle"/>
-          <prop v="0,0" k="offset"/>
-          <prop v="3x:0,0,0,0,0,0" k="offset_map_unit_scale"/>
-          <prop v="MM" k="offset_unit"/>
-          <prop v="85,85,85,255" k="outline_color"/>
-          <prop v="solid" k="outline_style"/>
-          <prop v="0.4" k="outline_width"/>
-          <prop v="MM" k="outline_width_unit"/>
-          <prop v="no" k="style"/>
+          <prop k="border_width_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="color" v="0,0,255,255"/>
+          <prop k="joinstyle" v="bevel"/>
+          <prop k="offset" v="0,0"/>
+          <prop k="offset_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="offset_unit" v="MM"/>
+          <prop k="outline_color" v="85,85,85,255"/>
+          <prop k="outline_style" v="solid"/>
+          <prop k="outline_width" v="0.4"/>
+          <prop k="outline_width_unit" v="MM"/>
+          <prop k="style" v="no"/>
           <data_defined_properties>
             <Option type="Map">
               <Option type="QString" name="name" value=""/>
@@ -55,7 +55,7 @@
           </data_defined_properties>
         </layer>
       </symbol>
-      <symbol type="fill" force_rhr="0" name="1" alpha="1" clip_to_extent="1">
+      <symbol type="fill" force_rhr="0" clip_to_extent="1" alpha="1" name="1">
         <data_defined_properties>
           <Option type="Map">
             <Option type="QString" name="name" value=""/>
@@ -63,7 +63,7 @@
             <Option type="QString" name="type" value="collection"/>
           </Option>
         </data_defined_properties>
-        <layer class="SimpleFill" locked="0" pass="0" enabled="1">
+        <layer class="SimpleFill" enabled="1" locked="0" pass="0">
           <Option type="Map">
             <Option type="QString" name="border_width_map_unit_scale" value="3x:0,0,0,0,0,0"/>
             <Option type="QString" name="color" value="0,0,255,255"/>
@@ -77,17 +77,17 @@
             <Option type="QString" name="outline_width_unit" value="MM"/>
             <Option type="QString" name="style" value="no"/>
           </Option>
-          <prop v="3x:0,0,0,0,0,0" k="border_width_map_unit_scale"/>
-          <prop v="0,0,255,255" k="color"/>
-          <prop v="bevel" k="joinstyle"/>
-          <prop v="0,0" k="offset"/>
-          <prop v="3x:0,0,0,0,0,0" k="offset_map_unit_scale"/>
-          <prop v="MM" k="offset_unit"/>
-          <prop v="46,139,61,255" k="outline_color"/>
-          <prop v="solid" k="outline_style"/>
-          <prop v="0.6" k="outline_width"/>
-          <prop v="MM" k="outline_width_unit"/>
-          <prop v="no" k="style"/>
+          <prop k="border_width_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="color" v="0,0,255,255"/>
+          <prop k="joinstyle" v="bevel"/>
+          <prop k="offset" v="0,0"/>
+          <prop k="offset_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="offset_unit" v="MM"/>
+          <prop k="outline_color" v="46,139,61,255"/>
+          <prop k="outline_style" v="solid"/>
+          <prop k="outline_width" v="0.6"/>
+          <prop k="outline_width_unit" v="MM"/>
+          <prop k="style" v="no"/>
           <data_defined_properties>
             <Option type="Map">
               <Option type="QString" name="name" value=""/>
@@ -97,7 +97,7 @@
           </data_defined_properties>
         </layer>
       </symbol>
-      <symbol type="fill" force_rhr="0" name="2" alpha="1" clip_to_extent="1">
+      <symbol type="fill" force_rhr="0" clip_to_extent="1" alpha="1" name="2">
         <data_defined_properties>
           <Option type="Map">
             <Option type="QString" name="name" value=""/>
@@ -105,7 +105,7 @@
             <Option type="QString" name="type" value="collection"/>
           </Option>
         </data_defined_properties>
-        <layer class="SimpleFill" locked="0" pass="0" enabled="1">
+        <layer class="SimpleFill" enabled="1" locked="0" pass="0">
           <Option type="Map">
             <Option type="QString" name="border_width_map_unit_scale" value="3x:0,0,0,0,0,0"/>
             <Option type="QString" name="color" value="0,0,255,255"/>
@@ -119,17 +119,17 @@
             <Option type="QString" name="outline_width_unit" value="MM"/>
             <Option type="QString" name="style" value="no"/>
           </Option>
-          <prop v="3x:0,0,0,0,0,0" k="border_width_map_unit_scale"/>
-          <prop v="0,0,255,255" k="color"/>
-          <prop v="bevel" k="joinstyle"/>
-          <prop v="0,0" k="offset"/>
-          <prop v="3x:0,0,0,0,0,0" k="offset_map_unit_scale"/>
-          <prop v="MM" k="offset_unit"/>
-          <prop v="106,61,154,255" k="outline_color"/>
-          <prop v="solid" k="outline_style"/>
-          <prop v="0.9" k="outline_width"/>
-          <prop v="MM" k="outline_width_unit"/>
-          <prop v="no" k="style"/>
+          <prop k="border_width_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="color" v="0,0,255,255"/>
+          <prop k="joinstyle" v="bevel"/>
+          <prop k="offset" v="0,0"/>
+          <prop k="offset_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="offset_unit" v="MM"/>
+          <prop k="outline_color" v="106,61,154,255"/>
+          <prop k="outline_style" v="solid"/>
+          <prop k="outline_width" v="0.9"/>
+          <prop k="outline_width_unit" v="MM"/>
+          <prop k="style" v="no"/>
           <data_defined_properties>
             <Option type="Map">
               <Option type="QString" name="name" value=""/>
@@ -147,14 +147,14 @@
   <featureBlendMode>0</featureBlendMode>
   <layerOpacity>1</layerOpacity>
   <fieldConfiguration>
-    <field configurationFlags="None" name="plot_id">
+    <field name="plot_id" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="status">
+    <field name="status" configurationFlags="None">
       <editWidget type="ValueMap">
         <config>
           <Option type="Map">
@@ -173,105 +173,105 @@
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="reason">
+    <field name="reason" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="offset_e_m">
+    <field name="offset_e_m" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="offset_n_m">
+    <field name="offset_n_m" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="rot_deg">
+    <field name="rot_deg" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="ratio">
+    <field name="ratio" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="margin">
+    <field name="margin" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="residual_m">
+    <field name="residual_m" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="share">
+    <field name="share" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="n_field">
+    <field name="n_field" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="n_measured">
+    <field name="n_measured" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="n_pairs">
+    <field name="n_pairs" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="n_sugg">
+    <field name="n_sugg" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="radius_m">
+    <field name="radius_m" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="x">
+    <field name="x" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="y">
+    <field name="y" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
@@ -280,83 +280,83 @@
     </field>
   </fieldConfiguration>
   <aliases>
-    <alias index="0" name="Plot" field="plot_id"/>
-    <alias index="1" name="Status" field="status"/>
-    <alias index="2" name="Reason" field="reason"/>
-    <alias index="3" name="Moved east [m]" field="offset_e_m"/>
-    <alias index="4" name="Moved north [m]" field="offset_n_m"/>
-    <alias index="5" name="Turned clockwise [°]" field="rot_deg"/>
-    <alias index="6" name="Score over the next best placing" field="ratio"/>
-    <alias index="7" name="Log-likelihood over the next best placing" field="margin"/>
-    <alias index="8" name="Residual of the pairs [m]" field="residual_m"/>
-    <alias index="9" name="Share of trees with a partner within 1 m" field="share"/>
-    <alias index="10" name="Field trees" field="n_field"/>
-    <alias index="11" name="Measured trees in the circle" field="n_measured"/>
-    <alias index="12" name="Pairs" field="n_pairs"/>
-    <alias index="13" name="Suggestions" field="n_sugg"/>
-    <alias index="14" name="Radius [m]" field="radius_m"/>
-    <alias index="15" name="Easting of the centre, co-registered [m]" field="x"/>
-    <alias index="16" name="Northing of the centre, co-registered [m]" field="y"/>
+    <alias name="Plot" field="plot_id" index="0"/>
+    <alias name="Status" field="status" index="1"/>
+    <alias name="Reason" field="reason" index="2"/>
+    <alias name="Moved east [m]" field="offset_e_m" index="3"/>
+    <alias name="Moved north [m]" field="offset_n_m" index="4"/>
+    <alias name="Turned clockwise [°]" field="rot_deg" index="5"/>
+    <alias name="Score over the next best placing" field="ratio" index="6"/>
+    <alias name="Log-likelihood over the next best placing" field="margin" index="7"/>
+    <alias name="Residual of the pairs [m]" field="residual_m" index="8"/>
+    <alias name="Share of trees with a partner within 1 m" field="share" index="9"/>
+    <alias name="Field trees" field="n_field" index="10"/>
+    <alias name="Measured trees in the circle" field="n_measured" index="11"/>
+    <alias name="Pairs" field="n_pairs" index="12"/>
+    <alias name="Suggestions" field="n_sugg" index="13"/>
+    <alias name="Radius [m]" field="radius_m" index="14"/>
+    <alias name="Easting of the centre, co-registered [m]" field="x" index="15"/>
+    <alias name="Northing of the centre, co-registered [m]" field="y" index="16"/>
   </aliases>
   <defaults>
-    <default applyOnUpdate="0" expression="" field="plot_id"/>
-    <default applyOnUpdate="0" expression="" field="status"/>
-    <default applyOnUpdate="0" expression="" field="reason"/>
-    <default applyOnUpdate="0" expression="" field="offset_e_m"/>
-    <default applyOnUpdate="0" expression="" field="offset_n_m"/>
-    <default applyOnUpdate="0" expression="" field="rot_deg"/>
-    <default applyOnUpdate="0" expression="" field="ratio"/>
-    <default applyOnUpdate="0" expression="" field="margin"/>
-    <default applyOnUpdate="0" expression="" field="residual_m"/>
-    <default applyOnUpdate="0" expression="" field="share"/>
-    <default applyOnUpdate="0" expression="" field="n_field"/>
-    <default applyOnUpdate="0" expression="" field="n_measured"/>
-    <default applyOnUpdate="0" expression="" field="n_pairs"/>
-    <default applyOnUpdate="0" expression="" field="n_sugg"/>
-    <default applyOnUpdate="0" expression="" field="radius_m"/>
-    <default applyOnUpdate="0" expression="" field="x"/>
-    <default applyOnUpdate="0" expression="" field="y"/>
+    <default expression="" field="plot_id" applyOnUpdate="0"/>
+    <default expression="" field="status" applyOnUpdate="0"/>
+    <default expression="" field="reason" applyOnUpdate="0"/>
+    <default expression="" field="offset_e_m" applyOnUpdate="0"/>
+    <default expression="" field="offset_n_m" applyOnUpdate="0"/>
+    <default expression="" field="rot_deg" applyOnUpdate="0"/>
+    <default expression="" field="ratio" applyOnUpdate="0"/>
+    <default expression="" field="margin" applyOnUpdate="0"/>
+    <default expression="" field="residual_m" applyOnUpdate="0"/>
+    <default expression="" field="share" applyOnUpdate="0"/>
+    <default expression="" field="n_field" applyOnUpdate="0"/>
+    <default expression="" field="n_measured" applyOnUpdate="0"/>
+    <default expression="" field="n_pairs" applyOnUpdate="0"/>
+    <default expression="" field="n_sugg" applyOnUpdate="0"/>
+    <default expression="" field="radius_m" applyOnUpdate="0"/>
+    <default expression="" field="x" applyOnUpdate="0"/>
+    <default expression="" field="y" applyOnUpdate="0"/>
   </defaults>
   <constraints>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="plot_id" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="status" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="reason" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="offset_e_m" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="offset_n_m" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="rot_deg" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="ratio" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="margin" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="residual_m" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="share" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="n_field" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="n_measured" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="n_pairs" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="n_sugg" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="radius_m" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="x" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="y" notnull_strength="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="plot_id" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="status" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="reason" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="offset_e_m" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="offset_n_m" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="rot_deg" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="ratio" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="margin" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="residual_m" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="share" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="n_field" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="n_measured" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="n_pairs" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="n_sugg" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="radius_m" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="x" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="y" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
-    <constraint exp="" field="plot_id" desc=""/>
-    <constraint exp="" field="status" desc=""/>
-    <constraint exp="" field="reason" desc=""/>
-    <constraint exp="" field="offset_e_m" desc=""/>
-    <constraint exp="" field="offset_n_m" desc=""/>
-    <constraint exp="" field="rot_deg" desc=""/>
-    <constraint exp="" field="ratio" desc=""/>
-    <constraint exp="" field="margin" desc=""/>
-    <constraint exp="" field="residual_m" desc=""/>
-    <constraint exp="" field="share" desc=""/>
-    <constraint exp="" field="n_field" desc=""/>
-    <constraint exp="" field="n_measured" desc=""/>
-    <constraint exp="" field="n_pairs" desc=""/>
-    <constraint exp="" field="n_sugg" desc=""/>
-    <constraint exp="" field="radius_m" desc=""/>
-    <constraint exp="" field="x" desc=""/>
-    <constraint exp="" field="y" desc=""/>
+    <constraint desc="" field="plot_id" exp=""/>
+    <constraint desc="" field="status" exp=""/>
+    <constraint desc="" field="reason" exp=""/>
+    <constraint desc="" field="offset_e_m" exp=""/>
+    <constraint desc="" field="offset_n_m" exp=""/>
+    <constraint desc="" field="rot_deg" exp=""/>
+    <constraint desc="" field="ratio" exp=""/>
+    <constraint desc="" field="margin" exp=""/>
+    <constraint desc="" field="residual_m" exp=""/>
+    <constraint desc="" field="share" exp=""/>
+    <constraint desc="" field="n_field" exp=""/>
+    <constraint desc="" field="n_measured" exp=""/>
+    <constraint desc="" field="n_pairs" exp=""/>
+    <constraint desc="" field="n_sugg" exp=""/>
+    <constraint desc="" field="radius_m" exp=""/>
+    <constraint desc="" field="x" exp=""/>
+    <constraint desc="" field="y" exp=""/>
   </constraintExpressions>
   <expressionfields/>
-  <attributetableconfig sortExpression="" sortOrder="0" actionWidgetStyle="dropDown">
+  <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
     <columns/>
   </attributetableconfig>
   <conditionalstyles>
@@ -377,6 +377,6 @@
   <dataDefinedFieldProperties/>
   <widgets/>
   <previewExpression>"plot_id"</previewExpression>
-  <mapTip>&lt;b>Plot [% "plot_id" %]&lt;/b> ([% "status" %])&lt;br>[% "n_pairs" %] of [% "n_field" %] field trees paired&lt;br>moved [% format_number("offset_e_m", 2) %] m east, [% format_number("offset_n_m", 2) %] m north, turned [% format_number("rot_deg", 1) %]°[% coalesce('&lt;br>' || "reason", '') %]</mapTip>
+  <mapTip>&lt;b>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Probefläche' WHEN left(@qgis_locale, 2) = 'es' THEN 'Parcela' ELSE 'Plot' END) %] [% "plot_id" %]&lt;/b> ([% "status" %])&lt;br>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'gepaarte Feldbäume' WHEN left(@qgis_locale, 2) = 'es' THEN 'árboles de campo emparejados' ELSE 'field trees paired' END) %]: [% "n_pairs" %] / [% "n_field" %][% coalesce('&lt;br>' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'verschoben nach Ost, Nord' WHEN left(@qgis_locale, 2) = 'es' THEN 'movida al este, norte' ELSE 'moved east, north' END) || ': ' || format_number("offset_e_m", 2) || ' m, ' || format_number("offset_n_m", 2) || ' m; ' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'gedreht' WHEN left(@qgis_locale, 2) = 'es' THEN 'girada' ELSE 'turned' END) || ' ' || format_number("rot_deg", 1) || '°', '') %][% coalesce('&lt;br>' || "reason", '') %]</mapTip>
   <layerGeometryType>2</layerGeometryType>
 </qgis>

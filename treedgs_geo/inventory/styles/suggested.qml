@@ -1,14 +1,14 @@
 <!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>
-<qgis labelsEnabled="0" minScale="100000000" styleCategories="LayerConfiguration|Symbology|Labeling|Fields|Forms|MapTips|AttributeTable|Rendering" simplifyMaxScale="1" symbologyReferenceScale="-1" simplifyDrawingHints="1" simplifyLocal="1" simplifyAlgorithm="0" maxScale="0" simplifyDrawingTol="1" version="3.22.16-Białowieża" readOnly="0" hasScaleBasedVisibilityFlag="0">
+<qgis simplifyDrawingTol="1" labelsEnabled="0" simplifyLocal="1" simplifyDrawingHints="1" simplifyAlgorithm="0" simplifyMaxScale="1" symbologyReferenceScale="-1" minScale="100000000" version="3.22.16-Białowieża" styleCategories="LayerConfiguration|Symbology|Labeling|Fields|Forms|MapTips|AttributeTable|Rendering" hasScaleBasedVisibilityFlag="0" maxScale="0" readOnly="0">
   <flags>
     <Identifiable>1</Identifiable>
     <Removable>1</Removable>
     <Searchable>1</Searchable>
     <Private>0</Private>
   </flags>
-  <renderer-v2 enableorderby="0" referencescale="-1" type="singleSymbol" symbollevels="0" forceraster="0">
+  <renderer-v2 type="singleSymbol" referencescale="-1" enableorderby="0" forceraster="0" symbollevels="0">
     <symbols>
-      <symbol type="line" force_rhr="0" name="0" alpha="1" clip_to_extent="1">
+      <symbol type="line" force_rhr="0" clip_to_extent="1" alpha="1" name="0">
         <data_defined_properties>
           <Option type="Map">
             <Option type="QString" name="name" value=""/>
@@ -16,7 +16,7 @@
             <Option type="QString" name="type" value="collection"/>
           </Option>
         </data_defined_properties>
-        <layer class="SimpleLine" locked="0" pass="0" enabled="1">
+        <layer class="SimpleLine" enabled="1" locked="0" pass="0">
           <Option type="Map">
             <Option type="QString" name="align_dash_pattern" value="0"/>
             <Option type="QString" name="capstyle" value="square"/>
@@ -46,33 +46,33 @@
             <Option type="QString" name="use_custom_dash" value="0"/>
             <Option type="QString" name="width_map_unit_scale" value="3x:0,0,0,0,0,0"/>
           </Option>
-          <prop v="0" k="align_dash_pattern"/>
-          <prop v="square" k="capstyle"/>
-          <prop v="5;2" k="customdash"/>
-          <prop v="3x:0,0,0,0,0,0" k="customdash_map_unit_scale"/>
-          <prop v="MM" k="customdash_unit"/>
-          <prop v="0" k="dash_pattern_offset"/>
-          <prop v="3x:0,0,0,0,0,0" k="dash_pattern_offset_map_unit_scale"/>
-          <prop v="MM" k="dash_pattern_offset_unit"/>
-          <prop v="0" k="draw_inside_polygon"/>
-          <prop v="bevel" k="joinstyle"/>
-          <prop v="106,61,154,255" k="line_color"/>
-          <prop v="dash" k="line_style"/>
-          <prop v="0.6" k="line_width"/>
-          <prop v="MM" k="line_width_unit"/>
-          <prop v="0" k="offset"/>
-          <prop v="3x:0,0,0,0,0,0" k="offset_map_unit_scale"/>
-          <prop v="MM" k="offset_unit"/>
-          <prop v="0" k="ring_filter"/>
-          <prop v="0" k="trim_distance_end"/>
-          <prop v="3x:0,0,0,0,0,0" k="trim_distance_end_map_unit_scale"/>
-          <prop v="MM" k="trim_distance_end_unit"/>
-          <prop v="0" k="trim_distance_start"/>
-          <prop v="3x:0,0,0,0,0,0" k="trim_distance_start_map_unit_scale"/>
-          <prop v="MM" k="trim_distance_start_unit"/>
-          <prop v="0" k="tweak_dash_pattern_on_corners"/>
-          <prop v="0" k="use_custom_dash"/>
-          <prop v="3x:0,0,0,0,0,0" k="width_map_unit_scale"/>
+          <prop k="align_dash_pattern" v="0"/>
+          <prop k="capstyle" v="square"/>
+          <prop k="customdash" v="5;2"/>
+          <prop k="customdash_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="customdash_unit" v="MM"/>
+          <prop k="dash_pattern_offset" v="0"/>
+          <prop k="dash_pattern_offset_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="dash_pattern_offset_unit" v="MM"/>
+          <prop k="draw_inside_polygon" v="0"/>
+          <prop k="joinstyle" v="bevel"/>
+          <prop k="line_color" v="106,61,154,255"/>
+          <prop k="line_style" v="dash"/>
+          <prop k="line_width" v="0.6"/>
+          <prop k="line_width_unit" v="MM"/>
+          <prop k="offset" v="0"/>
+          <prop k="offset_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="offset_unit" v="MM"/>
+          <prop k="ring_filter" v="0"/>
+          <prop k="trim_distance_end" v="0"/>
+          <prop k="trim_distance_end_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="trim_distance_end_unit" v="MM"/>
+          <prop k="trim_distance_start" v="0"/>
+          <prop k="trim_distance_start_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="trim_distance_start_unit" v="MM"/>
+          <prop k="tweak_dash_pattern_on_corners" v="0"/>
+          <prop k="use_custom_dash" v="0"/>
+          <prop k="width_map_unit_scale" v="3x:0,0,0,0,0,0"/>
           <data_defined_properties>
             <Option type="Map">
               <Option type="QString" name="name" value=""/>
@@ -90,91 +90,91 @@
   <featureBlendMode>0</featureBlendMode>
   <layerOpacity>1</layerOpacity>
   <fieldConfiguration>
-    <field configurationFlags="None" name="plot_id">
+    <field name="plot_id" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="field_id">
+    <field name="field_id" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="tree_id">
+    <field name="tree_id" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="field_cm">
+    <field name="field_cm" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="dbh_cm">
+    <field name="dbh_cm" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="delta_cm">
+    <field name="delta_cm" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="dbh_lo_cm">
+    <field name="dbh_lo_cm" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="dbh_hi_cm">
+    <field name="dbh_hi_cm" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="qc_flag">
+    <field name="qc_flag" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="dist_m">
+    <field name="dist_m" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="margin">
+    <field name="margin" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="pair_status">
+    <field name="pair_status" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
         </config>
       </editWidget>
     </field>
-    <field configurationFlags="None" name="note">
+    <field name="note" configurationFlags="None">
       <editWidget type="">
         <config>
           <Option/>
@@ -183,67 +183,67 @@
     </field>
   </fieldConfiguration>
   <aliases>
-    <alias index="0" name="Plot" field="plot_id"/>
-    <alias index="1" name="Field tree" field="field_id"/>
-    <alias index="2" name="Measured tree" field="tree_id"/>
-    <alias index="3" name="Field DBH [cm]" field="field_cm"/>
-    <alias index="4" name="Measured DBH [cm]" field="dbh_cm"/>
-    <alias index="5" name="Measured - field DBH [cm]" field="delta_cm"/>
-    <alias index="6" name="DBH, lower end of 90 % interval [cm]" field="dbh_lo_cm"/>
-    <alias index="7" name="DBH, upper end of 90 % interval [cm]" field="dbh_hi_cm"/>
-    <alias index="8" name="Quality" field="qc_flag"/>
-    <alias index="9" name="Distance after co-registration [m]" field="dist_m"/>
-    <alias index="10" name="Log-odds against the next best pairing" field="margin"/>
-    <alias index="11" name="Pair status" field="pair_status"/>
-    <alias index="12" name="Note" field="note"/>
+    <alias name="Plot" field="plot_id" index="0"/>
+    <alias name="Field tree" field="field_id" index="1"/>
+    <alias name="Measured tree" field="tree_id" index="2"/>
+    <alias name="Field DBH [cm]" field="field_cm" index="3"/>
+    <alias name="Measured DBH [cm]" field="dbh_cm" index="4"/>
+    <alias name="Measured - field DBH [cm]" field="delta_cm" index="5"/>
+    <alias name="DBH, lower end of 90 % interval [cm]" field="dbh_lo_cm" index="6"/>
+    <alias name="DBH, upper end of 90 % interval [cm]" field="dbh_hi_cm" index="7"/>
+    <alias name="Quality" field="qc_flag" index="8"/>
+    <alias name="Distance after co-registration [m]" field="dist_m" index="9"/>
+    <alias name="Log-odds against the next best pairing" field="margin" index="10"/>
+    <alias name="Pair status" field="pair_status" index="11"/>
+    <alias name="Note" field="note" index="12"/>
   </aliases>
   <defaults>
-    <default applyOnUpdate="0" expression="" field="plot_id"/>
-    <default applyOnUpdate="0" expression="" field="field_id"/>
-    <default applyOnUpdate="0" expression="" field="tree_id"/>
-    <default applyOnUpdate="0" expression="" field="field_cm"/>
-    <default applyOnUpdate="0" expression="" field="dbh_cm"/>
-    <default applyOnUpdate="0" expression="" field="delta_cm"/>
-    <default applyOnUpdate="0" expression="" field="dbh_lo_cm"/>
-    <default applyOnUpdate="0" expression="" field="dbh_hi_cm"/>
-    <default applyOnUpdate="0" expression="" field="qc_flag"/>
-    <default applyOnUpdate="0" expression="" field="dist_m"/>
-    <default applyOnUpdate="0" expression="" field="margin"/>
-    <default applyOnUpdate="0" expression="" field="pair_status"/>
-    <default applyOnUpdate="0" expression="" field="note"/>
+    <default expression="" field="plot_id" applyOnUpdate="0"/>
+    <default expression="" field="field_id" applyOnUpdate="0"/>
+    <default expression="" field="tree_id" applyOnUpdate="0"/>
+    <default expression="" field="field_cm" applyOnUpdate="0"/>
+    <default expression="" field="dbh_cm" applyOnUpdate="0"/>
+    <default expression="" field="delta_cm" applyOnUpdate="0"/>
+    <default expression="" field="dbh_lo_cm" applyOnUpdate="0"/>
+    <default expression="" field="dbh_hi_cm" applyOnUpdate="0"/>
+    <default expression="" field="qc_flag" applyOnUpdate="0"/>
+    <default expression="" field="dist_m" applyOnUpdate="0"/>
+    <default expression="" field="margin" applyOnUpdate="0"/>
+    <default expression="" field="pair_status" applyOnUpdate="0"/>
+    <default expression="" field="note" applyOnUpdate="0"/>
   </defaults>
   <constraints>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="plot_id" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="field_id" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="tree_id" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="field_cm" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="dbh_cm" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="delta_cm" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="dbh_lo_cm" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="dbh_hi_cm" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="qc_flag" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="dist_m" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="margin" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="pair_status" notnull_strength="0"/>
-    <constraint constraints="0" exp_strength="0" unique_strength="0" field="note" notnull_strength="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="plot_id" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="field_id" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="tree_id" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="field_cm" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="dbh_cm" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="delta_cm" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="dbh_lo_cm" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="dbh_hi_cm" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="qc_flag" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="dist_m" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="margin" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="pair_status" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="note" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
-    <constraint exp="" field="plot_id" desc=""/>
-    <constraint exp="" field="field_id" desc=""/>
-    <constraint exp="" field="tree_id" desc=""/>
-    <constraint exp="" field="field_cm" desc=""/>
-    <constraint exp="" field="dbh_cm" desc=""/>
-    <constraint exp="" field="delta_cm" desc=""/>
-    <constraint exp="" field="dbh_lo_cm" desc=""/>
-    <constraint exp="" field="dbh_hi_cm" desc=""/>
-    <constraint exp="" field="qc_flag" desc=""/>
-    <constraint exp="" field="dist_m" desc=""/>
-    <constraint exp="" field="margin" desc=""/>
-    <constraint exp="" field="pair_status" desc=""/>
-    <constraint exp="" field="note" desc=""/>
+    <constraint desc="" field="plot_id" exp=""/>
+    <constraint desc="" field="field_id" exp=""/>
+    <constraint desc="" field="tree_id" exp=""/>
+    <constraint desc="" field="field_cm" exp=""/>
+    <constraint desc="" field="dbh_cm" exp=""/>
+    <constraint desc="" field="delta_cm" exp=""/>
+    <constraint desc="" field="dbh_lo_cm" exp=""/>
+    <constraint desc="" field="dbh_hi_cm" exp=""/>
+    <constraint desc="" field="qc_flag" exp=""/>
+    <constraint desc="" field="dist_m" exp=""/>
+    <constraint desc="" field="margin" exp=""/>
+    <constraint desc="" field="pair_status" exp=""/>
+    <constraint desc="" field="note" exp=""/>
   </constraintExpressions>
   <expressionfields/>
-  <attributetableconfig sortExpression="" sortOrder="0" actionWidgetStyle="dropDown">
+  <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
     <columns/>
   </attributetableconfig>
   <conditionalstyles>
@@ -264,6 +264,6 @@
   <dataDefinedFieldProperties/>
   <widgets/>
   <previewExpression>"plot_id" || ': ' || "field_id" || ' - ' || "tree_id"</previewExpression>
-  <mapTip>Field tree [% "field_id" %], measured tree [% "tree_id" %]?&lt;br>[% "note" %]</mapTip>
+  <mapTip>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Feldbaum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol de campo' ELSE 'Field tree' END) %] [% "field_id" %], [% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'gemessener Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'árbol medido' ELSE 'measured tree' END) %] [% "tree_id" %]?[% coalesce('&lt;br>' || "note", '') %]</mapTip>
   <layerGeometryType>1</layerGeometryType>
 </qgis>

@@ -69,15 +69,21 @@ def _polar_kernel(
     gx0,
     gy0,
     gcell,
-    score,
+    bins,
 ):
-    """Pair scores on (distance, layer, radius, azimuth column), mean over the blocks of a layer."""
+    """Pair scores on (distance, layer, radius, azimuth column), mean over the blocks of a layer, as histogram bins."""
     n_rows, n_cols = ridge.shape
     n_r = radii.size
+    share = np.float32(1.0 / blocks)
+    sign, single = np.float32(SIGN_WEIGHT), np.float32(SINGLE_WEIGHT)
+    zero, top, scale = np.float32(0.0), np.float32(N_BINS - 1), np.float32(N_BINS / np.sqrt(T_MAX))
     for k in prange(n_d):
         d = d0 + k * dd
         e = np.empty(n_cols, np.float32)
-        f = np.empty((3, n_cols), np.float32)
+        f0 = np.empty(n_cols, np.float32)
+        f1 = np.empty(n_cols, np.float32)
+        f2 = np.empty(n_cols, np.float32)
+        score = np.empty((n_r, n_cols), np.float32)
         # Ground along this ring, every 16th column.
         n_knots = n_cols // 16 + 2
         ground = np.empty(n_knots)
@@ -86,65 +92,74 @@ def _polar_kernel(
             ground[m] = _ground(gz, gx0, gy0, gcell, centre[0] + d * np.cos(a), centre[1] + d * np.sin(a))
         for b in range(heights.size):
             layer = b // blocks
+            if b % blocks == 0:
+                score[:] = zero
             for m in range(n_knots - 1):
                 nadir = np.arctan2(d, centre[2] - 0.5 * (ground[m] + ground[m + 1]) - heights[b])
                 row = int((nadir - nadir0) / step_n + 0.5)
-                for j in range(m * 16, min(m * 16 + 16, n_cols)):
-                    if row < 0 or row >= n_rows:
-                        e[j] = 0.0
-                        f[0, j] = 0.0
-                        f[1, j] = 0.0
-                        f[2, j] = 0.0
-                    else:
+                if row < 0 or row >= n_rows:
+                    for j in range(m * 16, min(m * 16 + 16, n_cols)):
+                        e[j] = zero
+                        f0[j] = zero
+                        f1[j] = zero
+                        f2[j] = zero
+                else:
+                    for j in range(m * 16, min(m * 16 + 16, n_cols)):
                         value = ridge[row, j] * np.float32(1 / 255)
                         e[j] = value
-                        f[0, j] = value * unit[row, j, 0] * np.float32(1 / 127)
-                        f[1, j] = value * unit[row, j, 1] * np.float32(1 / 127)
-                        f[2, j] = value * unit[row, j, 2] * np.float32(1 / 127)
+                        value *= np.float32(1 / 127)
+                        f0[j] = value * unit[row, j, 0]
+                        f1[j] = value * unit[row, j, 1]
+                        f2[j] = value * unit[row, j, 2]
             for r in range(n_r):
                 half = int(np.arcsin(radii[r] / d) / step_a * 2 + 0.5)  # rounded to half columns
                 left = half // 2
-                right = half - left
-                out = score[k, layer, r]
-                share = np.float32(1.0 / blocks)
-                for j in range(left, n_cols - right):
-                    i2 = j + right
-                    i1 = j - left
-                    dot = f[0, i1] * f[0, i2] + f[1, i1] * f[1, i2] + f[2, i1] * f[2, i2]
-                    out[j] += share * (
-                        e[i1] * e[i2] - np.float32(SIGN_WEIGHT) * dot + np.float32(SINGLE_WEIGHT) * (e[i1] + e[i2])
-                    )
-
-
-@njit(**_FAST)
-def _histogram(score, step, counts):
-    n_d, n_layers, n_r, n_cols = score.shape
-    for k in range(0, n_d, step):
-        for m in range(n_layers):
-            for r in range(n_r):
-                for j in range(0, n_cols, 2):
-                    t = max(score[k, m, r, j], 0.0)
-                    b = min(int(np.sqrt(t / T_MAX) * N_BINS), N_BINS - 1)
-                    counts[m, r, b] += 1
+                n = n_cols - half
+                if n <= 0:
+                    continue
+                out = score[r, left : left + n]
+                e1, e2 = e[:n], e[half : half + n]
+                a1, a2 = f0[:n], f0[half : half + n]
+                b1, b2 = f1[:n], f1[half : half + n]
+                c1, c2 = f2[:n], f2[half : half + n]
+                for j in range(n):
+                    dot = a1[j] * a2[j] + b1[j] * b2[j] + c1[j] * c2[j]
+                    out[j] += share * (e1[j] * e2[j] - sign * dot + single * (e1[j] + e2[j]))
+            if b % blocks == blocks - 1:
+                for r in range(n_r):
+                    line, to = score[r], bins[k, layer, r]
+                    for j in range(n_cols):
+                        to[j] = np.uint16(min(np.sqrt(max(line[j], zero)) * scale, top))
 
 
 @njit(parallel=True, **_FAST)
-def _apply_lut(score, lut, out):
-    """(D, layer, radius, column) scores -> (D, column, layer, radius) log likelihood ratios."""
-    n_d, n_layers, n_r, n_cols = score.shape
-    for k in prange(n_d):
-        for m in range(n_layers):
+def _histogram(bins, step, counts):
+    n_d, n_layers, n_r, n_cols = bins.shape
+    for m in prange(n_layers):
+        for k in range(0, n_d, step):
             for r in range(n_r):
-                for j in range(n_cols):
-                    t = max(score[k, m, r, j], np.float32(0.0))
-                    b = min(int(np.sqrt(t / np.float32(T_MAX)) * N_BINS), N_BINS - 1)
-                    out[k, j, m, r] = lut[m, r, b]
+                for j in range(0, n_cols, 2):
+                    counts[m, r, bins[k, m, r, j]] += 1
+
+
+@njit(parallel=True, **_FAST)
+def _apply_lut(bins, lut, out):
+    """(D, layer, radius, column) bins -> (D, column, layer, radius) log likelihood ratios."""
+    n_d, n_layers, n_r, n_cols = bins.shape
+    for k in prange(n_d):
+        for first in range(0, n_cols, 32):
+            last = min(first + 32, n_cols)
+            for m in range(n_layers):
+                for r in range(n_r):
+                    values, line = lut[m, r], bins[k, m, r]
+                    for j in range(first, last):
+                        out[k, j, m, r] = values[line[j]]
 
 
 @njit(parallel=True, **_FAST)
 def _accumulate(llr, unknown, azimuth0, step_a, cx, cy, d0, dd, x0, y0, cell, mask, shift_x, shift_y, total):
     n_y, n_x = mask.shape
-    n_d, n_cols, n_layers, n_r = llr.shape
+    n_d, n_cols, n_values = llr.shape
     for i in prange(n_y):
         for j in range(n_x):
             if not mask[i, j]:
@@ -155,43 +170,40 @@ def _accumulate(llr, unknown, azimuth0, step_a, cx, cy, d0, dd, x0, y0, cell, ma
             swing -= 2 * np.pi * np.floor((swing + 0.2) / (2 * np.pi))
             column = int(swing / step_a + 0.5)
             k = int((np.sqrt(x * x + y * y) - d0) / dd + 0.5)
+            to = total[i, j]
             if column < 0 or column >= n_cols or k < 0 or k >= n_d:
-                for m in range(n_layers):
-                    for r in range(n_r):
-                        total[i, j, m, r] += unknown[m, r]
-                continue
-            for m in range(n_layers):
-                for r in range(n_r):
-                    total[i, j, m, r] += llr[k, column, m, r]
+                for m in range(n_values):
+                    to[m] += unknown[m]
+            else:
+                values = llr[k, column]
+                for m in range(n_values):
+                    to[m] += values[m]
 
 
 @njit(parallel=True, **_FAST)
-def _lines(total, mask, leans, lever, cell, penalty, best, which_lean, which_r):
-    """Best sum of layers along straight lines through every cell; radius may fall one step upwards."""
-    n_y, n_x, n_layers, n_r = total.shape
+def _lines(layers, mask, leans, lever, cell, penalty, best, which_lean, which_r):
+    """Best sum of layers along straight lines through every cell. layers: (M, Y, X, R), a row of cells contiguous."""
+    n_layers, n_y, n_x, n_r = layers.shape
     for i in prange(n_y):
-        line = np.empty(n_r, np.float32)
-        for j in range(n_x):
-            if not mask[i, j]:
-                continue
-            for k in range(leans.shape[0]):
-                line[:] = -penalty * (leans[k, 0] ** 2 + leans[k, 1] ** 2)
-                for m in range(n_layers):
-                    b = j + int(np.round(leans[k, 0] * lever[m] / cell))
-                    a = i + int(np.round(leans[k, 1] * lever[m] / cell))
-                    if a < 0 or b < 0 or a >= n_y or b >= n_x:
-                        continue
-                    values = total[a, b, m]
-                    if lever[m] > 1.0:
-                        line[0] += values[0]
-                        for r in range(1, n_r):
-                            line[r] += max(values[r], values[r - 1])
-                    else:
-                        for r in range(n_r):
-                            line[r] += values[r]
+        line = np.empty(n_x * n_r, np.float32)
+        for k in range(leans.shape[0]):
+            line[:] = -penalty * (leans[k, 0] ** 2 + leans[k, 1] ** 2)
+            for m in range(n_layers):
+                aside = int(np.round(leans[k, 0] * lever[m] / cell))
+                a = i + int(np.round(leans[k, 1] * lever[m] / cell))
+                first, last = max(0, -aside), min(n_x, n_x - aside)
+                if a < 0 or a >= n_y or last <= first:
+                    continue
+                values = layers[m, a].reshape(-1)[(first + aside) * n_r : (last + aside) * n_r]
+                to = line[first * n_r : last * n_r]
+                for c in range(values.size):
+                    to[c] += values[c]
+            for j in range(n_x):
+                if not mask[i, j]:
+                    continue
                 for r in range(n_r):
-                    if line[r] > best[i, j]:
-                        best[i, j] = line[r]
+                    if line[j * n_r + r] > best[i, j]:
+                        best[i, j] = line[j * n_r + r]
                         which_lean[i, j] = k
                         which_r[i, j] = r
 
@@ -258,10 +270,16 @@ class Detector:
         self.luts.clear()
         dd = 0.18
         g = self.ground
-        for plumb in self.maps:
+        # One photo's bins and ratios at a time, in memory that is asked for once.
+        rings = [int((plumb.distance[1] - float(plumb.distance[0])) / dd) + 2 for plumb in self.maps]
+        each = N_LAYERS * len(self.radii)
+        most = max((n_d * plumb.ridge.shape[1] for n_d, plumb in zip(rings, self.maps, strict=True)), default=0)
+        bin_store, llr_store = np.empty(most * each, np.uint16), np.empty(most * each, np.float32)
+        for n_d, plumb in zip(rings, self.maps, strict=True):
             d0 = float(plumb.distance[0])
-            n_d = int((plumb.distance[1] - d0) / dd) + 2
-            score = np.zeros((n_d, N_LAYERS, len(self.radii), plumb.ridge.shape[1]), np.float32)
+            n_cols = plumb.ridge.shape[1]
+            size = n_d * n_cols * each
+            bins = bin_store[:size].reshape(n_d, N_LAYERS, len(self.radii), n_cols)
             _polar_kernel(
                 plumb.ridge,
                 plumb.unit,
@@ -280,15 +298,16 @@ class Detector:
                 g.x0,
                 g.y0,
                 g.cell,
-                score,
+                bins,
             )
             counts = np.zeros((N_LAYERS, len(self.radii), N_BINS), np.int64)
-            _histogram(score, 3, counts)
+            _histogram(bins, 3, counts)
             lut = rank_lut(counts)
             self.luts.append(lut)
-            llr = np.empty((n_d, plumb.ridge.shape[1], N_LAYERS, len(self.radii)), np.float32)
-            _apply_lut(score, lut, llr)
-            unknown = np.ascontiguousarray(lut[..., N_BINS])
+            by_layer = llr_store[:size].reshape(n_d, n_cols, N_LAYERS, len(self.radii))
+            _apply_lut(bins, lut, by_layer)
+            llr = by_layer.reshape(n_d, n_cols, each)
+            unknown = lut[..., N_BINS].ravel()
             where = (
                 unknown,
                 plumb.azimuth0,
@@ -302,10 +321,10 @@ class Detector:
                 self.cell,
                 self.mask,
             )
-            _accumulate(llr, *where, 0.0, 0.0, total)
+            _accumulate(llr, *where, 0.0, 0.0, total.reshape(*self.mask.shape, -1))
             if decoy:
                 angle, far = rng.uniform(0, 2 * np.pi), rng.uniform(0.7, 3.0)
-                _accumulate(llr, *where, far * np.cos(angle), far * np.sin(angle), chance)
+                _accumulate(llr, *where, far * np.cos(angle), far * np.sin(angle), chance.reshape(*self.mask.shape, -1))
         return total, chance
 
     def seeds(
@@ -315,10 +334,17 @@ class Detector:
         return self.peaks(self.lines(total, leans, penalty), leans, apart_m, most)
 
     def lines(self, total: np.ndarray, leans: np.ndarray, penalty: float) -> tuple[np.ndarray, ...]:
-        """Best sum of layers along a line through every cell, and the index of its lean and of its radius."""
+        """Best sum of layers along a line through every cell, and the index of its lean and of its radius.
+
+        The radius may fall one step above breast height + 1 m.
+        """
         best = np.full(self.mask.shape, -np.inf, np.float32)
         lean, radius = np.zeros(best.shape, np.int64), np.zeros(best.shape, np.int64)
-        _lines(total, self.mask, leans, self.lever, self.cell, penalty, best, lean, radius)
+        layers = np.ascontiguousarray(total.transpose(2, 0, 1, 3))
+        for layer, lever in zip(layers, self.lever, strict=False):
+            if lever > 1.0:
+                np.maximum(layer[..., 1:], layer[..., :-1].copy(), out=layer[..., 1:])
+        _lines(layers, self.mask, leans, self.lever, self.cell, penalty, best, lean, radius)
         return best, lean, radius
 
     def peaks(self, lines: tuple[np.ndarray, ...], leans: np.ndarray, apart_m: float, most: int = 400) -> list[Seed]:

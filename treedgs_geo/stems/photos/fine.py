@@ -48,6 +48,66 @@ class FineFit:
     evidence: float = 0.0
 
 
+@njit(**_FAST)
+def _expectation(
+    v, group, u, p, design, sd, none, lam, lam_offset, rest, rounds, x, offset, post, total, normal_matrix
+):
+    """Expectation-maximisation of :func:`_solve`; x, offset, post, total and normal_matrix are changed in place.
+
+    Each block and side has at most one true edge: its candidates compete, with "none of them" beside them.
+    """
+    n, k = design.shape
+    n_views = offset.size
+    h = np.empty(n_views)
+    g = np.empty(n_views)
+    cross = np.empty((n_views, k))
+    right = np.empty(k)
+    for step in range(rounds):
+        spread = 1.6 if step == 0 else 1.0
+        total[:] = 0.0
+        for i in range(n):
+            e = u[i] - offset[v[i]]
+            for a in range(k):
+                e -= design[i, a] * x[a]
+            wide = sd[i] * spread
+            post[i] = p[i] * np.exp(-0.5 * (e / wide) ** 2) / (wide * 2.5066)
+            total[group[i]] += post[i]
+        h[:] = lam_offset
+        g[:] = 0.0
+        cross[:] = 0.0
+        right[:] = lam * rest
+        normal_matrix[:] = 0.0
+        for i in range(n):
+            post[i] /= max(total[group[i]] + none[group[i]], 1e-12)
+            w = post[i] / (sd[i] * sd[i])
+            if w == 0.0:
+                continue
+            h[v[i]] += w
+            g[v[i]] += w * u[i]
+            for a in range(k):
+                share = w * design[i, a]
+                cross[v[i], a] += share
+                right[a] += share * u[i]
+                for c in range(a + 1):
+                    normal_matrix[a, c] += share * design[i, c]
+        for m in range(n_views):
+            for a in range(k):
+                share = cross[m, a] / h[m]
+                right[a] -= share * g[m]
+                for c in range(a + 1):
+                    normal_matrix[a, c] -= share * cross[m, c]
+        for a in range(k):
+            normal_matrix[a, a] += lam[a]
+            for c in range(a):
+                normal_matrix[c, a] = normal_matrix[a, c]
+        x[:] = np.linalg.solve(normal_matrix, right)
+        for m in range(n_views):
+            o = g[m]
+            for a in range(k):
+                o -= cross[m, a] * x[a]
+            offset[m] = o / h[m]
+
+
 @njit(parallel=True, **_FAST)
 def _candidates_kernel(coherence, gradient, u0, du, q, px_m, widen, radius, slope, window_px, most, place, weight):
     """Sub-pixel maxima of the mean gradient near both expected edges: place, weight (V, B, 2, K); place NaN if none."""
@@ -121,8 +181,10 @@ def refine(
     sigma_px: float = 0.8,
     windows_px: tuple[float, ...] = (2.6, 2.4, 2.2),
     known: np.ndarray = NO_STEMS,
+    skip: np.ndarray | None = None,
 ) -> FineFit | None:
     """Refine a stem. seen: (V,) probability that a view sees it. known: other stems (:func:`.strips.hide_known`).
+    skip: (V, 2) bool, left and right sides that are not its own edge.
 
     Returns None where too few edges are found.
     """
@@ -134,6 +196,8 @@ def refine(
         hide_known(strips, stack, axis, known, 0.01)
         window = windows_px[min(cut, len(windows_px) - 1)]
         place, prior = edge_candidates(strips, r0, r1, window)
+        if skip is not None:
+            place[np.broadcast_to(skip[:, None, :, None], place.shape)] = np.nan
         solved = _solve(strips, place, prior, r0, r1, seen, window, offset_sd_px, inner, axis)
         if solved is None:
             return None
@@ -172,33 +236,19 @@ def _solve(
     lam_offset = 1 / (offset_sd_px * strips.px_m) ** 2
     x = np.array([0, 0, 0, 0, 0, 0, r0, r1], float)
     rest = np.array([0, 0, 0, 0, -axis.c[0], -axis.c[1], 0, TAPER_PRIOR[0]])
-    offset = np.zeros(len(strips.px_m))
     group = (v * strips.coherence.shape[1] + b) * 2 + s
-    n_groups = len(strips.px_m) * strips.coherence.shape[1] * 2
-    uniform = 1.0 / (2 * window * px)
-    n_views = len(offset)
-    for step in range(inner):
-        e = u - design @ x - offset[v]
-        wide = sd * (1.6 if step == 0 else 1.0)
-        like = p * np.exp(-0.5 * (e / wide) ** 2) / (wide * 2.5066)
-        # Each block and side has at most one true edge: its candidates compete, with "none of them" beside them.
-        total = np.bincount(group, like, n_groups)
-        none = np.zeros(n_groups)
-        np.maximum.at(none, group, (1 - p) * uniform)
-        post = like / np.maximum(total + none, 1e-12)[group]
-        w = post / sd**2
-        h_vv = np.bincount(v, w, n_views) + lam_offset
-        cross = np.zeros((n_views, 8))
-        for k in range(8):
-            cross[:, k] = np.bincount(v, w * design[:, k], n_views)
-        g_v = np.bincount(v, w * u, n_views)
-        normal_matrix = (design * w[:, None]).T @ design - (cross / h_vv[:, None]).T @ cross + np.diag(lam)
-        right = design.T @ (w * u) - cross.T @ (g_v / h_vv) + lam * rest
-        try:
-            x = np.linalg.solve(normal_matrix, right)
-        except np.linalg.LinAlgError:
-            return None
-        offset = (g_v - cross @ x) / h_vv
+    n_views = len(strips.px_m)
+    n_groups = n_views * strips.coherence.shape[1] * 2
+    none = np.zeros(n_groups)
+    np.maximum.at(none, group, (1 - p) / (2 * window * px))
+    offset, post, total = np.zeros(n_views), np.zeros(len(u)), np.zeros(n_groups)
+    normal_matrix = np.zeros((8, 8))
+    try:
+        _expectation(
+            v, group, u, p, design, sd, none, lam, lam_offset, rest, inner, x, offset, post, total, normal_matrix
+        )
+    except np.linalg.LinAlgError:
+        return None
     e = u - design @ x - offset[v]
     mass = np.bincount(v * 2 + s, post, 2 * n_views).reshape(-1, 2)
     moment = np.bincount(v * 2 + s, post * e * sign, 2 * n_views).reshape(-1, 2)

@@ -74,6 +74,7 @@ def _map_kernel(
     taps /= np.float32(total)
     wide = n_cols + 2 * half
     slope = np.zeros((n_rows, 3, n_cols), np.float32)
+    energy = np.empty((n_rows, n_cols), np.float32)
     inside = np.zeros((n_rows, n_cols), np.bool_)
     n_knots = wide // 16 + 2
     for i in prange(n_rows):
@@ -103,15 +104,21 @@ def _map_kernel(
             line[0, j] = colour[0]
             line[1, j] = colour[1]
             line[2, j] = colour[2]
+        for ch in range(3):
+            row = slope[i, ch]
+            for m in range(2 * half + 1):
+                tap = taps[m]
+                shifted = line[ch, m : m + n_cols]
+                for j in range(n_cols):
+                    row[j] += tap * shifted[j]
         for j in range(n_cols):
-            if not (good[j] and good[j + 2 * half]):
-                continue
-            inside[i, j] = True
-            for ch in range(3):
-                g = np.float32(0.0)
-                for m in range(2 * half + 1):
-                    g += taps[m] * line[ch, j + m]
-                slope[i, ch, j] = g
+            if good[j] and good[j + 2 * half]:
+                inside[i, j] = True
+            else:
+                for ch in range(3):
+                    slope[i, ch, j] = 0.0
+        for j in range(n_cols):
+            energy[i, j] = slope[i, 0, j] ** 2 + slope[i, 1, j] ** 2 + slope[i, 2, j] ** 2
     for i in prange(n_rows):
         angle = nadir0 + i * step_n
         slant = below / np.cos(angle)
@@ -128,15 +135,19 @@ def _map_kernel(
             for k in range(low, high + 1):
                 aside = int(np.round((k - i) * slants[which] * columns_a_row))
                 first, last = max(0, -aside), min(n_cols, n_cols - aside)
+                if last <= first:
+                    continue
                 for ch in range(3):
-                    for j in range(first, last):
-                        g = slope[k, ch, j + aside]
-                        mean[ch, j] += g
-                        power[j] += g * g
+                    to, shifted = mean[ch, first:last], slope[k, ch, first + aside : last + aside]
+                    for j in range(last - first):
+                        to[j] += shifted[j]
+                to, shifted = power[first:last], energy[k, first + aside : last + aside]
+                for j in range(last - first):
+                    to[j] += shifted[j]
             for j in range(n_cols):
                 if inside[low, j] and inside[high, j]:
                     m2 = (mean[0, j] ** 2 + mean[1, j] ** 2 + mean[2, j] ** 2) / (n * n)
-                    value = m2 / (power[j] / n + tau * tau)
+                    value = m2 / (power[j] / n + np.float32(tau * tau))
                     if value > e[j]:
                         e[j] = value
                         for ch in range(3):

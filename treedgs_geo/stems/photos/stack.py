@@ -2,27 +2,37 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...core.errors import InputError
 from ...core.progress import Reporter
-from ...reconstruction.cameras import View
+from ...reconstruction.cameras import Camera, View
 from ..area import Area
 
 #: Oblique enough: sine of the nadir angle at which a photo sees the plot centre.
 MIN_SIN_NADIR = 0.3
+#: Photos that are decoded at once, at most.
+MOST_READERS = 4
+#: Linear light of a photo's 0..1 values is their power of this (as the fit takes them).
+GAMMA = 2.2
+#: Finer pixels on the ground than this (m) are averaged, two by two or more: a stem's edges are found to a fraction of
+#: a pixel anyway, and four times the pixels cost four times the memory.
+FINEST_GSD_M = 0.008
 
 
 @dataclass(frozen=True)
 class PhotoStack:
     """Crops of V photos and their cameras.
 
-    views: the V views. pixels: (N,) uint8, all crops one after the other, row-major BGR. start: (V,) int64 first byte.
-    shape: (V, 2) int64 rows and columns. corner: (V, 2) int64 photo row and column of the first pixel.
-    camera: (V, 20) float64: R row-major, t, fx, fy, cx, cy, k1, k2, p1, p2. centre: (V, 3) float64 camera centres.
+    views: the V views, with the cameras of the reduced photos. pixels: (N,) uint8, all crops one after the other,
+    row-major BGR. start: (V,) int64 first byte. shape, corner: (V, 2) int64 rows and columns; photo row and
+    column of the first pixel. camera: (V, 20) float64: R row-major, t, fx, fy, cx, cy, k1, k2, p1, p2. centre: (V, 3)
+    float64 camera centres.
     """
 
     views: list[View]
@@ -132,6 +142,29 @@ def choose_views(views: list[View], area: Area, ground_z: float, max_views: int)
     return sorted(kept[i] for i in chosen)
 
 
+def shrink_factor(camera: Camera, depth_m: float) -> int:
+    """By how much a photo is reduced: whole pixels that fit into :data:`FINEST_GSD_M` at a depth; 1 = as it is."""
+    return max(int(FINEST_GSD_M * max(camera.fx, camera.fy) / max(depth_m, 1e-6)), 1)
+
+
+def shrunk_camera(camera: Camera, k: int) -> Camera:
+    """The camera of a photo whose pixels were averaged k by k (pixel centres are at +0.5, so all scales alike)."""
+    return replace(camera, width=camera.width // k, height=camera.height // k, fx=camera.fx / k, fy=camera.fy / k,
+                   cx=camera.cx / k, cy=camera.cy / k)
+
+
+def shrink(image: np.ndarray, k: int) -> np.ndarray:
+    """(H, W, 3) uint8 -> (H / k, W / k, 3) uint8, contiguous: means of k x k pixels in linear light, as a coarser
+    sensor would have counted them. H and W are multiples of k."""
+    import cv2
+
+    if k == 1:
+        return np.ascontiguousarray(image)
+    linear = cv2.LUT(image, ((np.arange(256) / 255.0) ** GAMMA).astype(np.float32))
+    small = cv2.resize(linear, (image.shape[1] // k, image.shape[0] // k), interpolation=cv2.INTER_AREA)
+    return np.ascontiguousarray(np.rint(255.0 * small ** (1 / GAMMA)).astype(np.uint8))
+
+
 def load_stack(
     views: list[View],
     area: Area,
@@ -141,40 +174,38 @@ def load_stack(
     reporter: Reporter | None = None,
     top_m: float = 6.0,
 ) -> PhotoStack:
-    """Read the crops that cover the area from the ground to ``top_m``. Unreadable photos are reported and left out.
+    """Read the crops that cover the area from the ground to ``top_m``. Unreadable photos are reported and left out;
+    pixels much finer than :data:`FINEST_GSD_M` are averaged.
 
     Raises:
         InputError: a photo whose size differs from its camera's.
     """
-    import cv2
-
     reporter = reporter or Reporter()
     outline = np.vstack([area.outline(margin_m), area.centres])
     z = ground.at(outline[:, 0], outline[:, 1])
     hull = np.vstack([np.column_stack([outline, z - 0.3]), np.column_stack([outline, z + top_m])])
-    crops, kept, corners = [], [], []
+    wanted: list[tuple[View, int, tuple[int, int, int, int]]] = []
     for index in choose_views(views, area, float(np.median(ground.z)), max_views):
         view = views[index]
         pixels, depth = view.project(hull)
         pixels = pixels[np.isfinite(pixels).all(axis=1)]
         camera = view.camera
-        left, top = np.clip(np.floor(pixels.min(axis=0)) - 3, 0, None).astype(int)
-        right = int(min(np.ceil(pixels[:, 0].max()) + 3, camera.width))
-        bottom = int(min(np.ceil(pixels[:, 1].max()) + 3, camera.height))
-        if right - left < 32 or bottom - top < 32:
-            continue
-        image = cv2.imread(str(view.path), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
-        if image is None:
-            reporter.warn(f"{view.path}: cannot be read as an image; it is left out.")
-            continue
-        if image.shape[:2] != (camera.height, camera.width):
-            raise InputError(
-                f"{view.path}: is {image.shape[1]} x {image.shape[0]} pixels, expected {camera.width} x "
-                f"{camera.height} as when it was aligned; give the original photo."
-            )
-        crops.append(np.ascontiguousarray(image[top:bottom, left:right]).ravel())
-        corners.append((top, left, bottom - top, right - left))
-        kept.append(view)
+        k = shrink_factor(camera, float(np.median(depth)))
+        left, top = np.clip(np.floor(pixels.min(axis=0) / k) - 3, 0, None).astype(int) * k
+        right = int(min(np.ceil(pixels[:, 0].max() / k) + 3, camera.width // k)) * k
+        bottom = int(min(np.ceil(pixels[:, 1].max() / k) + 3, camera.height // k)) * k
+        if right - left >= 32 * k and bottom - top >= 32 * k:
+            wanted.append((view, k, (top, left, bottom, right)))
+    crops, kept, corners = [], [], []
+    # Decoding leaves Python's lock free; few photos at a time, because large ones are large while they are decoded.
+    with ThreadPoolExecutor(max_workers=min(os.cpu_count() or 1, MOST_READERS)) as readers:
+        for (view, k, (top, left, bottom, right)), crop in zip(wanted, readers.map(_crop, wanted), strict=True):
+            if crop is None:
+                reporter.warn(f"{view.path}: cannot be read as an image; it is left out.")
+                continue
+            crops.append(crop)
+            corners.append((top // k, left // k, (bottom - top) // k, (right - left) // k))
+            kept.append(view if k == 1 else replace(view, camera=shrunk_camera(view.camera, k)))
     box = np.array(corners, np.int64).reshape(-1, 4)
     sizes = np.array([crop.size for crop in crops], np.int64)
     return PhotoStack(
@@ -186,3 +217,20 @@ def load_stack(
         camera=np.array([camera_row(view) for view in kept]).reshape(-1, 20),
         centre=np.array([view.centre for view in kept]).reshape(-1, 3),
     )
+
+
+def _crop(wanted: tuple[View, int, tuple[int, int, int, int]]) -> np.ndarray | None:
+    """(N,) uint8: one photo's crop (top, left, bottom, right) by its reduction; ``None`` where it cannot be read."""
+    import cv2
+
+    view, k, (top, left, bottom, right) = wanted
+    camera = view.camera
+    image = cv2.imread(str(view.path), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
+    if image is None:
+        return None
+    if image.shape[:2] != (camera.height, camera.width):
+        raise InputError(
+            f"{view.path}: is {image.shape[1]} x {image.shape[0]} pixels, expected {camera.width} x "
+            f"{camera.height} as when it was aligned; give the original photo."
+        )
+    return shrink(image[top:bottom, left:right], k).ravel()

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
+from scipy.special import stdtrit
 
 from .backdrop import Backdrop, Silhouette, cut_silhouette
-from .coarse import SEEN_MEAN_Z, SEEN_PRIOR, Z_CAP, Mode, Null, NullBuilder, Prior, Search, terminators
+from .choice import Explanation, choose
+from .coarse import Mode, Null, NullBuilder, Prior, Search, distinct, terminators
+from .coarse_kernels import SEEN_MEAN_Z, SEEN_PRIOR, Z_CAP
 from .detect import Seed
-from .fine import NO_STEMS, TAPER_PRIOR, FineFit, refine
+from .fine import NO_STEMS, FineFit, refine
 from .foot import breast_height, moved
 from .options import PhotoStemOptions
+from .outline import settle
 from .stack import GroundGrid, PhotoStack
 from .strips import Axis, cut_strips, draw_ridges, hide_known
+from .touching import Pair, crowded, find_companion, pair_contrast, pair_z
+from .verdict import GAIN_MERGED, verdict
 
 #: The band that is searched (m above ground) and the one that is fitted: above the butt, whose swell a straight taper
 #: would carry up to breast height.
@@ -24,23 +30,17 @@ FINE_BAND = 0.6, 3.5
 CLEAR_Z = 2.5
 #: Scores on the grid and after polishing below which a seed is not worth refining, unless its silhouette is clear.
 MIN_RAW, MIN_POLISHED = 38.0, 50.0
-#: Lead in edge score over the next explanation that still leaves a doubt.
-DOUBTED_GAP = 9.0
-#: Weights of the further witnesses in the joint score: sub-pixel evidence, taper (sd 0.3 cm/m), ragged edges (1/px).
-EVIDENCE_WEIGHT, TAPER_COST, RAGGED_COST = 0.5, 0.02, 1.0
-#: Explanations whose diameters differ less than this are one answer, cm.
-SAME_DBH_CM = 2.0
-#: A lead in the joint score (:func:`choose`) below the first is no decision, below the second doubtful.
-LEAD_REFUSED, LEAD_DOUBTFUL = 0.10, 0.45
-#: Edge score (log likelihood ratio) from which a stem is measured and from which without doubt: where the silhouette
-#: stands out, and where the edges are all there is (chance reaches about 45).
-LLR_MEASURED, LLR_OK = 18.0, 35.0
-LLR_MEASURED_ALONE, LLR_OK_ALONE = 52.0, 60.0
-#: Silhouette contrast (of what chance reaches) below which a stem is doubted.
-FAINT = 0.7
-#: The silhouette reads this much thinner than the edges (cm): ground shows through at the blurred rim. And how far it
-#: may be off before the tree is doubted or refused, cm and share of the diameter.
-OUTLINE_OFFSET_CM, OUTLINE_DOUBT, OUTLINE_REFUSE = 1.0, (2.5, 0.10), (4.0, 0.18)
+#: Standard error of the diameter of a stem that another one touches, cm.
+PAIR_SE_CM = 1.1
+#: Standard deviation of a stem's width with direction, share of the diameter: 5 % / 2 / sqrt(2) for stems whose widest
+#: and narrowest diameters differ by 5 %, as conifers' do on average.
+OVAL_SD = 0.018
+#: Weights of the three parts of the standard error (:func:`standard_error_cm`).
+SE_SCATTER, SE_FORMAL, SE_PIXEL = 2.2, 2.6, 1.0
+#: Edges are looked for this far from where they are expected, px, cut by cut; nearer where another edge is close.
+WINDOWS_PX, PAIR_WINDOWS_PX = (2.6, 2.4, 2.2), (1.6, 1.4, 1.4)
+#: Silhouettes, clearest first, that are followed as they are.
+MOST_SETTLED = 2
 
 
 @dataclass(frozen=True)
@@ -52,9 +52,9 @@ class StemFit:
     reasons: keys of ``measure.quality.REASONS``. seed_score: of the detection. llr: log likelihood ratio of the fit.
     gap: its lead over the next different explanation. n_views: photos that see it clearly. kish: effective photos.
     arc_deg: spread of their azimuths. rms_px: edge residual. polish_cm: diameter of the coarse stage. seen: (V,)
-    probability that each photo sees it. contrast: of the silhouette, in units of what chance reaches. lead: over the
-    next different explanation in the joint score of edges and silhouette. outline_cm: diameter of the silhouette alone.
-    foot_z: ground on the uphill side of the foot, local metres.
+    probability that each photo sees it. contrast: of the silhouette, in units of what chance reaches. sure: how
+    probable this diameter is among the explanations tried. outline_cm: diameter of the silhouette alone.
+    foot_z: ground on the uphill side of the foot, local metres. gain: of "another stem touches it" over one stem.
     """
 
     axis: Axis
@@ -74,9 +74,10 @@ class StemFit:
     polish_cm: float
     seen: np.ndarray = field(repr=False)
     contrast: float = np.nan
-    lead: float = np.nan
+    sure: float = np.nan
     outline_cm: float = np.nan
     foot_z: float = np.nan
+    gain: float = 0.0
 
     @property
     def lean_deg(self) -> float:
@@ -125,57 +126,104 @@ class Fitter:
         if (not raw or raw[0].score < MIN_RAW) and not stands_out:
             return None
         share = 0.8 if quick else 0.3
-        modes = sorted((search.polish(m) for m in raw if m.score > share * raw[0].score), key=lambda m: -m.score)
+        modes = search.polish_all([m for m in raw if m.score > share * raw[0].score])
+        modes.sort(key=lambda m: -m.score)
         if (not modes or modes[0].score < MIN_POLISHED) and not stands_out:
             return None
         finalists = [mode for mode in distinct(modes)[:5] if mode.score > 0.4 * modes[0].score]
         if quick:
             finalists = finalists[:1]
         else:
-            drawn = [search.polish(Mode(*[*map(float, shape), 0.0])) for shape in shapes]
+            drawn = search.polish_all([Mode(*[*map(float, shape), 0.0]) for shape in shapes])
+            if outline is not None and stands_out:
+                drawn += [self._settled(search, outline, shape) for shape in shapes[:MOST_SETTLED]]
             finalists = distinct(finalists + (search.wholes(modes[0]) if modes else []) + drawn, 0.012, 0.006)
+        if not quick:
+            finalists = self._worthwhile(finalists, outline)
         tried = []
         for mode in finalists:
             seen = seen_probability(search.z(mode.vector))
             axis = Axis(start.p + mode.vector[:2], start.s + mode.vector[2:4], np.zeros(2), ground_z, self.options.bh_m)
-            fine = refine(
-                self.stack,
-                axis,
-                mode.r,
-                -0.0045,
-                seen,
-                *FINE_BAND,
-                self.options.offset_sd_px,
-                cuts=1 if quick else 3,
-                known=known,
-            )
+            fine = self._refine(axis, mode.r, -0.0045, seen, known, WINDOWS_PX[:1] if quick else WINDOWS_PX[:2])
             if fine is None or fine.r0 < 0.015:
                 continue
             vector = np.array([*(fine.axis.p - start.p), *(fine.axis.s - start.s), fine.r0])
             contrast = 0.0 if outline is None else outline.contrast(vector)
-            tried.append(Explanation(search.score(vector), contrast, mode, fine, vector))
+            tried.append(Explanation(search.score(vector), contrast, mode, fine, vector, search.z(vector)))
         if not tried:
             return None
-        best, gap, lead = choose(tried, 0.0 if outline is None or quick else self._trust(outline, shapes), self.sun)
-        z = search.z(best.vector)
-        fine = best.fine
-        if not quick:
-            fine = (
-                refine(
-                    self.stack,
-                    fine.axis,
-                    fine.r0,
-                    fine.r1,
-                    seen_probability(z),
-                    *FINE_BAND,
-                    self.options.offset_sd_px,
-                    cuts=1,
-                    windows_px=(2.2,),
-                    known=known,
-                )
-                or fine
-            )
-        return self._judge(seed, best, fine, gap, lead, z, None if quick else outline)
+        if quick:
+            best = max(tried, key=lambda item: item.edges)
+            return self._judge(seed, best, best.fine, best.edges, np.nan, None)
+        tried = self._compared(tried, known)
+        trust = 0.0 if outline is None else self._trust(outline, shapes)
+        best, gap, sure = choose(tried, trust, self.chance, self.sun)
+        pair = find_companion(search, start, [item.vector for item in tried] + [mode.vector for mode in modes])
+        gain = 0.0 if pair is None else pair.gain
+        if pair is not None and pair.gain > GAIN_MERGED:
+            best = self._with_companion(search, start, pair, outline, known) or best
+            # Which single disc would be the next best is no longer the question.
+            sure = 1.0 if best.mate is not None and np.isfinite(sure) else sure
+        fine, hidden, window = best.fine, known, WINDOWS_PX[2:]
+        if best.mate is not None:
+            hidden, window = np.vstack([known, best.mate]), PAIR_WINDOWS_PX[2:]
+        seen = seen_probability(best.z)
+        fine = self._refine(fine.axis, fine.r0, fine.r1, seen, hidden, window, best.skip) or fine
+        return self._judge(seed, best, fine, gap, sure, outline, gain)
+
+    def _worthwhile(self, modes: list[Mode], outline: Silhouette | None) -> list[Mode]:
+        """Without those that neither edges nor silhouette speak for."""
+        score = max((mode.score for mode in modes), default=0.0)
+        contrast = [0.0 if outline is None else outline.contrast(mode.vector) for mode in modes]
+        most = max(contrast, default=0.0) if outline is not None else np.inf
+        return [m for m, c in zip(modes, contrast, strict=True) if m.score > 0.5 * score or c > 0.75 * most]
+
+    def _compared(self, tried: list[Explanation], known: np.ndarray) -> list[Explanation]:
+        """The same with evidence and residual over the same photos for all."""
+        seen = np.max([seen_probability(item.z) for item in tried], axis=0)
+        out = []
+        for item in tried:
+            fine = item.fine
+            again = self._refine(fine.axis, fine.r0, fine.r1, seen, known, WINDOWS_PX[2:])
+            if again is not None:
+                out.append(replace(item, evidence=again.evidence, rms_px=again.rms_px))
+        return out or tried
+
+    def _refine(
+        self,
+        axis: Axis,
+        r0: float,
+        r1: float,
+        seen: np.ndarray,
+        known: np.ndarray,
+        windows_px: tuple[float, ...],
+        skip: np.ndarray | None = None,
+    ) -> FineFit | None:
+        cuts, offset = len(windows_px), self.options.offset_sd_px
+        return refine(
+            self.stack, axis, r0, r1, seen, *FINE_BAND, offset, cuts, windows_px=windows_px, known=known, skip=skip
+        )
+
+    def _settled(self, search: Search, outline: Silhouette, shape: np.ndarray) -> Mode:
+        p = settle(search, outline, self.chance, shape)
+        return Mode(*[*map(float, p), search.score(p)])
+
+    def _with_companion(
+        self, search: Search, start: Axis, pair: Pair, outline: Silhouette | None, known: np.ndarray
+    ) -> Explanation | None:
+        """The place as a stem that another one touches, measured by the edges that are its own."""
+        v, mate = pair.vector, pair.mate_row(start)
+        axis = Axis(start.p + v[:2], start.s + v[2:4], np.zeros(2), start.ground_z, start.bh_m)
+        seen, skip = seen_probability(pair_z(search, v)), crowded(v, search.strips.normal)
+        fine = self._refine(axis, v[4], -0.0045, seen, np.vstack([known, mate]), PAIR_WINDOWS_PX, skip)
+        if fine is None or fine.r0 < 0.015:
+            return None
+        vector = np.array([*(fine.axis.p - start.p), *(fine.axis.s - start.s), fine.r0])
+        both = np.concatenate([vector, v[5:]])
+        contrast = 0.0 if outline is None else pair_contrast(outline, both)
+        mode = Mode(*[*map(float, v[:5]), pair.score])
+        z = pair_z(search, v)
+        return Explanation(pair.score, contrast, mode, fine, vector, z, mate=mate, skip=skip)
 
     def _trust(self, outline: Silhouette, shapes: list[np.ndarray]) -> float:
         """0..1: how much the silhouette says here, by how far it stands out from what chance reaches."""
@@ -183,26 +231,37 @@ class Fitter:
             return 0.0
         return float(np.clip(outline.contrast(shapes[0]) / self.chance, 0.0, 1.0))
 
+    def _px_cm(self, axis: Axis, views: np.ndarray) -> float:
+        """Median size of a pixel at the stem, over ``views`` or all."""
+        foot = np.array([*axis.p, axis.ground_z + axis.bh_m])
+        size = 100 * np.linalg.norm(self.stack.centre - foot, axis=1) / self.stack.camera[:, 12]
+        return float(np.median(size[views] if views.any() else size))
+
     def _judge(
         self,
         seed: Seed,
         best: Explanation,
         fine: FineFit,
         gap: float,
-        lead: float,
-        z: np.ndarray,
+        sure: float,
         outline: Silhouette | None,
+        gain: float = 0.0,
     ) -> StemFit:
+        z = best.z
         weight = fine.view_weight * seen_probability(z)
         kish = float(weight.sum() ** 2 / max((weight**2).sum(), 1e-12))
         clear = z > CLEAR_Z
-        se = standard_error_cm(fine, weight)
-        azimuth = np.arctan2(fine.axis.p[1] - self.stack.centre[clear, 1], fine.axis.p[0] - self.stack.centre[clear, 0])
+        se = standard_error_cm(fine, weight, self._px_cm(fine.axis, clear), int(clear.sum()))
+        if best.mate is not None:
+            se = PAIR_SE_CM  # hardly any photo shows both of its edges
+        azimuths = np.arctan2(fine.axis.p[1] - self.stack.centre[:, 1], fine.axis.p[0] - self.stack.centre[:, 0])
+        azimuth = azimuths[clear]
         dq, foot_z = breast_height(fine.axis, fine.r0, self.ground)
         axis, r0 = moved(fine.axis, dq), fine.r0 + fine.r1 * dq
         dbh = 200 * r0
+        se = float(np.hypot(se, oval_error_cm(dbh, azimuths, weight)))
         contrast = np.nan if outline is None else best.contrast / self.chance
-        outline_cm = np.nan if outline is None else 200 * widest(outline, best.vector)
+        outline_cm = np.nan if outline is None or best.mate is not None else 200 * widest(outline, best.vector)
         flag, reasons = verdict(
             dbh_cm=dbh,
             polish_cm=200 * best.mode.r,
@@ -211,11 +270,12 @@ class Fitter:
             score=best.edges,
             gap=gap,
             n_views=int(clear.sum()),
-            kish=kish,
+            kish=kish if best.mate is None else np.inf,
             se_cm=se,
             rms_px=fine.rms_px,
             options=self.options,
-            lead=lead,
+            sure=sure,
+            gain=gain,
             contrast=contrast,
             outline_cm=outline_cm,
         )
@@ -237,55 +297,11 @@ class Fitter:
             polish_cm=200 * best.mode.r,
             seen=seen_probability(z),
             contrast=contrast,
-            lead=lead,
+            sure=sure,
             outline_cm=outline_cm,
             foot_z=foot_z,
+            gain=gain,
         )
-
-
-@dataclass(frozen=True)
-class Explanation:
-    """One way to explain a place: edge score, silhouette contrast, where the search and the fit put the stem."""
-
-    edges: float
-    contrast: float
-    mode: Mode
-    fine: FineFit
-    vector: np.ndarray
-
-
-def choose(tried: list[Explanation], trust: float, sun: np.ndarray) -> tuple[Explanation, float, float]:
-    """The best explanation, its lead in edge score over the next different one, and its lead in the joint score.
-
-    The joint score adds witnesses that fail in different ways: the share of the best edge score; ``trust`` times the
-    share of the best silhouette contrast (edges alone mistake the lit half of a stem for the stem, silhouettes alone a
-    bush or a sapling beside it for a part); half the share of the best sub-pixel evidence; small costs of an unusual
-    taper and of ragged edges.
-    """
-    edges = max(max(item.edges for item in tried), 1e-6)
-    contrast = max(max(item.contrast for item in tried), 1e-6)
-    evidence = max(max(item.fine.evidence for item in tried), 1e-6)
-    joint = [
-        item.edges / edges
-        + trust * item.contrast / contrast
-        + EVIDENCE_WEIGHT * item.fine.evidence / evidence
-        - TAPER_COST * ((item.fine.r1 - TAPER_PRIOR[0]) / (2 * TAPER_PRIOR[1])) ** 2
-        - RAGGED_COST * (item.fine.rms_px - 0.5)
-        for item in tried
-    ]
-    order = sorted(range(len(tried)), key=lambda i: -joint[i])
-    ranked = [tried[i] for i in order]
-    best = ranked[0] if trust > 0.5 else prefer_whole(sorted(tried, key=lambda item: -item.edges), sun)
-    at = next(i for i, item in enumerate(tried) if item is best)
-    rivals = [i for i, item in enumerate(tried) if item is not best and different(item.vector, best.vector)]
-    parts = [i for i in rivals if contains(best.vector, tried[i].vector)]
-    others = [i for i in rivals if abs(tried[i].vector[4] - best.vector[4]) > SAME_DBH_CM / 200]
-    lead = joint[at] - max((joint[i] for i in others), default=0.0)
-    # A part of the chosen stem is no rival of the whole; where it won by far there is doubt all the same.
-    gap = best.edges - max((tried[i].edges for i in rivals if i not in parts), default=0.0)
-    if max((tried[i].edges for i in parts), default=0.0) > 1.25 * best.edges:
-        gap = min(gap, DOUBTED_GAP)
-    return best, gap, lead if trust > 0.5 else np.nan
 
 
 def widest(outline: Silhouette, vector: np.ndarray) -> float:
@@ -324,51 +340,34 @@ def seen_probability(z: np.ndarray) -> np.ndarray:
     return np.where(z > -8.9, odds / (1 - SEEN_PRIOR + odds), 0.0)
 
 
-def distinct(modes: list[Mode], apart_m: float = 0.03, apart_r: float = 0.015) -> list[Mode]:
-    """Best first, without near-copies."""
-    kept: list[Mode] = []
-    for mode in modes:
-        if all(np.hypot(mode.x - k.x, mode.y - k.y) > apart_m or abs(mode.r - k.r) > apart_r for k in kept):
-            kept.append(mode)
-    return kept
+def standard_error_cm(fine: FineFit, weight: np.ndarray, px_cm: float, n_views: int) -> float:
+    """Standard error of the diameter, given that the right edges were found: three parts, scaled on rendered plots.
 
-
-def different(a: np.ndarray, b: np.ndarray) -> bool:
-    """Two refined explanations of one place that would give different diameters; a neighbour is no rival."""
-    distance = float(np.hypot(a[0] - b[0], a[1] - b[1]))
-    if distance > max(a[4], b[4]) + 0.3 * min(a[4], b[4]):
-        return False
-    return distance > 0.03 or abs(a[4] - b[4]) > 0.0125
-
-
-def contains(a: np.ndarray, b: np.ndarray) -> bool:
-    """Disc a holds disc b (within 2 cm) and is clearly larger."""
-    return a[4] > b[4] + 0.012 and np.hypot(a[0] - b[0], a[1] - b[1]) + b[4] < a[4] + 0.02
-
-
-def prefer_whole(tried: list[Explanation], sun: np.ndarray) -> Explanation:
-    """The best explanation by its edges, or a larger one that holds it and explains nearly as much (the shaded part of
-    a stem is no stem); less is enough where the larger one grows towards the sun."""
-    best = tried[0]
-    for item in tried[1:]:
-        if not contains(item.vector, best.vector):
-            continue
-        grown = np.arctan2(item.vector[1] - best.vector[1], item.vector[0] - best.vector[0])
-        sunward = np.isfinite(sun).any() and np.nanmax(np.cos(grown - sun)) > 0.6
-        if item.edges > (0.6 if sunward else 0.8) * best.edges:
-            best = item
-    return best
-
-
-def standard_error_cm(fine: FineFit, weight: np.ndarray) -> float:
-    """From the scatter of the views' diameters: sqrt((4 se)^2 + 0.25^2), scaled on rendered plots."""
+    The scatter of the photos' diameters, more where they are few (Student's t against the normal at 90 %); the formal
+    error of the fit, which few and coarse edges make large; and a part of a pixel (``px_cm`` centimetres at the stem)
+    over the number of clear photos, for what all of them share.
+    """
     good = (weight > 0) & np.isfinite(fine.view_r)
     if good.sum() < 2:
         return 99.0
     w, d = weight[good], 200 * fine.view_r[good]
-    scatter = np.sqrt((w * d**2).sum() / w.sum())
     n = max(w.sum() ** 2 / (w**2).sum(), 1.0)
-    return float(np.hypot(4.0 * scatter / np.sqrt(n), 0.25))
+    few = float(stdtrit(max(n - 1.0, 1.0), 0.95)) / 1.645
+    scatter = few * np.sqrt((w * d**2).sum() / w.sum() / n)
+    parts = SE_SCATTER * scatter, SE_FORMAL * 200 * fine.fit_sd_m, SE_PIXEL * px_cm / max(n_views, 1)
+    return float(np.linalg.norm(parts))
+
+
+def oval_error_cm(dbh_cm: float, azimuth: np.ndarray, weight: np.ndarray) -> float:
+    """What a stem's unknown oval adds to the error of the diameter, for photos from unevenly spread directions.
+
+    Stems are oval by some per cent, and an oval is ``1 + e/2 cos 2(azimuth - theta)`` wide. Photos all round average
+    that to girth over pi (Cauchy); photos along one line see one width. ``azimuth``: (V,) radians, ``weight``: (V,).
+    """
+    total = float(weight.sum())
+    if total <= 0:
+        return 0.0
+    return float(OVAL_SD * dbh_cm * np.abs((weight * np.exp(2j * azimuth)).sum()) / total)
 
 
 def azimuth_spread(azimuth: np.ndarray) -> float:
@@ -378,58 +377,3 @@ def azimuth_spread(azimuth: np.ndarray) -> float:
     ordered = np.sort(np.degrees(azimuth) % 360)
     gaps = np.diff(np.append(ordered, ordered[0] + 360))
     return float(360 - gaps.max())
-
-
-def verdict(
-    dbh_cm: float,
-    polish_cm: float,
-    r1: float,
-    lean: float,
-    score: float,
-    gap: float,
-    n_views: int,
-    kish: float,
-    se_cm: float,
-    rms_px: float,
-    options: PhotoStemOptions,
-    lead: float = np.nan,
-    contrast: float = np.nan,
-    outline_cm: float = np.nan,
-) -> tuple[Literal["ok", "check", "reject"], tuple[str, ...]]:
-    """Accept, doubt or refuse. Wrong explanations show in a low likelihood, close rivals, ragged edges and a silhouette
-    of another width. lead, contrast, outline_cm: as in :class:`StemFit`, NaN where no silhouette is to be had."""
-    refuse: list[str] = []
-    doubt: list[str] = []
-    solid = contrast > 1.0
-
-    def judge(reason: str, refused: bool, doubted: bool) -> None:
-        if refused:
-            refuse.append(reason)
-        elif doubted:
-            doubt.append(reason)
-
-    judge("too_small", dbh_cm < options.dbh_min_cm, dbh_cm < 10)
-    judge("too_large", dbh_cm > options.dbh_max_cm, False)
-    measured, sure = (LLR_MEASURED, LLR_OK) if solid else (LLR_MEASURED_ALONE, LLR_OK_ALONE)
-    judge("few_views", n_views < 3 or kish < 2.5 or score < measured, n_views < 5 or kish < 4 or score < sure)
-    if not solid:
-        ragged = rms_px > 0.555 and score < 100 or rms_px > 0.535 and score < 50
-        judge("occluded", ragged, rms_px > 0.535 and score < 100 or contrast < FAINT)
-    if np.isfinite(lead):
-        judge("ambiguous", lead < LEAD_REFUSED, lead < LEAD_DOUBTFUL)
-    else:
-        judge("ambiguous", gap < 4, gap < 1 + DOUBTED_GAP)
-    # With a silhouette, that is the second opinion; without one, the coarse stage has to do.
-    if solid:
-        off = abs(outline_cm + OUTLINE_OFFSET_CM - dbh_cm)
-        refused, doubted = (max(limit_cm, share * dbh_cm) for limit_cm, share in (OUTLINE_REFUSE, OUTLINE_DOUBT))
-    else:
-        off, refused, doubted = abs(dbh_cm - polish_cm), 4.0, 2.8
-    judge("disagree", off > refused, off > doubted)
-    judge("no_taper", abs(r1 + 0.0045) > 0.008, abs(r1 + 0.0045) > 0.006)
-    judge("lean", lean > np.tan(np.radians(27)), False)
-    judge("wide_error", se_cm > 0.25 * dbh_cm, se_cm > 0.06 * dbh_cm)
-    # One doubt is for the forester to look at; several together are how wrong explanations look.
-    if refuse or len(doubt) >= 2:
-        return "reject", tuple(dict.fromkeys(refuse + doubt))
-    return ("check" if doubt else "ok"), tuple(doubt)

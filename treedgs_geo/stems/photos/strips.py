@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit, prange
 
-from .stack import PhotoStack
+from .stack import GAMMA, PhotoStack
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 
@@ -62,7 +62,7 @@ def fetch(pixels, start, rows, columns, u, v, lut, out):
 
 #: Tone: sRGB-like photo values 0..1 as they are (coarse), and linear light (fine; needed for unbiased edges).
 LUT_GAMMA = (np.arange(256) / 255).astype(np.float32)
-LUT_LINEAR = ((np.arange(256) / 255) ** 2.2).astype(np.float32)
+LUT_LINEAR = ((np.arange(256) / 255) ** GAMMA).astype(np.float32)
 
 
 @dataclass(frozen=True)
@@ -177,6 +177,7 @@ def _strips_kernel(
         colour = np.empty(3, np.float32)
         mean = np.empty((3, n_u), np.float32)
         power = np.empty(n_u, np.float32)
+        slope = np.empty(n_u, np.float32)
         reach = (wide - 1) * du
         first = u0 - half * du
         for b in range(n_blocks):
@@ -208,12 +209,15 @@ def _strips_kernel(
                     line[1, i] = colour[1]
                     line[2, i] = colour[2]
                 for ch in range(3):
+                    slope[:] = np.float32(0.0)
+                    for m in range(2 * half + 1):
+                        tap = taps[m]
+                        shifted = line[ch, m : m + n_u]
+                        for i in range(n_u):
+                            slope[i] += tap * shifted[i]
                     for i in range(n_u):
-                        g = np.float32(0.0)
-                        for m in range(2 * half + 1):
-                            g += taps[m] * line[ch, i + m]
-                        mean[ch, i] += g
-                        power[i] += g * g
+                        mean[ch, i] += slope[i]
+                        power[i] += slope[i] * slope[i]
             if not seen:
                 continue
             scale = np.float32(1.0 / per_block)

@@ -1,0 +1,107 @@
+"""What the layers' styles share: empty layers with aliases, markers, labels, colours, words in three languages."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+from qgis.core import (
+    QgsMarkerSymbol,
+    QgsPalLayerSettings,
+    QgsProperty,
+    QgsSymbolLayer,
+    QgsTextBufferSettings,
+    QgsTextFormat,
+    QgsUnitTypes,
+    QgsVectorLayer,
+    QgsVectorLayerSimpleLabeling,
+    QgsWkbTypes,
+)
+from qgis.PyQt.QtGui import QColor, QFont
+
+ROOT = Path(__file__).resolve().parents[2]
+
+GREEN, AMBER, RED, GREY = "#2e8b3d", "#f2a10d", "#c62828", "#7a7a7a"
+#: True size on the map (1 cm of DBH = 10 / scale mm), never smaller than what can be told apart on a screen.
+TREE_SIZE = 'max(coalesce("dbh_cm", 0) * 10 / @map_scale, 1.4 + coalesce("dbh_cm", 15) * 0.05)'
+#: Languages of the map tips; the catalogues are the plugin's.
+LANGUAGES = ("de", "es")
+
+
+def translations(language: str) -> dict[str, str]:
+    """English -> the language, from the plugin's catalogue."""
+    found = {}
+    for message in ET.parse(ROOT / "treedgs_qgis" / "i18n" / f"treedgs_{language}.ts").iter("message"):
+        found[message.findtext("source", "")] = message.findtext("translation", "")
+    return found
+
+
+def quoted(text: str) -> str:
+    """A text in a QGIS expression."""
+    return "'" + text.replace("'", "''") + "'"
+
+
+def in_language(pieces: dict[str, str]) -> str:
+    """A QGIS expression that takes the piece of the language QGIS runs in; ``en`` where there is none."""
+    cases = "".join(
+        f" WHEN left(@qgis_locale, 2) = {quoted(language)} THEN {piece}"
+        for language, piece in pieces.items()
+        if language != "en" and piece != pieces["en"]
+    )
+    return f"(CASE{cases} ELSE {pieces['en']} END)" if cases else pieces["en"]
+
+
+def said(text: str) -> str:
+    """A text of a map tip or label as a QGIS expression, in the language of QGIS: the file itself carries it."""
+    words = {language: translations(language).get(text) or text for language in LANGUAGES}
+    return in_language({"en": quoted(text), **{language: quoted(word) for language, word in words.items()}})
+
+
+def memory_layer(fields: dict[str, tuple[str, str]], name: str, geometry: str = "PointZ") -> QgsVectorLayer:
+    """An empty layer with the fields and their aliases."""
+    columns = "&".join(f"field={field}:{kind}" for field, (kind, _) in fields.items())
+    layer = QgsVectorLayer(f"{geometry}?crs=EPSG:32615&{columns}", name, "memory")
+    for index, (_, alias) in enumerate(fields.values()):
+        layer.setFieldAlias(index, alias)
+    return layer
+
+
+def marker(size_property: str | None = None, **properties: str) -> QgsMarkerSymbol:
+    """A simple marker, its size optionally by expression (millimetres)."""
+    symbol = QgsMarkerSymbol.createSimple({"size_unit": "MM", "outline_width": "0.3", **properties})
+    if size_property:
+        symbol.symbolLayer(0).setDataDefinedProperty(
+            QgsSymbolLayer.PropertySize, QgsProperty.fromExpression(size_property)
+        )
+    return symbol
+
+
+def labels(expression: str, colour: str, least_scale: int, middle: bool = False) -> QgsVectorLayerSimpleLabeling:
+    """Labels with a white halo, from ``1:least_scale`` inwards; ``middle``: under the middle of a line."""
+    text = QgsTextFormat()
+    text.setFont(QFont("Sans"))
+    text.setSize(8)
+    text.setSizeUnit(QgsUnitTypes.RenderPoints)
+    text.setColor(QColor(colour))
+    halo = QgsTextBufferSettings()
+    halo.setEnabled(True)
+    halo.setSize(0.7)
+    halo.setColor(QColor("white"))
+    text.setBuffer(halo)
+    settings = QgsPalLayerSettings()
+    settings.fieldName = expression
+    settings.isExpression = True
+    settings.placement = QgsPalLayerSettings.OrderedPositionsAroundPoint
+    if middle:
+        # Most lines are shorter than their label: it stands 3.2 mm below their middle.
+        settings.geometryGenerator = "translate(centroid($geometry), 0, -0.0032 * coalesce(@map_scale, 0))"
+        settings.geometryGeneratorEnabled = True
+        settings.geometryGeneratorType = QgsWkbTypes.PointGeometry
+        settings.placement = QgsPalLayerSettings.OverPoint
+    settings.dist = 0.6
+    settings.offsetType = QgsPalLayerSettings.FromSymbolBounds
+    settings.scaleVisibility = True
+    settings.minimumScale = least_scale
+    settings.maximumScale = 0
+    settings.setFormat(text)
+    return QgsVectorLayerSimpleLabeling(settings)

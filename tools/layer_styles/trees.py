@@ -1,0 +1,196 @@
+"""Trees, their circles at true scale, and the slices of a cloud's stems."""
+
+from __future__ import annotations
+
+import importlib.util
+
+from qgis.core import (
+    QgsCategorizedSymbolRenderer,
+    QgsEditorWidgetSetup,
+    QgsFillSymbol,
+    QgsGraduatedSymbolRenderer,
+    QgsRendererCategory,
+    QgsRendererRange,
+    QgsVectorLayer,
+)
+
+from .common import (
+    AMBER,
+    GREEN,
+    LANGUAGES,
+    RED,
+    ROOT,
+    TREE_SIZE,
+    in_language,
+    labels,
+    marker,
+    memory_layer,
+    quoted,
+    said,
+    translations,
+)
+
+#: field -> (type in a memory layer, alias with its unit)
+TREES = {
+    "tree_id": ("integer", "Tree"),
+    "plot_id": ("string", "Plot"),
+    "x": ("double", "Easting at breast height [m]"),
+    "y": ("double", "Northing at breast height [m]"),
+    "z_ground": ("double", "Ground height [m]"),
+    "dbh_cm": ("double", "DBH [cm]"),
+    "dbh_se_cm": ("double", "DBH standard error [cm]"),
+    "dbh_lo_cm": ("double", "DBH, lower end of 90 % interval [cm]"),
+    "dbh_hi_cm": ("double", "DBH, upper end of 90 % interval [cm]"),
+    "bh_m": ("double", "Breast height used [m]"),
+    "height_m": ("double", "Tree height [m]"),
+    "ba_m2": ("double", "Basal area [m²]"),
+    "lean_deg": ("double", "Lean [°]"),
+    "arc_deg": ("double", "Stem circumference seen [°]"),
+    "n_pts": ("integer", "Stem points"),
+    "n_views": ("integer", "Photos that see the stem"),
+    "n_slices": ("integer", "Slices fitted"),
+    "opac_mean": ("double", "Mean opacity (0-1)"),
+    "taper_cm_m": ("double", "Taper [cm/m]"),
+    "method": ("string", "Method"),
+    "qc_flag": ("string", "Quality"),
+    "qc_reason": ("string", "Reasons"),
+    "run_id": ("string", "Run"),
+}
+CIRCLES = {
+    "tree_id": ("integer", "Tree"),
+    "dbh_cm": ("double", "DBH [cm]"),
+    "dbh_se_cm": ("double", "DBH standard error [cm]"),
+    "qc_flag": ("string", "Quality"),
+}
+SLICES = {
+    "tree_id": ("integer", "Tree"),
+    "height_m": ("double", "Height above ground [m]"),
+    "d_cm": ("double", "Diameter [cm]"),
+    "rms_cm": ("double", "Roughness, rms [cm]"),
+    "n_pts": ("integer", "Points"),
+    "arc_deg": ("double", "Circumference seen [°]"),
+}
+
+
+def reasons() -> dict[str, tuple[str, str]]:
+    """The one list of reasons, from the library's file (which needs nothing but Python)."""
+    file = ROOT / "treedgs_geo" / "measure" / "quality.py"
+    spec = importlib.util.spec_from_file_location("treedgs_quality", file)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.REASONS
+
+
+def reason_expression() -> str:
+    """``qc_reason`` (comma-separated keys) in words, as a QGIS expression."""
+
+    def table(known: dict[str, str]) -> str:
+        pairs = (
+            f"{quoted(key)}, {quoted(f'{known.get(meaning) or meaning}: {known.get(action) or action}')}"
+            for key, (meaning, action) in reasons().items()
+        )
+        return f"map({', '.join(pairs)})"
+
+    tables = {"en": table({}), **{language: table(translations(language)) for language in LANGUAGES}}
+    return (
+        f"array_to_string(array_foreach(string_to_array(coalesce(\"qc_reason\", '')), "
+        f"coalesce(map_get({in_language(tables)}, trim(@element)), trim(@element))), '<br>')"
+    )
+
+
+def trees() -> QgsVectorLayer:
+    """Trees: size by DBH, colour by quality, hollow when rejected."""
+    layer = memory_layer(TREES, "trees")
+    looks = {
+        "ok": ("measured", marker(TREE_SIZE, color=GREEN, outline_color="#12401a")),
+        "check": ("measured, to be checked", marker(TREE_SIZE, color=AMBER, outline_color="#7a4b00")),
+        "reject": (
+            "seen, no DBH",
+            marker("2.6", color="255,255,255,0", outline_color=RED, outline_width="0.5"),
+        ),
+    }
+    layer.setRenderer(
+        QgsCategorizedSymbolRenderer(
+            "qc_flag", [QgsRendererCategory(value, symbol, text) for value, (text, symbol) in looks.items()]
+        )
+    )
+    layer.setLabeling(labels("""CASE WHEN "dbh_cm" IS NOT NULL THEN format_number("dbh_cm", 1) END""", "#1b1b1b", 3000))
+    layer.setLabelsEnabled(True)
+    layer.setDisplayExpression(
+        f"""{said("Tree")} || ' ' || "tree_id" || coalesce(': ' || format_number("dbh_cm", 1) || ' cm', """
+        f"""', ' || {said("no DBH")})"""
+    )
+    layer.setMapTipTemplate(
+        f"""<b>[% {said("Tree")} %] [% "tree_id" %]"""
+        f"""[% coalesce(', ' || {said("plot")} || ' ' || "plot_id", '') %]</b><br>"""
+        f"""[% CASE WHEN "dbh_cm" IS NULL THEN {said("No DBH")} ELSE """
+        f"""{said("DBH")} || ' <b>' || format_number("dbh_cm", 1) || '</b>' """
+        """|| coalesce(' ± ' || format_number("dbh_se_cm", 1), '') || ' cm' """
+        f"""|| coalesce(' ' || {said("at")} || ' ' || format_number("bh_m", 2) || ' m', '') """
+        """|| coalesce('<br>90 %: ' || format_number("dbh_lo_cm", 1) || ' – ' """
+        """|| format_number("dbh_hi_cm", 1) || ' cm', '') END %]"""
+        f"""[% coalesce('<br>' || {said("height")} || ' ' || format_number("height_m", 1) || ' m', '') %]"""
+        """[% CASE WHEN coalesce("qc_reason", '') <> '' THEN '<br><i>' || """
+        f"""{reason_expression()} || '</i>' ELSE '' END %]"""
+    )
+    quality = {"measured": "ok", "measured, to be checked": "check", "seen, no DBH": "reject"}
+    layer.setEditorWidgetSetup(
+        list(TREES).index("qc_flag"), QgsEditorWidgetSetup("ValueMap", {"map": [{k: v} for k, v in quality.items()]})
+    )
+    return layer
+
+
+def circles() -> QgsVectorLayer:
+    """Stems at true scale: a thin filled ring in the colour of the tree's quality."""
+    layer = memory_layer(CIRCLES, "circles", "Polygon")
+    looks = {"ok": ("measured", "46,139,61", GREEN), "check": ("measured, to be checked", "242,161,13", AMBER)}
+    layer.setRenderer(
+        QgsCategorizedSymbolRenderer(
+            "qc_flag",
+            [
+                QgsRendererCategory(
+                    value,
+                    QgsFillSymbol.createSimple({"color": f"{fill},70", "outline_color": edge, "outline_width": "0.35"}),
+                    text,
+                )
+                for value, (text, fill, edge) in looks.items()
+            ],
+        )
+    )
+    layer.setDisplayExpression(f"""{said("Tree")} || ' ' || "tree_id" || ': ' || format_number("dbh_cm", 1) || ' cm'""")
+    layer.setMapTipTemplate(
+        f"""<b>[% {said("Tree")} %] [% "tree_id" %]</b><br>[% {said("DBH")} %] [% format_number("dbh_cm", 1) %]"""
+        f"""[% coalesce(' ± ' || format_number("dbh_se_cm", 1), '') %] cm, [% {said("drawn at true scale")} %]"""
+    )
+    return layer
+
+
+def slices() -> QgsVectorLayer:
+    """Measured slices of a stem: outlines from brown (foot) to yellow (4 m), shown when zoomed in."""
+    layer = memory_layer(SLICES, "slices", "Polygon")
+    steps = ((0, 1, "#5b2c06"), (1, 2, "#98511a"), (2, 3, "#cf8a35"), (3, 4, "#e7b85c"), (4, 5, "#f4dd9a"))
+    layer.setRenderer(
+        QgsGraduatedSymbolRenderer(
+            "height_m",
+            [
+                QgsRendererRange(
+                    low,
+                    high,
+                    QgsFillSymbol.createSimple({"style": "no", "outline_color": colour, "outline_width": "0.3"}),
+                    f"{low} to {high} m above ground",
+                )
+                for low, high, colour in steps
+            ],
+        )
+    )
+    layer.setScaleBasedVisibility(True)
+    layer.setMinimumScale(400)
+    layer.setDisplayExpression(
+        f"""{said("Tree")} || ' ' || "tree_id" || ' ' || {said("at")} || ' ' || format_number("height_m", 1) || ' m'"""
+    )
+    layer.setMapTipTemplate(
+        f"""<b>[% {said("Tree")} %] [% "tree_id" %] [% {said("at")} %] [% format_number("height_m", 1) %] m</b><br>"""
+        f"""[% format_number("d_cm", 1) %] cm, [% "n_pts" %] [% {said("points round")} %] [% round("arc_deg") %]° """
+        """(rms [% format_number("rms_cm", 1) %] cm)"""
+    )
+    return layer

@@ -1,0 +1,121 @@
+"""Which of several explanations of a place is the stem, and how probable that is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .coarse import Mode
+from .fine import TAPER_PRIOR, FineFit
+
+#: Log odds of an explanation per unit of each witness: silhouette contrast (of what chance reaches), sub-pixel evidence
+#: (log likelihood), squared taper deviation (of 0.3 cm/m, at most 9), edge residual (px). A conditional logit over the
+#: explanations of stems with known diameters; how and on what: docs/stems-from-photos.md.
+CONTRAST_ODDS, EVIDENCE_ODDS, TAPER_ODDS, RAGGED_ODDS = 1.06, 0.0091, -1.7, -15.0
+#: Explanations whose diameters differ less than this are one answer, cm.
+SAME_DBH_CM = 2.0
+#: Explanations this far below the clearest edges (log likelihood units) are none, unless one holds the other. The
+#: largest difference that was right on 93 stems: 29.
+FAR_BELOW = 60.0
+#: Lead in edge score over the next explanation that still leaves a doubt.
+DOUBTED_GAP = 9.0
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """One way to explain a place: edge score, silhouette contrast, where the search and the fit put the stem.
+
+    z: (V,) how clearly each photo sees it. evidence, rms_px: sub-pixel evidence and edge residual over the photos that
+    see a stem here under any explanation: each is judged by the same photos, also by those that speak against it.
+    mate: (1, 10) a companion that touches it (:mod:`.touching`), if there is one; skip: (V, 2) sides where the
+    companion stands in the way of its edges.
+    """
+
+    edges: float
+    contrast: float
+    mode: Mode
+    fine: FineFit
+    vector: np.ndarray
+    z: np.ndarray
+    evidence: float = 0.0
+    rms_px: float = 0.5
+    mate: np.ndarray | None = None
+    skip: np.ndarray | None = None
+
+
+def log_odds(tried: list[Explanation], trust: float, chance: float) -> np.ndarray:
+    """(N,) how well each explanation is supported by witnesses that fail in different ways.
+
+    Edges alone mistake the lit half of a stem for the stem, silhouettes alone a bush beside it for a part of it.
+    trust: 0..1, how much the silhouettes say here. chance: contrast that places without a stem reach.
+    """
+    return np.array([
+        CONTRAST_ODDS * trust * item.contrast / chance
+        + EVIDENCE_ODDS * item.evidence
+        + TAPER_ODDS * min(((item.fine.r1 - TAPER_PRIOR[0]) / (2 * TAPER_PRIOR[1])) ** 2, 9.0)
+        + RAGGED_ODDS * (item.rms_px - 0.5)
+        for item in tried
+    ])
+
+
+def choose(
+    tried: list[Explanation], trust: float, chance: float, sun: np.ndarray
+) -> tuple[Explanation, float, float]:
+    """The best explanation, its lead in edge score over the next different one, and how probable its diameter is among
+    the explanations (NaN where silhouettes say little: then the edges decide, and the lead)."""
+    tried = plausible(tried)
+    odds = log_odds(tried, trust, chance)
+    solid = trust > 0.5
+    best = tried[int(np.argmax(odds))] if solid else prefer_whole(sorted(tried, key=lambda item: -item.edges), sun)
+    share = np.exp(odds - odds.max())
+    same = np.array([abs(item.fine.r0 - best.fine.r0) < SAME_DBH_CM / 200 for item in tried])
+    sure = float(share[same].sum() / share.sum())
+    rivals = [item for item in tried if item is not best and different(item.vector, best.vector)]
+    parts = [item for item in rivals if contains(best.vector, item.vector)]
+    # A part of the chosen stem is no rival of the whole; where it won by far there is doubt all the same.
+    others = [item.edges for item in rivals if all(item is not part for part in parts)]
+    gap = best.edges - max(others, default=0.0)
+    if max((item.edges for item in parts), default=0.0) > 1.25 * best.edges:
+        gap = min(gap, DOUBTED_GAP)
+    return best, gap, sure if solid else np.nan
+
+
+def plausible(tried: list[Explanation]) -> list[Explanation]:
+    """Without those far below the clearest edges that neither hold it nor are part of it: between two limbs of a fork a
+    third stem would have the best silhouette."""
+    top = max(tried, key=lambda item: item.edges)
+    return [
+        item
+        for item in tried
+        if item.edges > top.edges - FAR_BELOW
+        or contains(item.vector, top.vector)
+        or contains(top.vector, item.vector)
+    ]
+
+
+def different(a: np.ndarray, b: np.ndarray) -> bool:
+    """Two refined explanations of one place that would give different diameters; a neighbour is no rival."""
+    distance = float(np.hypot(a[0] - b[0], a[1] - b[1]))
+    if distance > max(a[4], b[4]) + 0.3 * min(a[4], b[4]):
+        return False
+    return distance > 0.03 or abs(a[4] - b[4]) > 0.0125
+
+
+def contains(a: np.ndarray, b: np.ndarray) -> bool:
+    """Disc a holds disc b (within 2 cm) and is clearly larger."""
+    return a[4] > b[4] + 0.012 and np.hypot(a[0] - b[0], a[1] - b[1]) + b[4] < a[4] + 0.02
+
+
+def prefer_whole(tried: list[Explanation], sun: np.ndarray) -> Explanation:
+    """The best explanation by its edges, or a larger one that holds it and explains nearly as much (the shaded part of
+    a stem is no stem); less is enough where the larger one grows towards the sun."""
+    best = tried[0]
+    for item in tried[1:]:
+        if not contains(item.vector, best.vector):
+            continue
+        grown = np.arctan2(item.vector[1] - best.vector[1], item.vector[0] - best.vector[0])
+        sunward = np.isfinite(sun).any() and np.nanmax(np.cos(grown - sun)) > 0.6
+        if item.edges > (0.6 if sunward else 0.8) * best.edges:
+            best = item
+    return best

@@ -1,0 +1,291 @@
+"""A stem and a thinner one that touches it: two discs against one.
+
+Seen across the pair, the two are one silhouette as wide as both; seen along it, the stem alone. A single disc has to
+settle for one of them, and its edges then fit half of the photos only. The pair fits all of them. Its edge score is the
+same one as in :mod:`.coarse`, with the left edge of whichever stands further left and the right edge of whichever
+stands further right; what it gains over the best single disc is the evidence for the second stem.
+Own method; what it gained on stems with and without a companion is in ``docs/stems-from-photos.md``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from .backdrop import Silhouette
+from .backdrop_kernels import step_contrast
+from .coarse import Mode, Search, distinct
+from .coarse_kernels import SINGLE_WEIGHT, edge_pair, mixture
+from .strips import Axis
+
+_FAST = {"nogil": True, "cache": True, "fastmath": True}
+#: Radii of companions that are looked for, and of the thickest one as a share of the stem's, metres.
+MATE_RADII_M, MOST_SHARE = (0.022, 0.036), 0.6
+TURNS = 24
+THINNEST_M, THICKEST_M = 0.012, 0.075
+#: The bark of the two lies this close at breast height (sd, metres); a companion leans by this much (sd, m/m).
+GAP_SD_M, LEAN_SD = 0.012, 0.035
+#: What a companion hides reaches this far beyond it, and it has to stay this far inside an edge (blur, doubt), metres.
+MASK_M, CLEAR_M = 0.012, 0.045
+#: Discs further apart than this in a photo are seen as two, metres.
+OPEN_M = 0.012
+#: Share of the best single disc's score that a pair needs on the first grid to be worth polishing; how many
+#: of them are, from each single stem, and from how many single stems.
+WORTH, MOST_STARTS, STARTS_EACH, MOST_STEMS = 0.8, 9, 3, 3
+#: Gain of a pair over the best single disc, both on the edges, from which it is an explanation (log likelihood units).
+LEAST_GAIN = 6.0
+
+
+@njit(**_FAST)
+def _pair_z(ridge, unit, valid, q, widen, normal, terminator, u0, du, p, taper, radii, mean, sd, z):
+    """z-score of a stem and its companion in every view. p: (10,) x, y, lx, ly, r of the one, then of the other.
+    valid: (V, B) blocks that show something."""
+    n_views, n_blocks, n_u = ridge.shape
+    step = radii[1] - radii[0]
+    for v in range(n_views):
+        nx, ny = normal[v, 0], normal[v, 1]
+        t = 0.0
+        n_valid = 0
+        width = 0.0
+        for b in range(n_blocks):
+            if not valid[v, b]:
+                continue
+            c = p[0] * nx + p[1] * ny + (p[2] * nx + p[3] * ny) * q[b]
+            w = widen[v] * (p[4] + taper * q[b])
+            low, high = c - w, c + w
+            m = p[5] * nx + p[6] * ny + (p[7] * nx + p[8] * ny) * q[b]
+            mw = max(p[9] + 0.5 * taper * q[b], 0.006)
+            if m - mw < high + OPEN_M and m + mw > low - OPEN_M:
+                low, high = min(low, m - mw), max(high, m + mw)
+            left = (low - u0) / du
+            right = (high - u0) / du
+            i = int(left)
+            j = int(right)
+            if left < 0 or j >= n_u - 1 or right <= left:
+                continue
+            n_valid += 1
+            width += 0.5 * (high - low) / widen[v] - taper * q[b]
+            a = left - i
+            d = right - j
+            e, g = ridge[v, b], unit[v, b]
+            i2 = i + 1 if a > 0.5 else i
+            j2 = j + 1 if d > 0.5 else j
+            score = edge_pair(e, g, i2, j2, terminator[v]) - SINGLE_WEIGHT * (e[i2] + e[j2])
+            el = e[i] * (1 - a) + e[i + 1] * a
+            er = e[j] * (1 - d) + e[j + 1] * d
+            t += score * (el * er) / max(e[i2] * e[j2], 1e-9) + SINGLE_WEIGHT * (el + er)
+        if n_valid < max(2, n_blocks // 3):
+            z[v] = -9.0
+            continue
+        f = min(max((width / n_valid - radii[0]) / step, 0.0), radii.size - 1.001)
+        k = int(f)
+        f -= k
+        z[v] = (t / n_valid - mean[v, k] * (1 - f) - mean[v, k + 1] * f) / (sd[v, k] * (1 - f) + sd[v, k + 1] * f)
+
+
+@njit(**_FAST)
+def _pair_objective(
+    ridge, unit, valid, q, widen, normal, terminator, u0, du, p, taper, radii, mean, sd, z, prior, upright
+):
+    if p[9] < THINNEST_M or p[9] > THICKEST_M or p[9] > MOST_SHARE * p[4]:
+        return -1e9
+    _pair_z(ridge, unit, valid, q, widen, normal, terminator, u0, du, p, taper, radii, mean, sd, z)
+    total = 0.0
+    for v in range(z.size):
+        if z[v] > -8.9:
+            total += mixture(z[v])
+    total -= 0.5 * ((p[0] - prior[0]) ** 2 + (p[1] - prior[1]) ** 2) / prior[4] ** 2
+    total -= 0.5 * ((p[2] - prior[2]) ** 2 + (p[3] - prior[3]) ** 2) / prior[5] ** 2
+    total -= 0.5 * ((p[4] - prior[6]) / prior[7]) ** 2
+    gap = np.sqrt((p[5] - p[0]) ** 2 + (p[6] - p[1]) ** 2) - p[4] - p[9]
+    total -= 0.5 * (gap / GAP_SD_M) ** 2
+    # A companion stands upright or leans as the stem does, whichever is nearer.
+    one = (p[7] - upright[0]) ** 2 + (p[8] - upright[1]) ** 2
+    other = (p[7] - p[2]) ** 2 + (p[8] - p[3]) ** 2
+    return total - 0.5 * min(one, other) / LEAN_SD**2
+
+
+@njit(**_FAST)
+def _pair_polish(
+    ridge, unit, valid, q, widen, normal, terminator, u0, du,
+    p, taper, radii, mean, sd, prior, upright, low, high, scales,
+):
+    """Pattern search over both discs; p is changed in place."""
+    z = np.empty(ridge.shape[0])
+    best = _pair_objective(
+        ridge, unit, valid, q, widen, normal, terminator, u0, du, p, taper, radii, mean, sd, z, prior, upright
+    )
+    trial = np.empty(10)
+    for scale in scales:
+        for _ in range(6):
+            improved = False
+            for move in range(52):
+                trial[:] = p
+                angle = (move % 8) * np.pi / 4
+                c, s = np.cos(angle), np.sin(angle)
+                if move < 24:  # the stem moves; with it grows or shrinks; the companion stays with it
+                    grow = 0.0 if move < 8 else (0.015 * scale if move < 16 else -0.015 * scale)
+                    trial[0] += 0.015 * scale * c
+                    trial[1] += 0.015 * scale * s
+                    trial[4] += grow
+                elif move < 32:
+                    trial[2] += 0.02 * scale * c
+                    trial[3] += 0.02 * scale * s
+                elif move < 40:
+                    trial[5] += 0.015 * scale * c
+                    trial[6] += 0.015 * scale * s
+                elif move < 44:
+                    trial[7] += 0.02 * scale * np.cos(2 * angle)
+                    trial[8] += 0.02 * scale * np.sin(2 * angle)
+                elif move < 46:  # about the stem
+                    turn = 0.15 * scale * (1 if move == 44 else -1)
+                    dx, dy = p[5] - p[0], p[6] - p[1]
+                    trial[5] = p[0] + np.cos(turn) * dx - np.sin(turn) * dy
+                    trial[6] = p[1] + np.sin(turn) * dx + np.cos(turn) * dy
+                elif move < 48:
+                    trial[9] += 0.008 * scale * (1 if move == 46 else -1)
+                elif move < 50:
+                    trial[4] += 0.012 * scale * (1 if move == 48 else -1)
+                else:  # the outer edges stay, the border between the two moves
+                    dx, dy = p[5] - p[0], p[6] - p[1]
+                    shift = 0.012 * scale * (1 if move == 50 else -1) / max(np.sqrt(dx * dx + dy * dy), 1e-6)
+                    trial[0] += shift * dx
+                    trial[1] += shift * dy
+                    trial[4] += 0.012 * scale * (1 if move == 50 else -1)
+                    trial[5] += shift * dx
+                    trial[6] += shift * dy
+                    trial[9] -= 0.012 * scale * (1 if move == 50 else -1)
+                if trial[4] < low or trial[4] > high:
+                    continue
+                value = _pair_objective(
+                    ridge, unit, valid, q, widen, normal, terminator, u0, du,
+                    trial, taper, radii, mean, sd, z, prior, upright,
+                )
+                if value > best + 1e-6:
+                    best = value
+                    p[:] = trial
+                    improved = True
+            if not improved:
+                break
+    return best
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A stem and its companion. vector: (10,) x, y, lx, ly, r of the stem, then of the companion, relative to the
+    strips' axis. score: summed log likelihood ratio with priors. gain: over the best single disc, polished alike."""
+
+    vector: np.ndarray
+    score: float
+    gain: float
+
+    def mate_row(self, start: Axis) -> np.ndarray:
+        """(1, 10) of the companion, for :func:`.strips.hide_known`."""
+        p = self.vector[5:]
+        axis = Axis(start.p + p[:2], start.s + p[2:4], np.zeros(2), start.ground_z, start.bh_m)
+        return np.concatenate([axis.row, [p[4] + MASK_M, -0.0022]])[None]
+
+
+def find_companion(search: Search, start: Axis, stems: list[np.ndarray]) -> Pair | None:
+    """The best pair made of one of ``stems`` ((5,) vectors) and a companion; None where no companion helps."""
+    common, null = _inputs(search)
+    prior, upright = search.prior.row, -start.s
+    z = np.empty(len(search.ridge))
+    turns = np.arange(TURNS) * (2 * np.pi / TURNS)
+    singles = [search.polish(Mode(*[*map(float, stem), search.score(stem)])) for stem in stems]
+    singles = distinct(sorted(singles, key=lambda mode: -mode.score), 0.015, 0.008)[:MOST_STEMS]
+    single = max((mode.score for mode in singles), default=0.0)
+    grid: list[tuple[float, int, np.ndarray]] = []
+    for owner, stem in enumerate(mode.vector for mode in singles):
+        for angle, radius in ((a, r) for a in turns for r in MATE_RADII_M):
+            away = np.array([np.cos(angle), np.sin(angle)])
+            # Beside the disc, or split off from it: the disc itself may be the sum of both.
+            for shrink in (0.0, radius):
+                thick = stem[4] - shrink
+                if radius > MOST_SHARE * thick:
+                    continue
+                place = stem[:2] - shrink * away
+                mate = place + (thick + radius) * away
+                for lean in (upright, stem[2:4]):
+                    p = np.concatenate([place, stem[2:4], [thick], mate, lean, [radius]])
+                    grid.append((float(_pair_objective(*common, p, *null, z, prior, upright)), owner, p))
+    grid.sort(key=lambda item: -item[0])
+    limits = float(null[1][0]), float(null[1][-1])
+    begun: list[tuple[float, np.ndarray]] = []
+    starts: list[tuple[int, np.ndarray]] = []
+    for value, owner, p in grid:
+        if len(begun) == MOST_STARTS or value < WORTH * single:
+            break
+        # Each single disc gets its turn, from different sides.
+        near = [np.hypot(*(p[5:7] - k[5:7])) < 0.05 and abs(p[4] - k[4]) < 0.01 for _, k in starts]
+        if any(near) or sum(other == owner for other, _ in starts) == STARTS_EACH:
+            continue
+        starts.append((owner, p))
+        vector = p.copy()
+        begun.append((float(_pair_polish(*common, vector, *null, prior, upright, *limits, np.array([1.0]))), vector))
+    if not begun:
+        return None
+    score, vector = max(begun, key=lambda item: item[0])
+    if score < single + LEAST_GAIN:
+        return None
+    score = float(_pair_polish(*common, vector, *null, prior, upright, *limits, np.array([0.5, 0.25])))
+    return Pair(vector, score, score - single)
+
+
+def pair_score(search: Search, start: Axis, vector: np.ndarray) -> float:
+    """Score of a (10,) pair as it is."""
+    common, null = _inputs(search)
+    return float(
+        _pair_objective(*common, vector, *null, np.empty(len(search.ridge)), search.prior.row, -start.s)
+    )
+
+
+def crowded(vector: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """(V, 2) bool: left and right sides of the thicker stem of a (10,) pair where the other one reaches its edge."""
+    across = normal @ (vector[5:7] - vector[:2])
+    inside = vector[4] - CLEAR_M
+    return np.column_stack([-across + vector[9] > inside, across + vector[9] > inside])
+
+
+def pair_z(search: Search, vector: np.ndarray) -> np.ndarray:
+    """(V,) z-scores of a (10,) pair; -9 where a view shows nothing."""
+    common, null = _inputs(search)
+    out = np.empty(len(search.ridge))
+    _pair_z(*common, vector, *null, out)
+    return out
+
+
+def _inputs(search: Search) -> tuple[tuple, tuple]:
+    s, u = search.strips, search.strips.u
+    valid = search.ridge[:, :, ::4].max(axis=2) > 0
+    place = float(u[0]), float(u[1] - u[0])
+    edges = (search.ridge, search.unit, valid, s.q, s.widen, s.normal, search.terminator, *place)
+    return edges, (search.taper, search.null.radii, search.null.mean, search.null.sd)
+
+
+def pair_contrast(outline: Silhouette, vector: np.ndarray) -> float:
+    """Contrast of the common silhouette of a (10,) pair, as :meth:`.backdrop.Silhouette.contrast` is for one disc."""
+    return float(_contrast(outline.total, outline.q, outline.normal, outline.widen, outline.blind, vector,
+                           outline.taper, outline.u0))
+
+
+@njit(**_FAST)
+def _contrast(total, qs, normal, widen, blind, p, taper, u0):
+    result = 0.0
+    for v in range(total.shape[0]):
+        if blind[v]:
+            continue
+        nx, ny = normal[v, 0], normal[v, 1]
+        for b in range(total.shape[1]):
+            q = qs[b]
+            c = (p[0] + p[2] * q) * nx + (p[1] + p[3] * q) * ny
+            half = widen[v] * max(p[4] + taper * q, 0.015)
+            first, last = c - half, c + half
+            m = (p[5] + p[7] * q) * nx + (p[6] + p[8] * q) * ny
+            w = max(p[9] + 0.5 * taper * q, 0.006)
+            if m - w < last + OPEN_M and m + w > first - OPEN_M:
+                first, last = min(first, m - w), max(last, m + w)
+            result += step_contrast(total, v, b, first, last, u0)
+    return result

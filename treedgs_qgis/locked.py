@@ -1,0 +1,32 @@
+"""The engine's libraries, each in one version with its hashes, for this computer: with or without its GPU.
+
+Standard library only. The list is ``requirements-locked.txt`` beside this file, written by ``make lock``.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+LOCKED = Path(__file__).with_name("requirements-locked.txt")
+#: Only of use with a GPU.
+GPU_ONLY = ("warp-lang",)
+BUILDS = ("auto", "cpu", "cuda")
+
+
+def lines(build: str = "cuda") -> list[str]:
+    """The requirements of a build (``cpu`` or ``cuda``), each with its hashes."""
+    listed = [line for line in LOCKED.read_text(encoding="utf-8").splitlines() if line and line[0] != "#"]
+    return [line for line in listed if build == "cuda" or not line.startswith(GPU_ONLY)]
+
+
+def lock_hash() -> str:
+    """Names the managed environment: another list, another environment. The same with and without a GPU."""
+    return hashlib.sha256("\n".join(lines()).encode()).hexdigest()[:10]
+
+
+def write_list(build: str, target: Path) -> list[str]:
+    """Write the build's list to ``target``; returns what pip has to be told: that file, with hashes, wheels only."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    target.write_text("\n".join(lines(build)) + "\n", encoding="utf-8")
+    return ["--require-hashes", "--only-binary", ":all:", "-r", str(target)]
