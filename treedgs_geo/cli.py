@@ -16,6 +16,7 @@ from typing import Any, NoReturn
 from . import __version__
 from .core.command import Command, describe
 from .core.errors import Cancelled, InputError, TreeDGSError
+from .core.files import no_empty_folders
 from .core.progress import PROTOCOL, Reporter, make_reporter
 from .core.settings import Param, build, params_of
 
@@ -70,7 +71,9 @@ def run_command(command: Command, values: dict[str, Any], reporter: Reporter, sh
     previous = signal.signal(signal.SIGINT, stop), signal.signal(signal.SIGTERM, stop)
     try:
         settings = build(command.settings, values)
-        result = command.run(settings, reporter)
+        named = [name for name, spec, _ in params_of(command.settings) if spec.kind.startswith("output_")]
+        with no_empty_folders(filter(None, (getattr(settings, name) for name in named))):
+            result = command.run(settings, reporter)
         reporter.progress(1.0)
         reporter.result(result)
         reporter.close()

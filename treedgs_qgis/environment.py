@@ -7,7 +7,6 @@ Standard library only, Python 3.9 or newer. The pinned list is ``requirements.tx
 from __future__ import annotations
 
 import argparse
-import hashlib
 import json
 import os
 import shutil
@@ -40,11 +39,6 @@ def requirements() -> list[str]:
     """The pinned ranges, torch first."""
     lines = REQUIREMENTS.read_text(encoding="utf-8").splitlines()
     return sorted((line for line in lines if line and line[0] != "#"), key=lambda line: not line.startswith("torch"))
-
-
-def lock_hash() -> str:
-    """Names the managed environment: another list, another environment."""
-    return hashlib.sha256("\n".join(requirements()).encode()).hexdigest()[:10]
 
 
 def usable_python(python: str) -> bool:

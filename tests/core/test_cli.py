@@ -145,3 +145,31 @@ def test_cancel_ends_within_two_seconds_with_its_own_code(tmp_path):
     assert code == 130
     assert time.monotonic() - began < 10  # generous: the machine is noisy; the plugin kills after two seconds anyway
     assert not (tmp_path / "plot" / "truth").exists()
+
+
+def test_a_refused_verb_leaves_no_empty_folder(tmp_path, monkeypatch):
+    """A folder that was there stays, one with something in it too; one that was made for nothing goes."""
+    from dataclasses import replace
+    from pathlib import Path
+
+    from treedgs_geo.cli import run_command
+    from treedgs_geo.commands import get_command
+    from treedgs_geo.core.errors import InputError
+    from treedgs_geo.core.files import ensure_writable
+    from treedgs_geo.core.progress import Reporter
+
+    def refuse(settings, reporter):
+        ensure_writable(settings.output / "summary.json")
+        if "kept" in settings.output.name:
+            (settings.output / "note.txt").write_text("half a result")
+        raise InputError("no plot is left to count.")
+
+    for name in ("trees.gpkg", "plots.csv"):
+        (tmp_path / name).touch()
+    (tmp_path / "mine").mkdir()
+    command = replace(get_command("stand-table"), run=refuse)
+    values = {"trees": str(tmp_path / "trees.gpkg"), "plots": str(tmp_path / "plots.csv"), "species": "PITA"}
+    monkeypatch.chdir(tmp_path)
+    for output in (str(tmp_path / "new" / "stand"), str(tmp_path / "mine"), "kept", "stand"):
+        assert run_command(command, {**values, "output": output}, Reporter()) == 2
+    assert sorted(p.name for p in Path(tmp_path).rglob("*")) == ["kept", "mine", "note.txt", "plots.csv", "trees.gpkg"]

@@ -130,8 +130,22 @@ def test_a_model_runs_from_cloud_to_stand_table(qgis, tmp_path):
     assert len(geopandas.read_file(folder / "trees.gpkg", layer="trees")) == 3
 
 
+def test_a_model_whose_second_step_is_refused_leaves_no_empty_folder(qgis, tmp_path):
+    stems_cloud(tmp_path / "cloud.laz")
+    (tmp_path / "plots.csv").write_text("plot_id,easting,northing,epsg,radius_m\nfar,100000,3000000,32617,7\n")
+    values = {
+        "INPUT": tmp_path / "cloud.laz",
+        "PLOTS": tmp_path / "plots.csv",
+        "SPECIES": "PITA",
+        "measure:Trees": tmp_path / "trees.gpkg",
+        "table:Tables": tmp_path / "stand",
+    }
+    refused(qgis.run("cloudtostandtable", None, **values), "no plot is left to count. Plot far")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["cloud.laz", "plots.csv", "trees.gpkg"]
+
+
 def test_a_model_refuses_before_anything_starts(qgis, simulated_plot, tmp_path):
-    """A mistyped name, which QGIS itself would pass over; a geographic CRS; a missing file; a bad choice."""
+    """A mistyped name, which QGIS itself would pass over; a geographic CRS; a missing file; a bad choice; no photos."""
     values = {
         "PHOTOS": simulated_plot / "images",
         "CRS": "EPSG:6344",
@@ -146,10 +160,11 @@ def test_a_model_refuses_before_anything_starts(qgis, simulated_plot, tmp_path):
         ({"CRS": "EPSG:4326"}, "EPSG:32615 (WGS 84 / UTM zone 15N)"),
         ({"PLOTS": tmp_path / "gone.csv"}, "gone.csv does not exist"),
         ({"PRESET": "quickest"}, "PRESET: found 'quickest', expected one of fast, balanced"),
+        ({"PHOTOS": tmp_path}, "holds 0 photos, expected at least 3"),
     ):
         done = qgis.run("photostostandtable", {"TREEDGS_PYTHON": "/nonexistent"}, **{**values, **changed})
         refused(done, words)
-        assert not (tmp_path / "work").exists()
+        assert list(tmp_path.iterdir()) == []
 
 
 def test_the_models_name_parameters_that_exist(qgis):

@@ -8,8 +8,8 @@ import os
 import shutil
 import sqlite3
 import tempfile
-from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from collections.abc import Iterable, Iterator
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -128,6 +128,20 @@ def ensure_writable(target: Path) -> None:
         raise OutputError(
             f"{target}: the folder cannot be written ({problem.strerror or problem}); choose another output folder."
         ) from None
+
+
+@contextmanager
+def no_empty_folders(targets: Iterable[Path]) -> Iterator[None]:
+    """When the block fails, remove the folders that it made for ``targets`` (files or folders) and left empty."""
+    places = [Path(os.path.abspath(target)) for target in targets]
+    absent = {folder for place in places for folder in (place, *place.parents) if not folder.exists()}
+    try:
+        yield
+    except BaseException:
+        for folder in sorted(absent, key=lambda folder: len(folder.parts), reverse=True):
+            with suppress(OSError):  # never made, a file, or not empty
+                folder.rmdir()
+        raise
 
 
 def write_json(target: Path, value: Any) -> None:

@@ -60,12 +60,17 @@ class Model(QgsProcessingModelAlgorithm):
     def _value_problem(self, parameters: dict, context: QgsProcessingContext) -> str:
         for child in self.childAlgorithms().values():
             algorithm, given = child.algorithm(), {}
-            for own, sources in child.parameterSources().items():
-                names = [source.parameterName() for source in sources if source.parameterName()]
+            sources = child.parameterSources()
+            for own in sources:
+                names = [source.parameterName() for source in sources[own] if source.parameterName()]
                 if names and parameters.get(names[0]) not in (None, ""):
                     given[own] = parameters[names[0]]
-            problem = algorithm.values_problem(given, context) if hasattr(algorithm, "values_problem") else ""
-            if problem:
+            if not hasattr(algorithm, "values_problem"):
+                continue
+            problem = algorithm.values_problem(given, context)
+            # What a later step needs beyond that is made by the earlier ones, and looked at when it is there.
+            first = not any(source.outputChildId() for several in sources.values() for source in several)
+            if problem or (first and (problem := algorithm.needs(given, context))):
                 return problem
         return ""
 
