@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
+from ..stems.cone import _solved
+
 _FOR_LEVEL = 36
 #: Density of stray points inside a ring of bark over that outside.
 INSIDE_SHARE = 0.3
@@ -164,3 +166,101 @@ def _ring_consensus(points, weights, hypotheses, noise, area, r_min, r_max, seed
             out[1] = cy + my
             out[2] = np.sqrt(r2)
     return out
+
+
+@njit(cache=True)
+def _normal(points, vector, residual, w, normal, right):  # pragma: no cover - compiled
+    """Normal matrix (3, 3) and right side of a step of x, y, r."""
+    normal[:] = 0.0
+    right[:] = 0.0
+    for m in range(points.shape[0]):
+        d = residual[m] + vector[2]
+        ux, uy = (vector[0] - points[m, 0]) / d, (vector[1] - points[m, 1]) / d
+        normal[0, 0] += w[m] * ux * ux
+        normal[1, 0] += w[m] * ux * uy
+        normal[1, 1] += w[m] * uy * uy
+        normal[2, 0] -= w[m] * ux
+        normal[2, 1] -= w[m] * uy
+        normal[2, 2] += w[m]
+        right[0] -= w[m] * ux * residual[m]
+        right[1] -= w[m] * uy * residual[m]
+        right[2] += w[m] * residual[m]
+    normal[0, 1], normal[0, 2], normal[1, 2] = normal[1, 0], normal[2, 0], normal[2, 1]
+
+
+@njit(cache=True)
+def _step(normal, right, vector, longest):  # pragma: no cover - compiled
+    """Moves ``vector`` by at most ``longest``; the length it wanted, or -1 where the circle ran away."""
+    step = np.zeros(3)
+    if not _solved(normal + 1e-12 * np.eye(3), right, step):
+        return -1.0
+    largest = np.abs(step).max()
+    vector += step * min(1.0, longest / max(largest, 1e-12))
+    if not np.isfinite(vector).all() or vector[2] <= 0 or vector[2] > 5:
+        return -1.0
+    return largest
+
+
+@njit(cache=True)
+def _residual(points, vector, out):  # pragma: no cover - compiled
+    for m in range(points.shape[0]):
+        dx, dy = points[m, 0] - vector[0], points[m, 1] - vector[1]
+        out[m] = max(np.sqrt(dx * dx + dy * dy), 1e-9) - vector[2]
+
+
+@njit(cache=True)
+def _geometric(points, weights, start, noise, rounds):  # pragma: no cover - compiled
+    """:func:`.circles.geometric_circle`: whether it held, (3,), (3, 3), (N,)."""
+    n = points.shape[0]
+    vector = start.copy()
+    residual, robust, w = np.empty(n), np.empty(n), np.empty(n)
+    normal, right = np.zeros((3, 3)), np.zeros(3)
+    for scale in (4 * noise, 2.5 * noise):
+        for _ in range(rounds):
+            _residual(points, vector, residual)
+            for m in range(n):
+                share = scale * scale / (scale * scale + residual[m] * residual[m])
+                robust[m] = share * share if abs(residual[m]) <= 4 * scale else 0.0
+                w[m] = weights[m] * robust[m]
+            _normal(points, vector, residual, w, normal, right)
+            largest = _step(normal, right, vector, 0.1)
+            if largest < 0:
+                return False, vector, normal, robust
+            if largest < 1e-7:
+                break
+    variance = (w * residual * residual).sum() / max(w.sum() * (1 - 3 / max(robust.sum(), 4.0)), 1e-12)
+    # Weights are relative: the covariance uses their effective number, not their sum.
+    if (robust > 0).any():
+        normal /= max(weights[robust > 0].mean(), 1e-12)
+    return True, vector, max(variance, 1e-10) * np.linalg.pinv(normal), robust
+
+
+@njit(cache=True)
+def _mixture(points, weights, start, noise_m, area):  # pragma: no cover - compiled
+    """:func:`.circles._mixture_circle`: whether it held, (3,), (3, 3)."""
+    n = points.shape[0]
+    vector = start.copy()
+    residual, posterior = np.empty(n), np.empty(n)
+    normal, right = np.zeros((3, 3)), np.zeros(3)
+    noise, share = 2.0 * noise_m, 0.7
+    for _ in range(80):
+        _residual(points, vector, residual)
+        peak = share / (noise * 2.5066 * 2 * np.pi * max(vector[2], 0.01))
+        # The same odds on both sides, or the ring would be pulled to one of them.
+        for m in range(n):
+            bark = peak * np.exp(-0.5 * (residual[m] / noise) ** 2)
+            posterior[m] = bark / (bark + (1.0 - share) / area)
+        w = weights * posterior
+        share = min(max(w.sum() / max(weights.sum(), 1e-300), 0.3), 0.995)
+        _normal(points, vector, residual, w, normal, right)
+        largest = _step(normal, right, vector, 0.05)
+        if largest < 0:
+            return False, vector, normal
+        if noise == noise_m and largest < 1e-7:
+            break
+        noise = max(noise_m, 0.8 * noise)
+    total = posterior.sum()
+    if total < 3:
+        return False, vector, normal
+    variance = max((w * residual * residual).sum() / w.sum() * total / max(total - 3, 1.0), 1e-10)
+    return True, vector, variance * np.linalg.pinv(normal / max(w.sum() / total, 1e-12))

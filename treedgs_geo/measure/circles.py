@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .circle_kernels import _ring_consensus, _ring_score, _solid_batch
+from .circle_kernels import _geometric, _mixture, _ring_consensus, _ring_score, _solid_batch
 
 _SECTORS = 24
 
@@ -46,11 +46,13 @@ class CircleFit:
 
 
 def fit_circle(points: np.ndarray, weights: np.ndarray | None = None, method: str = "ring",
-               solid: SolidCircle | None = None, noise_m: float = 0.01, seed: int = 0) -> CircleFit | None:
+               solid: SolidCircle | None = None, noise_m: float = 0.01, seed: int = 0,
+               start: np.ndarray | None = None) -> CircleFit | None:
     """One circle.
 
     method: ``paper`` = weighted solid-circle RANSAC (eq:weighted_score); ``ring`` = consensus over arcs, then a robust
     geometric fit with bark noise about ``noise_m``; ``hyper`` = the algebraic Hyper fit, for clean arcs.
+    start: (3,) x, y, r of a circle that is known to be near: ``ring`` then looks nowhere else.
     """
     points = np.asarray(points, float).reshape(-1, 2)
     weights = np.ones(len(points)) if weights is None else np.asarray(weights, float)
@@ -64,7 +66,7 @@ def fit_circle(points: np.ndarray, weights: np.ndarray | None = None, method: st
         return None if vector is None else _describe(vector, points, weights, 2 * noise_m, np.nan)
     if method != "ring":
         raise ValueError(f"method {method!r}: expected ring, paper or hyper")
-    return _ring(points, weights, noise_m, seed)
+    return _ring(points, weights, noise_m, seed, start)
 
 
 def fit_solid_circles(slices: Sequence[np.ndarray], weights: Sequence[np.ndarray], solid: SolidCircle,
@@ -124,29 +126,9 @@ def hyper_circle(points: np.ndarray, weights: np.ndarray | None = None) -> np.nd
 def geometric_circle(points: np.ndarray, weights: np.ndarray, start: np.ndarray, noise_m: float,
                      rounds: int = 30) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
     """Robust geometric fit: ``(x, y, r)``, (3, 3) covariance, (N,) robust weights; ``None`` if it runs away."""
-    vector = np.asarray(start, float).copy()
-    for scale in (4 * noise_m, 2.5 * noise_m):
-        for _ in range(rounds):
-            offset = points - vector[:2]
-            distance = np.maximum(np.hypot(offset[:, 0], offset[:, 1]), 1e-9)
-            residual = distance - vector[2]
-            robust = (scale * scale / (scale * scale + residual * residual)) ** 2
-            robust[np.abs(residual) > 4 * scale] = 0.0
-            w = weights * robust
-            jacobian = np.column_stack([-offset / distance[:, None], -np.ones(len(points))])
-            normal = (jacobian * w[:, None]).T @ jacobian + 1e-12 * np.eye(3)
-            step = np.linalg.solve(normal, -(jacobian * w[:, None]).T @ residual)
-            largest = np.abs(step).max()
-            vector = vector + step * min(1.0, 0.1 / max(largest, 1e-12))
-            if not np.isfinite(vector).all() or vector[2] <= 0 or vector[2] > 5:
-                return None
-            if largest < 1e-7:
-                break
-    variance = (w * residual * residual).sum() / max(w.sum() * (1 - 3 / max(robust.sum(), 4)), 1e-12)
-    # Weights are relative: the covariance uses their effective number, not their sum.
-    effective = w / max(weights[robust > 0].mean(), 1e-12) if (robust > 0).any() else w
-    covariance = max(variance, 1e-10) * np.linalg.pinv((jacobian * effective[:, None]).T @ jacobian)
-    return vector, covariance, robust
+    done, *found = _geometric(np.ascontiguousarray(points, dtype=float), np.asarray(weights, float),
+                              np.asarray(start, float), noise_m, rounds)
+    return (found[0], found[1], found[2]) if done else None
 
 
 def covered_arc_deg(points: np.ndarray, x: float, y: float, r: float, tolerance_m: float) -> float:
@@ -180,20 +162,22 @@ def _describe(vector: np.ndarray, points: np.ndarray, weights: np.ndarray, toler
     return CircleFit(x, y, r, float(sd_r), arc, inside, rms, int(on.sum()))
 
 
-def _ring(points: np.ndarray, weights: np.ndarray, noise_m: float, seed: int) -> CircleFit | None:
-    starts = []
-    algebraic = hyper_circle(points, weights)
-    if algebraic is not None:
-        starts.append(algebraic)
+def _ring(points: np.ndarray, weights: np.ndarray, noise_m: float, seed: int,
+          start: np.ndarray | None) -> CircleFit | None:
     low, high = np.percentile(points, [1, 99], axis=0)
     area = float(np.prod(np.maximum(high - low, 4 * noise_m)))
-    consensus = _ring_consensus(np.ascontiguousarray(points), np.ascontiguousarray(weights), 600, noise_m, area, 0.01,
-                                1.5, np.uint64(seed))
-    if np.isfinite(consensus[2]):
-        starts.append(consensus)
+    starts = [] if start is None else [np.asarray(start, float)]
+    if start is None:
+        algebraic = hyper_circle(points, weights)
+        if algebraic is not None:
+            starts.append(algebraic)
+        consensus = _ring_consensus(np.ascontiguousarray(points), np.ascontiguousarray(weights), 600, noise_m, area,
+                                    0.01, 1.5, np.uint64(seed))
+        if np.isfinite(consensus[2]):
+            starts.append(consensus)
     best, best_score = None, -np.inf
-    for start in starts:
-        fitted = _mixture_circle(points, weights, start, noise_m, area)
+    for near in starts:
+        fitted = _mixture_circle(points, weights, near, noise_m, area)
         if fitted is None:
             continue
         score = _ring_score(points, weights, *fitted[0], noise_m, area)
@@ -209,30 +193,6 @@ def _mixture_circle(points: np.ndarray, weights: np.ndarray, start: np.ndarray, 
                     area: float) -> tuple[np.ndarray, np.ndarray] | None:
     """Bark or clutter: expectation-maximisation of :func:`_ring_score`'s model from ``start``, noise shrinking to
     ``noise_m``. ``(x, y, r)`` and (3, 3) covariance; ``None`` if it runs away."""
-    vector = np.asarray(start, float).copy()
-    noise, share = 2.0 * noise_m, 0.7
-    for _ in range(80):
-        offset = points - vector[:2]
-        distance = np.maximum(np.hypot(offset[:, 0], offset[:, 1]), 1e-9)
-        residual = distance - vector[2]
-        bark = np.exp(-0.5 * (residual / noise) ** 2) / (noise * 2.5066 * 2 * np.pi * max(vector[2], 0.01))
-        # The same odds on both sides, or the ring would be pulled to one of them.
-        posterior = share * bark / (share * bark + (1.0 - share) / area)
-        share = float(np.clip(np.average(posterior, weights=weights), 0.3, 0.995))
-        w = weights * posterior
-        jacobian = np.column_stack([-offset / distance[:, None], -np.ones(len(points))])
-        normal = (jacobian * w[:, None]).T @ jacobian + 1e-12 * np.eye(3)
-        step = np.linalg.solve(normal, -(jacobian * w[:, None]).T @ residual)
-        largest = np.abs(step).max()
-        vector = vector + step * min(1.0, 0.05 / max(largest, 1e-12))
-        if not np.isfinite(vector).all() or vector[2] <= 0 or vector[2] > 5:
-            return None
-        if noise == noise_m and largest < 1e-7:
-            break
-        noise = max(noise_m, 0.8 * noise)
-    total = posterior.sum()
-    if total < 3:
-        return None
-    variance = max(float((w * residual**2).sum() / w.sum()) * total / max(total - 3, 1.0), 1e-10)
-    effective = posterior * weights / max(float(np.average(weights, weights=posterior)), 1e-12)
-    return vector, variance * np.linalg.pinv((jacobian * effective[:, None]).T @ jacobian)
+    done, vector, covariance = _mixture(np.ascontiguousarray(points), np.asarray(weights, float),
+                                        np.asarray(start, float), noise_m, area)
+    return (vector, covariance) if done else None

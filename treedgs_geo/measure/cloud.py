@@ -9,11 +9,13 @@ from scipy.spatial import cKDTree
 
 from ..core.errors import InputError
 from ..core.progress import Reporter
-from ..pointcloud.cloud import PointCloud
+from ..pointcloud.cloud import PointCloud, extent
 from ..stems.cone import Cone
+from ..stems.nearby import Nearby
 from ..stems.options import SegmentOptions
 from ..stems.segment import SENSORS, Sensor, StemMap, find_stems, guess_sensor, label_points
 from ..terrain.dtm import Dtm
+from ..terrain.ground import height_above_ground
 from .circles import SolidCircle
 from .cylinder import fit_cylinder
 from .heights import tree_heights
@@ -52,21 +54,23 @@ def measure_cloud(cloud: PointCloud, dtm: Dtm, options: MeasureOptions | None = 
     :func:`treedgs_geo.terrain.ground.dtm_from_cloud` or the user."""
     options, reporter = options or MeasureOptions(), reporter or Reporter()
     with reporter.stage("find stems", 0.0, 0.6):
-        stems = find_stems(cloud, dtm, segment_options(options), reporter)
-        height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
+        height = height_above_ground(cloud.xyz, dtm)
+        stems = find_stems(cloud, dtm, segment_options(options), reporter, height=height)
         tree_id = label_points(cloud.xyz, height, stems)
     reporter.info(f"{len(stems.stems)} stems found ({stems.sensor} settings).")
     with reporter.stage("measure stems", 0.6, 1.0):
-        trees = measure_stems(cloud, tree_id, dtm, options, reporter, stems)
+        trees = measure_stems(cloud, tree_id, dtm, options, reporter, stems, height)
     return trees, tree_id
 
 
 def measure_stems(cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm, options: MeasureOptions | None = None,
-                  reporter: Reporter | None = None, stems: StemMap | None = None) -> list[Tree]:
+                  reporter: Reporter | None = None, stems: StemMap | None = None,
+                  height: np.ndarray | None = None) -> list[Tree]:
     """Measure segmented stems.
 
     tree_id: (N,) integers, <= 0 = no stem. stems: the map that gave the ids, if they are ours (starting values, and the
-    labels of crowded points). One bad tree never ends the run: it gets a reason. Deterministic for a seed.
+    labels of crowded points). height: (N,) above the terrain, where it has been computed. One bad tree never ends the
+    run: it gets a reason. Deterministic for a seed.
 
     Raises:
         InputError: the attribute that ``weights`` names is missing, or no point has a tree id.
@@ -77,10 +81,12 @@ def measure_stems(cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm, options: Mea
     owned = np.flatnonzero(tree_id > 0)
     if len(owned) == 0:
         return []
+    if height is None:
+        height = height_above_ground(cloud.xyz, dtm)
     order = owned[np.argsort(tree_id[owned], kind="stable")]
     ids, starts = np.unique(tree_id[order], return_index=True)
     groups = np.split(order, starts[1:])
-    sensor = SENSORS[_source(cloud, dtm, options, stems, owned)]
+    sensor = SENSORS[_source(cloud, height, options, stems, owned)]
     frames = [_TreeFrame.of(cloud, group, dtm) for group in groups]
     if "even" in cloud.attributes and "opacity" in cloud.attributes:
         if options.method == "paper" or options.fit != "circle":
@@ -95,13 +101,13 @@ def measure_stems(cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm, options: Mea
         results = _filled(groups, frames, weights, options)
     else:
         results = []
-        around = _Surroundings.of(cloud, tree_id, dtm)
+        around = _Surroundings.of(cloud, tree_id, height)
         for number, (tree, group, frame) in enumerate(zip(ids, groups, frames, strict=True)):
             results.append(_measure_one(frame, group, weights, sensor, options, stems, int(tree), around))
             reporter.progress((number + 1) / len(ids))
     trees = [_tree(int(tree), frame, measured, options)
              for tree, frame, measured in zip(ids, frames, results, strict=True)]
-    _finish(cloud, dtm, trees, results, groups)
+    _finish(cloud, height, trees, results, groups)
     return trees
 
 
@@ -150,43 +156,39 @@ class _TreeFrame:
         return cls(origin, ground, np.column_stack([xyz[:, :2] - origin, xyz[:, 2] - ground]))
 
 
-def _source(cloud: PointCloud, dtm: Dtm, options: MeasureOptions, stems: StemMap | None, owned: np.ndarray) -> str:
+def _source(cloud: PointCloud, height: np.ndarray, options: MeasureOptions, stems: StemMap | None,
+            owned: np.ndarray) -> str:
     if stems is not None:
         return stems.sensor
     if options.source != "auto":
         return options.source
-    xyz = cloud.xyz[owned]
-    height = xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1])
-    return guess_sensor(cloud, np.column_stack([xyz[:, :2], height]), segment_options(options))
+    points = np.column_stack([cloud.xyz[owned, :2], height[owned]])
+    return guess_sensor(cloud, points, segment_options(options))
 
 
 @dataclass(frozen=True)
 class _Surroundings:
     """The points of the stem band that belong to no stem: twigs and shrubs that crowd the bark."""
 
-    xyz: np.ndarray
-    tree: cKDTree | None
+    tree: Nearby
     has_crowns: bool
 
     @classmethod
-    def of(cls, cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm) -> _Surroundings:
+    def of(cls, cloud: PointCloud, tree_id: np.ndarray, height: np.ndarray) -> _Surroundings:
         free = np.flatnonzero(tree_id <= 0)
-        height = cloud.xyz[free, 2] - dtm.height(cloud.xyz[free, 0], cloud.xyz[free, 1])
+        height = height[free]
         with np.errstate(invalid="ignore"):
             crowns = bool((height > 8.0).mean() > 0.05) if len(free) else False
             free = free[(height > 0.2) & (height < 5.0)]
-        xyz = cloud.xyz[free]
-        return cls(xyz, cKDTree(xyz[:, :2]) if len(xyz) else None, crowns)
+        return cls(Nearby(cloud.xyz[free]), crowns)
 
     def near(self, frame: _TreeFrame) -> np.ndarray:
         """(M, 3) in the tree's frame, within 25 cm of its points' extent."""
-        if self.tree is None:
-            return np.empty((0, 3))
         band = (frame.points[:, 2] > 0.2) & (frame.points[:, 2] < 5.0)
         xy = frame.points[band, :2] if band.any() else frame.points[:, :2]
         middle, reach = np.median(xy, axis=0), np.percentile(np.hypot(*(xy - np.median(xy, axis=0)).T), 98)
-        found = self.xyz[self.tree.query_ball_point(middle + frame.origin, min(float(reach), 1.5) + 0.25)]
-        return found - [*frame.origin, frame.ground] if len(found) else np.empty((0, 3))
+        found = self.tree.within(middle + frame.origin, min(float(reach), 1.5) + 0.25)
+        return self.tree.points[found] - [*frame.origin, frame.ground]
 
 
 def _measure_one(frame: _TreeFrame, group: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
@@ -339,14 +341,13 @@ def _tree(tree: int, frame: _TreeFrame, measured: StemMeasure, options: MeasureO
         qc_reason=",".join(dict.fromkeys(reasons)))
 
 
-def _finish(cloud: PointCloud, dtm: Dtm, trees: list[Tree], results: list[StemMeasure],
+def _finish(cloud: PointCloud, height: np.ndarray, trees: list[Tree], results: list[StemMeasure],
             groups: list[np.ndarray]) -> None:
     """Heights, opacity and the edge of the data; then the layer's own rules."""
-    height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
     feet = np.array([[tree.x, tree.y] for tree in trees]).reshape(-1, 2)
     slopes = np.array([[m.cone.dx, m.cone.dy] if m.cone is not None else [0.0, 0.0] for m in results]).reshape(-1, 2)
     tops = tree_heights(cloud.xyz, height, feet, slopes)
-    low, high = cloud.xyz[:, :2].min(axis=0), cloud.xyz[:, :2].max(axis=0)
+    low, high = extent(cloud.xyz[:, :2])
     # A file of stem points alone does not say where the survey ended.
     whole = sum(len(group) for group in groups) < 0.5 * len(cloud)
     opacity = cloud.attributes.get("opacity")

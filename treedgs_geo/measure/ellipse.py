@@ -23,15 +23,17 @@ class EllipseFit:
     gain: float
 
 
-def fit_ellipse(points: np.ndarray, weights: np.ndarray | None = None, noise_m: float = 0.01) -> EllipseFit | None:
+def fit_ellipse(points: np.ndarray, weights: np.ndarray | None = None, noise_m: float = 0.01,
+                start: np.ndarray | None = None) -> EllipseFit | None:
     """A robust geometric ellipse through points on bark, started at the ring; ``None`` without a ring, with less than
     240 degrees of bark (an arc does not tell an ellipse) or with axes further apart than 2 : 1.
 
-    Residuals are radial distances; a corrected AIC compares it with the circle, each sector counting once.
+    Residuals are radial distances; a corrected AIC compares it with the circle, each sector counting once. start: (3,)
+    x, y, r of the ring, where it is known roughly.
     """
     points = np.asarray(points, float).reshape(-1, 2)
     weights = np.ones(len(points)) if weights is None else np.asarray(weights, float)
-    ring = fit_circle(points, weights, "ring", noise_m=max(noise_m, 0.004))
+    ring = fit_circle(points, weights, "ring", noise_m=max(noise_m, 0.004), start=start)
     if ring is None:
         return None
     if covered_arc_deg(points, ring.x, ring.y, ring.r, 0.3 * ring.r) < 240:

@@ -24,16 +24,19 @@ def tree_heights(xyz: np.ndarray, height: np.ndarray, feet: np.ndarray, slopes: 
         return tops
     spacing = cKDTree(feet).query(feet, k=2)[0][:, 1] if len(feet) > 1 else np.array([np.inf])
     reach = np.clip(0.3 * spacing, 1.2, 4.0)
-    # Axes are compared layer by layer: exact enough, and one tree query a layer.
-    owner = np.full(len(upper), -1)
-    layer = np.floor(height[upper]).astype(int)
-    for level in np.unique(layer):
-        here = np.flatnonzero(layer == level)
-        axes = cKDTree(feet + slopes * (0.5 * (level - 3.0) + 3.0))
-        distance, nearest = axes.query(xyz[upper[here], :2])
-        owner[here] = np.where(distance <= reach[nearest], nearest, -1)
-    for tree in range(len(feet)):
-        own = np.sort(height[upper[owner == tree]])
+    # Axes are compared layer by layer: exact enough, and one grid a layer; no point is farther than the widest reach.
+    owner = np.full(len(upper), -1, np.int32)
+    # Of 16 bits: sorted by counting.
+    layer = np.floor(height[upper]).clip(3, 1000).astype(np.int16)
+    order = np.argsort(layer, kind="stable")
+    for here in np.split(order, np.flatnonzero(np.diff(layer[order])) + 1):
+        axes = cKDTree(feet + slopes * (0.5 * (layer[here[0]] - 3.0) + 3.0))
+        distance, nearest = axes.query(xyz[upper[here], :2], distance_upper_bound=float(reach.max()) + 1e-9)
+        inside = np.isfinite(distance)
+        owner[here[inside]] = np.where(distance[inside] <= reach[nearest[inside]], nearest[inside], -1)
+    taken = np.flatnonzero(owner >= 0)
+    for tree in np.unique(owner[taken]):
+        own = np.sort(height[upper[taken[owner[taken] == tree]]])
         if len(own) < 20:
             continue
         gaps = np.flatnonzero(np.diff(own) > gap_m)

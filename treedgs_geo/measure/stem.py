@@ -313,7 +313,7 @@ def _girth_factor(points: np.ndarray, cone: Cone, sensor: Sensor) -> float:
         return 1.0
     some = points[::max(len(points) // 600, 1)]
     flat = across_axis(some, cone) * (float(cone.r) / np.maximum(cone.radius(some[:, 2]), 1e-3))[:, None]
-    oval = fit_ellipse(flat, noise_m=max(cone.sigma, sensor.floor_m))
+    oval = fit_ellipse(flat, noise_m=max(cone.sigma, sensor.floor_m), start=np.array([0.0, 0.0, float(cone.r)]))
     return oval.girth_d / (oval.a + oval.b) if oval is not None and oval.gain > 0 else 1.0
 
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 
 
 @dataclass(frozen=True)
@@ -125,16 +126,10 @@ def taper_line(heights_m: np.ndarray, diameters_cm: np.ndarray, se_cm: np.ndarra
         models["butt"] = 3
     best: tuple[float, Taper] | None = None
     for model, k in models.items():
-        basis = columns[:, :k]
+        basis = np.ascontiguousarray(columns[:, :k])
         precision = 1.0 / sd[:k] ** 2
-        robust = np.ones_like(h)
-        for _ in range(30):
-            weight = robust / s ** 2 / slices_per_independent
-            normal = (basis * weight[:, None]).T @ basis + np.diag(precision)
-            line = np.linalg.solve(normal, (basis * weight[:, None]).T @ y + precision * mean[:k])
-            residual = (y - basis @ line) / s
-            scale = max(1.4826 * np.median(np.abs(residual)), 1.0)
-            robust = np.clip(1 - (residual / (4.7 * scale)) ** 2, 0, None) ** 2
+        line, normal, residual, robust, scale = _robust_line(basis, y, s, precision, precision * mean[:k],
+                                                             slices_per_independent)
         count = max(robust.sum() / slices_per_independent, 3.0)
         chi2 = float((np.minimum(residual ** 2, (4.7 * scale) ** 2)).sum() / slices_per_independent)
         chi2 += float((precision * (line - mean[:k]) ** 2).sum())
@@ -149,3 +144,37 @@ def taper_line(heights_m: np.ndarray, diameters_cm: np.ndarray, se_cm: np.ndarra
             best = criterion, taper
     assert best is not None
     return best[1]
+
+
+@njit(cache=True)
+def _robust_line(basis, y, s, precision, pull, shared):  # pragma: no cover - compiled
+    """Bisquare re-weighted least squares with a prior: line (K,), normal (K, K), residuals and weights (S,), scale."""
+    n, k = basis.shape
+    robust, residual, size = np.ones(n), np.empty(n), np.empty(n)
+    normal, right = np.empty((k, k)), np.empty(k)
+    scale = 1.0
+    for _ in range(30):
+        normal[:] = np.diag(precision)
+        right[:] = pull
+        for m in range(n):
+            weight = robust[m] / (s[m] * s[m]) / shared
+            for a in range(k):
+                right[a] += weight * basis[m, a] * y[m]
+                for b in range(k):
+                    normal[a, b] += weight * basis[m, a] * basis[m, b]
+        line = np.linalg.solve(normal, right)
+        for m in range(n):
+            value = y[m]
+            for a in range(k):
+                value -= basis[m, a] * line[a]
+            residual[m] = value / s[m]
+            size[m] = abs(residual[m])
+        scale = max(1.4826 * np.median(size), 1.0)
+        moved = 0.0
+        for m in range(n):
+            share = max(1 - (residual[m] / (4.7 * scale)) ** 2, 0.0) ** 2
+            moved = max(moved, abs(share - robust[m]))
+            robust[m] = share
+        if moved < 1e-7:
+            break
+    return line, normal, residual, robust, scale

@@ -12,6 +12,8 @@ import numpy as np
 from scipy import fft
 from scipy.ndimage import maximum_filter
 
+from ..pointcloud.cloud import extent
+
 _CELL_M = 0.05
 _LAYER_M = 0.5
 _STEP_M = 0.1
@@ -41,8 +43,9 @@ def find_candidates(points: np.ndarray, weights: np.ndarray | None, low_m: float
     displaced by. near: (K, 2) places where stems are known to stand: within ``near_m`` of them weaker candidates count
     too. Memory is that of a few grids of 5 cm cells over the tile.
     """
-    origin = points[:, :2].min(axis=0) - 0.7
-    rows, cols = (np.ceil((points[:, :2].max(axis=0) + 0.7 - origin) / _CELL_M).astype(int) + 1)
+    low, high = extent(points[:, :2])
+    origin = low - 0.7
+    rows, cols = (np.ceil((high + 0.7 - origin) / _CELL_M).astype(int) + 1)
     heights = np.arange(low_m, high_m - _LAYER_M / 2, _LAYER_M)
     radii = [r for r in RADII_M if r <= max_radius_m] or [RADII_M[0]]
     shape = fft.next_fast_len(int(rows), real=True), fft.next_fast_len(int(cols), real=True)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 
+from .cone import distance
 from .segment import SENSORS, StemMap, _tolerance
 
 _CELL_M = 0.5
 
 
 class Labeller:
-    """Stems of a :class:`StemMap` spread over a grid; the same rule as :func:`.segment.label_points`."""
+    """Stems of a :class:`StemMap` spread over a grid; points inside a stem's bark or within its noise
+    outside are that stem's, the nearest bark wins."""
 
     def __init__(self, stems: StemMap) -> None:
         self.stems = stems
@@ -35,47 +38,35 @@ class Labeller:
         self.low = table[:, :2].min(axis=0) if len(table) else np.zeros(2, np.int64)
         self.span = table[:, :2].max(axis=0) - self.low + 1 if len(table) else np.zeros(2, np.int64)
         key = (table[:, 0] - self.low[0]) * self.span[1] + table[:, 1] - self.low[1]
-        order = np.argsort(key, kind="stable")
-        self.key, self.piece = key[order], table[order, 2]
+        self.piece = table[np.argsort(key, kind="stable"), 2]
+        self.starts = np.searchsorted(np.sort(key), np.arange(self.span.prod() + 1))
 
     def __call__(self, xyz: np.ndarray, height: np.ndarray) -> np.ndarray:
         """(N,) int32 tree ids of (N, 3) project coordinates at (N,) heights above ground; 0 = no stem."""
-        label = np.zeros(len(xyz), np.int32)
-        if not len(self.key):
-            return label
-        xy = xyz[:, :2] - self.stems.origin
-        cell = np.floor(xy / _CELL_M).astype(np.int64) - self.low
-        with np.errstate(invalid="ignore"):
-            inside = ((cell >= 0) & (cell < self.span)).all(axis=1) & (height >= 0.15)
-        where = np.flatnonzero(inside)
-        key = cell[where, 0] * self.span[1] + cell[where, 1]
-        start, end = np.searchsorted(self.key, key, "left"), np.searchsorted(self.key, key, "right")
-        count = end - start
-        where, start, count = where[count > 0], start[count > 0], count[count > 0]
-        point = np.repeat(where, count)
-        piece = self.piece[np.repeat(start - np.r_[0, np.cumsum(count)[:-1]], count) + np.arange(count.sum())]
-        h = height[point]
-        p = self.pieces[piece]
-        keep = (h >= p[:, 9]) & (h < p[:, 10])
-        keep &= np.hypot(xy[point, 0] - p[:, 11], xy[point, 1] - p[:, 12]) <= p[:, 13]
-        point, piece, p, h = point[keep], piece[keep], p[keep], h[keep]
-        residual = _residuals(xy[point], h, p)
-        keep = residual < p[:, 14] + 0.01
-        point, piece, away = point[keep], piece[keep], np.abs(residual[keep])
-        order = np.lexsort((piece, away, point))
-        first = np.r_[True, np.diff(point[order]) != 0] if len(order) else np.zeros(0, bool)
-        chosen = order[first]
-        label[point[chosen]] = self.pieces[piece[chosen], 15]
-        return label
+        if not len(self.piece):
+            return np.zeros(len(xyz), np.int32)
+        return _labels(xyz, np.asarray(height, float), self.stems.origin, self.low, self.span, self.starts, self.piece,
+                       self.pieces)
 
 
-def _residuals(xy: np.ndarray, h: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """(K,) distance of each point from its own piece's bark, positive outside (as :meth:`.cone.Cone.residuals`)."""
-    t = h - p[:, 8]
-    sx, sy = p[:, 2] + p[:, 6] * t, p[:, 3] + p[:, 7] * t
-    length = np.sqrt(1.0 + sx * sx + sy * sy)
-    ex = xy[:, 0] - p[:, 0] - (p[:, 2] + 0.5 * p[:, 6] * t) * t
-    ey = xy[:, 1] - p[:, 1] - (p[:, 3] + 0.5 * p[:, 7] * t) * t
-    along = (ex * sx + ey * sy) / length
-    d = np.sqrt(np.maximum(ex * ex + ey * ey - along * along, 1e-12))
-    return d - (p[:, 4] + p[:, 5] * (t + along / length))
+@njit(cache=True)
+def _labels(xyz, height, origin, low, span, starts, piece, pieces):  # pragma: no cover - compiled
+    label = np.zeros(xyz.shape[0], np.int32)
+    for m in range(xyz.shape[0]):
+        h = height[m]
+        if not h >= 0.15:
+            continue
+        x, y = xyz[m, 0] - origin[0], xyz[m, 1] - origin[1]
+        i, j = int(np.floor(x / _CELL_M)) - low[0], int(np.floor(y / _CELL_M)) - low[1]
+        if i < 0 or j < 0 or i >= span[0] or j >= span[1]:
+            continue
+        nearest = np.inf
+        for k in range(starts[i * span[1] + j], starts[i * span[1] + j + 1]):
+            p = pieces[piece[k]]
+            if h < p[9] or h >= p[10] or (x - p[11]) ** 2 + (y - p[12]) ** 2 > p[13] ** 2:
+                continue
+            e = distance(x, y, h, p, p[8])
+            if e < p[14] + 0.01 and abs(e) < nearest:
+                nearest = abs(e)
+                label[m] = int(p[15])
+    return label

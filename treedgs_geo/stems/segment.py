@@ -14,16 +14,19 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from ..core.progress import Reporter
-from ..pointcloud.cloud import PointCloud, thin
+from ..pointcloud.cloud import PointCloud, extent, thin
 from ..terrain.dtm import Dtm
+from ..terrain.ground import height_above_ground
 from .candidates import find_candidates
 from .cone import TAPER_PRIOR, Cone, fit_cone
+from .evidence import ROW_M, count_evidence
+from .nearby import Nearby
 from .options import SegmentOptions
 
 _TILE_M, _BUFFER_M = 30.0, 1.5
 _REACH_M = 0.75
-_ROW_M = 0.25
-_SECTORS = 24
+#: Points that a candidate's cone is fitted to at most, and fits of its layer that are one and the same.
+MOST_FITTED, SAME_M = 3000, 0.0005
 
 
 @dataclass(frozen=True)
@@ -76,22 +79,25 @@ class StemMap:
 def segment_stems(cloud: PointCloud, dtm: Dtm, options: SegmentOptions | None = None,
                   reporter: Reporter | None = None) -> np.ndarray:
     """(N,) int32 ``tree_id`` of each point, 0 = no stem. See :func:`find_stems` for the stems themselves."""
-    stems = find_stems(cloud, dtm, options, reporter)
-    height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
+    height = height_above_ground(cloud.xyz, dtm)
+    stems = find_stems(cloud, dtm, options, reporter, height=height)
     return label_points(cloud.xyz, height, stems)
 
 
 def find_stems(cloud: PointCloud, dtm: Dtm, options: SegmentOptions | None = None,
-               reporter: Reporter | None = None, seeds_xy: np.ndarray | None = None) -> StemMap:
+               reporter: Reporter | None = None, seeds_xy: np.ndarray | None = None,
+               height: np.ndarray | None = None) -> StemMap:
     """The stems of a cloud in project coordinates over its terrain model, in a stable order (north to south).
 
     seeds_xy: (K, 2) project coordinates of stems that are known (field stems): weaker evidence is looked at there.
+    height: (N,) above the terrain, where it has been computed.
     """
     options, reporter = options or SegmentOptions(), reporter or Reporter()
-    height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
+    if height is None:
+        height = height_above_ground(cloud.xyz, dtm)
     with np.errstate(invalid="ignore"):
         slab = np.flatnonzero((height > 0.2) & (height < options.grow_m))
-    origin = np.floor(cloud.xyz[:, :2].min(axis=0))
+    origin = np.floor(extent(cloud.xyz[:, :2])[0])
     points = np.column_stack([cloud.xyz[slab, :2] - origin, height[slab]])
     weights = cloud.attributes.get("opacity")
     weights = None if weights is None else np.clip(np.asarray(weights, float)[slab], 0.02, 1.0)
@@ -113,33 +119,22 @@ def guess_sensor(cloud: PointCloud, points: np.ndarray, options: SegmentOptions)
     band = points[(points[:, 2] > options.low_m) & (points[:, 2] < options.high_m)]
     if len(band) < 50:
         return "uls"
-    cells = np.unique(np.floor(band[:, :2]).astype(np.int64), axis=0)
-    return "tls" if len(band) / len(cells) > 120 else "uls"
+    return "tls" if len(band) / len(_cells(band, 1.0)) > 120 else "uls"
+
+
+def _cells(points: np.ndarray, size_m: float) -> np.ndarray:
+    """(K, 2) the cells of the lattice of ``size_m`` that hold points, west to east, then south to north."""
+    i, j = (np.floor(points[:, axis] / size_m).astype(np.int64) for axis in (0, 1))
+    low, span = (i.min(), j.min()), j.max() - j.min() + 1
+    key = np.unique((i - low[0]) * span + j - low[1])
+    return np.column_stack([key // span, key % span]) + low
 
 
 def label_points(xyz: np.ndarray, height: np.ndarray, stems: StemMap) -> np.ndarray:
     """(N,) int32 tree ids: points inside a stem's bark or within its noise outside; the nearest bark wins."""
-    label = np.zeros(len(xyz), np.int32)
-    if not stems.stems:
-        return label
-    nearest = np.full(len(xyz), np.inf)
-    local = np.column_stack([xyz[:, :2] - stems.origin, height])
-    tree = cKDTree(local[:, :2])
-    sensor = SENSORS[stems.sensor]
-    for number, stem in enumerate(stems.stems, start=1):
-        pieces = (stem.cone, *stem.pieces)
-        edges = [0.15] + [0.5 * (a.h_ref + b.h_ref) for a, b in zip(pieces[:-1], pieces[1:], strict=True)]
-        edges.append(pieces[-1].h_ref + (2.2 if len(pieces) == 1 else 0.5))
-        for piece, low, high in zip(pieces, edges[:-1], edges[1:], strict=True):
-            middle = piece.centre(0.5 * (low + high))
-            reach = float(piece.radius(low)) + 0.1 + 0.5 * (high - low) * np.hypot(piece.dx, piece.dy)
-            near = np.asarray(tree.query_ball_point(middle, reach), dtype=int)
-            near = near[(local[near, 2] >= low) & (local[near, 2] < high)]
-            residual = piece.residuals(local[near])
-            mine = (residual < _tolerance(piece, sensor) + 0.01) & (np.abs(residual) < nearest[near])
-            label[near[mine]] = number
-            nearest[near[mine]] = np.abs(residual[mine])
-    return label
+    from .labelling import Labeller  # which is built on this module
+
+    return Labeller(stems)(xyz, height)
 
 
 def search_points(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
@@ -156,10 +151,11 @@ def _search(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, opti
             reporter: Reporter, seeds: np.ndarray | None = None) -> list[Stem]:
     """Tile by tile with a buffer; what two tiles both find is kept once."""
     found: list[Stem] = []
-    tiles = np.unique(np.floor(points[:, :2] / _TILE_M).astype(int), axis=0)
+    tiles = _cells(points, _TILE_M)
     for number, corner in enumerate(tiles):
         low, high = corner * _TILE_M - _BUFFER_M, (corner + 1) * _TILE_M + _BUFFER_M
-        inside = ((points[:, :2] >= low) & (points[:, :2] < high)).all(axis=1)
+        x, y = points[:, 0], points[:, 1]
+        inside = (x >= low[0]) & (x < high[0]) & (y >= low[1]) & (y < high[1])
         stems = _search_tile(points[inside], None if weights is None else weights[inside], sensor, options,
                              seeds=seeds)
         # Near the rim of the buffer a stem may be cut in half: the neighbouring tile has it whole.
@@ -177,19 +173,21 @@ def _search_tile(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
         return []
     candidates = find_candidates(points[band], None if weights is None else weights[band], options.low_m,
                                  options.high_m, sensor.solid, options.max_dbh_cm / 200, near=seeds)
-    tree = cKDTree(points[:, :2])
+    tree = Nearby(points)
     free = np.ones(len(points), bool)
     found: list[Stem] = []
-    rejected: list[tuple[np.ndarray, float, float]] = []
+    rejected: list[_Rejected] = []
+    low, high = options.low_m - 0.1, min(options.high_m, 4.25)
     for xy, h, radius in zip(candidates.xy, candidates.height, candidates.radius, strict=True):
         if any(np.hypot(*(stem.cone.centre(h) - xy)) < max(0.8 * stem.cone.radius(h), 0.05) for stem in found):
             continue
-        near = np.asarray(tree.query_ball_point(xy, _REACH_M + radius), dtype=int)
+        near = tree.within(xy, _REACH_M + radius, low, high)
         near = near[free[near]]
-        stem = _fit_candidate(points[near], None if weights is None else weights[near], xy, h, radius, sensor,
-        options)
+        cones = _fit_candidate(points[near], None if weights is None else weights[near], xy, h, radius, sensor,
+                               options)
+        stem = _best(cones, points[near], sensor, options)
         if stem is None:
-            rejected.append((xy, h, radius))
+            rejected.append(_Rejected(xy, float(h), float(radius), len(near), cones))
             continue
         if any(_same(stem, other) for other in found):
             continue
@@ -202,19 +200,33 @@ def _search_tile(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
     return found
 
 
-def _not_round(points: np.ndarray, tree: cKDTree, weights: np.ndarray | None, free: np.ndarray,
-               rejected: list[tuple[np.ndarray, float, float]], found: list[Stem], sensor: Sensor,
+@dataclass(frozen=True)
+class _Rejected:
+    """A candidate that was no clean ring, and the cones fitted to the ``points`` free points around it."""
+
+    xy: np.ndarray
+    height: float
+    radius: float
+    points: int
+    cones: list[Cone]
+
+
+def _not_round(points: np.ndarray, tree: Nearby, weights: np.ndarray | None, free: np.ndarray,
+               rejected: list[_Rejected], found: list[Stem], sensor: Sensor,
                options: SegmentOptions) -> list[Stem]:
     """Trees whose lower stem is no ring (buttresses, forks): bark in every row there, and a clean stem above it."""
     loose = replace(options, min_rows=0.85)
+    low, high = options.low_m - 0.1, min(options.high_m, 4.25)
     kept: list[Stem] = []
-    for xy, h, radius in rejected[:200]:
-        if any(np.hypot(*(stem.cone.centre(h) - xy)) < 0.6 + stem.cone.radius(h) for stem in (*found, *kept)):
+    for one in rejected[:200]:
+        h = one.height
+        if any(np.hypot(*(stem.cone.centre(h) - one.xy)) < 0.6 + stem.cone.radius(h) for stem in (*found, *kept)):
             continue
-        near = np.asarray(tree.query_ball_point(xy, _REACH_M + radius), dtype=int)
+        near = tree.within(one.xy, _REACH_M + one.radius, low, high)
         near = near[free[near]]
-        weight = None if weights is None else weights[near]
-        stem = _fit_candidate(points[near], weight, xy, h, radius, sensor, loose, strict=False)
+        cones = one.cones if len(near) == one.points else _fit_candidate(
+            points[near], None if weights is None else weights[near], one.xy, h, one.radius, sensor, loose)
+        stem = _best(cones, points[near], sensor, loose, strict=False)
         if stem is None or stem.points < 4 * sensor.least_points:
             continue
         pieces = _follow(points, tree, weights, stem.cone, sensor, options)
@@ -223,37 +235,45 @@ def _not_round(points: np.ndarray, tree: cKDTree, weights: np.ndarray | None, fr
     return kept
 
 
-def _fit_candidate(near: np.ndarray, weights: np.ndarray | None, xy: np.ndarray, h: float, radius: float,
-                   sensor: Sensor, options: SegmentOptions, strict: bool = True) -> Stem | None:
-    """Grow a cone from the candidate's layer to the whole band; the best of three starting radii that is a stem."""
+def _best(cones: list[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions,
+          strict: bool = True) -> Stem | None:
+    """The cone with the highest score of those that are a stem (:func:`judge`)."""
     best: Stem | None = None
+    for cone in cones:
+        stem = judge(cone, near, sensor, options, strict)
+        if stem is not None and (best is None or stem.score > best.score):
+            best = stem
+    return best
+
+
+def _fit_candidate(near: np.ndarray, weights: np.ndarray | None, xy: np.ndarray, h: float, radius: float,
+                   sensor: Sensor, options: SegmentOptions) -> list[Cone]:
+    """Cones grown from the candidate's layer to the whole band of (N, 3) points, from several starting radii."""
     layer = np.abs(near[:, 2] - h) < 0.8
-    band = (near[:, 2] >= options.low_m - 0.1) & (near[:, 2] <= min(options.high_m, 4.25))
-    if layer.sum() < 6 or band.sum() < sensor.least_points:
-        return None
+    if layer.sum() < 6 or len(near) < sensor.least_points:
+        return []
     # A few thousand points settle a fit; the judging counts them all.
-    some = np.zeros(len(near), bool)
-    some[::max(len(near) // 3000, 1)] = True
-    layer_fit, band_fit = layer & some, band & some
+    stride = max(len(near) // MOST_FITTED, 1)
+    some, weight = near[::stride], None if weights is None else weights[::stride]
+    layer = layer[::stride]
+    layer_points, layer_weight = some[layer], None if weight is None else weight[layer]
+    grown: list[Cone] = []
+    starts: list[Cone] = []
     for factor in (1.0, 0.7, 1.4, 0.45):
         start = Cone(float(xy[0]), float(xy[1]), 0.0, 0.0, radius * factor, TAPER_PRIOR, float(h))
         coarse = min(0.05, 0.5 * start.r)
-        cone = fit_cone(near[layer_fit], start, None if weights is None else weights[layer_fit], (coarse, 0.6 * coarse),
-                        sensor.floor_m, sensor.cap_m, lean_sd=0.08)
-        if cone is None:
+        cone = fit_cone(layer_points, start, layer_weight, (coarse, 0.6 * coarse), sensor.floor_m, sensor.cap_m,
+                        lean_sd=0.08)
+        if cone is None or any(np.abs(cone.vector - other.vector).max() < SAME_M for other in starts):
             continue
-        cone = fit_cone(near[band_fit], cone, None if weights is None else weights[band_fit],
-                        (1.2 * coarse, 0.7 * coarse), sensor.floor_m, sensor.cap_m)
+        starts.append(cone)
+        cone = fit_cone(some, cone, weight, (1.2 * coarse, 0.7 * coarse), sensor.floor_m, sensor.cap_m)
         if cone is None or cone.lean_deg > options.max_lean_deg:
             continue
         if np.hypot(*(cone.centre(h) - xy)) > 0.25 + 0.5 * radius:
             continue
-        if sensor.solid:
-            cone = _solid_radius(cone, near[band], None if weights is None else weights[band])
-        stem = judge(cone, near[band], sensor, options, strict)
-        if stem is not None and (best is None or stem.score > best.score):
-            best = stem
-    return best
+        grown.append(_solid_radius(cone, near, weights) if sensor.solid else cone)
+    return grown
 
 
 def judge(cone: Cone, band: np.ndarray, sensor: Sensor, options: SegmentOptions, strict: bool = True) -> Stem | None:
@@ -262,35 +282,18 @@ def judge(cone: Cone, band: np.ndarray, sensor: Sensor, options: SegmentOptions,
     strict: it has to be a clean ring; otherwise only bark in enough rows is asked for."""
     if not 0.015 < cone.radius(1.3) <= options.max_dbh_cm / 200:
         return None
-    residual = cone.residuals(band)
-    tolerance = _tolerance(cone, sensor)
-    on = (residual < tolerance) if sensor.solid else (np.abs(residual) < tolerance)
-    inside = residual < -tolerance - 0.01
-    outside = (residual >= tolerance) & (residual < tolerance + 0.10)
-    if on.sum() < sensor.least_points:
-        return None
-    top = min(options.high_m, 4.25)
-    lowest, highest = options.low_m, top
-    row = np.floor((band[:, 2] - lowest) / _ROW_M).astype(int)
-    rows = int(np.ceil((highest - lowest) / _ROW_M))
-    row = np.clip(row, 0, rows - 1)
+    rows = int(np.ceil((min(options.high_m, 4.25) - options.low_m) / ROW_M))
     need = 1 if sensor.least_points < 30 else 4
-    filled = np.bincount(row[on], minlength=rows) >= need
-    sector = np.floor((cone.azimuths(band) + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
-    arc = 360 / _SECTORS * len(np.unique(sector[on]))
-    # Count by voxels of row and sector, so that one dense side does not outvote the rest.
-    cells = len(np.unique(row[on] * _SECTORS + sector[on]))
-    inner = 0.0 if sensor.solid else len(np.unique(row[inside] * _SECTORS + sector[inside])) / cells
-    outer = len(np.unique(row[outside] * _SECTORS + sector[outside])) / cells
-    share = float(filled.mean())
+    # Counted by voxels of row and sector, so that one dense side does not outvote the rest.
+    on, share, arc, cells, inner, outer, core, fringe = count_evidence(
+        np.ascontiguousarray(band), cone.vector, cone.h_ref, _tolerance(cone, sensor), sensor.noise_m, sensor.solid,
+        options.low_m, rows, need)
+    if on < sensor.least_points:
+        return None
+    inner, outer = inner / cells, outer / cells
     if share < options.min_rows or arc < options.min_arc_deg or strict and (inner > 0.35 or outer > 1.2):
         return None
     # Sharpness decides between fits: cells with bark within the sensor's noise against cells with points near it.
-    away = np.abs(residual)
-    sharp = away < 2 * sensor.noise_m
-    blurred = (away < 6 * sensor.noise_m) & ~sharp
-    core = len(np.unique(row[sharp] * _SECTORS + sector[sharp]))
-    fringe = len(np.unique(row[blurred] * _SECTORS + sector[blurred]))
     score = share * (core - 0.5 * fringe - inner * cells)
     # Few points have to be the cleaner: nothing inside, hardly anything around.
     pure = score >= max(0.5 * share * cells, 18) or score >= max(0.6 * share * cells, 10) and inner + outer < 0.2
@@ -298,7 +301,7 @@ def judge(cone: Cone, band: np.ndarray, sensor: Sensor, options: SegmentOptions,
     clean = inner <= 0.04 and outer <= 0.2 and share >= 0.85 and arc >= 150
     if strict and (not (pure or clean or sensor.solid) or cone.sigma > 0.35 * cone.radius(1.3)):
         return None
-    return Stem(cone, float(score), share, float(arc), float(inner), float(outer), int(on.sum()))
+    return Stem(cone, float(score), share, float(arc), float(inner), float(outer), int(on))
 
 
 def _solid_radius(cone: Cone, points: np.ndarray, weights: np.ndarray | None) -> Cone:
@@ -337,7 +340,7 @@ def _without_doubles(stems: list[Stem]) -> list[Stem]:
     return [stem for stem, keep in zip(stems, kept, strict=True) if keep]
 
 
-def _follow(points: np.ndarray, tree: cKDTree, weights: np.ndarray | None, cone: Cone, sensor: Sensor,
+def _follow(points: np.ndarray, tree: Nearby, weights: np.ndarray | None, cone: Cone, sensor: Sensor,
             options: SegmentOptions) -> tuple[Cone, ...]:
     """Cones of 1.5 m length every metre above the band, as long as there is bark where the axis leads."""
     pieces: list[Cone] = []
@@ -345,8 +348,7 @@ def _follow(points: np.ndarray, tree: cKDTree, weights: np.ndarray | None, cone:
     h = 4.75
     while h < options.grow_m - 0.75:
         middle = current.centre(h)
-        near = np.asarray(tree.query_ball_point(middle, float(current.radius(h)) + 0.15), dtype=int)
-        near = near[np.abs(points[near, 2] - h) < 0.75]
+        near = tree.within(middle, float(current.radius(h)) + 0.15, h - 0.75, h + 0.75)
         if len(near) < sensor.least_points // 3:
             break
         start = Cone(float(middle[0]), float(middle[1]), current.dx, current.dy, float(current.radius(h)),

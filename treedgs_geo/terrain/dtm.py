@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pyproj
+from numba import njit
 
 from ..core.crs import check_projected
 from ..core.errors import CRSError, InputError
@@ -118,26 +119,34 @@ class Dtm:
 def _sample(grid: np.ndarray, col: np.ndarray, row: np.ndarray, method: str) -> np.ndarray:
     if method not in ("nearest", "bilinear"):
         raise ValueError(f"method {method!r}: expected nearest or bilinear")
+    # No copy: the grid may lie on disk.
+    return _sampled(np.asarray(grid), np.asarray(col, float), np.asarray(row, float), method == "bilinear")
+
+
+@njit(cache=True)
+def _sampled(grid, col, row, bilinear):  # pragma: no cover - compiled
+    """(N,) values of the grid at cell coordinates: the nearest cell's, or blended from the known ones of four."""
     rows, cols = grid.shape
-    with np.errstate(invalid="ignore"):
-        inside = (col >= 0) & (row >= 0) & (col <= cols) & (row <= rows)
-    found = np.full(col.shape, np.nan)
-    col, row = col[inside], row[inside]
-    j, i = np.minimum(col.astype(int), cols - 1), np.minimum(row.astype(int), rows - 1)
-    near = grid[i, j]
-    if method == "bilinear" and near.size:
-        u, v = np.clip(col - 0.5, 0, cols - 1), np.clip(row - 0.5, 0, rows - 1)
-        j0, i0 = np.minimum(u.astype(int), max(cols - 2, 0)), np.minimum(v.astype(int), max(rows - 2, 0))
-        j1, i1 = np.minimum(j0 + 1, cols - 1), np.minimum(i0 + 1, rows - 1)
+    found = np.full(col.shape[0], np.nan)
+    for k in range(col.shape[0]):
+        if not (0 <= col[k] <= cols and 0 <= row[k] <= rows):
+            continue
+        near = grid[min(int(row[k]), rows - 1), min(int(col[k]), cols - 1)]
+        found[k] = near
+        if not bilinear or not np.isfinite(near):
+            continue
+        u, v = min(max(col[k] - 0.5, 0.0), cols - 1.0), min(max(row[k] - 0.5, 0.0), rows - 1.0)
+        j0, i0 = min(int(u), max(cols - 2, 0)), min(int(v), max(rows - 2, 0))
+        j1, i1 = min(j0 + 1, cols - 1), min(i0 + 1, rows - 1)
         fu, fv = u - j0, v - i0
-        weights = np.stack([(1 - fu) * (1 - fv), fu * (1 - fv), (1 - fu) * fv, fu * fv])
-        values = np.stack([grid[i0, j0], grid[i0, j1], grid[i1, j0], grid[i1, j1]])
-        known = np.isfinite(values)
-        weights = np.where(known, weights, 0.0)
-        total = weights.sum(axis=0)
-        blended = (weights * np.where(known, values, 0.0)).sum(axis=0) / np.where(total > 0, total, 1.0)
-        near = np.where(np.isfinite(near) & (total > 1e-9), blended, near)
-    found[inside] = near
+        total, blended = 0.0, 0.0
+        for i, j, weight in ((i0, j0, (1 - fu) * (1 - fv)), (i0, j1, fu * (1 - fv)), (i1, j0, (1 - fu) * fv),
+                             (i1, j1, fu * fv)):
+            if np.isfinite(grid[i, j]):
+                total += weight
+                blended += weight * grid[i, j]
+        if total > 1e-9:
+            found[k] = blended / total
     return found
 
 

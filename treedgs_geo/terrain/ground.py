@@ -10,6 +10,7 @@ import numpy as np
 import pyproj
 
 from ..core.errors import InputError
+from ..pointcloud.cloud import extent
 from .dtm import Dtm, grid_over
 from .options import ClothSimulation
 from .surface import cell_quantile, grid_ground, local_ground
@@ -39,13 +40,14 @@ def dtm_from_cloud(xyz: np.ndarray, resolution_m: float = 0.25, method: ClothSim
     Raises:
         InputError: no ground was found.
     """
-    origin = np.floor(xyz.min(axis=0))
+    low, high = extent(xyz)
+    origin = np.floor(low)
     if ground is not None and ground.sum() >= 10:
         seeds = cell_quantile(xyz[ground] - origin, 0.25, 0.3)
     else:
         method = method or ClothSimulation()
         seeds = recentred(xyz - origin, cloth_ground(lowest(xyz - origin, method), method))
-    bounds = xyz[:, :2].min(axis=0) - origin[:2], xyz[:, :2].max(axis=0) - origin[:2]
+    bounds = low[:2] - origin[:2], high[:2] - origin[:2]
     dtm = grid_ground(seeds, resolution_m, neighbours=24, bandwidth_m=0.5, reach_m=reach_m, bounds=bounds, crs=crs)
     return dtm.moved(origin)
 
@@ -76,7 +78,7 @@ def recentred(xyz: np.ndarray, lows: np.ndarray, reach_m: float = 0.10, cell_m: 
 
 def _surface_at(xy: np.ndarray, seeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Ground under every point, through a fine grid (a plane per point would be N times too much work)."""
-    grid = grid_ground(seeds, 0.25, neighbours=24, bandwidth_m=0.5, bounds=(xy.min(axis=0), xy.max(axis=0)))
+    grid = grid_ground(seeds, 0.25, neighbours=24, bandwidth_m=0.5, bounds=extent(xy))
     return grid.height(xy[:, 0], xy[:, 1]), grid.support_m(xy[:, 0], xy[:, 1])
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from scipy.spatial import cKDTree
 
+from ..pointcloud.cloud import extent
 from .dtm import Dtm, grid_over
 
 
@@ -28,34 +30,49 @@ def local_ground(query_xy: np.ndarray, points: np.ndarray, neighbours: int = 40,
         distance, index = distance.reshape(len(here), k), index.reshape(len(here), k)
         support[low:low + batch] = distance[:, 0]
         # Where points are sparse, the bandwidth opens to take in a third of the neighbours.
-        width = np.maximum(bandwidth_m, distance[:, min(k - 1, max(k // 3, 3))])[:, None]
-        heights[low:low + batch] = _planes(here, points[index], np.exp(-0.5 * (distance / width) ** 2), width, noise_m)
+        width = np.maximum(bandwidth_m, distance[:, min(k - 1, max(k // 3, 3))])
+        kernel = np.exp(-0.5 * (distance / width[:, None]) ** 2)
+        heights[low:low + batch] = _planes(here, points[index], kernel, width, noise_m)
     return heights, support
 
 
-def _planes(xy: np.ndarray, near: np.ndarray, kernel: np.ndarray, width: np.ndarray, noise_m: float) -> np.ndarray:
-    u = (near[..., 0] - xy[:, :1]) / width
-    v = (near[..., 1] - xy[:, 1:]) / width
-    base = np.median(near[..., 2], axis=1, keepdims=True)
-    z = near[..., 2] - base
-    basis = np.stack([np.ones_like(u), u, v], axis=-1)
-    weight = kernel.copy()
-    # A weak pull of the slope to level keeps one-sided neighbourhoods from swinging the plane.
-    ridge = np.diag([0.0, 0.05, 0.05])
-    for step in range(5):
-        weighted = basis * weight[..., None]
-        normal = np.einsum("nki,nkj->nij", weighted, basis) + ridge * weight.sum(axis=1)[:, None, None]
-        normal[:, 0, 0] += 1e-12
-        right = np.einsum("nki,nk->ni", weighted, z)
-        plane = np.linalg.solve(normal, right[..., None])[..., 0]
-        if step == 4:
-            break
-        residual = z - np.einsum("nki,ni->nk", basis, plane)
-        spread = 1.4826 * np.median(np.abs(residual), axis=1, keepdims=True)
-        scale = np.clip(spread, noise_m, 0.15)
-        cut = np.where(residual > 0, 2.0, 4.0) * scale
-        weight = kernel * np.clip(1 - (residual / cut) ** 2, 0, None) ** 2 + 1e-9
-    return plane[:, 0] + base[:, 0]
+@njit(cache=True)
+def _planes(xy, near, kernel, width, noise_m):  # pragma: no cover - compiled
+    """(Q,) heights at (Q, 2) xy of planes through (Q, K, 3) points with (Q, K) weights; width: (Q,) metres."""
+    queries, k = kernel.shape
+    out = np.empty(queries)
+    u, v, z, residual, weight = np.empty(k), np.empty(k), np.empty(k), np.empty(k), np.empty(k)
+    for q in range(queries):
+        base = np.median(near[q, :, 2])
+        for m in range(k):
+            u[m], v[m] = (near[q, m, 0] - xy[q, 0]) / width[q], (near[q, m, 1] - xy[q, 1]) / width[q]
+            z[m], weight[m] = near[q, m, 2] - base, kernel[q, m]
+        for step in range(5):
+            n0, nu, nv, uu, uv, vv, r0, ru, rv = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for m in range(k):
+                wu, wv = weight[m] * u[m], weight[m] * v[m]
+                n0, nu, nv = n0 + weight[m], nu + wu, nv + wv
+                uu, uv, vv = uu + wu * u[m], uv + wu * v[m], vv + wv * v[m]
+                r0, ru, rv = r0 + weight[m] * z[m], ru + wu * z[m], rv + wv * z[m]
+            # A weak pull of the slope to level keeps one-sided neighbourhoods from swinging the plane.
+            uu, vv = uu + 0.05 * n0, vv + 0.05 * n0
+            n0 += 1e-12
+            # The slopes about the weighted middle, two by two; then the height at the query.
+            auu, auv, avv = uu - nu * nu / n0, uv - nu * nv / n0, vv - nv * nv / n0
+            bu, bv = ru - nu * r0 / n0, rv - nv * r0 / n0
+            det = auu * avv - auv * auv
+            su, sv = (avv * bu - auv * bv) / det, (auu * bv - auv * bu) / det
+            height = (r0 - nu * su - nv * sv) / n0
+            if step == 4:
+                break
+            for m in range(k):
+                residual[m] = z[m] - height - su * u[m] - sv * v[m]
+            scale = min(max(1.4826 * np.median(np.abs(residual)), noise_m), 0.15)
+            for m in range(k):
+                share = residual[m] / ((2.0 if residual[m] > 0 else 4.0) * scale)
+                weight[m] = kernel[q, m] * max(1.0 - share * share, 0.0) ** 2 + 1e-9
+        out[q] = height + base
+    return out
 
 
 def cell_quantile(points: np.ndarray, cell_m: float, quantile: float, corner: np.ndarray | None = None) -> np.ndarray:
@@ -66,13 +83,39 @@ def cell_quantile(points: np.ndarray, cell_m: float, quantile: float, corner: np
     points = np.asarray(points, float)
     if not len(points):
         return np.empty((0, 3))
-    corner = points[:, :2].min(axis=0) if corner is None else np.asarray(corner, float)
-    cell = np.floor((points[:, :2] - corner) / cell_m).astype(np.int64)
-    key = cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1]
-    order = np.lexsort((points[:, 2], key))
-    starts = np.flatnonzero(np.r_[True, np.diff(key[order]) != 0])
-    counts = np.diff(np.r_[starts, len(order)])
-    return points[order[starts + np.floor(quantile * (counts - 1) + 0.5).astype(int)]]
+    corner = extent(points[:, :2])[0] if corner is None else np.asarray(corner, float)
+    # Column by column: rows of three are slow to go through.
+    i, j = (np.floor((points[:, axis] - corner[axis]) / cell_m).astype(np.int64) for axis in (0, 1))
+    key = i * (j.max() + 1) + j
+    _, key = np.unique(key, return_inverse=True) if key.max() > 4 * len(key) + 1000 else (None, key)
+    return points[_quantiles(np.ascontiguousarray(points[:, 2]), key, quantile)]
+
+
+@njit(cache=True)
+def _quantiles(z, key, quantile):  # pragma: no cover - compiled
+    """Index of the point at a quantile of ``z`` among those that share a key (small integers), by key."""
+    starts = np.zeros(key.max() + 2, np.int64)
+    for k in key:
+        starts[k + 1] += 1
+    starts = np.cumsum(starts)
+    place = starts.copy()
+    order = np.empty(len(key), np.int64)
+    for m in range(len(key)):
+        order[place[key[m]]] = m
+        place[key[m]] += 1
+    chosen = np.empty(len(key), np.int64)
+    count = 0
+    for k in range(len(starts) - 1):
+        here = order[starts[k]:starts[k + 1]]
+        if len(here) == 0:
+            continue
+        if quantile == 0.0:
+            chosen[count] = here[np.argmin(z[here])]
+        else:
+            rank = int(np.floor(quantile * (len(here) - 1) + 0.5))
+            chosen[count] = here[np.argsort(z[here], kind="mergesort")[rank]]
+        count += 1
+    return chosen[:count].copy()
 
 
 def grid_ground(points: np.ndarray, resolution_m: float, neighbours: int = 40, bandwidth_m: float = 1.0,
@@ -83,7 +126,7 @@ def grid_ground(points: np.ndarray, resolution_m: float, neighbours: int = 40, b
     Cells farther than ``reach_m`` from any ground point stay unknown. The distance to the nearest ground point is kept
     as ``support``. ``crs``: CRS of the points, if any.
     """
-    low, high = bounds if bounds is not None else (points[:, :2].min(axis=0), points[:, :2].max(axis=0))
+    low, high = bounds if bounds is not None else extent(points[:, :2])
     transform, rows, cols = grid_over(low, high, resolution_m)
     empty = Dtm(np.full((rows, cols), np.nan), transform, crs)
     x, y = empty.centres()
