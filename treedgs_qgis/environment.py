@@ -115,6 +115,7 @@ def build(
         return
     if wheels is not None and not any(wheels.glob("*.whl")):
         raise SetupError(f"{wheels}: holds no .whl files, expected the wheels of the engine's libraries.")
+    target = Path(os.path.abspath(target))  # its Python is asked from another folder
     target.parent.mkdir(parents=True, exist_ok=True)
     free = shutil.disk_usage(target.parent).free / 1e9
     if free < NEEDED_DISK_GB and not (target / READY).exists():

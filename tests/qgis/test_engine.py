@@ -172,8 +172,11 @@ def test_job_folders_are_made_anew_and_the_old_ones_go(tmp_path):
     assert last.exists() and not first.exists()
 
 
-def test_an_environment_is_built_once_and_mended(tmp_path):
+@pytest.mark.parametrize("relative", [False, True])
+def test_an_environment_is_built_once_and_mended(tmp_path, monkeypatch, relative):
     calls: list[list[str]] = []
+    monkeypatch.chdir(tmp_path)
+    target = Path("env") if relative else tmp_path / "env"
 
     def fake(command):
         calls.append([str(part) for part in command])
@@ -185,7 +188,7 @@ def test_an_environment_is_built_once_and_mended(tmp_path):
         return 1 if "broken" in calls[-1] else 0
 
     def build(packages, key="k"):
-        environment.build(tmp_path / "env", packages, key, sys.executable, run=fake, say=lambda text: None)
+        environment.build(target, packages, key, sys.executable, run=fake, say=lambda text: None)
 
     with pytest.raises(environment.SetupError, match="could not install broken"):
         build([["broken"]])
@@ -197,6 +200,7 @@ def test_an_environment_is_built_once_and_mended(tmp_path):
     assert len(calls) == count
     build([["laspy"]], key="other list")
     assert len(calls) > count
+    assert sum("venv" in call for call in calls) == 1, "what is installed is kept, whatever the list says"
 
 
 def test_wheels_from_a_folder_need_no_network(tmp_path):
