@@ -276,6 +276,7 @@ def test_what_is_not_known_is_not_given(tmp_path):
     stand = stand_of(tree_list([{**row, "height_m": 15.0}, row]), plots)
     assert np.isnan(stand.estimates["volume"].mean) and np.isnan(stand.estimates["lorey"].mean)
     assert any("No volume for the stand: 1 tree without a height" in w for w in stand.warnings)
+    assert np.isnan(stand.uncorrected["volume"]), "an unknown volume is not 0"
     assert np.isfinite(stand.estimates["biomass"].mean)  # the tree without a height takes the equation of DBH alone
     odd = stand_of(tree_list([{**row, "height_m": 15.0, "species": "XX"}]), plots)
     assert np.isnan(odd.estimates["biomass"].mean) and any("species XX without an equation" in w for w in odd.warnings)

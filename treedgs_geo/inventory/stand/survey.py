@@ -122,7 +122,7 @@ def make_stand(
         estimates=_estimates(design, chosen, values),
         other=_estimates(design, left, values),
         uncorrected={
-            name: float((chosen["per_ha"] * values.raw[name][chosen["tree"]]).sum())
+            name: float((chosen["per_ha"] * values.raw[name][chosen["tree"]]).sum(skipna=False))
             / (1000 if name == "biomass" else 1)
             for name in ("ba", "volume", "biomass")
         },
