@@ -146,8 +146,9 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
         + f" ({fix_pct:.0f} % fixed)."
     )
     if fix_pct < 90:
+        share = f"Only {fix_pct:.0f} %" if fix_pct >= 0.5 else "None"
         findings.doubt(
-            f"Only {fix_pct:.0f} % of the photos have a fixed (centimetre) position: the trees' places and the scale "
+            f"{share} of the photos have a fixed (centimetre) position: the trees' places and the scale "
             "rest on them; give the PPK files, or process them again with a nearer base station."
         )
     with reporter.stage("plots and terrain", 0.7, 0.85):
