@@ -104,7 +104,7 @@ COMMAND = Command(
     ),
     settings=CampaignSettings,
     run=run,
-    example="treedgs campaign --manifest plots.csv --workspace season",
+    example="treedgs campaign --manifest season.csv --workspace season",
     outputs={
         "output": "trees layer of all plots (file)",
         "report": "campaign report (file)",
