@@ -164,13 +164,20 @@ def test_a_killed_engine_is_explained(qgis, fake_engine, tmp_path):
     assert running.returncode == 1 and "memory ran out" in output, output
 
 
-def test_no_engine_module_is_in_qgis_after_a_run(qgis):
-    done = qgis.python("""
+def test_no_engine_module_is_in_qgis_after_a_run(qgis, tmp_path):
+    stems_cloud(tmp_path / "cloud.laz", (0.15,))
+    done = qgis.python(
+        """
 before = list(sys.path)
 result = processing.run("treedgs:checkengine", {})
+files = {"INPUT": sys.argv[1] + "/cloud.laz", "OUTPUT": sys.argv[1] + "/t.gpkg"}
+trees = processing.run("treedgs:pointcloudtodbh", files)
+assert trees["N_MEASURED"] == 1
 heavy = {"torch", "pycolmap", "open3d", "rasterio", "pyproj", "laspy", "numba", "cv2", "geopandas", "treedgs_geo"}
 print("RESULT", result["STATUS"], sorted(heavy & set(sys.modules)), sys.path == before)
-""")
+""",
+        tmp_path,
+    )
     assert "RESULT all steps work [] True" in done.stdout, done.stdout + done.stderr
 
 
