@@ -7,8 +7,9 @@ import json
 import pytest
 
 from treedgs_geo.benchmarking.factors import CLOUD, Factor, factor
+from treedgs_geo.benchmarking.plot import TruePlot, score_trees
 from treedgs_geo.benchmarking.run import write_stability
-from treedgs_geo.benchmarking.stability import Case, all_cases, run_cases
+from treedgs_geo.benchmarking.stability import Case, all_cases, chain_trees, run_cases
 from treedgs_geo.benchmarking.stability_report import by_level, lies, tree_rows, verdict
 from treedgs_geo.core.errors import TreeDGSError
 
@@ -92,9 +93,20 @@ def test_cases_are_kept_and_resumed(tmp_path):
     assert list(run_cases(cases[:1], tmp_path, fresh=True))[0]["code"] != "other"
 
 
+def test_the_whole_chain_is_scored_where_a_known_bias_is_taken_out(simulated_plot):
+    plot = TruePlot.load(simulated_plot)
+    rows = score_trees(plot, chain_trees(plot))
+    read = [row for row in rows if row["read_cm"] is not None]
+    assert len(read) >= 2 and not any(row.get("false") for row in read)
+    assert all(abs(row["read_cm"] - row["true_cm"]) < 5 for row in read if row["flag"] == "ok")
+    assert {row["flag"] for row in score_trees(plot, [])} == {"absent"}
+
+
 def test_selection():
     assert {case.factor.key for case in all_cases([1], ["lean"])} == {"lean"}
     assert {case.method for case in all_cases([1], ["poses"])} == {"photos"}
+    assert {case.method for case in all_cases([1], ["float"])} == {"whole chain"}
+    assert Case(factor("float"), 4, 1, "whole chain").plot_settings["float_epochs"] == 4
     assert [case.seed for case in all_cases([3, 5], ["poses"], ["photos"])] == [3] * 4 + [5] * 4
     base = Case(factor("lean"), 0.0, 1, "photos"), Case(factor("sweep"), 0.0, 1, "photos")
     assert base[0].plot_settings == base[1].plot_settings and base[0].is_base

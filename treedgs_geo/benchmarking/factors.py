@@ -8,15 +8,16 @@ from typing import Any
 #: The plot that every factor starts from: small, stems well seen. Levels change one thing about it.
 BASE: dict[str, Any] = {"preset": "micro", "stems_per_ha": 1100.0, "leaf_area_m2": 12.0, "float_epochs": 0,
                         "shrubs_per_m2": 0.10, "lean_max_deg": 3.0}
-PHOTOS, CLOUD = "photos", "cloud"
+#: The same for what only the whole chain shows: two flights that it can join.
+FLIGHT: dict[str, Any] = {"preset": "test", "float_epochs": 0}
+PHOTOS, CLOUD, CHAIN = "photos", "cloud", "chain"
 
 
 @dataclass(frozen=True)
 class Factor:
     """key: short name. title, unit: for the axis. levels: values, harmless first. render: the settings of
     ``simulate-plot`` at a level (the plot is then rendered anew). perturb: name of what is done to the base plot
-    instead (:mod:`.stability`). inputs: which methods it concerns. counts: levels are counts of what is left (fewer is
-    worse). about: one sentence for the page."""
+    instead (:mod:`.stability`). inputs: which methods it concerns. about: one sentence for the page."""
 
     key: str
     title: str
@@ -26,6 +27,11 @@ class Factor:
     render: dict[float, dict[str, Any]] = field(default_factory=dict)
     perturb: str = ""
     inputs: tuple[str, ...] = (PHOTOS, CLOUD)
+
+    @property
+    def base(self) -> dict[str, Any]:
+        """The untroubled plot."""
+        return FLIGHT if CHAIN in self.inputs else BASE
 
 
 def _each(name: str, levels: tuple[float, ...], **also: Any) -> dict[float, dict[str, Any]]:
@@ -92,6 +98,12 @@ FACTORS: tuple[Factor, ...] = (
     _perturbed("density", "points kept", "1/m2", "Pulses of the scanner, of 1400.", (1400, 500, 150, 50), CLOUD),
     _perturbed("range_noise", "noise of the points", "cm", "Range and trajectory noise, standard deviation an axis.",
                (0, 1.5, 3, 6), CLOUD),
+    _rendered("ppk_bias", "wrong base coordinates", "m", "The whole PPK track lies this far off in east, north and "
+              "height alike. Trees and ground move together: places are wrong by that much and nothing but ground "
+              "control can tell (they are paired with it taken out), diameters should not change.",
+              _each("ppk_bias_m", (0.0, 0.1, 1.0)), (CHAIN,)),
+    _rendered("float", "photos with float positions", "count", "Bursts of 2-3 s in which the geotags are some "
+              "decimetres off, about this many photos.", _each("float_epochs", (0, 4, 12)), (CHAIN,)),
     _rendered("empty", "clearing about the plot's centre", "m", "No tree to be found: shrubs, grass, logs and "
               "saplings only.", {0.0: {}, 6.0: {"clearing_m": 6.0, "saplings_per_m2": 0.15, "shrubs_per_m2": 0.5,
                                                 "logs": 12}}),

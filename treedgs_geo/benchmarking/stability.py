@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -13,16 +15,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from .. import __version__
 from ..core.errors import TreeDGSError
 from ..core.files import write_json
 from ..core.progress import Reporter
 from ..core.settings import build
+from ..inventory.tree_layer import read_trees
 from ..measure.cloud import measure_stems, segment_options
 from ..measure.options import MeasureOptions
 from ..measure.photo_trees import to_trees
-from ..measure.trees import Tree
+from ..measure.trees import TREE_FIELDS, Tree
 from ..pointcloud.cloud import PointCloud
 from ..reconstruction.cameras import View
 from ..simulation.settings import SimulateSettings
@@ -34,11 +38,11 @@ from ..stems.photos.options import PhotoStemOptions
 from ..stems.segment import find_stems, label_points
 from ..terrain.dtm import Dtm
 from . import perturb
-from .factors import BASE, CLOUD, FACTORS, PHOTOS, Factor
+from .factors import CHAIN, CLOUD, FACTORS, PHOTOS, Factor
 from .plot import TruePlot, score_trees
 
 #: Method -> what it reads.
-METHODS = {"photos": PHOTOS, "lidar": CLOUD, "lidar cylinder": CLOUD, "lidar circle": CLOUD,
+METHODS = {"photos": PHOTOS, "whole chain": CHAIN, "lidar": CLOUD, "lidar cylinder": CLOUD, "lidar circle": CLOUD,
            "lidar circle intensity": CLOUD}
 CLOUD_OPTIONS = {"lidar": MeasureOptions(), "lidar cylinder": MeasureOptions(method="paper", fit="cylinder"),
                  "lidar circle": MeasureOptions(method="paper"),
@@ -68,7 +72,7 @@ class Case:
     def plot_settings(self) -> dict[str, Any]:
         """What ``simulate-plot`` is given (without output)."""
         changed = {} if self.is_base else self.factor.render.get(self.level, {})
-        return {**BASE, **changed, "seed": self.seed}
+        return {**self.factor.base, **changed, "seed": self.seed}
 
     @property
     def is_base(self) -> bool:
@@ -149,6 +153,9 @@ def _run(case: Case, folder: Path, memo: dict[str, Any], reporter: Reporter) -> 
         if METHODS[case.method] == PHOTOS:
             trees, images = _from_photos(case, plot, rng)
             clear = plot.clear_views(images)
+        elif METHODS[case.method] == CHAIN:
+            trees = chain_trees(plot, case.plot_settings.get("ppk_bias_m", 0.0))
+            clear = plot.clear_views({view.name for view in plot.views()})
         else:
             trees = _from_cloud(case, plot, rng, memo)
     except TreeDGSError as problem:
@@ -186,6 +193,28 @@ def _from_photos(case: Case, plot: TruePlot, rng: np.random.Generator) -> tuple[
     finally:
         if scratch is not None:
             shutil.rmtree(scratch, ignore_errors=True)
+
+
+def chain_trees(plot: TruePlot, bias_m: float = 0.0) -> list[Tree]:
+    """Trees of the whole chain in a process of its own, nothing true; ``bias_m`` is taken out of east and north again.
+
+    Raises:
+        TreeDGSError: the chain refused.
+    """
+    with tempfile.TemporaryDirectory(prefix="treedgs-chain-") as scratch:
+        layer = Path(scratch) / "trees.gpkg"
+        inputs = {"photos": plot.folder / "images", "geotags": plot.folder, "crs": plot.frame.crs.to_string(),
+                  "plots": plot.folder / "plots.csv", "workspace": Path(scratch) / "ws", "output": layer}
+        words = [word for name, value in inputs.items() for word in (f"--{name}", str(value))]
+        child = subprocess.run([sys.executable, "-m", "treedgs_geo", "photos-to-dbh", *words, "--log-format", "plain"],
+                               stdin=subprocess.DEVNULL, capture_output=True, text=True)
+        if child.returncode:
+            last = (child.stderr.strip() or child.stdout.strip()).splitlines()[-1:] or ["no message"]
+            raise TreeDGSError(f"{plot.folder}: the chain ended with exit code {child.returncode}: {last[0]}")
+        table = read_trees(layer)
+    table[["x", "y"]] -= bias_m
+    return [Tree(**{name: row[name] for name in TREE_FIELDS if name in row and not pd.isna(row[name])})
+            for row in table.drop(columns="geometry").to_dict("records")]
 
 
 def _from_cloud(case: Case, plot: TruePlot, rng: np.random.Generator, memo: dict[str, Any]) -> list[Tree]:
