@@ -17,6 +17,7 @@ import pandas as pd
 from .. import __version__
 from ..core.errors import InputError
 from ..core.files import read_json, write_json
+from ..core.machine import cores
 from ..core.progress import Reporter
 from .jobs import run_job
 from .ladder import CONFIGS, SFM, Config
@@ -38,8 +39,7 @@ def machine() -> dict[str, Any]:
         name = found[0] if found else name
     except OSError:
         pass
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    return {"processor": name, "cores": cores, "memory_gb": None if memory is None else round(memory, 1),
+    return {"processor": name, "cores": cores(), "memory_gb": None if memory is None else round(memory, 1),
             "python": platform.python_version(), "version": __version__}
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
 import sys
 import time
 from collections.abc import Iterator
@@ -59,11 +58,6 @@ def memory_for_plots() -> float:
             if limit < memory.total:
                 free = min(free, limit - float(memory.total - memory.available))
     return max(MEMORY_SHARE * free / 1e9, 0.3)
-
-
-def cores() -> int:
-    """Processor cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class Crew:

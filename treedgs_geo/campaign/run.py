@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import InputError, OutputError, TreeDGSError
+from ..core.machine import cores
 from ..core.progress import Reporter
-from .clusters import QUEUES, Shape, cores, memory_for_plots, open_crew, shape_of
+from .clusters import QUEUES, Shape, memory_for_plots, open_crew, shape_of
 from .coordinate import Coordinator, Tally
 from .costs import CostModel, makespan, time_text
 from .engine_process import is_full

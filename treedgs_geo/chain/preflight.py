@@ -15,6 +15,7 @@ import numpy as np
 
 from ..core.errors import InputError, TreeDGSError
 from ..core.files import ensure_unlocked, read_json
+from ..core.machine import cores
 from ..core.progress import Reporter
 
 if TYPE_CHECKING:
@@ -111,11 +112,6 @@ class Needs:
                 f"{_existing(self.folder)}: {disk:.1f} GB of disk are free, about {self.disk_gb:.1f} GB are needed; "
                 "make room or choose a workspace on another disk."
             )
-
-
-def cores() -> int:
-    """Processor cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, Any]:

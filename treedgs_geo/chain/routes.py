@@ -8,13 +8,14 @@ import numpy as np
 
 from ..core import workspace as names
 from ..core.crs import LocalFrame
+from ..core.machine import available_threads
 from ..core.progress import Reporter
 from ..core.workspace import Workspace
 from ..measure.photo_trees import to_trees
 from ..measure.second_opinion import Opinion, settle, to_ask
 from ..measure.trees import Tree
 from ..reconstruction.cameras import View
-from ..reconstruction.pipeline import ReconstructOptions, available_threads
+from ..reconstruction.pipeline import ReconstructOptions
 from ..stems.area import Area
 from ..stems.photos.find import stems_from_photos
 from ..stems.photos.options import PhotoStemOptions

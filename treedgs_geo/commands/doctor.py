@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import importlib.metadata
-import os
 import platform
 import shutil
 import sys
@@ -14,6 +13,7 @@ from typing import Any
 
 from ..core.command import Command
 from ..core.errors import MissingComponentError
+from ..core.machine import cores
 from ..core.progress import Reporter
 
 #: Import name -> name of the package that ``pip`` installs.
@@ -118,7 +118,7 @@ def machine() -> dict[str, Any]:
         "system": platform.platform(),
         "python": platform.python_version(),
         "interpreter": sys.executable,
-        "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1,
+        "cores": cores(),
         "memory_gb": None,
         "free_memory_gb": None,
         "free_disk_gb": round(shutil.disk_usage(tempfile.gettempdir()).free / 1e9, 1),

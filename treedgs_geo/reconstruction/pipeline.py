@@ -14,6 +14,7 @@ import numpy as np
 from ..core.crs import LocalFrame, grid_convergence_deg
 from ..core.errors import ReconstructionError
 from ..core.files import fingerprint
+from ..core.machine import available_threads
 from ..core.progress import Reporter
 from ..core.settings import param
 from ..geotags.photos import read_photo
@@ -142,16 +143,6 @@ def reconstruct_photos(
         if not any(cache.parent.iterdir()):
             cache.parent.rmdir()
     return report
-
-
-def available_threads() -> int:
-    """Processor cores this process may use; ``TREEDGS_THREADS`` lowers it where several plots share a machine."""
-    import os
-
-    asked = os.environ.get("TREEDGS_THREADS", "")
-    if asked.isdigit() and int(asked):
-        return int(asked)
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def gimbal_rotations(stations: Stations) -> np.ndarray:

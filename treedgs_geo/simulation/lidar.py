@@ -58,8 +58,8 @@ def scan(world: World, rng: np.random.Generator, half_m: float, pulses_per_m2: f
     fields = [np.concatenate([part[k] for part in parts]) for k in range(7)]
     # After post-processing the trajectory is still off by a centimetre or so, other on every line: seen from several
     # lines, bark is a band wider than the range noise tells.
-    offset = rng.normal(0, LINE_OFFSET_SD_M, (lines, 3))
-    points = fields[0] = fields[0] + offset[fields[5] - 1]
+    drift = rng.normal(0, LINE_OFFSET_SD_M, (lines, 3))
+    points = fields[0] = fields[0] + drift[fields[5] - 1]
     inside = (np.abs(points[:, :2]) <= half_m).all(axis=1)
     return Returns(*(field[inside] for field in fields))
 
