@@ -13,9 +13,10 @@ from typing import Literal
 
 import numpy as np
 
-from ..stems.cone import BEND_SD, Cone, fit_cone
+from ..stems.cone import BEND_SD, TAPER_PRIOR, Cone, fit_cone
 from ..stems.options import SegmentOptions
 from ..stems.segment import Sensor, search_points
+from .bow import Axis, follow_axis, is_bowed
 from .circles import geometric_circle
 from .ellipse import fit_ellipse
 from .slices import across_axis, slice_heights, slice_index
@@ -41,6 +42,8 @@ ABOVE_BUTT_M = 0.8
 DISAGREE_SE = 4.0
 #: Where a quarter of the points is stray, this much of the circumference has to hold as many points as bark does.
 CLEAR_ARC_DEG = 240.0
+#: A straightened stem whose diameter differs by more than this share from its short cone's was not followed rightly.
+BOWED_SHARE = 0.2
 _SECTORS = 24
 
 
@@ -67,11 +70,12 @@ def refuse(*reasons: str, cone: Cone | None = None, points: int = 0) -> StemMeas
 
 def measure_points(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, bh_m: float = 1.37,
                    options: SegmentOptions | None = None, start: Cone | None = None,
-                   others: np.ndarray | None = None) -> StemMeasure:
+                   others: np.ndarray | None = None, upright: bool = False) -> StemMeasure:
     """Measure one stem from its (N, 3) points: local metres, z above the ground at its foot.
 
     weights: (N,) reliabilities or ``None``. start: a cone from segmentation; otherwise the stem is searched in the
     points. others: (M, 3) points around the stem that are not its own: where shrubs crowd it, its points count less.
+    upright: the points have been straightened (:mod:`.bow`): no bow is looked for.
     """
     options = options or SegmentOptions()
     others = np.empty((0, 3)) if others is None else others
@@ -88,6 +92,12 @@ def measure_points(points: np.ndarray, weights: np.ndarray | None, sensor: Senso
     if fitted is None:
         return refuse("not_round", cone=cone, points=len(points))
     cone, window, on = fitted
+    if not sensor.solid and not upright:
+        pool = np.concatenate([points, others])
+        axis = follow_axis(pool, cone, sensor, bh_m)
+        if axis is not None and is_bowed(axis, cone, window):
+            strength = None if weights is None else np.r_[weights, np.full(len(others), np.median(weights))]
+            return _measure_bowed(pool, strength, len(points), axis, sensor, bh_m, options)
     slices = _slices(points, weights, cone, sensor, bh_m)
     taper = taper_line(slices[:, 0], slices[:, 1], slices[:, 2], bh_m, slices_per_independent=3.0)
     if taper is not None and taper.model == "butt" and window[0] < ABOVE_BUTT_M:
@@ -99,6 +109,28 @@ def measure_points(points: np.ndarray, weights: np.ndarray | None, sensor: Senso
             window, on = (ABOVE_BUTT_M, high), np.zeros(len(points), bool)
             on[above] = on_above
     return _conclude(points, cone, window, on, slices, taper, sensor, bh_m, options, others)
+
+
+def _measure_bowed(pool: np.ndarray, weights: np.ndarray | None, own: int, axis: Axis, sensor: Sensor, bh_m: float,
+                   options: SegmentOptions) -> StemMeasure:
+    """The stem set upright along its curved axis and measured there; ``pool``: (N, 3) all points near it, the first
+    ``own`` of them its own."""
+    (x, y), (dx, dy) = (values[0] for values in axis.at(bh_m))
+    pool = axis.straightened(pool, bh_m)
+    start = Cone(float(x), float(y), 0.0, 0.0, axis.radius_m, TAPER_PRIOR, bh_m, sensor.cap_m)
+    # The straight cone that chose the points left some of the bark out.
+    mine = start.residuals(pool) < 2.5 * sensor.cap_m
+    mine[:own] = True
+    measured = measure_points(pool[mine], None if weights is None else weights[mine], sensor, bh_m, options, start,
+                              pool[~mine], upright=True)
+    if measured.cone is None or measured.dbh_cm is None:
+        return measured
+    if abs(measured.dbh_cm / (200 * axis.radius_m) - 1) > BOWED_SHARE:
+        return refuse("disagree", cone=measured.cone, points=measured.points)
+    leaning = replace(measured.cone, dx=measured.cone.dx + float(dx), dy=measured.cone.dy + float(dy))
+    if leaning.lean_deg <= 15:
+        return replace(measured, cone=leaning)
+    return replace(measured, cone=leaning, flag="check", reasons=tuple(dict.fromkeys([*measured.reasons, "lean"])))
 
 
 def _search(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, options: SegmentOptions) -> Cone | None:
