@@ -91,3 +91,12 @@ def test_report_names_each_tree_and_reason(tmp_path):
     ):
         assert words in page
     assert "http" not in page and page.count("data:image/png;base64") == 2  # the map and the histogram
+
+
+def test_a_report_without_stems_says_so_and_draws_nothing(tmp_path):
+    """Photos from straight above: the reason, the run and its cost, no empty charts."""
+    trees = read_trees(write_trees(tmp_path / "trees.gpkg", [], CRS))
+    stages = {"geotag": {"seconds": 1.0, "peak_memory_mb": 90}}
+    page = write_report(tmp_path / "r.html", trees, [], {"photos": 18}, ["No stem is measurable."], stages).read_text()
+    assert "No stem was found" in page and "No stem is measurable." in page and "geotag" in page
+    assert "<img" not in page and "<h2>Trees" not in page

@@ -151,23 +151,33 @@ def write_report(
         if "seconds" in entry
     )
     notes = "".join(f"<li>{html.escape(text)}</li>" for text in warnings)
-    picture = base64.b64encode(draw_stem_map(trees, plots)).decode()
-    template = Template((files(__package__) / "templates" / "report.html").read_text(encoding="utf-8"))
-    page = template.substitute(
-        n_measured=len(measured),
-        n_found=len(trees),
-        n_check=int((trees["qc_flag"] == "check").sum()),
-        n_refused=len(trees) - len(measured),
+    if len(trees):
+        n_check, n_refused = int((trees["qc_flag"] == "check").sum()), len(trees) - len(measured)
+        summary = (
+            f"{len(measured)} of {len(trees)} stems found have a DBH ({n_check} to check); {n_refused} were refused, "
+            "with the reason below."
+        )
+        found = _template("report_trees.html").substitute(
+            picture=base64.b64encode(draw_stem_map(trees, plots)).decode(),
+            histogram=base64.b64encode(draw_dbh_histogram(trees)).decode(),
+            rows="".join(rows),
+        )
+    else:
+        summary, found = "No stem was found; the reason is below.", ""
+    page = _template("report.html").substitute(
+        summary=summary,
         warnings=f"<div class='warn'><b>Warnings</b><ul>{notes}</ul></div>" if notes else "",
-        picture=picture,
-        histogram=base64.b64encode(draw_dbh_histogram(trees)).decode(),
-        rows="".join(rows),
+        trees=found,
         card=card,
         cost=cost,
     )
     with atomic_path(path) as temporary:
         temporary.write_text(page, encoding="utf-8")
     return Path(path)
+
+
+def _template(name: str) -> Template:
+    return Template((files(__package__) / "templates" / name).read_text(encoding="utf-8"))
 
 
 def _whole(value: Any) -> str:
