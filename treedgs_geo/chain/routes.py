@@ -33,11 +33,11 @@ class Preset:
 
 
 PRESETS = {
-    "fast": Preset(ReconstructOptions(max_features=4000, neighbours=12), PhotoStemOptions(max_views=48), "none"),
-    "balanced": Preset(ReconstructOptions(), PhotoStemOptions()),
-    "best": Preset(
-        ReconstructOptions(max_features=16000, neighbours=30), PhotoStemOptions(max_views=200, max_lean_deg=25.0), "all"
+    "fast": Preset(
+        ReconstructOptions(max_features=4000, neighbours=12), PhotoStemOptions(max_views=48, max_lean_deg=10.0), "none"
     ),
+    "balanced": Preset(ReconstructOptions(), PhotoStemOptions()),
+    "best": Preset(ReconstructOptions(max_features=16000, neighbours=30), PhotoStemOptions(max_views=200), "all"),
     "paper": Preset(ReconstructOptions(), PhotoStemOptions()),
 }
 

@@ -18,6 +18,8 @@ _SHARE, _PEAK = 0.6, 40.0
 #: Log likelihood ratio of ground over the squared colour error: read from a table, so many entries a unit (to 1e-6).
 RATIO_STEPS = 128.0
 RATIO = np.log(_SHARE * _PEAK * np.exp(-0.5 * np.arange(0, 42, 1 / RATIO_STEPS)) + (1 - _SHARE)).astype(np.float32)
+#: Stands for the ratio of a place whose ground no photo shows.
+UNKNOWN = np.float32(-99.0)
 #: Height of a row (m) and rows a block.
 ROW_M, BLOCK_ROWS = 0.05, 10
 #: Half width of the strips and sample spacing; how far beside the stem the ground is compared, metres.
@@ -94,6 +96,22 @@ def ground_medians(pixels, start, shape, corner, camera, x, y, z, lut, least, me
                             values[v, c] = abs(values[v, c] - middle[c]) if v < count[c] else away
 
 
+@njit(inline="always", **_FAST)
+def ground_ratio(colour, mean, spread, f, a, b, floor, ceiling, ratio):
+    """Log likelihood ratio of "this is the ground ``f`` at cell (a, b)"; :data:`UNKNOWN` where none is known."""
+    error = np.float32(0.0)
+    for k in range(3):
+        s = spread[f, a, b, k]
+        if not (s >= np.float32(0.0) and s < np.float32(9.0)):
+            return UNKNOWN
+        s = min(s, ceiling[k])
+        error += (colour[k] - mean[f, a, b, k]) ** 2 / (s * s + floor[k] * floor[k])
+    place = min(error, np.float32((ratio.size - 1.001) / RATIO_STEPS)) * np.float32(RATIO_STEPS)
+    cell = int(place)
+    part = place - np.float32(cell)
+    return ratio[cell] * (np.float32(1.0) - part) + ratio[cell + 1] * part
+
+
 @njit(parallel=True, **_FAST)
 def likelihoods(
     pixels,
@@ -126,8 +144,6 @@ def likelihoods(
     blind,
 ):
     rows, columns = mean.shape[1], mean.shape[2]
-    steps = np.float32(RATIO_STEPS)
-    furthest = np.float32((ratio.size - 1.001) / RATIO_STEPS)
     for v in prange(camera.shape[0]):
         colour = np.empty(3, np.float32)
         sums = np.zeros(us.size)
@@ -179,22 +195,11 @@ def likelihoods(
                     blind[v] = True
                     break
                 fetch(pixels, start[v], shape[v, 0], shape[v, 1], u, w, lut, colour)
-                f = layer[v]
-                error = np.float32(0.0)
-                for k in range(3):
-                    s = spread[f, a, b, k]
-                    m = mean[f, a, b, k]
-                    if not (s >= np.float32(0.0) and s < np.float32(9.0)):
-                        blind[v] = True
-                        break
-                    s = min(s, ceiling[k])
-                    error += (colour[k] - m) ** 2 / (s * s + floor[k] * floor[k])
-                if blind[v]:
+                value = ground_ratio(colour, mean, spread, layer[v], a, b, floor, ceiling, ratio)
+                if value == UNKNOWN:
+                    blind[v] = True
                     break
-                place = min(error, furthest) * steps
-                cell = int(place)
-                part = place - np.float32(cell)
-                sums[j] += ratio[cell] * (np.float32(1.0) - part) + ratio[cell + 1] * part
+                sums[j] += value
             if blind[v]:
                 break
             if (i + 1) % per_block == 0:

@@ -11,9 +11,9 @@ from ...core.progress import Reporter
 from ...reconstruction.cameras import View
 from ..area import Area
 from .backdrop import Backdrop, cut_silhouette, make_backdrop
+from .carving import carved_seeds
 from .detect import Detector, Seed, lean_grid
 from .fine import NO_STEMS
-from .leaning import leaning_seeds
 from .options import PhotoStemOptions
 from .plumb import make_map
 from .stack import GroundGrid, PhotoStack, load_stack
@@ -30,7 +30,7 @@ MOST_SEEDS = 90
 APART_M, LEAN_COST = 0.4, 60.0
 #: Local maxima this close are looked at for second stems within the next distance of a found one, and at most so many.
 BESIDE_M, COMPANION_M, MOST_COMPANIONS = 0.2, 0.6, 40
-#: The first search takes leans up to this, degrees; the rest is for the second (:mod:`.leaning`).
+#: The first search takes leans up to this, degrees; the rest is for the second (:mod:`.carving`).
 UPRIGHT_MOST_DEG = 10.0
 #: Stems fitted quickly at first, to learn the sun's direction and the stand's diameters.
 FIRST_LOOK = 30
@@ -122,10 +122,19 @@ def _tile(
         fits = _pursue(fitter, seeds, gate, reporter)
         fits += _companions(fitter, beside, seeds, gate, fits, reporter)
     if options.max_lean_deg > UPRIGHT_MOST_DEG:
-        known = known_rows(fits)
-        leaning, gate = leaning_seeds(stack, grid, area, tile, box, options, known, rng)
-        fits += _pursue(fitter, leaning, gate, reporter, known)
+        fits += _carved(fitter, area, box, fits, reporter)
     return fits
+
+
+def _carved(fitter: Fitter, area: Area, box: tuple, fits: list[StemFit], reporter: Reporter) -> list[StemFit]:
+    """Stems that the search for edges missed, above all leaning ones (:mod:`.carving`)."""
+    if fitter.backdrop is None:
+        return []
+    known = known_rows(fits)
+    seeds = carved_seeds(
+        fitter.stack, fitter.ground, fitter.backdrop, area, box, fitter.options, known, fitter.chance
+    )
+    return _pursue(fitter, seeds, 1.0, reporter, known)
 
 
 def _companions(

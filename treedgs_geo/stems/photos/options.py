@@ -19,7 +19,7 @@ class PhotoStemOptions:
         96, kind="integer", help="most photos used, spread over the directions", minimum=3, advanced=True
     )
     max_lean_deg: float = param(
-        10.0,
+        25.0,
         kind="number",
         help="largest lean searched for; above 10 a second search follows",
         unit="deg",

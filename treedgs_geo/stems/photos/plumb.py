@@ -58,7 +58,6 @@ def _map_kernel(
     tau,
     window_m,
     width,
-    slants,
     lut,
     ridge,
     unit,
@@ -125,40 +124,28 @@ def _map_kernel(
         reach = max(int(0.5 * window_m * np.sin(angle) / (slant * step_n) + 0.5), 1)
         low, high = max(0, i - reach), min(n_rows - 1, i + reach)
         n = np.float32(high - low + 1)
-        # Columns that an edge moves a row when the stem leans by one metre a metre across the view.
-        columns_a_row = step_n * slant / (np.sin(angle) * below * np.tan(angle) * step_a)
-        best = np.zeros((3, n_cols), np.float32)
+        mean = np.zeros((3, n_cols), np.float32)
+        power = np.zeros(n_cols, np.float32)
         e = np.zeros(n_cols, np.float32)
-        for which in range(slants.size):
-            mean = np.zeros((3, n_cols), np.float32)
-            power = np.zeros(n_cols, np.float32)
-            for k in range(low, high + 1):
-                aside = int(np.round((k - i) * slants[which] * columns_a_row))
-                first, last = max(0, -aside), min(n_cols, n_cols - aside)
-                if last <= first:
-                    continue
-                for ch in range(3):
-                    to, shifted = mean[ch, first:last], slope[k, ch, first + aside : last + aside]
-                    for j in range(last - first):
-                        to[j] += shifted[j]
-                to, shifted = power[first:last], energy[k, first + aside : last + aside]
-                for j in range(last - first):
-                    to[j] += shifted[j]
+        for k in range(low, high + 1):
+            for ch in range(3):
+                to, values = mean[ch], slope[k, ch]
+                for j in range(n_cols):
+                    to[j] += values[j]
+            values = energy[k]
             for j in range(n_cols):
-                if inside[low, j] and inside[high, j]:
-                    m2 = (mean[0, j] ** 2 + mean[1, j] ** 2 + mean[2, j] ** 2) / (n * n)
-                    value = m2 / (power[j] / n + np.float32(tau * tau))
-                    if value > e[j]:
-                        e[j] = value
-                        for ch in range(3):
-                            best[ch, j] = mean[ch, j]
+                power[j] += values[j]
+        for j in range(n_cols):
+            if inside[low, j] and inside[high, j]:
+                m2 = (mean[0, j] ** 2 + mean[1, j] ** 2 + mean[2, j] ** 2) / (n * n)
+                e[j] = m2 / (power[j] / n + np.float32(tau * tau))
         spread = int(np.ceil(3 * width))
         drawn = np.zeros(n_cols, np.float32)
         for j in range(1, n_cols - 1):
             peak = e[j]
             if peak < 0.05 or e[j - 1] > peak or e[j + 1] >= peak:
                 continue
-            norm = np.sqrt(best[0, j] ** 2 + best[1, j] ** 2 + best[2, j] ** 2) + 1e-9
+            norm = np.sqrt(mean[0, j] ** 2 + mean[1, j] ** 2 + mean[2, j] ** 2) + 1e-9
             curve = e[j - 1] - 2 * peak + e[j + 1]
             shift = 0.5 * (e[j - 1] - e[j + 1]) / curve if curve < -1e-9 else 0.0
             for m in range(max(0, j - spread), min(n_cols, j + spread + 1)):
@@ -167,7 +154,7 @@ def _map_kernel(
                 if value > drawn[m]:
                     drawn[m] = value
                     for ch in range(3):
-                        unit[i, m, ch] = int(np.round(127 * best[ch, j] / norm))
+                        unit[i, m, ch] = int(np.round(127 * mean[ch, j] / norm))
         for j in range(n_cols):
             ridge[i, j] = int(min(drawn[j], 1.0) * 255 + 0.5)
 
@@ -180,12 +167,8 @@ def make_map(
     ridge_m: float = 0.022,
     sigma_px: float = 1.0,
     tau: float = 0.01,
-    slants: tuple[float, ...] = (0.0,),
 ) -> PlumbMap:
-    """Edge map of one view over the points' footprint. points: (N, 3) corners of the volume searched, local metres.
-
-    slants: leans across the view (m/m) along which an edge may run; the best counts.
-    """
+    """Edge map of one view over the points' footprint. points: (N, 3) corners of the volume searched, local metres."""
     centre = stack.centre[view]
     offset = points - centre
     flat = np.hypot(offset[:, 0], offset[:, 1])
@@ -228,7 +211,6 @@ def make_map(
         tau,
         WINDOW_M,
         ridge_m / (step_a * distance),
-        np.array(slants),
         LUT_GAMMA,
         ridge,
         unit,
@@ -236,31 +218,3 @@ def make_map(
     return PlumbMap(
         float(aim + low_a), step_a, float(low_n), step_n, ridge, unit, centre, np.array([flat.min(), flat.max()])
     )
-
-
-@njit(**_FAST)
-def _hide_kernel(ridge, azimuth0, step_a, nadir0, step_n, centre, stem, margin):
-    n_rows, n_cols = ridge.shape
-    for step in range(150):
-        h = -0.1 + 0.05 * step
-        q = h - stem[7]
-        bend = min(max(q, -1.5), 2.5)
-        x = stem[0] + stem[2] * q + stem[4] * bend * bend - centre[0]
-        y = stem[1] + stem[3] * q + stem[5] * bend * bend - centre[1]
-        flat = np.sqrt(x * x + y * y)
-        row = (np.arctan2(flat, centre[2] - stem[6] - h) - nadir0) / step_n
-        swing = np.arctan2(y, x) - azimuth0
-        swing -= 2 * np.pi * np.floor((swing + 0.2) / (2 * np.pi))
-        half = (max(stem[8] + stem[9] * q, 0.4 * stem[8]) + margin) / flat / step_a
-        low = max(int(swing / step_a - half), 0)
-        high = min(int(swing / step_a + half + 1), n_cols - 1)
-        for i in range(max(int(row) - 1, 0), min(int(row) + 3, n_rows)):
-            for j in range(low, high + 1):
-                ridge[i, j] = 0
-
-
-def hide_in_map(plumb: PlumbMap, stems: np.ndarray, margin_m: float = 0.03) -> None:
-    """Clear the edges of known stems, (K, 10) as :func:`.strips.hide_known` takes them. In place."""
-    for stem in stems:
-        _hide_kernel(plumb.ridge, plumb.azimuth0, plumb.step_a, plumb.nadir0, plumb.step_n, plumb.centre,
-                     np.asarray(stem, float), margin_m)
