@@ -32,6 +32,8 @@ _SLOPE_SD, _BEND_SD = 0.3, 0.15
 _JUMP_M, _CHANGE = 0.10, 0.15
 #: Points farther than this from the bark that is expected are not looked at.
 _REACH_M = 0.20
+#: A short cone's points beyond this many add nothing but time.
+MOST_POINTS = 1000
 
 
 @dataclass(frozen=True)
@@ -112,8 +114,9 @@ def _short_cone(points: np.ndarray, start: Cone, sensor: Sensor, schedule: tuple
     near &= np.abs(start.residuals(points)) < _REACH_M
     if near.sum() < sensor.least_points:
         return None
-    piece = fit_cone(points[near], start, None, schedule, sensor.floor_m, sensor.cap_m, lean_sd=_SLOPE_SD,
+    points = points[near][::max(int(near.sum()) // MOST_POINTS, 1)]
+    piece = fit_cone(points, start, None, schedule, sensor.floor_m, sensor.cap_m, lean_sd=_SLOPE_SD,
                      bend_sd=_BEND_SD)
-    if piece is None or np.count_nonzero(np.abs(piece.residuals(points[near])) < 3 * piece.sigma) < sensor.least_points:
+    if piece is None or np.count_nonzero(np.abs(piece.residuals(points)) < 3 * piece.sigma) < sensor.least_points:
         return None
     return piece

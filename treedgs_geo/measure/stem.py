@@ -16,7 +16,7 @@ import numpy as np
 from ..stems.cone import BEND_SD, TAPER_PRIOR, Cone, fit_cone
 from ..stems.options import SegmentOptions
 from ..stems.segment import Sensor, search_points
-from .bow import Axis, follow_axis, is_bowed
+from .bow import LEAST_CONES, STEP_M, Axis, follow_axis, is_bowed
 from .circles import geometric_circle
 from .ellipse import fit_ellipse
 from .slices import across_axis, slice_heights, slice_index
@@ -92,7 +92,8 @@ def measure_points(points: np.ndarray, weights: np.ndarray | None, sensor: Senso
     if fitted is None:
         return refuse("not_round", cone=cone, points=len(points))
     cone, window, on = fitted
-    if not sensor.solid and not upright:
+    # A short window, where points are plenty, shows no bow and needs no straightening.
+    if not sensor.solid and not upright and window[1] - window[0] >= LEAST_CONES * STEP_M:
         pool = np.concatenate([points, others])
         axis = follow_axis(pool, cone, sensor, bh_m)
         if axis is not None and is_bowed(axis, cone, window):

@@ -351,6 +351,7 @@ def _follow(points: np.ndarray, tree: Nearby, weights: np.ndarray | None, cone: 
         near = tree.within(middle, float(current.radius(h)) + 0.15, h - 0.75, h + 0.75)
         if len(near) < sensor.least_points // 3:
             break
+        near = near[::max(len(near) // MOST_FITTED, 1)]
         start = Cone(float(middle[0]), float(middle[1]), current.dx, current.dy, float(current.radius(h)),
                      TAPER_PRIOR, h, current.sigma)
         piece = fit_cone(points[near], start, None if weights is None else weights[near], (0.03,),
