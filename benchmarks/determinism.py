@@ -20,16 +20,21 @@ import geopandas as gpd
 import numpy as np
 import pandas as pd
 
+from treedgs_geo.core import workspace as names
+from treedgs_geo.reconstruction.model import load_views
+
 #: Goals: bitwise on one machine, this much across core counts.
 ACROSS_CORES_MM = 0.1
 #: Columns that hold when something was made, not what was measured.
 MADE = ("run_id", "made", "created", "date")
 
 
-def run(verb: str, plot: Path, work: Path, cores: set[int]) -> tuple[Path, Path | None]:
-    """One run on these cores; its tree layer and, for photos, the cameras that it found."""
-    work.mkdir(parents=True)
+def run(verb: str, plot: Path, work: Path, cores: set[int]) -> Path:
+    """One run on these cores; its tree layer."""
     output = work / "trees.gpkg"
+    if output.exists():
+        return output
+    work.mkdir(parents=True)
     if verb == "photos-to-dbh":
         inputs = ["--photos", plot / "images", "--geotags", plot, "--crs", "EPSG:6344", "--plots", plot / "plots.csv",
                   "--workspace", work / "ws"]
@@ -38,8 +43,7 @@ def run(verb: str, plot: Path, work: Path, cores: set[int]) -> tuple[Path, Path 
     words = [sys.executable, "-m", "treedgs_geo", verb, *inputs, "--output", output, "--log-format", "quiet"]
     subprocess.run([str(word) for word in words], check=True, stdout=subprocess.DEVNULL,
                    preexec_fn=lambda: os.sched_setaffinity(0, cores))
-    cameras = next(iter(sorted((work / "ws").rglob("cameras.json"))), None)
-    return output, cameras
+    return output
 
 
 def compare(one: Path, other: Path) -> dict:
@@ -60,15 +64,15 @@ def compare(one: Path, other: Path) -> dict:
     return found
 
 
-def largest(one: object, other: object) -> float:
-    """Largest difference of any number in two JSON values of the same shape; infinite if the shapes differ."""
-    if isinstance(one, dict) and isinstance(other, dict) and one.keys() == other.keys():
-        return max((largest(one[key], other[key]) for key in one), default=0.0)
-    if isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
-        return max((largest(x, y) for x, y in zip(one, other, strict=True)), default=0.0)
-    if isinstance(one, int | float) and isinstance(other, int | float):
-        return abs(one - other)
-    return 0.0 if one == other else np.inf
+def cameras_apart(photos: Path, one: Path, other: Path) -> dict:
+    """Of two workspaces: how far the same photos' projection centres and axes are apart."""
+    (_, first), (_, second) = (load_views(work / names.SFM, photos) for work in (one, other))
+    there = {view.name: view for view in second}
+    pairs = [(view, there[view.name]) for view in first if view.name in there]
+    apart = [np.linalg.norm(a.centre - b.centre) for a, b in pairs]
+    turned = [np.linalg.norm(a.rotation - b.rotation) / np.sqrt(2) for a, b in pairs]
+    return {"photos": [len(first), len(second), len(pairs)], "most_apart_mm": float(1000 * max(apart)),
+            "most_turned_deg": float(np.degrees(max(turned)))}
 
 
 def judge(verb: str, plot: Path, work: Path) -> dict:
@@ -78,11 +82,9 @@ def judge(verb: str, plot: Path, work: Path) -> dict:
     single = run(verb, plot, work / "single", {min(every)})
     record = {"verb": verb, "plot": plot.name, "cores": len(every)}
     for name, other in (("again", second), ("one_core", single)):
-        record[name] = compare(first[0], other[0])
-        if first[1] is not None and other[1] is not None:
-            cameras = [json.loads(path.read_text(encoding="utf-8")) for path in (first[1], other[1])]
-            record[name]["cameras_same_to_the_bit"] = cameras[0] == cameras[1]
-            record[name]["cameras_most_apart"] = largest(*cameras)
+        record[name] = compare(first, other)
+        if verb == "photos-to-dbh":
+            record[name]["cameras"] = cameras_apart(plot / "images", first.parent / "ws", other.parent / "ws")
     print(json.dumps(record, indent=2), flush=True)
     return record
 
@@ -93,7 +95,7 @@ def main() -> int:
     parser.add_argument("plots", nargs="+", type=Path)
     parser.add_argument("--verbs", nargs="+", default=["photos-to-dbh", "pointcloud-to-dbh"])
     parser.add_argument("--output", type=Path, default=Path("determinism.json"))
-    parser.add_argument("--keep", type=Path, help="work here, and leave it")
+    parser.add_argument("--keep", type=Path, help="work here and leave it; what is there already is not run again")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         place = options.keep or Path(scratch)
