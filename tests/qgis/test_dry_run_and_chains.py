@@ -161,6 +161,7 @@ def test_a_model_refuses_before_anything_starts(qgis, simulated_plot, tmp_path):
         ({"PLOTS": tmp_path / "gone.csv"}, "gone.csv does not exist"),
         ({"PRESET": "quickest"}, "PRESET: found 'quickest', expected one of fast, balanced"),
         ({"PHOTOS": tmp_path}, "holds 0 photos, expected at least 3"),
+        ({"PHOTOS": ""}, "PHOTOS is required"),
     ):
         done = qgis.run("photostostandtable", {"TREEDGS_PYTHON": "/nonexistent"}, **{**values, **changed})
         refused(done, words)

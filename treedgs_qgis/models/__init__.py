@@ -67,10 +67,10 @@ class Model(QgsProcessingModelAlgorithm):
                     given[own] = parameters[names[0]]
             if not hasattr(algorithm, "values_problem"):
                 continue
-            problem = algorithm.values_problem(given, context)
-            # What a later step needs beyond that is made by the earlier ones, and looked at when it is there.
+            # What a later step needs is partly made by the earlier ones, and looked at when it is there.
             first = not any(source.outputChildId() for several in sources.values() for source in several)
-            if problem or (first and (problem := algorithm.needs(given, context))):
+            problem = (algorithm.problem if first else algorithm.values_problem)(given, context)
+            if problem:
                 return problem
         return ""
 
