@@ -159,7 +159,7 @@ def _empty(crs: str) -> Any:
 
 
 def _crs(text: str) -> pyproj.CRS:
-    from ..pointcloud.files import LOCAL_CRS
+    from ..pointcloud.file_crs import LOCAL_CRS
 
     return LOCAL_CRS if text == "local" else pyproj.CRS.from_user_input(text)
 

@@ -31,7 +31,7 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
     from ..inventory.circle_layers import stem_slices
     from ..inventory.tree_layer import write_trees
     from ..measure.cloud import measure_stems
-    from ..pointcloud.files import LOCAL_CRS
+    from ..pointcloud.file_crs import LOCAL_CRS
 
     ensure_writable(settings.output)
     cloud = load_cloud(settings, reporter)

@@ -34,7 +34,8 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
     from ..inventory.circle_layers import stem_slices
     from ..inventory.tree_layer import write_trees
     from ..measure.cloud import measure_cloud, point_weights
-    from ..pointcloud.files import LOCAL_CRS, write_cloud
+    from ..pointcloud.file_crs import LOCAL_CRS
+    from ..pointcloud.files import write_cloud
 
     ensure_writable(settings.output)
     kept = None if settings.stems_output else ("intensity", "opacity", "gps_time")

@@ -16,17 +16,18 @@ from ..core.files import atomic_path
 from ..core.frames import vertical_of
 from ..core.progress import Reporter
 from .datum import check_frame, decimal_year, geotags_frame
+from .exposures import antenna_at, assign_marks, marks_of_events, note_spare
 from .gpstime import describe_utc, gps_to_utc
-from .mrk import Marks, read_mrk
+from .mrk import read_mrk
 from .pairing import pair_photos
 from .photos import Photo, read_photos, shorten
 from .ppk import solve
-from .rtklib import Trajectory, read_pos
+from .rtklib import read_pos
 from .sharpness import find_defects
 from .sources import GeotagFiles, find_geotags
 from .stations import Stations
 from .tables import NamedPositions, read_position_table
-from .trajectory import FIX_FLOOR_M, FLOAT_FLOOR_M, SINGLE_FLOOR_M, interpolate
+from .trajectory import FIX_FLOOR_M, FLOAT_FLOOR_M, SINGLE_FLOOR_M
 
 #: Standard deviation of a navigation-grade (EXIF) position, E, N, U metres.
 EXIF_SD_M = np.array([2.0, 2.0, 4.0])
@@ -232,7 +233,7 @@ def _from_marks(
     delay_s: float,
     reporter: Reporter,
 ) -> Stations:
-    marks = [read_mrk(path) for path in files.mrk] or [_marks_of_events(path, reporter) for path in files.events]
+    marks = [read_mrk(path) for path in files.mrk] or [marks_of_events(path, reporter) for path in files.events]
     if not marks:
         raise GeotagError(
             f"{(files.pos or files.rinex)[0]}: gives the antenna's path but no exposure times; put the drone's "
@@ -254,17 +255,17 @@ def _from_marks(
         check_frame(track, crs, source, reporter)
     xyz, sd, quality = np.full_like(stations.xyz, np.nan), np.full_like(stations.sd, np.nan), ["none"] * len(stations)
     utc = stations.utc.copy()
-    for each, group in _assign_marks(marks, photos):
+    for each, group in assign_marks(marks, photos):
         rows = pair_photos([photos[i] for i in group], each)
         paired = np.array(group)[rows >= 0]
         own = rows[rows >= 0]
         if len(paired) < len(group):
             lost = [photos[i].name for i in np.array(group)[rows < 0]]
             reporter.warn(f"{each.path.name}: no exposure for {len(lost)} of {len(group)} photos: {shorten(lost)}.")
-        _note_spare(each, own, reporter)
+        note_spare(each, own, reporter)
         utc[paired] = gps_to_utc(each.gps_s[own] + delay_s)
         if tracks:
-            solved = _antenna(each, own, tracks, crs, source, delay_s)
+            solved = antenna_at(each, own, tracks, crs, source, delay_s)
             xyz[paired], sd[paired] = solved[0], solved[1]
             for i, value in zip(paired, solved[2], strict=True):
                 quality[i] = value
@@ -282,125 +283,6 @@ def _from_marks(
             f"{describe_utc(float(gps_to_utc(each.gps_s[0])))}; give the solution of this flight."
         )
     return replace(stations, xyz=xyz, sd=sd, quality=quality, utc=utc, flight=split_flights(stations.names, utc))
-
-
-def _note_spare(marks: Marks, used: np.ndarray, reporter: Reporter) -> None:
-    """Say which exposures inside the flight have no photo: a lost photo, or an event that was none."""
-    spare = np.setdiff1d(np.arange(len(marks.index)), used)
-    if len(spare):
-        numbers = shorten([str(n) for n in marks.index[spare]], 8)
-        reporter.warn(f"{marks.path.name}: {len(spare)} of {len(marks.index)} exposures have no photo (number "
-                      f"{numbers}).")
-
-
-def _marks_of_events(path: Path, reporter: Reporter) -> Marks:
-    """An ``_events.pos`` has one row an exposure: marks without a lever arm."""
-    track = read_pos(path)
-    reporter.warn(
-        f"{path.name}: without the drone's MRK the offset from antenna to camera is unknown and taken as zero "
-        "(0.1 to 0.3 m on DJI drones)."
-    )
-    count = len(track.gps_s)
-    return Marks(
-        path,
-        np.arange(1, count + 1),
-        track.gps_s,
-        np.zeros((count, 3)),
-        track.lon_deg,
-        track.lat_deg,
-        track.height_m,
-        track.sd,
-        np.full(count, -1),
-    )
-
-
-def _assign_marks(marks: list[Marks], photos: list[Photo]) -> list[tuple[Marks, list[int]]]:
-    """Which photos each MRK is for: by common folder name where that decides it, else by trying which pairs best."""
-    if len(marks) == 1:
-        return [(marks[0], list(range(len(photos))))]
-    left = list(range(len(photos)))
-    assigned: list[tuple[Marks, list[int]]] = []
-    refused: list[GeotagError] = []
-    for each in marks:
-        beside = [i for i in left if photos[i].path.parent.resolve() == each.path.parent.resolve()]
-        for group in (beside, list(left), _within(each, left, photos)):
-            if not group:
-                continue
-            try:
-                rows = pair_photos([photos[i] for i in group], each)
-            except GeotagError as problem:
-                refused.append(problem)
-                continue
-            taken = [i for i, row in zip(group, rows, strict=True) if row >= 0]
-            assigned.append((each, taken))
-            left = [i for i in left if i not in set(taken)]
-            break
-    if not assigned:
-        raise refused[0]
-    return assigned
-
-
-def _within(marks: Marks, left: list[int], photos: list[Photo]) -> list[int]:
-    """Photos whose clock falls into the MRK's span, zone aside."""
-    first, last = gps_to_utc(marks.gps_s[[0, -1]])
-    inside = []
-    for i in left:
-        time = photos[i].utc if np.isfinite(photos[i].utc) else photos[i].local_time
-        zone = 0.0 if np.isfinite(photos[i].utc) else np.round((time - (first + last) / 2) / 900) * 900
-        if first - 5 <= time - zone <= last + 5:
-            inside.append(i)
-    return inside
-
-
-def _antenna(
-    marks: Marks,
-    rows: np.ndarray,
-    tracks: list[Trajectory],
-    crs: pyproj.CRS,
-    source: pyproj.CRS | None,
-    delay_s: float,
-) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Camera positions: the antenna's trajectory at the exposure plus the lever arm, once."""
-    gps = marks.gps_s[rows] + delay_s
-    solutions = [
-        interpolate(
-            track,
-            lonlat_to_project(crs, track.lon_deg, track.lat_deg, track.height_m, source, decimal_year(track.gps_s)),
-            gps,
-            max_gap_s=np.inf if track.path.stem.lower().endswith("_events") else 1.0,
-        )
-        for track in tracks
-    ]
-    covered = [np.isfinite(solution.xyz[:, 0]) for solution in solutions]
-    if len(tracks) > 1:
-        both = np.sum(covered, axis=0) > 1
-        if both.any():
-            double = [track.path.name for track, mask in zip(tracks, covered, strict=True) if mask.any()]
-            raise GeotagError(
-                f"{marks.path}: its exposures are covered by {len(double)} solutions ({', '.join(double)}); "
-                "keep only the one to use, or name it with --geotags."
-            )
-    xyz, sd, quality = np.full((len(rows), 3), np.nan), np.full((len(rows), 3), np.nan), ["none"] * len(rows)
-    for solution, mask in zip(solutions, covered, strict=True):
-        xyz[mask], sd[mask] = solution.xyz[mask], solution.sd[mask]
-        quality = [new if use else old for new, old, use in zip(solution.quality, quality, mask, strict=True)]
-    convergence = np.radians(_convergence(crs, marks))
-    east, north, up = marks.offset_enu[rows].T
-    # The lever arm is in true east and north; the project grid is turned by the meridian convergence.
-    xyz += np.column_stack(
-        [
-            east * np.cos(convergence) - north * np.sin(convergence),
-            north * np.cos(convergence) + east * np.sin(convergence),
-            up,
-        ]
-    )
-    return xyz, sd, quality
-
-
-def _convergence(crs: pyproj.CRS, marks: Marks) -> float:
-    from ..core.crs import grid_convergence_deg
-
-    return grid_convergence_deg(crs, float(np.median(marks.lon_deg)), float(np.median(marks.lat_deg)))
 
 
 def _check_distance(stations: Stations, photos: list[Photo], crs: pyproj.CRS, source: Path, reporter: Reporter) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,17 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyproj
 
-from ..core.crs import check_projected, project_crs
-from ..core.errors import CRSError, InputError
+from ..core.errors import InputError
 from ..core.files import atomic_path
-from .cloud import PointCloud, concatenate, horizontal
+from .cloud import PointCloud, concatenate
+from .file_crs import agreed_crs, file_crs, short
+from .text_files import iter_text
 
-#: What ``--crs`` takes for a cloud in local metres without a place on the map (a terrestrial scan).
-LOCAL = "local"
-#: What layers made from such a cloud are written in.
-LOCAL_CRS = pyproj.CRS.from_wkt('LOCAL_CS["local metres",UNIT["metre",1]]')
 _TEXT = (".txt", ".xyz", ".asc", ".pts", ".csv")
 _KEPT = ("intensity", "return_number", "number_of_returns", "classification", "gps_time", "red", "green", "blue")
 _RGB = ("red", "green", "blue")
@@ -108,7 +103,7 @@ def iter_cloud(path: Path, bounds: tuple[float, float, float, float] | None = No
     if not path.is_file():
         raise InputError(f"{path}: not found; give a LAS, LAZ or text point cloud.")
     if path.suffix.lower() in _TEXT:
-        for piece in _iter_text(path, _agree(None, crs, path, need_crs), chunk_points):
+        for piece in iter_text(path, agreed_crs(None, crs, path, need_crs), chunk_points):
             yield _clip(piece, bounds)
         return
     yield from _iter_las(path, bounds, crs, attributes, need_crs, chunk_points)
@@ -218,12 +213,12 @@ def _open(path: Path) -> Any:
         header = reader.header
         promised, scales, offsets = header.point_count, np.asarray(header.scales), np.asarray(header.offsets)
     except _broken() as problem:
-        raise InputError(f"{path}: is not a LAS/LAZ file that can be read ({_short(problem)}); "
+        raise InputError(f"{path}: is not a LAS/LAZ file that can be read ({short(problem)}); "
                          "export it again from your LiDAR software.") from None
     except BaseException as problem:  # laspy lets struct and pyproj errors, lazrs panics of broken headers through
         if isinstance(problem, (KeyboardInterrupt, SystemExit)):
             raise
-        raise InputError(f"{path}: has a broken LAS header ({_short(problem)}); export it again.") from None
+        raise InputError(f"{path}: has a broken LAS header ({short(problem)}); export it again.") from None
     trouble = ""
     if not np.isfinite(scales).all() or (scales <= 0).any() or (scales > 100).any():
         trouble = f"the header gives coordinate scales {scales.tolist()}, expected positive ones (0.001)"
@@ -269,7 +264,7 @@ def _iter_las(path: Path, bounds: Any, crs: str | None, attributes: tuple[str, .
               chunk_points: int) -> Iterator[PointCloud]:
     with _open(path) as reader:
         header = reader.header
-        own = _agree(_file_crs(header, path), crs, path, need_crs)
+        own = agreed_crs(file_crs(header, path), crs, path, need_crs)
         names = _names(header, attributes)
         layout = _layout(header)
         pieces = _copc_pieces(path, header, bounds) if bounds is not None and _is_copc(header) else iter_points(
@@ -296,7 +291,7 @@ def iter_points(path: Path, reader: Any, chunk_points: int) -> Iterator[Any]:
         except BaseException as problem:  # a panic in the decompressor is a BaseException
             if isinstance(problem, (KeyboardInterrupt, SystemExit, GeneratorExit)):
                 raise
-            raise InputError(f"{path}: breaks off after {count} of {promised} points ({_short(problem)}); "
+            raise InputError(f"{path}: breaks off after {count} of {promised} points ({short(problem)}); "
                              "copy or download it again.") from None
         count += len(points)
         yield points
@@ -322,7 +317,7 @@ def _copc_pieces(path: Path, header: Any, bounds: tuple[float, float, float, flo
             low, high = reader.header.mins[2] - 1.0, reader.header.maxs[2] + 1.0
             yield reader.query(laspy.Bounds(np.array([west, south, low]), np.array([east, north, high])))
     except _broken() as problem:
-        raise InputError(f"{path}: its COPC index cannot be read ({_short(problem)}); copy it again.") from None
+        raise InputError(f"{path}: its COPC index cannot be read ({short(problem)}); copy it again.") from None
 
 
 def _layout(header: Any) -> Layout:
@@ -358,96 +353,3 @@ def _clip(cloud: PointCloud, bounds: tuple[float, float, float, float] | None) -
         x, y = cloud.xyz[:, 0], cloud.xyz[:, 1]
         finite &= (x >= west) & (x <= east) & (y >= south) & (y <= north)
     return cloud if finite.all() else cloud.select(finite)
-
-
-def _file_crs(header: Any, path: Path) -> pyproj.CRS | None:
-    try:
-        return header.parse_crs()
-    except Exception as problem:
-        raise CRSError(f"{path}: its CRS record is unreadable ({_short(problem)}); export the cloud again.") from None
-
-
-def _agree(own: pyproj.CRS | None, given: str | None, path: Path, need_crs: bool) -> pyproj.CRS | None:
-    """The CRS to work in, from the file's and the user's word."""
-    if own is not None and not own.is_geographic and not own.is_projected and given and given.lower() != LOCAL:
-        own = None  # an engineering CRS says nothing about the place: the user's word fills it in
-    if own is not None:
-        base = horizontal(own)
-        assert base is not None
-        check_projected(base, str(path))
-        for part in own.sub_crs_list if own.is_compound else []:
-            unit = part.axis_info[0].unit_name if part.is_vertical and part.axis_info else "metre"
-            if unit not in ("metre", "meter"):
-                raise CRSError(f"{path}: heights are in {unit}, expected metres; convert the cloud to metres.")
-        if given and given.lower() == LOCAL:
-            return own
-        if given and not same_place(base, project_crs(given)):
-            raise CRSError(f"{path}: is in {base.name}, but --crs says {given}; leave --crs out or reproject it.")
-        return own
-    if given and given.lower() == LOCAL:
-        return None
-    if given:
-        return project_crs(given)
-    if need_crs:
-        raise CRSError(f"{path}: holds no CRS, expected a projected one in metres; give it with --crs EPSG:CODE "
-                       f"(or --crs {LOCAL} for a scan in local metres).")
-    return None
-
-
-def same_place(one: pyproj.CRS, other: pyproj.CRS) -> bool:
-    """True when two horizontal CRS are the same, apart from metadata and axis order."""
-    first, second = horizontal(one), horizontal(other)
-    assert first is not None and second is not None
-    if first.equals(second, ignore_axis_order=True):
-        return True
-    codes = first.to_epsg(min_confidence=70), second.to_epsg(min_confidence=70)
-    return codes[0] is not None and codes[0] == codes[1]
-
-
-def _iter_text(path: Path, crs: pyproj.CRS | None, chunk_points: int) -> Iterator[PointCloud]:
-    """x y z per line (blank, comma, semicolon or tab between), one optional header line that names the columns."""
-    try:
-        with open(path, encoding="utf-8-sig") as stream:
-            first = stream.readline()
-            delimiter = next((mark for mark in (",", ";", "\t") if mark in first), None)
-            words = [word.strip().lower() for word in first.strip().lstrip("#/").split(delimiter)]
-            has_header = not all(_is_number(word) for word in words)
-            if len(words) < 3:
-                raise InputError(f"{path}: its first line has {len(words)} columns, expected x y z; give x y z per "
-                                 "line.")
-            names = words if has_header else []
-            where = [names.index(axis) for axis in "xyz"] if all(axis in names for axis in "xyz") else [0, 1, 2]
-            if not has_header:
-                stream.seek(0)
-                first_line = stream.readline()
-                assert first_line
-                lines = itertools.chain([first_line.lstrip("\ufeff")], stream)
-            else:
-                lines = itertools.chain(stream)
-            while True:
-                block = list(itertools.islice(lines, min(chunk_points, 500_000)))
-                if not block:
-                    return
-                table = np.loadtxt(block, delimiter=delimiter, ndmin=2)
-                if table.size == 0:
-                    continue
-                extra = {name: table[:, column] for column, name in enumerate(names[:table.shape[1]])
-                         if column not in where}
-                yield PointCloud(np.ascontiguousarray(table[:, where]), crs, extra)
-    except (OSError, UnicodeDecodeError) as problem:
-        raise InputError(f"{path}: is not a text file ({_short(problem)}); give x y z per line.") from None
-    except (ValueError, IndexError) as problem:
-        raise InputError(f"{path}: is not a table of numbers ({_short(problem)}); give x y z per line.") from None
-
-
-def _is_number(word: str) -> bool:
-    try:
-        float(word)
-    except ValueError:
-        return False
-    return True
-
-
-def _short(problem: BaseException) -> str:
-    text = " ".join(str(problem).split()) or type(problem).__name__
-    return text[:120]

@@ -12,16 +12,9 @@ import numpy as np
 
 from ..core.files import atomic_path
 from .cloud import PointCloud
-from .files import (
-    _agree,
-    _file_crs,
-    _iter_text,
-    _open,
-    check_cloud_output,
-    check_compression,
-    is_text,
-    iter_points,
-)
+from .file_crs import agreed_crs, file_crs
+from .files import _open, check_cloud_output, check_compression, is_text, iter_points
+from .text_files import iter_text
 
 #: xyz (N, 3) and attributes by name -> which points to write (mask or None = all) and the added dimensions' values.
 Step = Callable[[np.ndarray, Callable[[str], np.ndarray]], tuple[np.ndarray | None, dict[str, np.ndarray]]]
@@ -46,7 +39,7 @@ def copy_cloud(source: Path, target: Path, step: Step, added: dict[str, str], cr
         return _copy_text(source, target, step, added, crs)
     written = 0
     with _open(source) as reader:
-        own = _agree(_file_crs(reader.header, source), crs, source, need_crs=True)
+        own = agreed_crs(file_crs(reader.header, source), crs, source, need_crs=True)
         check_compression(target, reader.header.point_format.id)
         header = _new_header(reader.header, added)
         if own is not None and reader.header.parse_crs() is None:
@@ -90,11 +83,11 @@ def _copy_text(source: Path, target: Path, step: Step, added: dict[str, str], cr
     import laspy
 
     written = 0
-    own = _agree(None, crs, source, need_crs=True)
+    own = agreed_crs(None, crs, source, need_crs=True)
     writer = None
     with atomic_path(target) as temporary:
         try:
-            for piece in _iter_text(source, own, _CHUNK):
+            for piece in iter_text(source, own, _CHUNK):
                 if writer is None:
                     writer = laspy.open(temporary, "w", header=_text_header(piece, added))
                 mask, values = step(piece.xyz, piece.attributes.__getitem__)

@@ -16,7 +16,7 @@ from ..core.files import atomic_path
 from ..core.frames import heights_named, vertical_of
 from ..core.frames import transform as convert
 from ..pointcloud.cloud import horizontal
-from ..pointcloud.files import same_place
+from ..pointcloud.file_crs import same_place
 
 if TYPE_CHECKING:
     from affine import Affine

@@ -1,0 +1,136 @@
+"""Exposures and photos: which marks belong to which photos, and where the camera was at each."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pyproj
+
+from ..core.crs import grid_convergence_deg, lonlat_to_project
+from ..core.errors import GeotagError
+from ..core.progress import Reporter
+from .datum import decimal_year
+from .gpstime import gps_to_utc
+from .mrk import Marks
+from .pairing import pair_photos
+from .photos import Photo, shorten
+from .rtklib import Trajectory, read_pos
+from .trajectory import interpolate
+
+
+def note_spare(marks: Marks, used: np.ndarray, reporter: Reporter) -> None:
+    """Say which exposures inside the flight have no photo: a lost photo, or an event that was none."""
+    spare = np.setdiff1d(np.arange(len(marks.index)), used)
+    if len(spare):
+        numbers = shorten([str(n) for n in marks.index[spare]], 8)
+        reporter.warn(f"{marks.path.name}: {len(spare)} of {len(marks.index)} exposures have no photo (number "
+                      f"{numbers}).")
+
+
+def marks_of_events(path: Path, reporter: Reporter) -> Marks:
+    """An ``_events.pos`` has one row an exposure: marks without a lever arm."""
+    track = read_pos(path)
+    reporter.warn(
+        f"{path.name}: without the drone's MRK the offset from antenna to camera is unknown and taken as zero "
+        "(0.1 to 0.3 m on DJI drones)."
+    )
+    count = len(track.gps_s)
+    return Marks(
+        path,
+        np.arange(1, count + 1),
+        track.gps_s,
+        np.zeros((count, 3)),
+        track.lon_deg,
+        track.lat_deg,
+        track.height_m,
+        track.sd,
+        np.full(count, -1),
+    )
+
+
+def assign_marks(marks: list[Marks], photos: list[Photo]) -> list[tuple[Marks, list[int]]]:
+    """Which photos each MRK is for: by common folder name where that decides it, else by trying which pairs best."""
+    if len(marks) == 1:
+        return [(marks[0], list(range(len(photos))))]
+    left = list(range(len(photos)))
+    assigned: list[tuple[Marks, list[int]]] = []
+    refused: list[GeotagError] = []
+    for each in marks:
+        beside = [i for i in left if photos[i].path.parent.resolve() == each.path.parent.resolve()]
+        for group in (beside, list(left), _within(each, left, photos)):
+            if not group:
+                continue
+            try:
+                rows = pair_photos([photos[i] for i in group], each)
+            except GeotagError as problem:
+                refused.append(problem)
+                continue
+            taken = [i for i, row in zip(group, rows, strict=True) if row >= 0]
+            assigned.append((each, taken))
+            left = [i for i in left if i not in set(taken)]
+            break
+    if not assigned:
+        raise refused[0]
+    return assigned
+
+
+def _within(marks: Marks, left: list[int], photos: list[Photo]) -> list[int]:
+    """Photos whose clock falls into the MRK's span, zone aside."""
+    first, last = gps_to_utc(marks.gps_s[[0, -1]])
+    inside = []
+    for i in left:
+        time = photos[i].utc if np.isfinite(photos[i].utc) else photos[i].local_time
+        zone = 0.0 if np.isfinite(photos[i].utc) else np.round((time - (first + last) / 2) / 900) * 900
+        if first - 5 <= time - zone <= last + 5:
+            inside.append(i)
+    return inside
+
+
+def antenna_at(
+    marks: Marks,
+    rows: np.ndarray,
+    tracks: list[Trajectory],
+    crs: pyproj.CRS,
+    source: pyproj.CRS | None,
+    delay_s: float,
+) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Camera positions: the antenna's trajectory at the exposure plus the lever arm, once."""
+    gps = marks.gps_s[rows] + delay_s
+    solutions = [
+        interpolate(
+            track,
+            lonlat_to_project(crs, track.lon_deg, track.lat_deg, track.height_m, source, decimal_year(track.gps_s)),
+            gps,
+            max_gap_s=np.inf if track.path.stem.lower().endswith("_events") else 1.0,
+        )
+        for track in tracks
+    ]
+    covered = [np.isfinite(solution.xyz[:, 0]) for solution in solutions]
+    if len(tracks) > 1:
+        both = np.sum(covered, axis=0) > 1
+        if both.any():
+            double = [track.path.name for track, mask in zip(tracks, covered, strict=True) if mask.any()]
+            raise GeotagError(
+                f"{marks.path}: its exposures are covered by {len(double)} solutions ({', '.join(double)}); "
+                "keep only the one to use, or name it with --geotags."
+            )
+    xyz, sd, quality = np.full((len(rows), 3), np.nan), np.full((len(rows), 3), np.nan), ["none"] * len(rows)
+    for solution, mask in zip(solutions, covered, strict=True):
+        xyz[mask], sd[mask] = solution.xyz[mask], solution.sd[mask]
+        quality = [new if use else old for new, old, use in zip(solution.quality, quality, mask, strict=True)]
+    convergence = np.radians(_convergence(crs, marks))
+    east, north, up = marks.offset_enu[rows].T
+    # The lever arm is in true east and north; the project grid is turned by the meridian convergence.
+    xyz += np.column_stack(
+        [
+            east * np.cos(convergence) - north * np.sin(convergence),
+            north * np.cos(convergence) + east * np.sin(convergence),
+            up,
+        ]
+    )
+    return xyz, sd, quality
+
+
+def _convergence(crs: pyproj.CRS, marks: Marks) -> float:
+    return grid_convergence_deg(crs, float(np.median(marks.lon_deg)), float(np.median(marks.lat_deg)))
