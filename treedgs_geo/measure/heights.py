@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from scipy.spatial import cKDTree
+
+from ..stems.nearby import Nearby
 
 
 def tree_heights(xyz: np.ndarray, height: np.ndarray, feet: np.ndarray, slopes: np.ndarray,
@@ -24,16 +27,12 @@ def tree_heights(xyz: np.ndarray, height: np.ndarray, feet: np.ndarray, slopes: 
         return tops
     spacing = cKDTree(feet).query(feet, k=2)[0][:, 1] if len(feet) > 1 else np.array([np.inf])
     reach = np.clip(0.3 * spacing, 1.2, 4.0)
-    # Axes are compared layer by layer: exact enough, and one grid a layer; no point is farther than the widest reach.
-    owner = np.full(len(upper), -1, np.int32)
-    # Of 16 bits: sorted by counting.
-    layer = np.floor(height[upper]).clip(3, 1000).astype(np.int16)
-    order = np.argsort(layer, kind="stable")
-    for here in np.split(order, np.flatnonzero(np.diff(layer[order])) + 1):
-        axes = cKDTree(feet + slopes * (0.5 * (layer[here[0]] - 3.0) + 3.0))
-        distance, nearest = axes.query(xyz[upper[here], :2], distance_upper_bound=float(reach.max()) + 1e-9)
-        inside = np.isfinite(distance)
-        owner[here[inside]] = np.where(distance[inside] <= reach[nearest[inside]], nearest[inside], -1)
+    layer = np.floor(height[upper]).clip(3, 100)
+    # No axis strays farther from its foot than this, and no point is an axis's that is farther than its reach.
+    drift = float(np.hypot(*slopes.T).max()) * (0.5 * (layer.max() - 3.0) + 3.0)
+    near = Nearby(np.column_stack([feet, np.zeros(len(feet))]), cell_m=max(float(reach.max()) + drift, 1.0))
+    owner = _owners(xyz[upper, 0], xyz[upper, 1], layer, feet, slopes, reach, near.starts, near.order, near.low,
+                    near.cell_m, near.span)
     taken = np.flatnonzero(owner >= 0)
     for tree in np.unique(owner[taken]):
         own = np.sort(height[upper[taken[owner[taken] == tree]]])
@@ -44,3 +43,24 @@ def tree_heights(xyz: np.ndarray, height: np.ndarray, feet: np.ndarray, slopes: 
         if len(own) >= 20 and own[-1] > 5.0:
             tops[tree] = own[-3]
     return tops
+
+
+@njit(cache=True)
+def _owners(x, y, layer, feet, slopes, reach, starts, order, low, cell_m, span):  # pragma: no cover - compiled
+    """(N,) the nearest axis at each point's layer if within its reach, or -1; axes compared layer by layer."""
+    owner = np.full(x.shape[0], -1, np.int32)
+    for m in range(x.shape[0]):
+        up = 0.5 * (layer[m] - 3.0) + 3.0
+        i, j = int(np.floor((x[m] - low[0]) / cell_m)), int(np.floor((y[m] - low[1]) / cell_m))
+        best, nearest = np.inf, -1
+        for a in range(max(i - 1, 0), min(i + 1, span[0] - 1) + 1):
+            for b in range(max(j - 1, 0), min(j + 1, span[1] - 1) + 1):
+                for k in range(starts[a * span[1] + b], starts[a * span[1] + b + 1]):
+                    tree = order[k]
+                    dx = x[m] - feet[tree, 0] - slopes[tree, 0] * up
+                    dy = y[m] - feet[tree, 1] - slopes[tree, 1] * up
+                    if dx * dx + dy * dy < best:
+                        best, nearest = dx * dx + dy * dy, tree
+        if nearest >= 0 and best <= reach[nearest] ** 2:
+            owner[m] = nearest
+    return owner
