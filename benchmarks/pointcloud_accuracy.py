@@ -3,9 +3,9 @@
     python benchmarks/pointcloud_accuracy.py --data ../shared/data --output build/pointcloud_accuracy.json
 
 Rendered plots (``lidar/*.laz`` with ``truth/``): success and errors over the in-plot stems, interval coverage and false
-trees, for the default, the published circle (unweighted, intensity-weighted) and the cylinder (published,
-taper-corrected). Terrestrial clouds: agreement with ``derived_circles*.csv`` (our own circles in a thin slab: a
-cross-check, not truth).
+trees, for the default (unweighted, weighted by intensity as it is and brought to one range), the published circle (the
+same three) and the cylinder (published, taper-corrected). Terrestrial clouds: agreement with ``derived_circles*.csv``
+(our own circles in a thin slab: a cross-check, not truth).
 """
 
 from __future__ import annotations
@@ -34,8 +34,11 @@ from treedgs_geo.terrain.ground import dtm_from_cloud, flat_ground  # noqa: E402
 
 METHODS = {
     "default": MeasureOptions(),
+    "default, intensity": MeasureOptions(weights="intensity"),
+    "default, range intensity": MeasureOptions(weights="range_intensity"),
     "circle paper, unweighted": MeasureOptions(method="paper"),
     "circle paper, intensity": MeasureOptions(method="paper", weights="intensity"),
+    "circle paper, range int.": MeasureOptions(method="paper", weights="range_intensity"),
     "cylinder paper": MeasureOptions(method="paper", fit="cylinder"),
     "cylinder, taper-corrected": MeasureOptions(fit="cylinder"),
 }
@@ -105,7 +108,7 @@ def score(trees: list[Tree], rows: list[dict], saplings: np.ndarray) -> dict:
 def run_plot(plot: Path) -> dict:
     """All methods on one rendered plot's LiDAR."""
     began = time.perf_counter()
-    cloud = read_cloud(next((plot / "lidar").glob("*.laz")), attributes=("intensity",))
+    cloud = read_cloud(next((plot / "lidar").glob("*.laz")), attributes=("intensity", "gps_time"))
     dtm = dtm_from_cloud(cloud.xyz, crs=cloud.horizontal_crs)
     ground_s = time.perf_counter() - began
     began = time.perf_counter()

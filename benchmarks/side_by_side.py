@@ -8,7 +8,8 @@ neighbourhoods, thicker sections, fewer points and sectors asked for; the best o
 the one with most stems near a reference circle (then the smallest error) is reported as "best settings", chosen with
 the reference in hand, which favours it.
 Reference: circles in a thin slab at breast height (``derived_circles*.csv``; a cross-check, not truth). Seconds are of
-the measuring alone, reading and start of the interpreter left out on both sides; ours once compiled and once not.
+the measuring alone, reading and start of the interpreter left out on both sides; ours once compiled and once not. On a
+busy machine compare CPU seconds, with OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1: threads that wait for a core burn time.
 """
 
 from __future__ import annotations
@@ -93,7 +94,9 @@ def main() -> None:
         return
     from treedgs_geo.pointcloud.files import read_cloud
 
-    record: dict = {"machine": f"{platform.machine()}, {os.cpu_count()} cores", "clouds": {}}
+    record: dict = {"machine": f"{platform.machine()}, {os.cpu_count()} cores",
+                    "load_at_start": round(os.getloadavg()[0], 1),
+                    "threads": os.environ.get("OMP_NUM_THREADS", "all"), "clouds": {}}
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
         for name, reference in CLOUDS.items():
