@@ -35,6 +35,9 @@ PAIR_SE_CM = 1.1
 #: Standard deviation of a stem's width with direction, share of the diameter: 5 % / 2 / sqrt(2) for stems whose widest
 #: and narrowest diameters differ by 5 %, as conifers' do on average.
 OVAL_SD = 0.018
+#: Standard deviation that lean adds, share of the diameter per tangent of the lean: simulated leaning stems were
+#: farther off than upright ones that were seen as well.
+LEAN_SD = 0.04
 #: Weights of the three parts of the standard error (:func:`standard_error_cm`).
 SE_SCATTER, SE_FORMAL, SE_PIXEL = 2.2, 2.6, 1.0
 #: Edges are looked for this far from where they are expected, px, cut by cut; nearer where another edge is close.
@@ -259,14 +262,15 @@ class Fitter:
         dq, foot_z = breast_height(fine.axis, fine.r0, self.ground)
         axis, r0 = moved(fine.axis, dq), fine.r0 + fine.r1 * dq
         dbh = 200 * r0
-        se = float(np.hypot(se, oval_error_cm(dbh, azimuths, weight)))
+        lean = float(np.hypot(*fine.axis.s))
+        se = float(np.linalg.norm([se, oval_error_cm(dbh, azimuths, weight), LEAN_SD * dbh * lean]))
         contrast = np.nan if outline is None else best.contrast / self.chance
         outline_cm = np.nan if outline is None or best.mate is not None else 200 * widest(outline, best.vector)
         flag, reasons = verdict(
             dbh_cm=dbh,
             polish_cm=200 * best.mode.r,
             r1=fine.r1,
-            lean=float(np.hypot(*fine.axis.s)),
+            lean=lean,
             score=best.edges,
             gap=gap,
             n_views=int(clear.sum()),
