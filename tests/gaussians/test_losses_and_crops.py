@@ -24,6 +24,7 @@ from treedgs_geo.gaussians.crops import (
 from treedgs_geo.gaussians.loss import d_ssim, l1, normal_consistency, robust_weight
 from treedgs_geo.gaussians.optimise import Adam, Volume, constrain, learning_rates, relocate
 from treedgs_geo.gaussians.project import CropCamera
+from treedgs_geo.gaussians.train import averaged_photos
 from treedgs_geo.reconstruction.cameras import Camera, View
 
 RNG = np.random.default_rng(0)
@@ -216,3 +217,18 @@ def test_plateau_stops_only_when_nothing_improves():
     assert controller.epoch(0.7) is False and controller.reason == "schedule"
     assert [controller.epoch(0.7), controller.epoch(float("nan"))] == [False, True]
     assert controller.reason == "plateau"
+
+
+def test_photos_finer_than_a_stem_needs_are_read_as_coarser_ones():
+    fine, coarse = Camera(1000, 700, 9000.0, 9000.0, 500.0, 350.0), Camera(320, 240, 3000.0, 3000.0, 160.0, 120.0)
+    views = [View(name, Path(name), camera, DOWN, DOWN @ [0, 0, -30.0]) for name, camera in
+             (("fine", fine), ("coarse", coarse))]
+    picture = RNG.integers(0, 255, (700, 1000, 3)).astype(np.uint8)
+    # 30 m away a pixel is 3.3 mm in one and 1 cm in the other.
+    averaged, read = averaged_photos(views, [np.zeros(3)], lambda view: picture if view is views[0] else picture[:9])
+    assert averaged[1] is views[1] and read(averaged[1]).shape == (9, 1000, 3)
+    assert (averaged[0].camera.width, averaged[0].camera.fx) == (500, 4500.0)
+    assert read(averaged[0]).shape == (350, 500, 3)
+    point = np.array([[0.2, -0.1, 0.5]])
+    assert averaged[0].project(point)[0] == pytest.approx(views[0].project(point)[0] / 2)
+    assert averaged_photos(views, [], None)[0][0] is views[0]

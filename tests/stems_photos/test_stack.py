@@ -12,12 +12,13 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from scene import Stem, oblique_views, render
 
+from treedgs_geo.reconstruction import shrinking
 from treedgs_geo.reconstruction.cameras import Camera
+from treedgs_geo.reconstruction.shrinking import shrink, shrink_factor, shrunk_camera
 from treedgs_geo.stems.area import Area
-from treedgs_geo.stems.photos import stack as stack_module
 from treedgs_geo.stems.photos.find import stems_from_photos
 from treedgs_geo.stems.photos.options import PhotoStemOptions
-from treedgs_geo.stems.photos.stack import GroundGrid, load_stack, shrink, shrink_factor, shrunk_camera
+from treedgs_geo.stems.photos.stack import GroundGrid, load_stack
 
 
 def flat(x, y):
@@ -57,7 +58,7 @@ def test_reduced_photos_take_a_quarter_of_the_memory_and_give_the_diameter(tmp_p
     area = Area.circle(0.0, 0.0, 0.5)
     grid = GroundGrid.sample(flat, area, 3.0)
     full = load_stack(views, area, grid, 96, 0.8).pixels.size
-    monkeypatch.setattr(stack_module, "FINEST_GSD_M", 0.028)
+    monkeypatch.setattr(shrinking, "FINEST_GSD_M", 0.028)
     assert load_stack(views, area, grid, 96, 0.8).pixels.size < 0.3 * full
     fits = stems_from_photos(views, None, flat, area, PhotoStemOptions(margin_m=0.2))
     nearest = min(fits, key=lambda f: np.hypot(f.axis.p[0] - stem.x, f.axis.p[1] - stem.y))

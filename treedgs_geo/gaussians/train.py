@@ -19,6 +19,7 @@ from ..core.errors import InputError
 from ..core.progress import Reporter
 from ..reconstruction.cameras import View
 from ..reconstruction.images import load_image
+from ..reconstruction.shrinking import shrink, shrink_factor, shrunk_camera
 from .crops import (
     Crop,
     CropCamera,
@@ -167,6 +168,7 @@ def fit_with_report(
         )
     warnings: list[str] = []
     origins = _origins(seeds, ground, warnings)
+    views, load = averaged_photos(views, list(origins.values()), load)
     low, high = -0.15, options.band_m + 0.4
     outline = band_outline(options.radius_m + 0.3, low, options.band_m)
     surround = band_outline(_BEHIND * options.band_m, 0.0, 0.1)
@@ -267,6 +269,30 @@ def fit_with_report(
         {stem: FoundStem(origins[stem], fit.primitive) for stem, fit in fits.items() if fit.primitive is not None},
     )
     return merge_fields(pieces), report
+
+
+def averaged_photos(
+    views: Sequence[View], origins: Sequence[np.ndarray], load: Callable[[View], np.ndarray]
+) -> tuple[Sequence[View], Callable[[View], np.ndarray]]:
+    """Photos much finer at the stems (``origins``: (3,) local) than :data:`.shrinking.FINEST_GSD_M` as a coarser sensor
+    would have taken them: their cameras, and how to read them. The others stay as they are."""
+    whole: dict[str, tuple[View, int]] = {}
+    coarse = []
+    for view in views:
+        depth = np.array([view.rotation[2] @ origin + view.translation[2] for origin in origins])
+        k = shrink_factor(view.camera, float(np.median(depth[depth > 0]))) if (depth > 0).any() else 1
+        coarse.append(replace(view, camera=shrunk_camera(view.camera, k)) if k > 1 else view)
+        if k > 1:
+            whole[view.name] = view, k
+
+    def read(view: View) -> np.ndarray:
+        if view.name not in whole:
+            return load(view)
+        fine, k = whole[view.name]
+        image = load(fine)
+        return shrink(image[: image.shape[0] // k * k, : image.shape[1] // k * k], k)
+
+    return coarse, read
 
 
 def _origins(seeds: np.ndarray, ground: Callable, warnings: list[str]) -> dict[int, np.ndarray]:

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit, prange
 
-from .stack import GAMMA, PhotoStack
+from ...reconstruction.shrinking import GAMMA
+from .stack import PhotoStack
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 
