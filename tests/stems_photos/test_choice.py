@@ -16,7 +16,7 @@ from scene import Stem, oblique_views, render
 from treedgs_geo.stems.area import Area
 from treedgs_geo.stems.photos.choice import Explanation, choose
 from treedgs_geo.stems.photos.coarse import Mode
-from treedgs_geo.stems.photos.find import stems_from_photos
+from treedgs_geo.stems.photos.find import doubted_again, stems_from_photos
 from treedgs_geo.stems.photos.fine import FineFit
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.stem_fit import OVAL_SD, oval_error_cm, standard_error_cm
@@ -141,3 +141,14 @@ def test_the_error_of_an_oval_stem_is_that_of_ovals_turned_at_random(spread_deg)
 def test_photos_all_round_leave_no_oval_error():
     assert oval_error_cm(30, np.radians(np.arange(0, 360, 10.0)), np.ones(36)) < 1e-9
     assert oval_error_cm(30, np.zeros(3), np.zeros(3)) == 0.0
+
+
+def test_a_stem_refused_at_the_first_look_is_doubted_at_the_second(fits):
+    accepted = replace(nearest(fits, ALONE), flag="ok", reasons=())
+    refused = replace(accepted, flag="reject", reasons=("few_views",))
+    elsewhere = replace(refused, axis=replace(refused.axis, p=refused.axis.p + 2.0))
+    assert doubted_again(accepted, [elsewhere]) is accepted
+    again = doubted_again(accepted, [refused])
+    assert (again.flag, again.reasons) == ("check", ("ambiguous",))
+    doubted = replace(accepted, flag="check", reasons=("occluded",))
+    assert doubted_again(doubted, [refused]) is doubted

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -134,7 +135,15 @@ def _carved(fitter: Fitter, area: Area, box: tuple, fits: list[StemFit], reporte
     seeds = carved_seeds(
         fitter.stack, fitter.ground, fitter.backdrop, area, box, fitter.options, known, fitter.chance
     )
-    return _pursue(fitter, seeds, 1.0, reporter, known)
+    refused = [fit for fit in fits if not fit.measured]
+    return [doubted_again(fit, refused) for fit in _pursue(fitter, seeds, 1.0, reporter, known)]
+
+
+def doubted_again(fit: StemFit, refused: list[StemFit]) -> StemFit:
+    """A stem that was refused when its edges were looked at first is not accepted without doubt the second time."""
+    if fit.flag != "ok" or not any(np.hypot(*(fit.axis.p - other.axis.p)) < APART_M for other in refused):
+        return fit
+    return replace(fit, flag="check", reasons=(*fit.reasons, "ambiguous"))
 
 
 def _companions(
