@@ -16,7 +16,7 @@ from scene import Stem, oblique_views, render
 from treedgs_geo.stems.area import Area
 from treedgs_geo.stems.photos.choice import Explanation, choose
 from treedgs_geo.stems.photos.coarse import Mode
-from treedgs_geo.stems.photos.find import doubted_again, stems_from_photos
+from treedgs_geo.stems.photos.find import looked_at_twice, stems_from_photos
 from treedgs_geo.stems.photos.fine import FineFit
 from treedgs_geo.stems.photos.options import PhotoStemOptions
 from treedgs_geo.stems.photos.stem_fit import OVAL_SD, oval_error_cm, standard_error_cm
@@ -147,8 +147,10 @@ def test_a_stem_refused_at_the_first_look_is_doubted_at_the_second(fits):
     accepted = replace(nearest(fits, ALONE), flag="ok", reasons=())
     refused = replace(accepted, flag="reject", reasons=("few_views",))
     elsewhere = replace(refused, axis=replace(refused.axis, p=refused.axis.p + 2.0))
-    assert doubted_again(accepted, [elsewhere]) is accepted
-    again = doubted_again(accepted, [refused])
+    upright = replace(refused, axis=replace(refused.axis, s=refused.axis.s + 0.2), dbh_cm=10.0)
+    assert looked_at_twice([accepted], [elsewhere, upright]) == [accepted]
+    (again,) = looked_at_twice([accepted], [refused])
     assert (again.flag, again.reasons) == ("check", ("ambiguous",))
+    assert looked_at_twice([accepted], [replace(refused, dbh_cm=accepted.dbh_cm + 2)]) == []
     doubted = replace(accepted, flag="check", reasons=("occluded",))
-    assert doubted_again(doubted, [refused]) is doubted
+    assert looked_at_twice([doubted], [refused]) == [doubted]

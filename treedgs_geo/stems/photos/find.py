@@ -29,6 +29,8 @@ REACH_BELOW = 22.0
 MOST_SEEDS = 90
 #: Seeds are this far apart (m), and a lean costs them this much (log likelihood units per (m/m)^2).
 APART_M, LEAN_COST = 0.4, 60.0
+#: Two looks at one stem: as far apart in lean (tangent) and in diameter (share), at most.
+SAME_LEAN, SAME_DBH = 0.09, 0.04
 #: Local maxima this close are looked at for second stems within the next distance of a found one, and at most so many.
 BESIDE_M, COMPANION_M, MOST_COMPANIONS = 0.2, 0.6, 40
 #: The first search takes leans up to this, degrees; the rest is for the second (:mod:`.carving`).
@@ -136,14 +138,24 @@ def _carved(fitter: Fitter, area: Area, box: tuple, fits: list[StemFit], reporte
         fitter.stack, fitter.ground, fitter.backdrop, area, box, fitter.options, known, fitter.chance
     )
     refused = [fit for fit in fits if not fit.measured]
-    return [doubted_again(fit, refused) for fit in _pursue(fitter, seeds, 1.0, reporter, known)]
+    return looked_at_twice(_pursue(fitter, seeds, 1.0, reporter, known), refused)
 
 
-def doubted_again(fit: StemFit, refused: list[StemFit]) -> StemFit:
-    """A stem that was refused when its edges were looked at first is not accepted without doubt the second time."""
-    if fit.flag != "ok" or not any(np.hypot(*(fit.axis.p - other.axis.p)) < APART_M for other in refused):
-        return fit
-    return replace(fit, flag="check", reasons=(*fit.reasons, "ambiguous"))
+def looked_at_twice(found: list[StemFit], refused: list[StemFit]) -> list[StemFit]:
+    """What the second search found, less what the first look had refused as the same stem (place and lean) with another
+    diameter: neither is to be trusted. With the same diameter it is doubted (``ambiguous``)."""
+    kept = []
+    for fit in found:
+        before = [
+            other
+            for other in refused
+            if np.hypot(*(fit.axis.p - other.axis.p)) < APART_M and np.hypot(*(fit.axis.s - other.axis.s)) < SAME_LEAN
+        ]
+        if any(abs(fit.dbh_cm - other.dbh_cm) > max(1.0, SAME_DBH * fit.dbh_cm) for other in before):
+            continue
+        doubt = bool(before) and fit.flag == "ok"
+        kept.append(replace(fit, flag="check", reasons=(*fit.reasons, "ambiguous")) if doubt else fit)
+    return kept
 
 
 def _companions(
