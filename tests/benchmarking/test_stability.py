@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 
+import numpy as np
 import pytest
 
 from treedgs_geo.benchmarking.factors import CLOUD, Factor, factor
 from treedgs_geo.benchmarking.plot import TruePlot, score_trees
 from treedgs_geo.benchmarking.run import write_stability
-from treedgs_geo.benchmarking.stability import Case, all_cases, chain_trees, run_cases
+from treedgs_geo.benchmarking.stability import Case, all_cases, chain_trees, photo_trees, run_cases
 from treedgs_geo.benchmarking.stability_report import by_level, lies, tree_rows, verdict
 from treedgs_geo.core.errors import TreeDGSError
 
@@ -102,9 +103,19 @@ def test_the_whole_chain_is_scored_where_a_known_bias_is_taken_out(simulated_plo
     assert {row["flag"] for row in score_trees(plot, [])} == {"absent"}
 
 
+def test_splats_measure_the_stems_that_the_photos_found(simulated_plot):
+    plot = TruePlot.load(simulated_plot)
+    trees, images = photo_trees(Case(factor("poses"), 0, 1, "splats"), plot, np.random.default_rng(1))
+    rows = score_trees(plot, trees, plot.clear_views(images))
+    read = [row for row in rows if row["read_cm"] is not None]
+    assert {tree.method for tree in trees} == {"gaussians-stem"} and len(read) >= 2
+    assert all(abs(row["read_cm"] - row["true_cm"]) < 5 for row in read if row["flag"] == "ok")
+
+
 def test_selection():
     assert {case.factor.key for case in all_cases([1], ["lean"])} == {"lean"}
-    assert {case.method for case in all_cases([1], ["poses"])} == {"photos"}
+    assert {case.method for case in all_cases([1], ["poses"])} == {"photos", "splats"}
+    assert {case.method for case in all_cases([1], ["scale"])} == {"photos"}
     assert {case.method for case in all_cases([1], ["float"])} == {"whole chain"}
     assert Case(factor("float"), 4, 1, "whole chain").plot_settings["float_epochs"] == 4
     assert [case.seed for case in all_cases([3, 5], ["poses"], ["photos"])] == [3] * 4 + [5] * 4

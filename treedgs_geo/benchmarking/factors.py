@@ -11,6 +11,9 @@ BASE: dict[str, Any] = {"preset": "micro", "stems_per_ha": 1100.0, "leaf_area_m2
 #: The same for what only the whole chain shows: two flights that it can join.
 FLIGHT: dict[str, Any] = {"preset": "test", "float_epochs": 0}
 PHOTOS, CLOUD, CHAIN = "photos", "cloud", "chain"
+#: Where splats (half a minute a case) are measured beside the photos: what hides a stem, blurs it or moves the views.
+SPLAT_FACTORS = frozenset({"views", "hiding", "gsd", "understory", "wind", "lean", "touch", "sector", "poses",
+                           "exposure", "empty"})
 
 
 @dataclass(frozen=True)

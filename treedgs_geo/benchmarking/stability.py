@@ -20,12 +20,16 @@ import pandas as pd
 from .. import __version__
 from ..core.errors import TreeDGSError
 from ..core.files import write_json
+from ..core.machine import available_threads
 from ..core.progress import Reporter
 from ..core.settings import build
+from ..gaussians.options import GaussianOptions
+from ..gaussians.train import fit_with_report
 from ..inventory.tree_layer import read_trees
 from ..measure.cloud import measure_stems, segment_options
 from ..measure.options import MeasureOptions
 from ..measure.photo_trees import to_trees
+from ..measure.primitive_trees import to_trees as primitives_to_trees
 from ..measure.trees import TREE_FIELDS, Tree
 from ..pointcloud.cloud import PointCloud
 from ..reconstruction.cameras import View
@@ -38,12 +42,12 @@ from ..stems.photos.options import PhotoStemOptions
 from ..stems.segment import find_stems, label_points
 from ..terrain.dtm import Dtm
 from . import perturb
-from .factors import CHAIN, CLOUD, FACTORS, PHOTOS, Factor
+from .factors import CHAIN, CLOUD, FACTORS, PHOTOS, SPLAT_FACTORS, Factor
 from .plot import TruePlot, score_trees
 
-#: Method -> what it reads.
-METHODS = {"photos": PHOTOS, "whole chain": CHAIN, "lidar": CLOUD, "lidar cylinder": CLOUD, "lidar circle": CLOUD,
-           "lidar circle intensity": CLOUD}
+#: Method -> what it reads. ``splats``: stem primitives among Gaussians, as ``photos-to-dbh --fit gaussians``.
+METHODS = {"photos": PHOTOS, "splats": PHOTOS, "whole chain": CHAIN, "lidar": CLOUD, "lidar cylinder": CLOUD,
+           "lidar circle": CLOUD, "lidar circle intensity": CLOUD}
 CLOUD_OPTIONS = {"lidar": MeasureOptions(), "lidar cylinder": MeasureOptions(method="paper", fit="cylinder"),
                  "lidar circle": MeasureOptions(method="paper"),
                  "lidar circle intensity": MeasureOptions(method="paper", weights="intensity")}
@@ -52,7 +56,7 @@ PHOTO_TROUBLES = {"shaken": ("shake_px", {"shaken_pct": 10.0}),
                   "misexposed": ("misexposed_stops", {"misexposed_pct": 10.0}),
                   "exposure": ("exposure_drift_stops", {}), "white": ("white_drift_pct", {})}
 #: Measured by these rooms: their source is part of what a kept result says about itself.
-ROOMS = ("stems", "measure", "reconstruction", "terrain", "pointcloud")
+ROOMS = ("stems", "measure", "reconstruction", "terrain", "pointcloud", "gaussians")
 
 
 @dataclass(frozen=True)
@@ -85,7 +89,8 @@ def all_cases(seeds: list[int], factors: list[str] | None = None, methods: list[
     return [Case(factor, level, seed, method)
             for seed in seeds for factor in FACTORS if not factors or factor.key in factors
             for level in factor.levels for method, reads in METHODS.items()
-            if reads in factor.inputs and (not methods or method in methods)]
+            if reads in factor.inputs and (not methods or method in methods)
+            and (method != "splats" or factor.key in SPLAT_FACTORS)]
 
 
 def code_digest() -> str:
@@ -151,7 +156,7 @@ def _run(case: Case, folder: Path, memo: dict[str, Any], reporter: Reporter) -> 
     refused = ""
     try:
         if METHODS[case.method] == PHOTOS:
-            trees, images = _from_photos(case, plot, rng)
+            trees, images = photo_trees(case, plot, rng)
             clear = plot.clear_views(images)
         elif METHODS[case.method] == CHAIN:
             trees = chain_trees(plot, case.plot_settings.get("ppk_bias_m", 0.0))
@@ -165,7 +170,9 @@ def _run(case: Case, folder: Path, memo: dict[str, Any], reporter: Reporter) -> 
             "rows": score_trees(plot, trees, clear)}
 
 
-def _from_photos(case: Case, plot: TruePlot, rng: np.random.Generator) -> tuple[list[Tree], set[str]]:
+def photo_trees(case: Case, plot: TruePlot, rng: np.random.Generator) -> tuple[list[Tree], set[str]]:
+    """Trees measured in the photos (or in splats about the stems found there), spoiled as the case says, with true
+    cameras and ground else; and the names of the photos used."""
     views: list[View] = plot.views()
     ground = plot.dtm.local(plot.frame).height
     what, level = case.factor.perturb, case.level
@@ -189,7 +196,14 @@ def _from_photos(case: Case, plot: TruePlot, rng: np.random.Generator) -> tuple[
             views = perturb.troubled_photos(views, build(TroubleSettings, {setting: level, **more}), scratch, rng)
         area = Area.circle(0.0, 0.0, plot.radius_m)
         fits = stems_from_photos(views, plot.frame, ground, area, PhotoStemOptions())
-        return to_trees(fits, plot.frame), {view.name for view in views}
+        trees = to_trees(fits, plot.frame)
+        if case.method == "splats" and fits:
+            options = GaussianOptions(seed=case.seed, threads=available_threads())
+            places = np.array([fit.axis.p for fit in fits])
+            _, report = fit_with_report(views, plot.frame, ground, places, None, options, Reporter())
+            seconds = {number: tree.dbh_cm for number, tree in enumerate(trees)}
+            trees = primitives_to_trees(report.primitives, plot.frame, options.bh_m, seconds)
+        return trees, {view.name for view in views}
     finally:
         if scratch is not None:
             shutil.rmtree(scratch, ignore_errors=True)
