@@ -5,10 +5,11 @@ from __future__ import annotations
 import json
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from treedgs_geo.benchmarking import chart, chart_pictures
-from treedgs_geo.benchmarking.cost import PAPER, fit_power, predict
+from treedgs_geo.benchmarking.cost import PAPER, fit_power, predict, split_reducing
 from treedgs_geo.benchmarking.ladder import CONFIGS, SFM
 from treedgs_geo.chain.routes import PRESETS
 from treedgs_geo.commands.benchmark import BenchmarkSettings, run
@@ -111,9 +112,23 @@ def test_power_law_is_recovered_and_bounded():
     assert fit_power(size, size**3, (0.8, 2.0))["b"] == 2.0
     assert fit_power(np.array([5.0]), np.array([2.0]), (0.8, 1.2))["b"] == 1.0
     case = predict({"features": fit, "stems": {"a": 1e-3, "b": 1.0, "to": 1e4}},
-                   {"base_mb": 600.0, "mb_per_crop_megapixel": 3.0}, PAPER)
+                   {"base_mb": 600.0, "mb_per_crop_megapixel": 3.0, "second_base_mb": 500.0,
+                    "second_mb_per_stem_photo": 0.1}, PAPER)
     assert case["total_s"] == pytest.approx(sum(case["stages_s"].values()))
     assert 1000 < case["peak_memory_mb"] < 8192 and case["times_beyond_measured"]["features"] > 10
+
+
+def test_what_large_photos_take_longer_is_a_stage_of_its_own():
+    rows = [{"stage": "features", "photos": 6, "megapixels": mp, "size": 6 * mp, "seconds": 0.4 * 6 * mp}
+            for mp in (1.2, 4.0, 12.0)]
+    rows.append({"stage": "features", "photos": 4, "megapixels": 50.0, "size": 200.0,
+                 "seconds": 0.4 * 4 * 12 + 0.1 * 4 * 38})
+    table = split_reducing(pd.DataFrame(rows))
+    more = table[table["stage"] == "reducing"].iloc[0]
+    assert (table["stage"] == "features").sum() == 3
+    assert more["size"] == pytest.approx(152) and more["seconds"] == pytest.approx(15.2)
+    assert set(split_reducing(pd.DataFrame(rows[:3]))["stage"]) == {"features"}
+    assert split_reducing(pd.DataFrame(rows[3:])).empty  # nothing to take off: no law from it
 
 
 @pytest.mark.parametrize("values, word", [

@@ -210,6 +210,58 @@ def run_subset_sfm(job: dict[str, Any]) -> dict[str, Any]:
                       "adjustment": photos}}
 
 
+def run_features_cost(job: dict[str, Any]) -> dict[str, Any]:
+    """Cost of the features of a few photos enlarged to many megapixels."""
+    import shutil
+
+    from ..core.machine import available_threads
+    from ..geotags.photos import read_photo
+    from ..geotags.reading import read_stations
+    from ..reconstruction.calibration import calibration_of
+    from ..reconstruction.pipeline import ReconstructOptions, extract_features
+    from .enlarge import enlarge
+
+    plot, scratch = Path(job["plot"]), Path(job["scratch"])
+    photos_there = sorted((plot / "images").iterdir())
+    chosen = np.unique(np.linspace(0, len(photos_there) - 1, job["photos"]).round().astype(int))
+    (scratch / "images").mkdir(parents=True, exist_ok=True)
+    camera = TruePlot.load(plot).views()[0].camera
+    width = round(np.sqrt(job["megapixels"] * 1e6 * camera.width / camera.height))
+    try:
+        megapixels = sum(enlarge(photos_there[k], scratch / "images" / photos_there[k].name, width) for k in chosen)
+        stations = read_stations(scratch / "images", plot, TruePlot.load(plot).frame.crs.to_string())
+        calibration = calibration_of([read_photo(stations.paths[0])])
+        began = time.perf_counter()
+        extract_features(scratch / "features.db", scratch, stations, calibration, ReconstructOptions(),
+                         available_threads(), Reporter())
+        seconds = time.perf_counter() - began
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+    return {"stages": {"features": seconds}, "facts": {"photos": len(chosen), "megapixels": megapixels / len(chosen)},
+            "sizes": {"features": megapixels}}
+
+
+def run_second_cost(job: dict[str, Any]) -> dict[str, Any]:
+    """Cost of asking some stems again (true cameras and places), in photos at a multiple of their size."""
+    from ..core.machine import available_threads
+    from ..gaussians.options import GaussianOptions
+    from ..gaussians.train import fit_with_report
+
+    plot = TruePlot.load(Path(job["plot"]))
+    inside = plot.trees[plot.trees["in_plot"].astype(str).str.lower() == "true"].head(job["stems"])
+    places = plot.frame.to_local(inside[["E_bh", "N_bh", "h_base"]].to_numpy(float))[:, :2]
+    views = plot.views()
+    if job["scale"] != 1:
+        views = reduced(views, job["scale"], Path(job["scratch"]))
+    began = time.perf_counter()
+    fit_with_report(views, plot.frame, plot.dtm.local(plot.frame).height, places, None,
+                    GaussianOptions(threads=available_threads()), Reporter())
+    seconds = time.perf_counter() - began
+    size = len(places) * len(views) * job["scale"] ** 2
+    return {"stages": {"second opinion": seconds}, "sizes": {"second opinion": size},
+            "facts": {"photos": len(views), "stems": len(places), "scale": job["scale"]}}
+
+
 def run_stems_cost(job: dict[str, Any]) -> dict[str, Any]:
     """Cost of stems in the photos for a share of the plot's radius and a number of photos (true cameras)."""
     from ..stems.photos.find import stems_from_photos
@@ -242,7 +294,8 @@ def run_lidar_cost(job: dict[str, Any]) -> dict[str, Any]:
 
 
 JOBS = {"sfm": run_sfm, "photos": run_photos, "splats": run_splats, "cloud": run_cloud, "subset_sfm": run_subset_sfm,
-        "stems_cost": run_stems_cost, "lidar_cost": run_lidar_cost}
+        "features_cost": run_features_cost, "stems_cost": run_stems_cost, "second_cost": run_second_cost,
+        "lidar_cost": run_lidar_cost}
 
 
 def main() -> int:

@@ -99,7 +99,7 @@ def reconstruct_photos(
     timing: dict[str, float] = {}
 
     with reporter.stage("features", 0.0, 0.30):
-        _extract(database, cache, stations, calibration, options, threads, reporter)
+        extract_features(database, cache, stations, calibration, options, threads, reporter)
     timing["features"] = time.monotonic() - began
     half_field = 0.5 * max(calibration.camera.width, calibration.camera.height) / calibration.focal_px
     pairs = select_pairs(xyz, rotations, ground, half_field, options.neighbours)
@@ -198,7 +198,7 @@ def _photo_root(stations: Stations) -> Path:
     return Path(str(path)[: -len(name)]) if str(path).endswith(name) else path.parent
 
 
-def _extract(
+def extract_features(
     database: Path,
     cache: Path,
     stations: Stations,
@@ -207,6 +207,11 @@ def _extract(
     threads: int,
     reporter: Reporter,
 ) -> None:
+    """SIFT of every photo into ``database`` (made if missing); ``cache`` holds the child's job and log.
+
+    Raises:
+        MemoryError, ReconstructionError: as :func:`.features.run_task`.
+    """
     camera = calibration.camera
     job = {
         "database": str(database),
