@@ -33,6 +33,7 @@ CHOICES: dict[str, dict] = {
     "backtrack": {"controller": "backtrack"},
     "rlgs": {"controller": "rlgs"},
     "split": {"density": "split"},
+    "rlgs, split": {"controller": "rlgs", "density": "split"},
     "degree 1": {},
     "3D filter": {"smoothing_px": 0.447},
     "no fog price": {"fog": 0.0},

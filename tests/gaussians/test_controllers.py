@@ -8,23 +8,28 @@ import numpy as np
 import pytest
 from painted_stem import FRAME, STEM, ground, load, scene
 
-from treedgs_geo.gaussians.controllers import Backtrack, PlateauStop, Rlgs, make_controller
+from treedgs_geo.gaussians import stem_fit
+from treedgs_geo.gaussians.controllers import Backtrack, FixedSchedule, PlateauStop, Rlgs, make_controller
 from treedgs_geo.gaussians.field import LOG_SCALE, LOGIT, MEAN, QUATERNION
 from treedgs_geo.gaussians.optimise import Adam, Volume, densify, learning_rates
 from treedgs_geo.gaussians.options import GaussianOptions
+from treedgs_geo.gaussians.policy import GruPolicy
 from treedgs_geo.gaussians.train import fit_with_report
 
 VOLUME = Volume(0.5, 0.0, 3.0, 0.01, 0.2)
 
 
 class Bowl:
-    """Steps down a bowl: a factor of 1 is ``best`` times too long or too short."""
+    """Steps down a bowl: a factor of 1 is ``best`` times too long or too short, and so is the knob, where there is
+    one."""
 
-    def __init__(self, best: float) -> None:
-        self.best, self.x, self.done = best, 1.0, 0.0
+    def __init__(self, best: float, knobs: int = 0) -> None:
+        self.best, self.x, self.done, self.knobs = best, 1.0, 0.0, knobs
 
-    def run(self, factors: np.ndarray) -> None:
+    def run(self, factors: np.ndarray, density: np.ndarray | None = None) -> None:
         self.x -= self.x * factors[0] / self.best
+        if density is not None:
+            self.x -= self.x * density[0] / self.best
 
     def save(self) -> float:
         return self.x
@@ -53,7 +58,7 @@ def test_a_plateau_stops_and_a_fit_without_reward_views_does_not():
 
 
 def test_policy_gradient_against_finite_differences():
-    policy, rng = Rlgs(seed=3), np.random.default_rng(0)
+    policy, rng = GruPolicy(5, seed=3), np.random.default_rng(0)
     policy.weights["head"] = rng.standard_normal(policy.weights["head"].shape)
     x, h, d_mu = rng.standard_normal(2), rng.standard_normal(16), rng.standard_normal(5)
     gradient = policy.gradient(policy.forward(x, h), d_mu, np.zeros(5))
@@ -77,6 +82,42 @@ def test_the_policy_learns_which_way_to_scale():
     assert np.mean(factors[-30:]) > 1.7 > np.mean(factors[:3])
 
 
+def test_the_density_has_a_policy_of_its_own():
+    policy = Rlgs(seed=1, rate=0.01)
+    bowls = [Bowl(4.0, knobs=1) for _ in range(150)]
+    for bowl in bowls:
+        policy.phase(bowl)
+    rates, knob = (np.array([item[name][0] for item in policy.history]) for name in ("factors", "density_factors"))
+    assert np.mean(rates[-30:]) > 1.7 and np.mean(knob[-30:]) > 1.7 > np.mean(knob[:3])
+    # What is kept is the best of both tried in that phase, on the state the phase began with.
+    assert bowls[-1].x == pytest.approx((1 - rates[-1] / 4) * (1 - knob[-1] / 4))
+    plain = Rlgs(seed=1)
+    plain.phase(Bowl(2.0))
+    assert "density_factors" not in plain.history[0]
+
+
+def test_a_pass_that_is_undone_leaves_nothing_behind():
+    """The density control keeps what it needs from pass to pass; going back must bring that back too."""
+    views, _ = scene()
+    options = GaussianOptions(stems="free", gaussians=150, coarse_epochs=3, fine_epochs=1, threads=1, density="split")
+
+    class Twice(FixedSchedule):
+        """Runs each pass with wild density, undoes it, and runs it as scheduled."""
+
+        def phase(self, phase):
+            state = phase.save()
+            phase.run(np.full(14, 2.0), np.full(phase.knobs, 2.0))
+            phase.restore(state)
+            return super().phase(phase)
+
+    def field(controller):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(stem_fit, "make_controller", lambda *_: controller)
+            return fit_with_report(views, FRAME, ground, STEM[None], None, options, None, load)[0].packed
+
+    assert np.array_equal(field(FixedSchedule()), field(Twice()))
+
+
 def test_densify_keeps_the_budget_and_what_is_drawn():
     rng = np.random.default_rng(0)
     p = np.zeros((60, 14))
@@ -98,7 +139,8 @@ def test_densify_keeps_the_budget_and_what_is_drawn():
     assert len(densify(p, adam, np.zeros(60), VOLUME, 60, rng)[0]) == 49
 
 
-@pytest.mark.parametrize("change", [{"controller": "backtrack"}, {"controller": "rlgs"}, {"density": "split"}])
+@pytest.mark.parametrize("change", [{"controller": "backtrack"}, {"controller": "rlgs"}, {"density": "split"},
+                                    {"controller": "rlgs", "density": "split"}])
 def test_every_way_fits_a_stem(change):
     views, _ = scene()
     options = GaussianOptions(stems="free", gaussians=200, coarse_epochs=3, fine_epochs=1, threads=1)

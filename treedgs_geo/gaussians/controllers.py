@@ -6,19 +6,21 @@ on photos that the fit does not see (the two reward views), undo and run again:
 * ``FixedSchedule``: every phase once, decaying steps;
 * ``PlateauStop``: the same, stopped when the reward views no longer improve;
 * ``Backtrack``: a phase that made the reward views worse is undone and repeated with half the steps;
-* ``Rlgs``: a recurrent policy proposes factors for the five learning rates, tries several, keeps the best and learns
-  from all (RLGS, arXiv 2508.04078, built from its equations; the number of trials and the bounds are not in the paper).
+* ``Rlgs``: recurrent policies (:mod:`.policy`) propose factors for the five learning rates and for the density control,
+  try several, keep the best and learn from all (RLGS, arXiv 2508.04078, built from its equations).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
 
 from .field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION
+from .policy import GruPolicy, factors_of
 
 #: The five rates that RLGS scales.
 GROUPS = (MEAN, LOG_SCALE, QUATERNION, LOGIT, COLOUR)
@@ -30,8 +32,12 @@ class Phase(Protocol):
 
     done: float
 
-    def run(self, factors: np.ndarray) -> None:
-        """Do it; factors: (14,) multipliers of the scheduled steps."""
+    @property
+    def knobs(self) -> int:
+        """How many there are of what steers the number and size of Gaussians; 0 = none."""
+
+    def run(self, factors: np.ndarray, density: np.ndarray | None = None) -> None:
+        """Do it; factors: (14,) multipliers of the scheduled steps. density: (``knobs``,) multipliers; None: all 1."""
 
     def save(self) -> Any:
         """Everything that running changes."""
@@ -124,56 +130,24 @@ class Backtrack(FixedSchedule):
 
 @dataclass
 class Rlgs(FixedSchedule):
-    """A GRU policy on the learning rates.
+    """Two recurrent policies: one scales the five learning rates, one the knobs of the density control.
 
-    State: reward-view loss of the last phase relative to the first, and progress. Action: log factors of the five
-    rates, normal about the policy's mean, within +-log 2. Each phase: ``trials`` proposals are simulated from the same
-    state, the policy takes a REINFORCE step (advantage over their mean, entropy bonus), the best proposal is run for
-    good. Gradients stop at the previous hidden state.
+    State of both: reward-view loss of the last phase relative to the first, and progress. Each phase, ``trials``
+    proposals for the rates are simulated from the same state and the best is taken; with these rates as many
+    proposals for the density; then the best of both is run for good. Both policies learn from all that was tried.
+    A phase costs twice ``trials`` plus one passes.
     """
 
     seed: int = 0
     trials: int = 3
-    hidden: int = 16
     rate: float = 3e-3
-    entropy: float = 1e-3
     history: list[dict[str, Any]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self._rng = np.random.default_rng(self.seed)
-        size, inputs = self.hidden, 2
-        draw = self._rng.standard_normal
-        self.weights: dict[str, np.ndarray] = {
-            **{f"w{gate}": 0.3 * draw((size, inputs)) for gate in "zrn"},
-            **{f"u{gate}": draw((size, size)) / math.sqrt(size) for gate in "zrn"},
-            **{f"b{gate}": np.zeros(size) for gate in "zrn"},
-            "head": np.zeros((len(GROUPS), size)),
-            "base": np.zeros(len(GROUPS)),
-            "log_sigma": np.full(len(GROUPS), math.log(0.25)),
-        }
-        self._h = np.zeros(size)
+        self._rates = GruPolicy(len(GROUPS), self.seed, rate=self.rate)
+        self._density: GruPolicy | None = None
         self._first = math.nan
         self._last = 1.0
-
-    def forward(self, x: np.ndarray, h: np.ndarray) -> dict[str, np.ndarray]:
-        """GRU cell and heads; keeps what the gradient needs."""
-        w = self.weights
-        z = _sigmoid(w["wz"] @ x + w["uz"] @ h + w["bz"])
-        r = _sigmoid(w["wr"] @ x + w["ur"] @ h + w["br"])
-        n = np.tanh(w["wn"] @ x + w["un"] @ (r * h) + w["bn"])
-        new = (1 - z) * n + z * h
-        return {"x": x, "h": h, "z": z, "r": r, "n": n, "new": new, "mu": w["head"] @ new + w["base"]}
-
-    def gradient(self, seen: dict[str, np.ndarray], d_mu: np.ndarray, d_log_sigma: np.ndarray) -> dict[str, np.ndarray]:
-        """Gradient of a scalar with these derivatives with respect to every weight."""
-        w, x, h, z, r, n = self.weights, seen["x"], seen["h"], seen["z"], seen["r"], seen["n"]
-        d_new = w["head"].T @ d_mu
-        d_n, d_z = d_new * (1 - z) * (1 - n * n), d_new * (h - n) * z * (1 - z)
-        d_r = (w["un"].T @ d_n) * h * r * (1 - r)
-        out = {"head": np.outer(d_mu, seen["new"]), "base": d_mu, "log_sigma": d_log_sigma}
-        for gate, d, through in (("z", d_z, h), ("r", d_r, h), ("n", d_n, r * h)):
-            out |= {f"w{gate}": np.outer(d, x), f"u{gate}": np.outer(d, through), f"b{gate}": d}
-        return out
 
     def phase(self, phase: Phase) -> bool:
         before, state = phase.reward_loss(), phase.save()
@@ -181,39 +155,40 @@ class Rlgs(FixedSchedule):
             phase.run(np.ones(N_PARAMETERS))
             return False
         self._first = before if math.isnan(self._first) else self._first
-        seen = self.forward(np.array([self._last - 1, 2 * phase.done - 1]), self._h)
-        sigma = np.exp(self.weights["log_sigma"])
-        actions = seen["mu"] + sigma * self._rng.standard_normal((self.trials, len(GROUPS)))
-        rewards = np.empty(self.trials)
-        for k, action in enumerate(actions):
-            phase.run(self._expand(action))
-            rewards[k] = (before - phase.reward_loss()) / max(self._first, 1e-9)
-            phase.restore(state)
-        best = int(np.argmax(np.nan_to_num(rewards, nan=-np.inf)))
-        phase.run(self._expand(actions[best]))
-        advantage = np.nan_to_num(rewards - rewards.mean()) / max(float(rewards.std()), 1e-6)
-        off = (actions - seen["mu"]) / sigma
-        d_mu = (advantage[:, None] * off / sigma).mean(axis=0)
-        d_log_sigma = (advantage[:, None] * (off * off - 1)).mean(axis=0) + self.entropy
-        for name, step in self.gradient(seen, d_mu, d_log_sigma).items():
-            self.weights[name] += self.rate * np.clip(step, -2.4, 2.4)
-        self.weights["log_sigma"] = np.clip(self.weights["log_sigma"], math.log(0.05), math.log(0.6))
-        self._h, self._last = seen["new"], phase.reward_loss() / self._first
-        factors = np.exp(np.clip(actions[best], -math.log(2), math.log(2))).tolist()
-        self.history.append({"done": phase.done, "rewards": rewards.tolist(), "factors": factors})
+        if self._density is None and phase.knobs:
+            self._density = GruPolicy(phase.knobs, self.seed + 1, rate=self.rate)
+        x = np.array([self._last - 1, 2 * phase.done - 1])
+
+        def best(policy: GruPolicy, run: Callable[[np.ndarray], None]) -> tuple[np.ndarray, np.ndarray]:
+            """Factors of the proposal that earned most, and what each earned."""
+            seen, actions = policy.propose(x, self.trials)
+            rewards = np.empty(self.trials)
+            for k, action in enumerate(actions):
+                run(factors_of(action))
+                rewards[k] = (before - phase.reward_loss()) / max(self._first, 1e-9)
+                phase.restore(state)
+            policy.learn(seen, actions, rewards)
+            return factors_of(actions[int(np.argmax(np.nan_to_num(rewards, nan=-np.inf)))]), rewards
+
+        factors, rewards = best(self._rates, lambda tried: phase.run(_columns(tried)))
+        told: dict[str, Any] = {"done": phase.done, "rewards": rewards.tolist(), "factors": factors.tolist()}
+        knobs = None
+        if self._density is not None:
+            knobs, earned = best(self._density, lambda tried: phase.run(_columns(factors), tried))
+            told |= {"density_rewards": earned.tolist(), "density_factors": knobs.tolist()}
+        phase.run(_columns(factors), knobs)
+        self._last = phase.reward_loss() / self._first
+        self.history.append(told)
         self.reason = "rlgs"
         return False
 
-    @staticmethod
-    def _expand(action: np.ndarray) -> np.ndarray:
-        factors = np.ones(N_PARAMETERS)
-        for columns, value in zip(_COLUMNS, np.clip(action, -math.log(2), math.log(2)), strict=True):
-            factors[columns] = math.exp(value)
-        return factors
 
-
-def _sigmoid(x: np.ndarray) -> np.ndarray:
-    return 1 / (1 + np.exp(-x))
+def _columns(factors: np.ndarray) -> np.ndarray:
+    """(14,) multipliers from one a group."""
+    spread = np.ones(N_PARAMETERS)
+    for columns, value in zip(_COLUMNS, factors, strict=True):
+        spread[columns] = value
+    return spread
 
 
 def make_controller(name: str, seed: int = 0) -> Controller:

@@ -144,13 +144,13 @@ def relocate(
 
 def densify(
     parameters: np.ndarray, adam: Adam, pull: np.ndarray, volume: Volume, budget: int, rng: np.random.Generator,
-    dead_below: float = 0.01, share: float = 0.1,
+    dead_below: float = 0.01, share: float = 0.1, shrink: float = 1.6,
 ) -> tuple[np.ndarray, Adam]:
     """Split, clone and prune as in 3DGS, driven by the gradient on the centres, under a hard limit.
 
     pull: (N,) sum of the lengths of each Gaussian's centre gradients since the last call. Dead Gaussians go; the
-    ``share`` that is pulled most is cloned where small and split in two where larger than the median, as far as
-    ``budget`` allows. Returns new parameters and optimiser state.
+    ``share`` that is pulled most is cloned where small and split in two, ``shrink`` times smaller, where larger than
+    the median, as far as ``budget`` allows. Returns new parameters and optimiser state.
     """
     finite = np.isfinite(parameters).all(axis=1)
     opacity = 1 / (1 + np.exp(-np.where(finite, parameters[:, LOGIT], -20)))
@@ -170,11 +170,11 @@ def densify(
         quaternion_matrices(parameters[chosen, QUATERNION]),
         np.exp(parameters[chosen, LOG_SCALE]) * rng.standard_normal((len(chosen), 3)),
     )
-    # A split makes two, 1.6 times smaller, on opposite sides of the parent; a clone starts half a sigma away.
+    # A split makes two smaller ones on opposite sides of the parent; a clone starts half a sigma away.
     copies[:, MEAN] += np.where(large[:, None], 1.0, 0.5) * step
     parameters[chosen, MEAN] -= large[:, None] * step
-    copies[:, LOG_SCALE] -= large[:, None] * math.log(1.6)
-    parameters[chosen, LOG_SCALE] -= large[:, None] * math.log(1.6)
+    copies[:, LOG_SCALE] -= large[:, None] * math.log(shrink)
+    parameters[chosen, LOG_SCALE] -= large[:, None] * math.log(shrink)
     moment[chosen] = square[chosen] = 0
     zeros = np.zeros_like(copies)
     grown = Adam(adam.rates, np.concatenate([moment, zeros]), np.concatenate([square, zeros]), adam.steps)

@@ -135,7 +135,7 @@ class StemModel:
     ) -> None:
         self.crops, self.plane, self.parameters, self.settings = crops, plane, parameters, settings
         self.rasteriser = make_rasteriser(settings.device, settings.dilation_px2)
-        self.pairs = 0
+        self.pairs, self.fog_factor = 0, 1.0
         self.gain = {crop.view: np.ones(3, np.float32) for crop in crops}
         self.texture = ground_textures(plane, around, {crop.flight for crop in crops})
         self._reset_sums()
@@ -179,7 +179,7 @@ class StemModel:
         given[:3] = np.moveaxis(g, -1, 0)
         given[3] = -np.einsum("hwc,hwc->hw", g, ground)
         # Fog: a pixel is ground unless a Gaussian in front of it buys more than this in mean absolute colour.
-        given[3] += settings.alpha_cost * weight / max(weight.sum(), 1e-6)
+        given[3] += self.fog_factor * settings.alpha_cost * weight / max(weight.sum(), 1e-6)
         if full:
             bent, g_bent = normal_consistency(passed.planes, crop.camera.pixel_rays(), weight)
             given += settings.normals * g_bent
@@ -230,10 +230,20 @@ class _Pass:
     held: list[Crop]
     done: float = 0.0
     share: float = 1.0
+    pull: np.ndarray | None = None
 
-    def run(self, factors: np.ndarray) -> None:
-        """Adam over all crops in random order, then ground, exposures and density."""
+    @property
+    def knobs(self) -> int:
+        """Density: the share densified and how much a split shrinks; with a fixed number of Gaussians, as RLGS does
+        there, the price that limits them instead (of fog)."""
+        return 2 if self.model.settings.density == "split" else 1
+
+    def run(self, factors: np.ndarray, density: np.ndarray | None = None) -> None:
+        """Density (after the first pass), then Adam over all crops in random order, then ground and exposures."""
         model, settings = self.model, self.model.settings
+        density = np.ones(self.knobs) if density is None else density
+        self._control(density)
+        model.fog_factor = float(density[0]) if settings.density == "relocate" else 1.0
         parameters = model.parameters
         pull = np.zeros(len(parameters))
         order = self.rng.permutation(len(model.crops))
@@ -252,13 +262,20 @@ class _Pass:
             self.adam.step(parameters, gradient, self.controller.factors(done) * factors)
             constrain(parameters, self.volume)
         model.end_epoch()
-        if self.done + self.share <= settings.relocate_until + 1e-9:
-            if settings.density == "relocate":
-                relocate(parameters, self.adam, self.volume, self.rng)
-            else:
-                model.parameters, self.adam = densify(
-                    parameters, self.adam, pull, self.volume, settings.gaussians, self.rng
-                )
+        self.pull = pull
+
+    def _control(self, density: np.ndarray) -> None:
+        """Dead Gaussians move, or the field is split, cloned and pruned by the pull of the pass before."""
+        model, settings = self.model, self.model.settings
+        if self.pull is None or self.done > settings.relocate_until + 1e-9:
+            return
+        if settings.density == "relocate":
+            relocate(model.parameters, self.adam, self.volume, self.rng)
+        else:
+            model.parameters, self.adam = densify(
+                model.parameters, self.adam, self.pull, self.volume, settings.gaussians, self.rng,
+                share=0.1 * float(density[0]), shrink=1.6 * float(density[1]),
+            )
 
     def save(self) -> tuple:
         """Everything that running changes."""
@@ -272,6 +289,7 @@ class _Pass:
                 adam.square,
                 adam.steps,
                 self.rng.bit_generator.state,
+                self.pull,
             )
         )
 
@@ -281,6 +299,7 @@ class _Pass:
         kept = deepcopy(state)
         model.parameters, model.texture, model.gain, adam.moment, adam.square, adam.steps = kept[:6]
         self.rng.bit_generator.state = kept[6]
+        self.pull = kept[7]
 
     def reward_loss(self) -> float:
         """Of the held-out crops."""
