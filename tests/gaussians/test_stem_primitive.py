@@ -16,7 +16,7 @@ from treedgs_geo.gaussians.optimise import Volume
 from treedgs_geo.gaussians.options import GaussianOptions
 from treedgs_geo.gaussians.project import CropCamera
 from treedgs_geo.gaussians.stem_fit import FitSettings
-from treedgs_geo.gaussians.stem_joint import JointSettings, Sight, compare, draw, fit_primitive, textures
+from treedgs_geo.gaussians.stem_joint import JointSettings, Sight, compare, draw, fit_primitive, ground_layers, textures
 from treedgs_geo.gaussians.stem_loop import HollowVolume, axis_xy, fit_with_primitive, radius_m, surface_gaussians
 from treedgs_geo.gaussians.stem_model import GAMMA, cover, normal_equations
 from treedgs_geo.gaussians.train import fit_with_report
@@ -137,6 +137,33 @@ def test_a_painted_stem_is_measured_to_millimetres_from_a_poor_start():
     assert found.dbh_cm == pytest.approx(200 * SHAPE[6], abs=0.4)
     np.testing.assert_allclose(axis_xy(found.shape, BH, [0.8, 2.0]), axis_xy(SHAPE, BH, [0.8, 2.0]), atol=0.006)
     assert found.n_views >= 10 and found.doubts == ((), ())
+
+
+def test_a_stem_behind_known_layers_is_measured_as_if_they_were_not_there():
+    crops, plane, texture = painted(SHAPE)
+    # A pale veil over one half of each photo, and a stripe on the ground that no texture knows.
+    veil = np.zeros((150, 150), np.float32)
+    veil[:, 70:] = 0.5
+    stripe = np.zeros((150, 150, 1), np.float32)
+    stripe[:, :60] = 0.3
+
+    def look(crop: Crop):
+        camera = crop.camera
+        size = camera.width, camera.height
+        over, more = (cv2.resize(layer, size, interpolation=cv2.INTER_AREA) for layer in (veil, stripe[..., 0]))
+        _, _, behind = ground_layers(crop, texture[0])
+        return (0.8 * over)[..., None].repeat(3, axis=2), 1 - over, behind * (1 - more[..., None])
+
+    covered_by = []
+    for crop in crops:
+        wood = _silhouettes(tuple(SHAPE), len(crops))[crop.view][..., None]
+        image = crop.image * (1 - stripe * (1 - wood))
+        covered_by.append(replace(crop, image=0.8 * veil[..., None] + (1 - veil[..., None]) * image))
+    known = fit_primitive(covered_by, plane, look)
+    unknown = fit_primitive(covered_by, plane, texture)
+    assert known is not None and known.dbh_cm == pytest.approx(200 * SHAPE[6], abs=0.4)
+    assert known.doubts == ((), ())
+    assert unknown is None or unknown.loss > 3 * known.loss
 
 
 def test_no_stem_is_refused():

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -68,15 +69,20 @@ class Sight:
     @classmethod
     def of(cls, crop: Crop, ground: np.ndarray, gain: np.ndarray | None = None) -> Sight:
         """ground: (S, S, 3) gamma-space ground texture of the crop's flight."""
+        return cls.between(crop, *ground_layers(crop, ground), gain)
+
+    @classmethod
+    def between(
+        cls, crop: Crop, front: np.ndarray, through: np.ndarray, behind: np.ndarray, gain: np.ndarray | None = None
+    ) -> Sight:
+        """front, through: of what stands before the stem. behind: (H, W, 3) gamma space."""
         shape = crop.image.shape[:2]
-        behind = np.empty_like(crop.image)
-        sample_texture(ground, crop.texels, behind)
         return cls(
             crop,
             (np.clip(crop.image, 0, 1) ** GAMMA).astype(np.float32),
             (np.clip(behind, 0, 1) ** GAMMA).astype(np.float32),
-            np.zeros_like(crop.image),
-            np.ones(shape, np.float32),
+            front,
+            through,
             np.ones(3, np.float32) if gain is None else gain,
             np.ascontiguousarray(crop.camera.rotation, float),
             np.asarray(crop.camera.centre, float),
@@ -90,6 +96,18 @@ class Sight:
             np.zeros(shape, np.bool_),
             np.zeros((2, 64)),
         )
+
+
+#: What a photo shows without the stem: before it (H, W, 3), the light that this lets pass (H, W), and behind it
+#: (H, W, 3); gamma space, float32.
+Layers = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+def ground_layers(crop: Crop, texture: np.ndarray) -> Layers:
+    """Nothing before the stem, the ground behind it. texture: (S, S, 3) of the crop's flight."""
+    behind = np.empty_like(crop.image)
+    sample_texture(texture, crop.texels, behind)
+    return np.zeros_like(crop.image), np.ones(crop.image.shape[:2], np.float32), behind
 
 
 @dataclass
@@ -308,23 +326,25 @@ def different(one: Explanation, other: Explanation) -> bool:
 
 
 def fit_primitive(
-    crops: list[Crop], plane: GroundPlane, ground: dict[int, np.ndarray], settings: JointSettings | None = None,
-    reach_m: float = 0.3, finalists: int = 3,
+    crops: list[Crop], plane: GroundPlane, ground: dict[int, np.ndarray] | Callable[[Crop], Layers],
+    settings: JointSettings | None = None, reach_m: float = 0.3, finalists: int = 3,
 ) -> StemPrimitive | None:
     """Find and fit the stem within ``reach_m`` of the seed.
 
-    crops: full resolution, stem frame. ground: ground texture of each flight. None where nothing stands out at all.
+    crops: full resolution, stem frame. ground: ground texture of each flight; or what a crop shows without the stem,
+    where more than the ground is known (Gaussians of the whole scene). None where nothing stands out at all.
     """
     settings = settings or JointSettings()
     began = time.process_time()
+    look = ground if callable(ground) else lambda crop: ground_layers(crop, ground[crop.flight])
     half = [halved(crop, plane) for crop in crops]
-    unlike = []
+    sights, unlike = [], []
     for crop in half:
-        behind = np.empty_like(crop.image)
-        sample_texture(ground[crop.flight], crop.texels, behind)
-        unlike.append(1 - np.sqrt(robust_weight(behind - crop.image, 0.12)))
+        front, through, behind = look(crop)
+        sights.append(Sight.between(crop, front, through, behind))
+        bare = front + through[..., None] * behind
+        unlike.append(1 - np.sqrt(robust_weight(bare - crop.image, 0.12)))
     evidence = gather_evidence(half, unlike, settings.bh_m)
-    sights = [Sight.of(crop, ground[crop.flight]) for crop in half]
     tried = []
     for shape in starts(evidence, reach_m, np.arange(0.04, 0.36, 0.02), 5):
         for sight in sights:
@@ -336,7 +356,7 @@ def fit_primitive(
             kept.append(item)
     if not kept:
         return None
-    fine = [Sight.of(crop, ground[crop.flight]) for crop in crops]
+    fine = [Sight.between(crop, *look(crop)) for crop in crops]
     ended = []
     for item in kept[:finalists]:
         for sight in fine:

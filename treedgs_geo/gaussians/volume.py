@@ -16,10 +16,10 @@ import numpy as np
 from ..core.errors import InputError
 from ..core.progress import Reporter
 from ..reconstruction.cameras import View
+from .bands import choose_views
 from .field import GaussianField
 from .options import SampleOptions
 from .sample import SurfacePoints, low_quantile, view_opacity
-from .train import choose_views
 
 #: Points of one stem for every candidate that a Gaussian would get: 100 candidates make 20,000 points.
 POINTS_A_SAMPLE = 200
