@@ -10,37 +10,27 @@ from __future__ import annotations
 
 import argparse
 import csv
-import json
 import multiprocessing
 import platform
 import time
 from pathlib import Path
 
 import numpy as np
-from gaussian_route import true_views
+from gaussian_route import scene_of
 
 from treedgs_geo import __version__
-from treedgs_geo.core.crs import LocalFrame, project_crs
 from treedgs_geo.core.files import write_json
 from treedgs_geo.core.workspace import peak_memory_mb
 from treedgs_geo.gaussians.options import GaussianOptions
 from treedgs_geo.gaussians.train import fit_with_report
-from treedgs_geo.terrain.dtm import read_dtm
 
 
 def fit(plot: Path, workspace: Path | None, count: int, answers: multiprocessing.Queue) -> None:
     """Fit ``count`` stems and report seconds, memory and sizes."""
-    config = json.loads((plot / "truth" / "config.json").read_text())
-    frame = LocalFrame(project_crs(f"EPSG:{config['epsg']}"), np.array(config["origin_E_N_h"], float))
-    if workspace:
-        from treedgs_geo.reconstruction.model import load_views
-
-        frame, views = load_views(workspace / "sfm", plot / "images")
-    else:
-        views = true_views(plot, frame)
+    frame, views, dtm = scene_of(plot, workspace)
     rows = [row for row in csv.DictReader(open(plot / "truth" / "trees.csv")) if row["in_plot"] == "True"]
     places = np.array([[float(row["E_bh"]), float(row["N_bh"])] for row in rows[:count]]) - frame.origin[:2]
-    ground = read_dtm(plot / "dtm.tif", frame.crs).local(frame).height
+    ground = dtm.local(frame).height
     began = time.process_time()
     field, report = fit_with_report(views, frame, ground, places, None, GaussianOptions(threads=1))
     answers.put({"stems": count, "crops": sum(stem["crops"] for stem in report.stems),

@@ -74,6 +74,13 @@ def read_out(points: SurfacePoints, frame: LocalFrame, dtm: Dtm, how: str) -> di
     return {tree.tree_id - 1: tree.dbh_cm for tree in trees if tree.dbh_cm is not None}
 
 
+def reference_rows(plot: Path) -> list[dict]:
+    """Rows of ``truth/trees.csv``: stems of the plot with at least three clear views at breast height."""
+    with open(plot / "truth" / "trees.csv", encoding="utf-8") as stream:
+        return [row for row in csv.DictReader(stream)
+                if row["in_plot"] == "True" and int(row["n_unoccluded_bh_views"]) >= 3]
+
+
 def true_positions(truth: list[dict], frame: LocalFrame, seed: int, noise_m: float = 0.1) -> np.ndarray:
     """(T, 2) local positions of true stems at breast height, with noise of 10 cm on each axis."""
     xy = np.array([[float(row["E_bh"]), float(row["N_bh"])] for row in truth]) - frame.origin[:2]
@@ -132,8 +139,7 @@ def main() -> None:
     arguments = parser.parse_args()
     plot = arguments.plot
     frame, views, dtm = scene_of(plot, arguments.workspace)
-    truth = [row for row in csv.DictReader(open(plot / "truth" / "trees.csv"))
-             if row["in_plot"] == "True" and int(row["n_unoccluded_bh_views"]) >= 3]
+    truth = reference_rows(plot)
     if arguments.stems:
         truth = [truth[i] for i in arguments.stems]
     true_xy = np.array([[float(row["E_bh"]), float(row["N_bh"])] for row in truth]) - frame.origin[:2]
