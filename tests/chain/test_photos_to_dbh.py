@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import rasterio
 
 from treedgs_geo.cli import main
 from treedgs_geo.evaluation.accuracy import score_against_truth
@@ -87,6 +88,23 @@ def test_measuring_again_gives_the_same_trees(finished, simulated_plot, tmp_path
     pd.testing.assert_frame_equal(
         pd.DataFrame(one.drop(columns="geometry")), pd.DataFrame(two.drop(columns="geometry"))
     )
+
+
+def test_a_ground_that_the_photos_contradict_is_told_and_widens_the_intervals(finished, simulated_plot, tmp_path):
+    shutil.copytree(finished / "work", tmp_path / "work")
+    with rasterio.open(finished / "work" / "dtm.tif") as source:
+        profile, heights = source.profile, source.read(1)
+    with rasterio.open(tmp_path / "high.tif", "w", **profile) as target:
+        target.write(np.where(heights == profile["nodata"], heights, heights + 0.6).astype(heights.dtype), 1)
+    assert main(_arguments(simulated_plot, tmp_path, dtm=str(tmp_path / "high.tif"))) == 0
+    stage = json.loads((tmp_path / "work" / "run.json").read_text())["stages"]["ground"]
+    assert stage["result"]["above_photos_m"] == pytest.approx(0.6, abs=0.02)
+    assert "0.60 m from the ground" in stage["result"]["warnings"][0]
+    right, high = (read_trees(folder / "trees.gpkg").set_index("tree_id") for folder in (finished, tmp_path))
+    both = right.index[right["dbh_cm"].notna()].intersection(high.index[high["dbh_cm"].notna()])
+    # Half a metre too high reads the taper's share thinner; the interval knows.
+    wider = high.loc[both, "dbh_se_cm"] - right.loc[both, "dbh_se_cm"]
+    assert len(both) >= 2 and (wider.median() > 0.1)
 
 
 def test_another_breast_height_keeps_the_cameras(finished, simulated_plot, tmp_path, capsys):

@@ -17,6 +17,7 @@ from treedgs_geo.measure.published import PublishedOptions, measure_published
 from treedgs_geo.measure.slices import slice_heights, slice_index
 from treedgs_geo.measure.stem import measure_points
 from treedgs_geo.measure.taper import TaperRansac, taper_line, taper_ransac
+from treedgs_geo.measure.trees import Tree, with_block_errors
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.stems.segment import SENSORS
@@ -198,3 +199,13 @@ def test_buttressed_trees_are_refused_and_round_ones_measured():
             assert trees[0].qc_flag == "reject" and "not_round" in trees[0].qc_reason
         else:
             assert trees[0].dbh_cm == pytest.approx(dbh, abs=1.2)
+
+
+def test_errors_that_a_plot_shares_widen_the_interval():
+    tree = Tree(1, 0.0, 0.0, dbh_cm=40.0, dbh_se_cm=0.3, taper_cm_m=-0.8, qc_flag="ok").finish()
+    wider = with_block_errors(tree, 0.01, 0.5)
+    assert wider.dbh_se_cm == pytest.approx(np.sqrt(0.3**2 + 0.4**2 + 0.4**2))
+    assert wider.dbh_hi_cm - wider.dbh_lo_cm == pytest.approx(2 * 1.645 * wider.dbh_se_cm) and wider.dbh_cm == 40.0
+    assert with_block_errors(tree, 0.0, 0.0).dbh_lo_cm == pytest.approx(tree.dbh_lo_cm)
+    refused = Tree(2, 0.0, 0.0, qc_flag="reject", qc_reason="few_views").finish()
+    assert with_block_errors(refused, 0.01, 0.5) is refused

@@ -16,7 +16,7 @@ from treedgs_geo.geotags import read_stations
 from treedgs_geo.geotags.photos import read_photo
 from treedgs_geo.geotags.stations import Stations
 from treedgs_geo.reconstruction.calibration import Calibration, calibration_of
-from treedgs_geo.reconstruction.checks import check_block
+from treedgs_geo.reconstruction.checks import check_block, scale_error
 from treedgs_geo.reconstruction.model import load_points, load_views
 from treedgs_geo.reconstruction.pipeline import ReconstructOptions, reconstruct_photos
 
@@ -49,6 +49,32 @@ def test_a_good_block_passes() -> None:
     block, stations, xyz, calibration = _case()
     report = check_block(block, stations, xyz, calibration, 0.0, FREE, Reporter())
     assert report["registered"] == 10 and report["geotag_median_m"] < 0.06 and not report["warnings"]
+
+
+def test_the_scale_is_as_sure_as_geotags_make_it() -> None:
+    rng = np.random.default_rng(1)
+    centres = np.array([view.centre for view in ring()])
+    sd = np.tile([1.0, 1.0, 2.0], (len(centres), 1))
+    sd[0] = np.nan  # a photo without geotag
+    found = []
+    for _ in range(4000):  # scale by weighted least squares, the way the block is fitted to its geotags
+        tags = centres[1:] + rng.normal(0, sd[1:]) + [5.0, 0.0, 0.0]
+        weight = 1 / sd[1:] ** 2
+        a, b = (x - (weight * x).sum(axis=0) / weight.sum(axis=0) for x in (centres[1:], tags))
+        found.append((weight * a * b).sum() / (weight * a * a).sum())
+    assert np.mean(found) == pytest.approx(1, abs=0.01)
+    assert scale_error(centres, sd) == pytest.approx(np.std(found), rel=0.05)
+    assert scale_error(centres, sd / 100) == pytest.approx(scale_error(centres, sd) / 100)
+    assert np.isnan(scale_error(centres[:1], sd[1:2]))
+
+
+def test_poor_geotags_are_told_and_precise_ones_are_not() -> None:
+    block, stations, xyz, calibration = _case()
+    good = check_block(block, stations, xyz, calibration, 0.0, FREE, Reporter())
+    assert good["scale_sd"] < 0.001 and not good["warnings"]
+    poor = replace(stations, sd=np.full_like(stations.sd, 2.0), quality=["exif"] * len(stations))
+    told = check_block(block, poor, xyz, calibration, 0.0, FREE, Reporter())
+    assert told["scale_sd"] > 0.005 and "RTK or PPK" in told["warnings"][0]
 
 
 def test_a_photo_metres_from_its_geotag_is_named() -> None:

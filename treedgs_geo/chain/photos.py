@@ -21,7 +21,7 @@ from ..geotags.reading import read_stations
 from ..geotags.stations import Stations, read_stations_layer, write_stations
 from ..inventory.report import write_report
 from ..inventory.tree_layer import check_output, style_stations, style_terrain, tree_table, write_trees
-from ..measure.trees import Tree
+from ..measure.trees import Tree, with_block_errors
 from ..reconstruction.cameras import View
 from ..reconstruction.model import load_points, load_views
 from ..reconstruction.pipeline import reconstruct_photos
@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 #: A stem needs photos that look at it from the side: this far from straight down, and this many of them.
 OBLIQUE_DEG = 17.0
 LEAST_OBLIQUE = 3
+#: A DTM that lies farther than this from the ground that the photos see is told.
+GROUND_WARN_M = 0.15
 
 
 def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, Any]:
@@ -66,7 +68,7 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
     dtm = _ground(settings, dtm, frame, points, area, space, steps)
     trees: list[Tree] = []
     if not nothing:
-        trees = _measure(settings, frame, views, dtm, area, space, steps)
+        trees = _measure(settings, frame, views, dtm, area, report, space, steps)
         if not any(tree.qc_flag != "reject" for tree in trees):
             nothing = (
                 "no stem was found in the photos: none shows two edges of a trunk near the ground"
@@ -159,9 +161,18 @@ def _ground(
         x, y = found.centres()
         x, y = (np.broadcast_to(a, found.heights.shape).ravel() for a in (x, y))
         seen = np.column_stack([x, y, found.heights.ravel()])
-        require_same_heights(given, seen[np.isfinite(seen).all(axis=1)], str(settings.dtm))
+        seen = seen[np.isfinite(seen).all(axis=1)]
+        require_same_heights(given, seen, str(settings.dtm))
         write_dtm(path, given)
-        return {"ground": str(settings.dtm)}
+        gap = given.height(seen[:, 0], seen[:, 1]) - seen[:, 2]
+        above = float(np.nanmedian(gap)) if np.isfinite(gap).any() else 0.0
+        if abs(above) > GROUND_WARN_M:
+            reporter.warn(
+                f"{settings.dtm}: lies {above:+.2f} m from the ground that the photos see (median), expected within "
+                f"{GROUND_WARN_M:g} m; breast height may be off by as much and the trees' intervals are widened by it: "
+                "check its datum, or leave --dtm out."
+            )
+        return {"ground": str(settings.dtm), "above_photos_m": round(above, 3)}
 
     style_terrain(path)
     steps.run(
@@ -185,10 +196,13 @@ def _measure(
     views: list[View],
     dtm: Dtm,
     area: Area,
+    sfm: dict[str, Any],
     space: Workspace,
     steps: Steps,
 ) -> list[Tree]:
     """Stems and diameters by the route asked for; kept as ``trees.json`` so that a resumed run skips it."""
+    scale_sd = sfm.get("scale_sd") or 0.0
+    ground_m = space.record["stages"]["ground"]["result"].get("above_photos_m", 0.0)
     kept = space.path("trees.json")
     fit = "paper" if settings.preset == "paper" and settings.fit == "auto" else settings.fit
 
@@ -214,6 +228,7 @@ def _measure(
                 paper=fit == "paper",
                 seed=settings.seed,
             )
+        trees = [with_block_errors(tree, scale_sd, ground_m) for tree in trees]
         write_json(kept, [asdict(tree) for tree in trees])
         return {"fit": "photos" if fit == "auto" else fit, "stems": len(trees), **told}
 
@@ -223,6 +238,8 @@ def _measure(
         "bh_m": settings.bh_m,
         "seed": settings.seed,
         "plots": _circles(area),
+        "scale_sd": scale_sd,
+        "ground_m": ground_m,
     }
     steps.run("measure", used, [], [kept], work)
     return [Tree(**record) for record in read_json(kept)]

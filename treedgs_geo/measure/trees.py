@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Literal
 
 import numpy as np
 
 from .quality import REASONS
+
+#: Loss of diameter with height where a stem's own is unknown, cm a metre.
+USUAL_TAPER_CM_M = 1.0
 
 
 @dataclass
@@ -62,6 +65,18 @@ class Tree:
                 self.dbh_lo_cm = max(self.dbh_cm - 1.645 * self.dbh_se_cm, 0.0)
                 self.dbh_hi_cm = self.dbh_cm + 1.645 * self.dbh_se_cm
         return self
+
+
+def with_block_errors(tree: Tree, scale_sd: float, ground_m: float) -> Tree:
+    """The tree with the errors that its whole plot shares added to its own; as it is where it has no error.
+
+    scale_sd: relative standard error of all lengths. ground_m: how far the ground, and so breast height, may be off.
+    """
+    if tree.dbh_cm is None or tree.dbh_se_cm is None:
+        return tree
+    taper_cm_m = USUAL_TAPER_CM_M if tree.taper_cm_m is None else tree.taper_cm_m
+    se_cm = float(np.sqrt(tree.dbh_se_cm**2 + (scale_sd * tree.dbh_cm) ** 2 + (taper_cm_m * ground_m) ** 2))
+    return replace(tree, dbh_se_cm=se_cm, dbh_lo_cm=None, dbh_hi_cm=None).finish()
 
 
 #: Field names of the tree layer, in order (x and y are kept as columns too).

@@ -20,6 +20,8 @@ REGISTERED_REFUSE, REGISTERED_WARN = 0.60, 0.95
 RESIDUAL_REFUSE_SD, RESIDUAL_SLACK_M = 5.0, 0.10
 #: Height above ground over the flying height that the drone reports: refused outside, warned outside the second.
 HEIGHT_REFUSE, HEIGHT_WARN = 0.30, 0.08
+#: Warned when the standard error of the block's scale exceeds this (1.5 mm in 30 cm).
+SCALE_WARN = 0.005
 
 
 def check_block(
@@ -120,6 +122,14 @@ def check_block(
         warnings.append(f"Reprojection error {rms_px:.1f} px (below 1.2 is healthy); wind, rolling shutter or blur.")
     if np.median(per_photo) < 100:
         warnings.append(f"Photos are tied by {np.median(per_photo):.0f} points (median); 300 or more is healthy.")
+    # The geotags' own claim, or what they were found to be off where that is more.
+    scale = scale_error(np.where(known[:, None], block.centres, np.nan), np.maximum(stations.sd, np.where(
+        chosen[:, None], rms, 0.0)))
+    if scale > SCALE_WARN:
+        warnings.append(
+            f"The geotags fix the scale of the block, and so every diameter, to {scale:.1%} only (standard error); the "
+            f"trees' intervals are widened by it: use RTK or PPK positions."
+        )
     for warning in warnings:
         reporter.warn(warning)
     camera = block.camera
@@ -142,6 +152,7 @@ def check_block(
         "focal_source": calibration.source,
         "focal_free": free["focal"],
         "principal_point_px": [round(camera.cx, 2), round(camera.cy, 2)],
+        "scale_sd": round(scale, 6) if np.isfinite(scale) else None,
         "height_over_relative_altitude": round(height_ratio, 4) if np.isfinite(height_ratio) else None,
         "flights_registered": {str(f): int((posed & (stations.flight == f)).sum()) for f in np.unique(stations.flight)},
         "warnings": warnings,
@@ -152,6 +163,21 @@ def check_block(
         f"(metadata {calibration.focal_px:.0f}), geotag residuals E/N/U {e:.1f}/{n:.1f}/{u:.1f} cm ({best})."
     )
     return report
+
+
+def scale_error(centres: np.ndarray, sd: np.ndarray) -> float:
+    """Relative standard error of the scale of a block that geotags alone fix, and so of every length in it.
+
+    centres: (N, 3) projection centres, m. sd: (N, 3) standard errors of their geotags, m. Least squares of one factor
+    about the mean position, geotags independent of each other: sqrt(1 / sum(d^2 / sd^2)). An error that all of them
+    share moves the block and does not scale it. NaN without two geotags.
+    """
+    known = np.isfinite(centres).all(axis=1) & np.isfinite(sd).all(axis=1)
+    if known.sum() < 2:
+        return float("nan")
+    weight = 1 / np.maximum(sd[known], 1e-3) ** 2
+    middle = (weight * centres[known]).sum(axis=0) / weight.sum(axis=0)
+    return float(1 / np.sqrt((weight * (centres[known] - middle) ** 2).sum()))
 
 
 def _height_ratio(block: Block, stations: Stations) -> float:
