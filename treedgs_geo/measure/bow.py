@@ -12,8 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from ..stems.cone import TAPER_PRIOR, Cone, fit_cone
+from ..stems.cone import Cone, fit_cone
+from ..stems.cone_kernels import TAPER_PRIOR
 from ..stems.segment import Sensor
+from .section_kernels import near_bark
 
 #: Distance of the short cones and half of their length, m.
 STEP_M, HALF_M = 0.4, 0.5
@@ -68,6 +70,7 @@ class Axis:
 
 def follow_axis(points: np.ndarray, cone: Cone, sensor: Sensor, bh_m: float) -> Axis | None:
     """The axis of the stem near ``cone`` in (N, 3) points; ``None`` where fewer than three short cones hold."""
+    points = np.ascontiguousarray(points, dtype=float)
     coarse = min(0.08, 0.5 * float(cone.radius(bh_m)))
     first = _short_cone(points, replace_at(cone, bh_m), sensor, (coarse, 0.6 * coarse, 0.03))
     # A straight cone is too thick for a bowed stem, never much too thin.
@@ -110,11 +113,10 @@ def replace_at(cone: Cone, h: float) -> Cone:
 
 
 def _short_cone(points: np.ndarray, start: Cone, sensor: Sensor, schedule: tuple[float, ...]) -> Cone | None:
-    near = np.abs(points[:, 2] - start.h_ref) < HALF_M
-    near &= np.abs(start.residuals(points)) < _REACH_M
-    if near.sum() < sensor.least_points:
+    near = near_bark(points, start.vector, start.h_ref, HALF_M, _REACH_M)
+    if len(near) < sensor.least_points:
         return None
-    points = points[near][::max(int(near.sum()) // MOST_POINTS, 1)]
+    points = points[near[::max(len(near) // MOST_POINTS, 1)]]
     piece = fit_cone(points, start, None, schedule, sensor.floor_m, sensor.cap_m, lean_sd=_SLOPE_SD,
                      bend_sd=_BEND_SD)
     if piece is None or np.count_nonzero(np.abs(piece.residuals(points)) < 3 * piece.sigma) < sensor.least_points:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from ..stems.cone import _solved
+from ..stems.cone_kernels import _solved
 
 _FOR_LEVEL = 36
 #: Density of stray points inside a ring of bark over that outside.

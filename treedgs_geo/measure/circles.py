@@ -144,6 +144,12 @@ def _usable(points: np.ndarray, weights: np.ndarray) -> bool:
         return False
     if (weights < 0).any() or (weights > 0).sum() < 3:
         return False
+    # Points that spread well in both directions are neither few nor in a line; what is doubtful is looked at in full.
+    counted = points[weights > 0]
+    x, y = (counted - counted.mean(axis=0)).T
+    xx, xy, yy = float(x @ x), float(x @ y), float(y @ y)
+    if xx * yy - xy * xy > 1e-4 * (xx + yy) ** 2 and xx + yy > 1e-6:
+        return True
     distinct = np.unique(points[weights > 0], axis=0)
     if len(distinct) < 3:
         return False
@@ -164,7 +170,11 @@ def _describe(vector: np.ndarray, points: np.ndarray, weights: np.ndarray, toler
 
 def _ring(points: np.ndarray, weights: np.ndarray, noise_m: float, seed: int,
           start: np.ndarray | None) -> CircleFit | None:
-    low, high = np.percentile(points, [1, 99], axis=0)
+    # The 1st and 99th percentile of x and y, as numpy has them, at a tenth of the time.
+    ordered, place = np.sort(points, axis=0), np.array([0.01, 0.99]) * (len(points) - 1)
+    below = np.floor(place).astype(int)
+    step = ordered[np.minimum(below + 1, len(points) - 1)] - ordered[below]
+    low, high = ordered[below] + (place - below)[:, None] * step
     area = float(np.prod(np.maximum(high - low, 4 * noise_m)))
     starts = [] if start is None else [np.asarray(start, float)]
     if start is None:

@@ -13,13 +13,15 @@ from typing import Literal
 
 import numpy as np
 
-from ..stems.cone import BEND_SD, TAPER_PRIOR, Cone, fit_cone
+from ..stems.cone import Cone, fit_cone
+from ..stems.cone_kernels import BEND_SD, TAPER_PRIOR
 from ..stems.options import SegmentOptions
 from ..stems.segment import Sensor, search_points
 from .bow import LEAST_CONES, STEP_M, Axis, follow_axis, is_bowed
-from .circles import geometric_circle
 from .ellipse import fit_ellipse
-from .slices import across_axis, slice_heights, slice_index
+from .section_kernels import SECTORS as _SECTORS
+from .section_kernels import bark_cells, bark_weights, slice_rows
+from .slices import across_axis, slice_heights
 from .taper import Taper, taper_line
 
 #: Windows (below, above breast height) that are tried in turn until the bark in them is plenty.
@@ -45,7 +47,6 @@ DISAGREE_SE = 4.0
 CLEAR_ARC_DEG = 240.0
 #: A straightened stem whose diameter differs by more than this share from its short cone's was not followed rightly.
 BOWED_SHARE = 0.2
-_SECTORS = 24
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,8 @@ def measure_points(points: np.ndarray, weights: np.ndarray | None, sensor: Senso
     upright: the points have been straightened (:mod:`.bow`): no bow is looked for.
     """
     options = options or SegmentOptions()
-    others = np.empty((0, 3)) if others is None else others
+    points = np.ascontiguousarray(points, dtype=float)
+    others = np.empty((0, 3)) if others is None else np.ascontiguousarray(others, dtype=float)
     known = np.isfinite(points).all(axis=1)
     if not known.all():
         points, weights = points[known], None if weights is None else weights[known]
@@ -151,12 +153,14 @@ def _window_fit(points: np.ndarray, weights: np.ndarray | None, cone: Cone, sens
             continue
         x, y = cone.centre(bh_m)
         start = Cone(float(x), float(y), cone.dx, cone.dy, float(cone.radius(bh_m)), cone.taper, bh_m, cone.sigma)
-        balanced = _balance(points[inside], start, sensor) * _purity(points[inside], start, sensor, others) ** 2
+        near = points[inside]
+        balance, purity = bark_weights(near, others, start.vector, start.h_ref, start.sigma, sensor.floor_m, ROUNDNESS)
+        balanced = balance * purity**2
         if weights is not None:
             balanced = balanced * weights[inside]
         # Short windows cannot tell lean and taper: they are held near what the long stem says.
         length = below + above
-        fitted = fit_cone(points[inside], start, balanced, (max(0.02, 3 * sensor.floor_m),), sensor.floor_m,
+        fitted = fit_cone(near, start, balanced, (max(0.02, 3 * sensor.floor_m),), sensor.floor_m,
                           sensor.cap_m, lean_sd=0.05 + 0.05 * length, taper_sd=0.002 + 0.001 * length,
                           bend_sd=BEND_SD if length > 2 else 0.0)
         if fitted is None:
@@ -164,42 +168,10 @@ def _window_fit(points: np.ndarray, weights: np.ndarray | None, cone: Cone, sens
         tolerance = max(3 * fitted.sigma, 0.01)
         residual = fitted.residuals(points)
         on = inside & ((residual < tolerance) if sensor.solid else (np.abs(residual) < tolerance))
-        if _cells(points[on], fitted) >= PLENTY_CELLS and on.sum() >= PLENTY_POINTS:
+        if on.sum() >= PLENTY_POINTS and bark_cells(points, on, fitted.vector, fitted.h_ref) >= PLENTY_CELLS:
             return fitted, window, on
         last = fitted, window, on
     return last
-
-
-def _cells(points: np.ndarray, cone: Cone) -> int:
-    if len(points) == 0:
-        return 0
-    sector = np.floor((cone.azimuths(points) + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
-    row = np.floor(points[:, 2] / 0.10).astype(int)
-    return len(np.unique(row * _SECTORS + sector))
-
-
-def _balance(points: np.ndarray, cone: Cone, sensor: Sensor) -> np.ndarray:
-    """Weights that keep a dense side from pulling an uneven stem: noise^2 / (noise^2 + n_sector shape^2)."""
-    residual = np.abs(cone.residuals(points))
-    near = residual < max(3 * cone.sigma, 0.02)
-    sector = np.floor((cone.azimuths(points) + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
-    count = np.bincount(sector[near], minlength=_SECTORS)[sector]
-    noise, shape = max(cone.sigma, sensor.floor_m) ** 2, (ROUNDNESS * float(cone.r)) ** 2
-    return noise / (noise + count * shape)
-
-
-def _purity(points: np.ndarray, cone: Cone, sensor: Sensor, others: np.ndarray) -> np.ndarray:
-    """(N,) share of each point's 25 cm row that is bark: (density on it - density just outside) / density on it."""
-    tolerance = max(3 * cone.sigma, 0.02)
-    residual = cone.residuals(points)
-    row = np.floor(points[:, 2] / 0.25).astype(int).clip(0, 63)
-    on = np.bincount(row[np.abs(residual) < tolerance], minlength=64) / (2 * tolerance)
-    around = np.concatenate([points[residual >= tolerance], others])
-    outside = cone.residuals(around) if len(around) else np.empty(0)
-    near = (outside >= tolerance) & (outside < tolerance + 0.10)
-    rows = np.floor(around[near, 2] / 0.25).astype(int).clip(0, 63)
-    off = np.bincount(rows, minlength=64) / 0.10
-    return (np.maximum(on - off, 0.05 * on + 1e-6) / (on + 1e-6))[row].clip(0.05, 1.0)
 
 
 def _slices(points: np.ndarray, weights: np.ndarray | None, cone: Cone, sensor: Sensor, bh_m: float) -> np.ndarray:
@@ -214,32 +186,10 @@ def _slices(points: np.ndarray, weights: np.ndarray | None, cone: Cone, sensor: 
     thickness = float(np.clip(40.0 / per_metre, 0.1, 1.0))
     centres = slice_heights(0.3 + thickness / 2, min(4.5, chosen[:, 2].max()) - thickness / 2, 0.1)
     flat = across_axis(chosen, cone)
-    # A slice's own taper is taken out, so that thick slices are as sharp as thin ones.
-    rows = []
-    for centre, index in zip(centres, slice_index(chosen[:, 2], centres, thickness), strict=True):
-        if len(index) < 8:
-            continue
-        here = flat[index]
-        distance = np.hypot(here[:, 0], here[:, 1])
-        stretch = float(cone.radius(centre)) / np.maximum(cone.radius(chosen[index, 2]), 1e-3)
-        here = here * stretch[:, None]
-        distance = distance * stretch
-        sector = np.floor((np.arctan2(here[:, 1], here[:, 0]) + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
-        arc = 360.0 / _SECTORS * len(np.unique(sector))
-        weight = np.ones(len(index)) if weights is None else weights[band][index]
-        if arc >= 240 and len(index) >= 30:
-            count = np.bincount(sector, minlength=_SECTORS)[sector]
-            fitted = geometric_circle(here, weight / count, np.array([0.0, 0.0, float(cone.radius(centre))]),
-                                      max(cone.sigma, sensor.floor_m))
-            if fitted is not None and np.hypot(*fitted[0][:2]) < 0.05:
-                rows.append((centre, 200 * fitted[0][2], 200 * np.sqrt(fitted[1][2, 2]), arc, 1.0))
-                continue
-        if arc >= 90:
-            middle = float(np.median(distance))
-            spread = 1.4826 * float(np.median(np.abs(distance - middle)))
-            error = 1.25 * max(spread, sensor.floor_m) / np.sqrt(len(index)) * (360 / arc)
-            rows.append((centre, 200 * middle, 200 * error, arc, 0.0))
-    return np.array(rows).reshape(-1, 5)
+    order = np.argsort(chosen[:, 2], kind="stable")
+    strength = np.ones(len(chosen)) if weights is None else np.asarray(weights, float)[band][order]
+    return slice_rows(flat[order], chosen[order, 2], strength, centres, thickness, float(cone.r), float(cone.taper),
+                      float(cone.h_ref), max(cone.sigma, sensor.floor_m), sensor.floor_m)
 
 
 def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: np.ndarray, slices: np.ndarray,
@@ -256,7 +206,8 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
     noise = float(np.clip(1.4826 * np.median(near), 0.002, sensor.cap_m)) if len(near) >= 6 else cone.sigma
     sector = np.floor((cone.azimuths(points[on]) + np.pi) / (2 * np.pi) * _SECTORS).astype(int) % _SECTORS
     arc = 360.0 / _SECTORS * len(np.unique(sector))
-    purity = float(np.mean(_purity(points[on], cone, sensor, others))) if on.any() else 0.0
+    purity = float(np.mean(bark_weights(points[on], others, cone.vector, cone.h_ref, cone.sigma, sensor.floor_m,
+                                        ROUNDNESS)[1])) if on.any() else 0.0
     dbh = 200 * radius
     covariance = cone.covariance if cone.covariance is not None else np.full((8, 8), np.nan)
     reach = np.array([0, 0, 0, 0, 1.0, bh_m - cone.h_ref, 0, 0])

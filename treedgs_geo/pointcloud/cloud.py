@@ -91,8 +91,27 @@ def thin(xyz: np.ndarray, cell_m: float) -> np.ndarray:
 
 def extent(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(K,) minimum and (K,) maximum of (N, K) points, column by column: many times faster than ``min(axis=0)``."""
+    if points.ndim == 2 and points.dtype == np.float64 and len(points):
+        return _extent(points)
     columns = points.T
     return np.array([column.min() for column in columns]), np.array([column.max() for column in columns])
+
+
+@njit(cache=True)
+def _extent(points):  # pragma: no cover - compiled
+    """:func:`extent` in one pass; NaN where a column holds one."""
+    low, high = points[0].copy(), points[0].copy()
+    known = np.ones(points.shape[1], np.bool_)
+    for m in range(points.shape[0]):
+        for axis in range(points.shape[1]):
+            value = points[m, axis]
+            known[axis] &= value == value
+            low[axis] = value if value < low[axis] else low[axis]
+            high[axis] = value if value > high[axis] else high[axis]
+    for axis in range(points.shape[1]):
+        if not known[axis]:
+            low[axis], high[axis] = np.nan, np.nan
+    return low, high
 
 
 @njit(cache=True)

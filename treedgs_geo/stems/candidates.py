@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from scipy import fft
-from scipy.ndimage import maximum_filter
 
 from ..pointcloud.cloud import extent
 
@@ -54,21 +54,21 @@ def find_candidates(points: np.ndarray, weights: np.ndarray | None, low_m: float
     classes = [[i for i, r in enumerate(radii) if r <= 0.07], [i for i, r in enumerate(radii) if r > 0.07]]
     best: list[list[np.ndarray]] = [[], []]
     which: list[list[np.ndarray]] = [[], []]
+    points = np.ascontiguousarray(points, dtype=float)
     for bottom in heights:
-        inside = (points[:, 2] >= bottom) & (points[:, 2] < bottom + _LAYER_M)
-        strength = None if weights is None else weights[inside]
-        image = fft.rfft2(_occupancy(points[inside], strength, origin, shape), workers=1)
+        if weights is None:
+            occupied = _occupied(points, float(bottom), origin, shape)
+        else:
+            inside = (points[:, 2] >= bottom) & (points[:, 2] < bottom + _LAYER_M)
+            occupied = _occupancy(points[inside], weights[inside], origin, shape)
+        image = fft.rfft2(occupied, workers=1)
         for kind, members in enumerate(classes):
-            top = np.zeros(shape, np.float32)
-            chosen = np.zeros(shape, np.int8)
+            top, chosen = np.zeros((rows, cols), np.float32), np.zeros((rows, cols), np.int8)
             for index in members:
                 score = fft.irfft2(image * kernels[index], s=shape, workers=1)
-                score /= np.float32(np.sqrt(radii[index] + 0.1))
-                better = score > top
-                top[better] = score[better]
-                chosen[better] = index
-            best[kind].append(top[:rows, :cols])
-            which[kind].append(chosen[:rows, :cols])
+                _keep_better(score, np.float32(np.sqrt(radii[index] + 0.1)), index, top, chosen)
+            best[kind].append(top)
+            which[kind].append(chosen)
     found = [row for kind in (0, 1) for row in
              _peaks(best[kind], which[kind], heights, origin, np.asarray(radii), LEAST, lean)]
     if near is not None and len(near):
@@ -79,36 +79,83 @@ def find_candidates(points: np.ndarray, weights: np.ndarray | None, low_m: float
     return Candidates(table[:, 1:3], table[:, 3], table[:, 4], table[:, 0])
 
 
-def _occupancy(points: np.ndarray, weights: np.ndarray | None, origin: np.ndarray,
-               shape: tuple[int, int]) -> np.ndarray:
-    """Grid of occupied 10 cm steps a cell: dense scans near the scanner weigh no more than sparse ones."""
+@njit(cache=True)
+def _occupied(points, bottom, origin, shape):  # pragma: no cover - compiled
+    """The voxels of the layer above ``bottom`` that hold points, counted a column: image of ``shape``."""
+    levels = np.zeros(shape, np.uint16)
+    first = int(np.floor(bottom / _STEP_M)) - 1
+    for m in range(points.shape[0]):
+        z = points[m, 2]
+        if bottom <= z < bottom + _LAYER_M:
+            i, j = int((points[m, 0] - origin[0]) / _CELL_M), int((points[m, 1] - origin[1]) / _CELL_M)
+            levels[i, j] |= np.uint16(1) << np.uint16(int(np.floor(z / _STEP_M)) - first)
+    image = np.zeros(shape, np.float32)
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            bits = levels[i, j]
+            while bits:
+                bits &= bits - np.uint16(1)
+                image[i, j] += 1
+    return image
+
+
+def _occupancy(points: np.ndarray, weights: np.ndarray, origin: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """:func:`_occupied` of weighted points, all of one layer: a voxel counts with the largest of its weights."""
     image = np.zeros(shape, np.float32)
     if len(points) == 0:
         return image
     i, j = ((points[:, :2] - origin) / _CELL_M).astype(np.int64).T
     k = np.floor(points[:, 2] / _STEP_M).astype(np.int64)
     key = (i * shape[1] + j) * 4096 + (k - k.min())
-    if weights is None:
-        cell, count = np.unique(np.unique(key) // 4096, return_counts=True)
-        image.ravel()[cell] = count
-    else:
-        voxel, place = np.unique(key, return_inverse=True)
-        strength = np.zeros(len(voxel))
-        np.maximum.at(strength, place, weights)
-        np.add.at(image.ravel(), voxel // 4096, strength.astype(np.float32))
+    voxel, place = np.unique(key, return_inverse=True)
+    strength = np.zeros(len(voxel))
+    np.maximum.at(strength, place, weights)
+    np.add.at(image.ravel(), voxel // 4096, strength.astype(np.float32))
     return image
 
 
+@njit(cache=True, error_model="numpy")
+def _keep_better(score, divisor, index, top, chosen):  # pragma: no cover - compiled
+    """What is more than ``top`` becomes it, and ``chosen`` says whose it is."""
+    for i in range(top.shape[0]):
+        for j in range(top.shape[1]):
+            value = score[i, j] / divisor
+            better = value > top[i, j]
+            top[i, j] = value if better else top[i, j]
+            chosen[i, j] = index if better else chosen[i, j]
+
+
 def _kernel(radius: float, shape: tuple[int, int], solid: bool) -> np.ndarray:
-    i = np.minimum(np.arange(shape[0]), shape[0] - np.arange(shape[0])) * _CELL_M
-    j = np.minimum(np.arange(shape[1]), shape[1] - np.arange(shape[1])) * _CELL_M
-    distance = np.hypot(i[:, None], j[None, :])
+    """The ring (or disc) about the corner of an image of ``shape`` that wraps around."""
     band = 0.045
+    reach = int((radius + band + 0.10) / _CELL_M) + 1
+    i, j = (np.arange(-min(reach, size // 2), min(reach, size // 2) + 1) for size in shape)
+    distance = np.hypot(np.abs(i)[:, None] * _CELL_M, np.abs(j)[None, :] * _CELL_M)
+    part = np.zeros(distance.shape, np.float32)
+    part[distance <= radius + band] = 0.5 if solid else -1.0
+    part[np.abs(distance - radius) <= band] = 1.0
+    part[(distance > radius + band) & (distance <= radius + band + 0.10)] = -0.5
     kernel = np.zeros(shape, np.float32)
-    kernel[distance <= radius + band] = 0.5 if solid else -1.0
-    kernel[np.abs(distance - radius) <= band] = 1.0
-    kernel[(distance > radius + band) & (distance <= radius + band + 0.10)] = -0.5
+    kernel[np.ix_(i % shape[0], j % shape[1])] = part
     return kernel
+
+
+def _largest_near(image: np.ndarray, reach: int) -> np.ndarray:
+    """The largest value within ``reach`` cells along both axes of an image without negative values."""
+    if reach == 0:
+        return image
+    for axis in (0, 1):
+        rows, cols = image.shape
+        wide = np.zeros((rows + 2 * reach, cols) if axis == 0 else (rows, cols + 2 * reach), image.dtype)
+        inner = wide[reach:reach + rows] if axis == 0 else wide[:, reach:reach + cols]
+        inner[:] = image
+        # Windows twice as wide each time; two of them, overlapping, make the last.
+        image, span, wanted = wide, 1, 2 * reach + 1
+        while span < wanted:
+            move = min(span, wanted - span)
+            one, other = (image[:-move], image[move:]) if axis == 0 else (image[:, :-move], image[:, move:])
+            image, span = np.maximum(one, other), span + move
+    return image
 
 
 def _peaks(best: list[np.ndarray], which: list[np.ndarray], heights: np.ndarray, origin: np.ndarray, radii: np.ndarray,
@@ -122,13 +169,12 @@ def _peaks(best: list[np.ndarray], which: list[np.ndarray], heights: np.ndarray,
         votes = np.zeros(best[0].shape, np.int8)
         for index, layer in enumerate(best):
             reach = 0.05 + lean * abs(middle[index] - middle[reference])
-            size = 2 * int(round(reach / _CELL_M)) + 1
-            spread = maximum_filter(layer, size=size) if index != reference else layer
+            spread = _largest_near(layer, int(round(reach / _CELL_M))) if index != reference else layer
             total += np.sqrt(spread)
             votes += spread > 5.0
         # The reference layer places the peak; the others only say whether something stands there.
         total += 2 * np.sqrt(best[reference])
-        peak = (total == maximum_filter(total, size=7)) & (votes >= least[0]) & (best[reference] > least[1])
+        peak = (total == _largest_near(total, 3)) & (votes >= least[0]) & (best[reference] > least[1])
         for i, j in np.argwhere(peak):
             found.append((float(total[i, j]), origin[0] + i * _CELL_M, origin[1] + j * _CELL_M,
                           float(middle[reference]), float(radii[which[reference][i, j]])))

@@ -5,10 +5,22 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .cone import distance
+from .cone_kernels import distance
 
 ROW_M = 0.25
 SECTORS = 24
+
+
+@njit(cache=True)
+def stands_at(axes, x, y, h, share, least_m, beyond_m):  # pragma: no cover - compiled
+    """Does one of (K, 9) ``axes`` (:attr:`.cone.Cone.vector`, h_ref) at height h pass (x, y) closer than ``share`` of
+    its radius or ``least_m``, and ``beyond_m`` on top?"""
+    for k in range(axes.shape[0]):
+        a, t = axes[k], h - axes[k, 8]
+        gap = np.hypot(a[0] + (a[2] + 0.5 * a[6] * t) * t - x, a[1] + (a[3] + 0.5 * a[7] * t) * t - y)
+        if gap < max(share * (a[4] + a[5] * t), least_m) + beyond_m:
+            return True
+    return False
 
 
 @njit(cache=True)

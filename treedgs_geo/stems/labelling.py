@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .cone import distance
+from .cone_kernels import distance
 from .segment import SENSORS, StemMap, _tolerance
 
 _CELL_M = 0.5

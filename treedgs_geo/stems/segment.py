@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numba import njit
 from scipy.spatial import cKDTree
 
 from ..core.progress import Reporter
@@ -18,15 +19,18 @@ from ..pointcloud.cloud import PointCloud, extent, thin
 from ..terrain.dtm import Dtm
 from ..terrain.ground import height_above_ground
 from .candidates import find_candidates
-from .cone import TAPER_PRIOR, Cone, fit_cone
-from .evidence import ROW_M, count_evidence
+from .cone import Cone, fit_cone
+from .cone_kernels import TAPER_PRIOR, grow
+from .evidence import ROW_M, count_evidence, stands_at
 from .nearby import Nearby
 from .options import SegmentOptions
 
 _TILE_M, _BUFFER_M = 30.0, 1.5
 _REACH_M = 0.75
-#: Points that a candidate's cone is fitted to at most, and fits of its layer that are one and the same.
-MOST_FITTED, SAME_M = 3000, 0.0005
+#: Points that a candidate's cone is fitted to at most.
+MOST_FITTED = 3000
+#: A candidate's layer, half of its thickness, m, and the prior sd of its lean.
+_LAYER_M, _LAYER_LEAN_SD = 0.8, 0.08
 
 
 @dataclass(frozen=True)
@@ -95,10 +99,8 @@ def find_stems(cloud: PointCloud, dtm: Dtm, options: SegmentOptions | None = Non
     options, reporter = options or SegmentOptions(), reporter or Reporter()
     if height is None:
         height = height_above_ground(cloud.xyz, dtm)
-    with np.errstate(invalid="ignore"):
-        slab = np.flatnonzero((height > 0.2) & (height < options.grow_m))
     origin = np.floor(extent(cloud.xyz[:, :2])[0])
-    points = np.column_stack([cloud.xyz[slab, :2] - origin, height[slab]])
+    points, slab = _slab(cloud.xyz, height, origin, 0.2, float(options.grow_m))
     weights = cloud.attributes.get("opacity")
     weights = None if weights is None else np.clip(np.asarray(weights, float)[slab], 0.02, 1.0)
     source = options.source if options.source != "auto" else guess_sensor(cloud, points, options)
@@ -110,6 +112,22 @@ def find_stems(cloud: PointCloud, dtm: Dtm, options: SegmentOptions | None = Non
     found = _search(points, weights, sensor, options, reporter, seeds) if len(points) else []
     found.sort(key=lambda stem: (-round(stem.cone.y, 1), stem.cone.x))
     return StemMap(tuple(found), origin, source)
+
+
+@njit(cache=True)
+def _slab(xyz, height, origin, low_m, high_m):  # pragma: no cover - compiled
+    """(M, 3) xy from ``origin`` and height of the points with low_m < height < high_m, and their (M,) indices."""
+    count = 0
+    for h in height:
+        count += low_m < h < high_m
+    points, index = np.empty((count, 3)), np.empty(count, np.int64)
+    count = 0
+    for m in range(height.shape[0]):
+        if low_m < height[m] < high_m:
+            points[count, 0], points[count, 1] = xyz[m, 0] - origin[0], xyz[m, 1] - origin[1]
+            points[count, 2], index[count] = height[m], m
+            count += 1
+    return points, index
 
 
 def guess_sensor(cloud: PointCloud, points: np.ndarray, options: SegmentOptions) -> str:
@@ -176,10 +194,11 @@ def _search_tile(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
     tree = Nearby(points)
     free = np.ones(len(points), bool)
     found: list[Stem] = []
+    axes = np.empty((0, 9))
     rejected: list[_Rejected] = []
     low, high = options.low_m - 0.1, min(options.high_m, 4.25)
     for xy, h, radius in zip(candidates.xy, candidates.height, candidates.radius, strict=True):
-        if any(np.hypot(*(stem.cone.centre(h) - xy)) < max(0.8 * stem.cone.radius(h), 0.05) for stem in found):
+        if stands_at(axes, xy[0], xy[1], h, 0.8, 0.05, 0.0):
             continue
         near = tree.within(xy, _REACH_M + radius, low, high)
         near = near[free[near]]
@@ -195,9 +214,15 @@ def _search_tile(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
         free[near[residual < _tolerance(stem.cone, sensor)]] = False
         pieces = _follow(points, tree, weights, stem.cone, sensor, options) if follow else ()
         found.append(replace(stem, pieces=pieces))
+        axes = np.vstack([axes, _axis(stem.cone)])
     if follow:
-        found += _not_round(points, tree, weights, free, rejected, found, sensor, options)
+        found += _not_round(points, tree, weights, free, rejected, axes, sensor, options)
     return found
+
+
+def _axis(cone: Cone) -> np.ndarray:
+    """(9,) for :func:`stands_at`."""
+    return np.r_[cone.vector, cone.h_ref]
 
 
 @dataclass(frozen=True)
@@ -212,7 +237,7 @@ class _Rejected:
 
 
 def _not_round(points: np.ndarray, tree: Nearby, weights: np.ndarray | None, free: np.ndarray,
-               rejected: list[_Rejected], found: list[Stem], sensor: Sensor,
+               rejected: list[_Rejected], axes: np.ndarray, sensor: Sensor,
                options: SegmentOptions) -> list[Stem]:
     """Trees whose lower stem is no ring (buttresses, forks): bark in every row there, and a clean stem above it."""
     loose = replace(options, min_rows=0.85)
@@ -220,7 +245,7 @@ def _not_round(points: np.ndarray, tree: Nearby, weights: np.ndarray | None, fre
     kept: list[Stem] = []
     for one in rejected[:200]:
         h = one.height
-        if any(np.hypot(*(stem.cone.centre(h) - one.xy)) < 0.6 + stem.cone.radius(h) for stem in (*found, *kept)):
+        if stands_at(axes, one.xy[0], one.xy[1], h, 1.0, 0.0, 0.6):
             continue
         near = tree.within(one.xy, _REACH_M + one.radius, low, high)
         near = near[free[near]]
@@ -232,6 +257,7 @@ def _not_round(points: np.ndarray, tree: Nearby, weights: np.ndarray | None, fre
         pieces = _follow(points, tree, weights, stem.cone, sensor, options)
         if len(pieces) >= 5 and np.median([piece.sigma for piece in pieces]) < 0.9 * sensor.cap_m:
             kept.append(replace(stem, pieces=pieces, round=False))
+            axes = np.vstack([axes, _axis(stem.cone)])
     return kept
 
 
@@ -249,29 +275,18 @@ def _best(cones: list[Cone], near: np.ndarray, sensor: Sensor, options: SegmentO
 def _fit_candidate(near: np.ndarray, weights: np.ndarray | None, xy: np.ndarray, h: float, radius: float,
                    sensor: Sensor, options: SegmentOptions) -> list[Cone]:
     """Cones grown from the candidate's layer to the whole band of (N, 3) points, from several starting radii."""
-    layer = np.abs(near[:, 2] - h) < 0.8
-    if layer.sum() < 6 or len(near) < sensor.least_points:
+    if np.count_nonzero(np.abs(near[:, 2] - h) < _LAYER_M) < 6 or len(near) < sensor.least_points:
         return []
     # A few thousand points settle a fit; the judging counts them all.
     stride = max(len(near) // MOST_FITTED, 1)
-    some, weight = near[::stride], None if weights is None else weights[::stride]
-    layer = layer[::stride]
-    layer_points, layer_weight = some[layer], None if weight is None else weight[layer]
-    grown: list[Cone] = []
-    starts: list[Cone] = []
-    for factor in (1.0, 0.7, 1.4, 0.45):
-        start = Cone(float(xy[0]), float(xy[1]), 0.0, 0.0, radius * factor, TAPER_PRIOR, float(h))
-        coarse = min(0.05, 0.5 * start.r)
-        cone = fit_cone(layer_points, start, layer_weight, (coarse, 0.6 * coarse), sensor.floor_m, sensor.cap_m,
-                        lean_sd=0.08)
-        if cone is None or any(np.abs(cone.vector - other.vector).max() < SAME_M for other in starts):
-            continue
-        starts.append(cone)
-        cone = fit_cone(some, cone, weight, (1.2 * coarse, 0.7 * coarse), sensor.floor_m, sensor.cap_m)
-        if cone is None or cone.lean_deg > options.max_lean_deg:
-            continue
-        if np.hypot(*(cone.centre(h) - xy)) > 0.25 + 0.5 * radius:
-            continue
+    some = np.ascontiguousarray(near[::stride])
+    weight = np.ones(len(some)) if weights is None else np.ascontiguousarray(weights[::stride])
+    fits = grow(some, weight, xy, h, radius, _LAYER_M, sensor.floor_m, sensor.cap_m, _LAYER_LEAN_SD,
+                float(np.tan(np.radians(options.max_lean_deg))), 6)
+    grown = []
+    for vector, covariance, sigma in zip(*fits, strict=True):
+        x, y, dx, dy, r, taper, _, _ = vector.tolist()
+        cone = Cone(x, y, dx, dy, r, taper, float(h), float(sigma), covariance)
         grown.append(_solid_radius(cone, near, weights) if sensor.solid else cone)
     return grown
 

@@ -50,17 +50,15 @@ class Dtm:
         ``nearest`` is the paper's query. ``bilinear`` leaves missing corners out when the nearest cell is known, so
         that it is NaN exactly where ``nearest`` is.
         """
-        col, row, shape = self._cells(x, y)
-        return _sample(self.heights, col, row, method).reshape(shape) - self.origin[2]
+        return self._sample(self.heights, x, y, method) - self.origin[2]
 
     __call__ = height
 
     def support_m(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Distance to the nearest ground point that the model rests on, metres; NaN where unknown."""
-        col, row, shape = self._cells(x, y)
         if self.support is None:
-            return np.full(shape, np.nan)
-        return _sample(self.support, col, row, "nearest").reshape(shape)
+            return np.full(np.broadcast(x, y).shape, np.nan)
+        return self._sample(self.support, x, y, "nearest")
 
     def slope_deg(self, x: np.ndarray, y: np.ndarray, reach_m: float = 1.0) -> np.ndarray:
         """Steepest slope of the ground around (N,) x, y over ``2 * reach_m``, degrees; NaN where unknown."""
@@ -106,36 +104,40 @@ class Dtm:
         t = self.transform
         return t.a * col + t.b * row + t.c, t.d * col + t.e * row + t.f
 
-    def _cells(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[int, ...]]:
+    def _sample(self, grid: np.ndarray, x: np.ndarray, y: np.ndarray, method: str) -> np.ndarray:
+        """Values of a grid at x, y (any shape)."""
+        if method not in ("nearest", "bilinear"):
+            raise ValueError(f"method {method!r}: expected nearest or bilinear")
         x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
-        east, north = x.ravel() + self.origin[0], y.ravel() + self.origin[1]
+        east, north, move = x.ravel(), y.ravel(), self.origin[:2]
         if self.grid_crs is not None and self.crs is not None:
-            east, north = pyproj.Transformer.from_crs(self.crs, self.grid_crs, always_xy=True).transform(east, north)
-        inverse = ~self.transform
-        return (inverse.a * east + inverse.b * north + inverse.c,
-                inverse.d * east + inverse.e * north + inverse.f, x.shape)
-
-
-def _sample(grid: np.ndarray, col: np.ndarray, row: np.ndarray, method: str) -> np.ndarray:
-    if method not in ("nearest", "bilinear"):
-        raise ValueError(f"method {method!r}: expected nearest or bilinear")
-    # No copy: the grid may lie on disk.
-    return _sampled(np.asarray(grid), np.asarray(col, float), np.asarray(row, float), method == "bilinear")
+            to_grid = pyproj.Transformer.from_crs(self.crs, self.grid_crs, always_xy=True)
+            east, north = to_grid.transform(east + move[0], north + move[1])
+            move = 0.0, 0.0
+        t = ~self.transform
+        # No copy: the grid may lie on disk.
+        return _sampled(np.asarray(grid), east, north, float(move[0]), float(move[1]),
+                        (float(t.a), float(t.b), float(t.c), float(t.d), float(t.e), float(t.f)),
+                        method == "bilinear").reshape(x.shape)
 
 
 @njit(cache=True)
-def _sampled(grid, col, row, bilinear):  # pragma: no cover - compiled
-    """(N,) values of the grid at cell coordinates: the nearest cell's, or blended from the known ones of four."""
+def _sampled(grid, x, y, east, north, inverse, bilinear):  # pragma: no cover - compiled
+    """(N,) values of the grid at x + east, y + north: the nearest cell's, or blended from the known ones of four.
+
+    inverse: of the grid's affine transform, coordinates -> (col, row)."""
     rows, cols = grid.shape
-    found = np.full(col.shape[0], np.nan)
-    for k in range(col.shape[0]):
-        if not (0 <= col[k] <= cols and 0 <= row[k] <= rows):
+    a, b, c, d, e, f = inverse
+    found = np.full(x.shape[0], np.nan)
+    for k in range(x.shape[0]):
+        col, row = a * (x[k] + east) + b * (y[k] + north) + c, d * (x[k] + east) + e * (y[k] + north) + f
+        if not (0 <= col <= cols and 0 <= row <= rows):
             continue
-        near = grid[min(int(row[k]), rows - 1), min(int(col[k]), cols - 1)]
+        near = grid[min(int(row), rows - 1), min(int(col), cols - 1)]
         found[k] = near
         if not bilinear or not np.isfinite(near):
             continue
-        u, v = min(max(col[k] - 0.5, 0.0), cols - 1.0), min(max(row[k] - 0.5, 0.0), rows - 1.0)
+        u, v = min(max(col - 0.5, 0.0), cols - 1.0), min(max(row - 0.5, 0.0), rows - 1.0)
         j0, i0 = min(int(u), max(cols - 2, 0)), min(int(v), max(rows - 2, 0))
         j1, i1 = min(j0 + 1, cols - 1), min(i0 + 1, rows - 1)
         fu, fv = u - j0, v - i0

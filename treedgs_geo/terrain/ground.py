@@ -24,9 +24,9 @@ def classify_ground(xyz: np.ndarray, method: ClothSimulation | None = None) -> n
     """
     method = method or ClothSimulation()
     origin = xyz.min(axis=0)
-    seeds = recentred(xyz - origin, cloth_ground(lowest(xyz - origin, method), method))
-    surface, _ = _surface_at(xyz[:, :2] - origin[:2], seeds)
-    near = np.abs(xyz[:, 2] - origin[2] - surface)
+    xyz = xyz - origin
+    seeds = recentred(xyz, cloth_ground(lowest(xyz, method), method))
+    near = np.abs(xyz[:, 2] - _surface_at(xyz[:, :2], seeds))
     return near <= method.ground_m
 
 
@@ -46,7 +46,8 @@ def dtm_from_cloud(xyz: np.ndarray, resolution_m: float = 0.25, method: ClothSim
         seeds = cell_quantile(xyz[ground] - origin, 0.25, 0.3)
     else:
         method = method or ClothSimulation()
-        seeds = recentred(xyz - origin, cloth_ground(lowest(xyz - origin, method), method))
+        shifted = xyz - origin
+        seeds = recentred(shifted, cloth_ground(lowest(shifted, method), method))
     bounds = low[:2] - origin[:2], high[:2] - origin[:2]
     dtm = grid_ground(seeds, resolution_m, neighbours=24, bandwidth_m=0.5, reach_m=reach_m, bounds=bounds, crs=crs)
     return dtm.moved(origin)
@@ -71,15 +72,14 @@ def recentred(xyz: np.ndarray, lows: np.ndarray, reach_m: float = 0.10, cell_m: 
 
     xyz: (N, 3) all points, lows: (M, 3) ground among the lowest points, both near zero. corner: of the cells' lattice.
     """
-    surface, _ = _surface_at(xyz[:, :2], lows)
-    near = np.abs(xyz[:, 2] - surface) < reach_m
+    near = np.abs(xyz[:, 2] - _surface_at(xyz[:, :2], lows)) < reach_m
     return cell_quantile(xyz[near], cell_m, 0.4, corner) if near.sum() >= 10 else lows
 
 
-def _surface_at(xy: np.ndarray, seeds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _surface_at(xy: np.ndarray, seeds: np.ndarray) -> np.ndarray:
     """Ground under every point, through a fine grid (a plane per point would be N times too much work)."""
     grid = grid_ground(seeds, 0.25, neighbours=24, bandwidth_m=0.5, bounds=extent(xy))
-    return grid.height(xy[:, 0], xy[:, 1]), grid.support_m(xy[:, 0], xy[:, 1])
+    return grid.height(xy[:, 0], xy[:, 1])
 
 
 def lowest(xyz: np.ndarray, method: ClothSimulation, corner: np.ndarray | None = None) -> np.ndarray:

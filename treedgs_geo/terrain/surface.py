@@ -37,13 +37,46 @@ def local_ground(query_xy: np.ndarray, points: np.ndarray, neighbours: int = 40,
 
 
 @njit(cache=True)
+def _middle(values, count):  # pragma: no cover - compiled
+    """Median of the first ``count`` values, which are put in another order: what numpy's median is, in place."""
+    half = count // 2
+    low, high = 0, count - 1
+    while high > low:
+        pivot = values[(low + high) // 2]
+        i, j = low, high
+        while i <= j:
+            while values[i] < pivot:
+                i += 1
+            while values[j] > pivot:
+                j -= 1
+            if i <= j:
+                values[i], values[j] = values[j], values[i]
+                i, j = i + 1, j - 1
+        if half <= j:
+            high = j
+        elif half >= i:
+            low = i
+        else:
+            break
+    if count % 2:
+        return values[half]
+    below = values[0]
+    for m in range(1, half):
+        below = max(below, values[m])
+    return 0.5 * (below + values[half])
+
+
+@njit(cache=True)
 def _planes(xy, near, kernel, width, noise_m):  # pragma: no cover - compiled
     """(Q,) heights at (Q, 2) xy of planes through (Q, K, 3) points with (Q, K) weights; width: (Q,) metres."""
     queries, k = kernel.shape
     out = np.empty(queries)
     u, v, z, residual, weight = np.empty(k), np.empty(k), np.empty(k), np.empty(k), np.empty(k)
+    spare = np.empty(k)
     for q in range(queries):
-        base = np.median(near[q, :, 2])
+        for m in range(k):
+            spare[m] = near[q, m, 2]
+        base = _middle(spare, k)
         for m in range(k):
             u[m], v[m] = (near[q, m, 0] - xy[q, 0]) / width[q], (near[q, m, 1] - xy[q, 1]) / width[q]
             z[m], weight[m] = near[q, m, 2] - base, kernel[q, m]
@@ -67,7 +100,8 @@ def _planes(xy, near, kernel, width, noise_m):  # pragma: no cover - compiled
                 break
             for m in range(k):
                 residual[m] = z[m] - height - su * u[m] - sv * v[m]
-            scale = min(max(1.4826 * np.median(np.abs(residual)), noise_m), 0.15)
+                spare[m] = abs(residual[m])
+            scale = min(max(1.4826 * _middle(spare, k), noise_m), 0.15)
             for m in range(k):
                 share = residual[m] / ((2.0 if residual[m] > 0 else 4.0) * scale)
                 weight[m] = kernel[q, m] * max(1.0 - share * share, 0.0) ** 2 + 1e-9
@@ -84,11 +118,35 @@ def cell_quantile(points: np.ndarray, cell_m: float, quantile: float, corner: np
     if not len(points):
         return np.empty((0, 3))
     corner = extent(points[:, :2])[0] if corner is None else np.asarray(corner, float)
-    # Column by column: rows of three are slow to go through.
-    i, j = (np.floor((points[:, axis] - corner[axis]) / cell_m).astype(np.int64) for axis in (0, 1))
-    key = i * (j.max() + 1) + j
+    key = _cell_keys(points, corner, float(cell_m))
     _, key = np.unique(key, return_inverse=True) if key.max() > 4 * len(key) + 1000 else (None, key)
-    return points[_quantiles(np.ascontiguousarray(points[:, 2]), key, quantile)]
+    z = np.ascontiguousarray(points[:, 2])
+    return points[_lowest(z, key) if quantile == 0.0 else _quantiles(z, key, quantile)]
+
+
+@njit(cache=True)
+def _cell_keys(points, corner, cell_m):  # pragma: no cover - compiled
+    """(N,) numbers of the cells that (N, 3) points lie in, row by row of the lattice from ``corner``."""
+    key, column = np.empty(len(points), np.int64), np.empty(len(points), np.int64)
+    last = 0
+    for m in range(len(points)):
+        key[m] = int(np.floor((points[m, 0] - corner[0]) / cell_m))
+        column[m] = int(np.floor((points[m, 1] - corner[1]) / cell_m))
+        last = max(last, column[m])
+    for m in range(len(points)):
+        key[m] = key[m] * (last + 1) + column[m]
+    return key
+
+
+@njit(cache=True)
+def _lowest(z, key):  # pragma: no cover - compiled
+    """:func:`_quantiles` for the lowest."""
+    chosen = np.full(key.max() + 1, -1, np.int64)
+    for m in range(len(key)):
+        held = chosen[key[m]]
+        if held < 0 or z[m] < z[held]:
+            chosen[key[m]] = m
+    return chosen[chosen >= 0]
 
 
 @njit(cache=True)
@@ -109,11 +167,8 @@ def _quantiles(z, key, quantile):  # pragma: no cover - compiled
         here = order[starts[k]:starts[k + 1]]
         if len(here) == 0:
             continue
-        if quantile == 0.0:
-            chosen[count] = here[np.argmin(z[here])]
-        else:
-            rank = int(np.floor(quantile * (len(here) - 1) + 0.5))
-            chosen[count] = here[np.argsort(z[here], kind="mergesort")[rank]]
+        rank = int(np.floor(quantile * (len(here) - 1) + 0.5))
+        chosen[count] = here[np.argsort(z[here], kind="mergesort")[rank]]
         count += 1
     return chosen[:count].copy()
 
