@@ -170,7 +170,7 @@ def _ground(
             reporter.warn(
                 f"{settings.dtm}: lies {above:+.2f} m from the ground that the photos see (median), expected within "
                 f"{GROUND_WARN_M:g} m; breast height may be off by as much and the trees' intervals are widened by it: "
-                "check its datum, or leave --dtm out."
+                "check its datum (where shrubs cover the ground, the photos see the shrubs)."
             )
         return {"ground": str(settings.dtm), "above_photos_m": round(above, 3)}
 
