@@ -112,6 +112,14 @@ def test_splats_measure_the_stems_that_the_photos_found(simulated_plot):
     assert all(abs(row["read_cm"] - row["true_cm"]) < 5 for row in read if row["flag"] == "ok")
 
 
+def test_intervals_know_what_the_chain_would_know(simulated_plot):
+    plot = TruePlot.load(simulated_plot)
+    plain, high, large = (photo_trees(Case(factor(key), level, 1, "photos"), plot, np.random.default_rng(1))[0]
+                          for key, level in (("dtm", 0), ("dtm", 1.0), ("scale", 2.0)))
+    errors = [np.median([tree.dbh_se_cm for tree in trees if tree.dbh_cm]) for trees in (plain, high, large)]
+    assert errors[1] > errors[0] + 0.2 and errors[2] > errors[0] + 0.1
+
+
 def test_selection():
     assert {case.factor.key for case in all_cases([1], ["lean"])} == {"lean"}
     assert {case.method for case in all_cases([1], ["poses"])} == {"photos", "splats"}

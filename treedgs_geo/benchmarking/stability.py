@@ -30,7 +30,7 @@ from ..measure.cloud import measure_stems, segment_options
 from ..measure.options import MeasureOptions
 from ..measure.photo_trees import to_trees
 from ..measure.primitive_trees import to_trees as primitives_to_trees
-from ..measure.trees import TREE_FIELDS, Tree
+from ..measure.trees import TREE_FIELDS, Tree, with_block_errors
 from ..pointcloud.cloud import PointCloud
 from ..reconstruction.cameras import View
 from ..simulation.settings import SimulateSettings
@@ -203,10 +203,21 @@ def photo_trees(case: Case, plot: TruePlot, rng: np.random.Generator) -> tuple[l
             _, report = fit_with_report(views, plot.frame, ground, places, None, options, Reporter())
             seconds = {number: tree.dbh_cm for number, tree in enumerate(trees)}
             trees = primitives_to_trees(report.primitives, plot.frame, options.bh_m, seconds)
-        return trees, {view.name for view in views}
+        known = _known_errors(case)
+        return [with_block_errors(tree, *known) for tree in trees], {view.name for view in views}
     finally:
         if scratch is not None:
             shutil.rmtree(scratch, ignore_errors=True)
+
+
+def _known_errors(case: Case) -> tuple[float, float]:
+    """What the chain knows of the errors that a case gives its whole plot: ``scale_sd``, ``ground_m``.
+
+    It tells the scale's from the geotags' (which are taken to claim what they are off), the ground's from how far the
+    terrain model lies from the ground that the photos see.
+    """
+    off = 0.0 if case.is_base else case.level
+    return (off / 100 if case.factor.perturb == "scale" else 0.0, off if case.factor.perturb == "dtm" else 0.0)
 
 
 def chain_trees(plot: TruePlot, bias_m: float = 0.0) -> list[Tree]:
