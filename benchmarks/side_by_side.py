@@ -82,6 +82,15 @@ def compare(trees: list[dict], circles: np.ndarray | None) -> dict:
             "median_abs_cm": round(float(np.median(np.abs(e))), 2) if len(e) else None}
 
 
+def per_stem(figures: dict) -> float | None:
+    """CPU seconds of a run for each stem that it measured; ``None`` where it measured none."""
+    return figures["cpu_seconds"] / figures["stems"] if figures["stems"] else None
+
+
+def ratio(theirs: float | None, mine: float | None) -> float | None:
+    return round(theirs / mine, 1) if theirs is not None and mine else None
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path)
@@ -114,7 +123,7 @@ def main() -> None:
                            stdout=subprocess.DEVNULL)
             mine = json.loads(out.read_text())
             runs["ours"] = {**compare(mine["trees"], circles), "seconds": round(mine["seconds"], 2),
-                            "cpu_seconds": round(mine["cpu_seconds"], 2),
+                            "cpu_seconds": round(mine["cpu_seconds"], 3),
                             "seconds_with_compiling": round(mine["seconds_first"], 2)}
             best: tuple | None = None
             settings = (DEFAULTS, *OTHERS) if circles is not None else (DEFAULTS,)
@@ -128,7 +137,7 @@ def main() -> None:
                 theirs = json.loads(out.read_text())
                 record["dendromatics"] = theirs["version"]
                 figures = {**compare(theirs["trees"], circles), "seconds": round(theirs["seconds"], 2),
-                           "cpu_seconds": round(theirs["cpu_seconds"], 2),
+                           "cpu_seconds": round(theirs["cpu_seconds"], 3),
                            "note": theirs["note"], "settings": " ".join(words)}
                 if number == 0:
                     runs["theirs, defaults"] = figures
@@ -137,6 +146,10 @@ def main() -> None:
                     best = rank, figures
             if best is not None:
                 runs["theirs, best settings"] = best[1]
+            runs["times less CPU than theirs"] = {
+                name: {"a cloud": ratio(figures["cpu_seconds"], runs["ours"]["cpu_seconds"]),
+                       "a stem": ratio(per_stem(figures), per_stem(runs["ours"]))}
+                for name, figures in runs.items() if name.startswith("theirs")}
             print(name, json.dumps(runs, indent=1), flush=True)
     if args.output:
         args.output.write_text(json.dumps(record, indent=1) + "\n")
