@@ -14,6 +14,8 @@ import pandas as pd
 LOOKS = {"presets": ("#000000", "o"), "photos used": ("#0072B2", "s"), "pixels used": ("#56B4E9", "D"),
          "stem model": ("#009E73", "v"), "reconstruction": ("#E69F00", "P"), "splat, then fit": ("#D55E00", "X"),
          "LiDAR": ("#CC79A7", "^")}
+#: Half the size of a mark that names keep clear of, pixels.
+MARK_PX = 6.0
 #: Darker shades for words: light ones do not read in print.
 WORDS = {"pixels used": "#1F6FA3", "reconstruction": "#8A6000", "LiDAR": "#96497A", "stem model": "#00694C"}
 
@@ -77,19 +79,22 @@ def draw_chart(table: pd.DataFrame, facts: dict[str, Any]) -> Any:
 
 
 def _label(axes: Any, shown: pd.DataFrame) -> None:
-    """Names beside the marks, moved up or down where they would cover one another."""
+    """Names beside the marks, moved up or down where they would cover one another or a mark; presets choose first."""
     from matplotlib.transforms import Bbox
 
     axes.figure.canvas.draw()
-    taken: list[Bbox] = []
+    marks = axes.transData.transform(shown[["seconds", "rmse_cm"]].to_numpy(float))
+    taken: list[Bbox] = [Bbox.from_bounds(x - MARK_PX, y - MARK_PX, 2 * MARK_PX, 2 * MARK_PX) for x, y in marks]
     renderer = axes.figure.canvas.get_renderer()
-    for _, row in shown.sort_values(["group", "seconds"]).iterrows():
+    order = shown.assign(later=shown["group"] != "presets").sort_values(["later", "group", "seconds"])
+    for _, row in order.iterrows():
         text = f"{row['title']} {round(row['success'] * row['stems'])}/{row['stems']}"
         bold = "bold" if row["group"] == "presets" else "normal"
         colour = WORDS.get(row["group"], LOOKS[row["group"]][0])
         for dx, dy, align in ((7, 3, "left"), (7, -9, "left"), (-7, 3, "right"), (-7, -9, "right"), (0, 10, "center"),
                               (0, -16, "center"), (7, 14, "left"), (7, -20, "left"), (-7, 14, "right"),
-                              (-7, -20, "right"), (0, 22, "center"), (0, -28, "center")):
+                              (-7, -20, "right"), (0, 22, "center"), (0, -28, "center"), (9, 25, "left"),
+                              (9, -31, "left"), (-9, 25, "right"), (-9, -31, "right")):
             note = axes.annotate(text, (row["seconds"], row["rmse_cm"]), xytext=(dx, dy), textcoords="offset points",
                                  ha=align, fontsize=7.2, color=colour, weight=bold)
             box = note.get_window_extent(renderer)
