@@ -47,5 +47,8 @@ def test_two_primitives_in_one_place_are_one_stem_and_methods_are_compared():
     trees = to_trees({0: stem(0.0, loss=0.3), 1: stem(0.1, loss=0.2), 2: stem(4.0)}, FRAME, 1.37, {1: 30.5, 2: 36.0})
     assert [tree.qc_flag for tree in trees] == ["reject", "ok", "check"]
     assert trees[0].qc_reason == "merged" and trees[2].qc_reason == "disagree"
+    # What the other method refused is no stem to be sure of; what it was not asked about is.
+    alone = to_trees({0: stem(0.0), 1: stem(4.0)}, FRAME, 1.37, {0: None})
+    assert [tree.qc_flag for tree in alone] == ["check", "ok"] and alone[0].qc_reason == "disagree"
     same = to_trees({0: stem(0.0), 1: stem(0.0)}, FRAME, 1.37)
     assert [tree.qc_flag for tree in same] == ["ok", "reject"]  # exactly one survives a tie

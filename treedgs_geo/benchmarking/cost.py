@@ -188,6 +188,7 @@ def draw(table: pd.DataFrame, fits: dict[str, dict]) -> Any:
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    from matplotlib.ticker import NullFormatter
 
     stages = list(fits)
     figure, grid = plt.subplots(2, 4, figsize=(11.5, 5), dpi=110)
@@ -200,6 +201,12 @@ def draw(table: pd.DataFrame, fits: dict[str, dict]) -> Any:
         axes.plot(x, fit["a"] * x ** fit["b"], color="#D55E00")
         axes.set_xscale("log")
         axes.set_yscale("log")
+        axes.xaxis.set_minor_formatter(NullFormatter())
+        axes.yaxis.set_minor_formatter(NullFormatter())
+        marks = sorted({fit["from"], fit["to"]})
+        axes.set_xticks(marks, [f"{mark:,.0f}" for mark in marks])
+        ends = sorted({float(rows["seconds"].min()), float(rows["seconds"].max())})
+        axes.set_yticks(ends, [f"{end:.3g}" for end in ends])
         axes.set_title(f"{stage}: exponent {fit['b']:.2f}", fontsize=9)
         axes.set_xlabel(GROWTH[stage][0], fontsize=8)
         axes.set_ylabel("s", fontsize=8)

@@ -22,8 +22,9 @@ def to_trees(
 ) -> list[Tree]:
     """Primitives as trees in project coordinates, numbered from 1 in the order of their seeds.
 
-    second: diameters (cm) of the same seeds by another method; a tree that differs is doubted. Two primitives in one
-    place are one stem: the one that predicts the photos worse is refused.
+    second: diameters (cm) of the same seeds by another method, None where it refused; a tree that differs, or that the
+    other method refused, is doubted. Two primitives in one place are one stem: the one that predicts the photos worse
+    is refused.
     """
     second = second or {}
     places = {seed: place_of(stem, bh_m) for seed, stem in found.items()}
@@ -37,7 +38,11 @@ def to_trees(
             if same and (rival.primitive.loss, other) < (primitive.loss, seed):
                 refuse.append("merged")
         other_cm = second.get(seed)
-        if other_cm is not None and abs(other_cm - primitive.dbh_cm) > max(DISAGREE[0], DISAGREE[1] * other_cm):
+        if other_cm is None:
+            unsure = seed in second
+        else:
+            unsure = abs(other_cm - primitive.dbh_cm) > max(DISAGREE[0], DISAGREE[1] * other_cm)
+        if unsure:
             doubt.append("disagree")
         if primitive.dbh_cm < LEAST_DBH_CM:
             refuse.append("too_small")
