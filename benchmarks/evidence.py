@@ -7,7 +7,7 @@
     python benchmarks/evidence.py --from OUT [--evaluation EVALUATION ...]
 
 Copies charts, CSV and JSON into ``docs/results/`` and fills the parts of the pages between ``<!-- name -->`` and
-``<!-- /name -->``. What is not in OUT stays as it is.
+``<!-- /name -->``. What is not in OUT stays as it is, and so does what other evaluations said.
 """
 
 from __future__ import annotations
@@ -40,6 +40,13 @@ def fill(page: Path, marker: str, text: str) -> None:
     if count != 1:
         raise SystemExit(f"{page}: has no part <!-- {marker} -->")
     page.write_text(new, encoding="utf-8")
+
+
+def others(page: Path, names: list[str]) -> list[str]:
+    """The parts of the methods table that tell of other plots than ``names``: they stay."""
+    found = re.search(r"<!-- methods-table -->\n(.*?)<!-- /methods-table -->", page.read_text(encoding="utf-8"), re.S)
+    parts = re.split(r"(?m)^(?=\*\*\S+\.\*\* )", found.group(1)) if found else []
+    return [part.strip() for part in parts if part.strip() and not any(part.startswith(f"**{n}.**") for n in names)]
 
 
 def methods_text(folder: Path) -> str:
@@ -101,7 +108,8 @@ def main() -> None:
         texts.append(f"**{folder.name}.** {methods_text(folder)}")
         print(f"docs/results/{folder.name}-*")
     if texts:
-        fill(DOCS / "evaluation.md", "methods-table", "\n\n".join(texts))
+        page = DOCS / "evaluation.md"
+        fill(page, "methods-table", "\n\n".join(others(page, [folder.name for folder in options.evaluation]) + texts))
 
 
 if __name__ == "__main__":
