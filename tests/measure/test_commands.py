@@ -13,7 +13,7 @@ from treedgs_geo.measure.cloud import measure_stems
 from treedgs_geo.measure.options import MeasureOptions
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import read_cloud, write_cloud
-from treedgs_geo.terrain.dtm import read_dtm
+from treedgs_geo.terrain.dtm import read_dtm, write_dtm
 from treedgs_geo.terrain.ground import dtm_from_cloud
 
 STEMS = [(3.0, 3.0, 25.0), (8.0, 8.0, 35.0)]
@@ -45,6 +45,23 @@ def test_the_chain_by_steps_and_in_one_go(laz, tmp_path):
         assert table.crs.to_epsg() == 32615 and table.geometry.has_z.all()
         np.testing.assert_allclose(table["dbh_cm"], [25.0, 35.0], atol=0.8)
         assert (table["qc_flag"] == "ok").all()
+
+
+def test_a_dtm_off_the_clouds_ground_is_told_and_widens_the_intervals(laz, tmp_path, capsys):
+    dtm, shifted = tmp_path / "dtm.tif", tmp_path / "shifted.tif"
+    assert run("terrain", "--input", laz, "--output", dtm) == 0
+    write_dtm(shifted, read_dtm(dtm).moved(np.array([0.0, 0.0, 0.6])))
+    tables = []
+    for ground, told in ((dtm, False), (shifted, True)):
+        out = tmp_path / f"{ground.stem}.gpkg"
+        assert main(["pointcloud-to-dbh", "--input", str(laz), "--dtm", str(ground), "--output", str(out),
+                     "--log-format", "plain"]) == 0
+        assert ("+0.60 m from the ground that the cloud shows" in capsys.readouterr().err) == told
+        tables.append(gpd.read_file(out, layer="trees").sort_values("x"))
+    right, wrong = tables
+    se = np.hypot(right["dbh_se_cm"], 0.6 * wrong["taper_cm_m"].abs())
+    np.testing.assert_allclose(wrong["dbh_se_cm"], se, rtol=0.2)
+    assert (wrong["dbh_se_cm"].to_numpy() > right["dbh_se_cm"].to_numpy()).all()
 
 
 def test_bad_input_is_one_sentence_and_leaves_nothing(laz, tmp_path, capsys):

@@ -26,7 +26,15 @@ from ..reconstruction.cameras import View
 from ..reconstruction.model import load_points, load_views
 from ..reconstruction.pipeline import reconstruct_photos
 from ..stems.area import Area, area_seen
-from ..terrain.dtm import Dtm, read_dtm, require_coverage, require_same_heights, write_dtm
+from ..terrain.dtm import (
+    GROUND_WARN_M,
+    Dtm,
+    height_above,
+    read_dtm,
+    require_coverage,
+    require_same_heights,
+    write_dtm,
+)
 from ..terrain.sparse_ground import dtm_from_sparse
 from .routes import PRESETS, auto_route, photo_route, splat_route
 from .steps import Collector, Steps
@@ -37,8 +45,6 @@ if TYPE_CHECKING:
 #: A stem needs photos that look at it from the side: this far from straight down, and this many of them.
 OBLIQUE_DEG = 17.0
 LEAST_OBLIQUE = 3
-#: A DTM that lies farther than this from the ground that the photos see is told.
-GROUND_WARN_M = 0.15
 
 
 def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, Any]:
@@ -164,8 +170,7 @@ def _ground(
         seen = seen[np.isfinite(seen).all(axis=1)]
         require_same_heights(given, seen, str(settings.dtm))
         write_dtm(path, given)
-        gap = given.height(seen[:, 0], seen[:, 1]) - seen[:, 2]
-        above = float(np.nanmedian(gap)) if np.isfinite(gap).any() else 0.0
+        above = height_above(given, found)
         if abs(above) > GROUND_WARN_M:
             reporter.warn(
                 f"{settings.dtm}: lies {above:+.2f} m from the ground that the photos see (median), expected within "

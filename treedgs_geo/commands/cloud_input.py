@@ -80,6 +80,33 @@ def load_ground(settings: CloudSettings, cloud: PointCloud, reporter: Reporter) 
             return flat_ground(cloud.xyz, cloud.horizontal_crs), False
 
 
+def with_ground_gap(trees: list[Any], settings: CloudSettings, cloud: PointCloud, dtm: Dtm,
+                    reporter: Reporter) -> list[Any]:
+    """Trees whose intervals allow for the height of a given DTM above the ground that the cloud itself shows.
+
+    The cloud must hold its ground: stem points alone say nothing about a DTM.
+    """
+    from ..measure.trees import with_block_errors
+    from ..pointcloud.cloud import usable
+    from ..terrain.dtm import GROUND_WARN_M, height_above
+    from ..terrain.ground import dtm_from_cloud
+
+    if settings.dtm is None or not trees:
+        return trees
+    try:
+        seen = dtm_from_cloud(cloud.xyz[usable(cloud)], 1.0, crs=cloud.horizontal_crs)
+    except InputError:
+        reporter.info(f"{settings.dtm}: could not be checked, the cloud shows no ground of its own.")
+        return trees
+    above = height_above(dtm, seen)
+    if abs(above) > GROUND_WARN_M:
+        reporter.warn(
+            f"{settings.dtm}: lies {above:+.2f} m from the ground that the cloud shows (median), expected within "
+            f"{GROUND_WARN_M:g} m; breast height may be off by as much and the trees' intervals are widened by it: "
+            "check its datum, or leave --dtm out.")
+    return [with_block_errors(tree, 0.0, above) for tree in trees]
+
+
 def mark_uncertain_ground(trees: list[Any]) -> None:
     """Flag every tree whose breast height rests on a guessed ground."""
     for tree in trees:

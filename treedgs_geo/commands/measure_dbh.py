@@ -11,7 +11,7 @@ from ..core.files import ensure_writable
 from ..core.progress import Reporter
 from ..core.settings import param
 from ..measure.options import MeasureOptions
-from .cloud_input import CloudSettings, load_cloud, load_ground, mark_uncertain_ground, tree_summary
+from .cloud_input import CloudSettings, load_cloud, load_ground, mark_uncertain_ground, tree_summary, with_ground_gap
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,6 +46,8 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
         dtm, certain = load_ground(settings, cloud, reporter)
     with reporter.stage("measure stems", 0.3, 0.95):
         trees = measure_stems(cloud, tree_id, dtm, settings, reporter)
+    if (tree_id > 0).mean() < 0.5:
+        trees = with_ground_gap(trees, settings, cloud, dtm, reporter)
     if not certain:
         mark_uncertain_ground(trees)
     slices = stem_slices(cloud.xyz, tree_id, trees)

@@ -11,7 +11,7 @@ from ..core.files import ensure_writable
 from ..core.progress import Reporter
 from ..core.settings import param
 from ..measure.options import MeasureOptions
-from .cloud_input import CloudSettings, load_cloud, load_ground, mark_uncertain_ground, tree_summary
+from .cloud_input import CloudSettings, load_cloud, load_ground, mark_uncertain_ground, tree_summary, with_ground_gap
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +44,7 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
     dtm, certain = load_ground(settings, cloud, reporter)
     with reporter.stage("stems", 0.3, 0.95):
         trees, tree_id = measure_cloud(cloud, dtm, settings, reporter)
+    trees = with_ground_gap(trees, settings, cloud, dtm, reporter)
     if not certain:
         mark_uncertain_ground(trees)
     if settings.stems_output is not None and (tree_id > 0).any():

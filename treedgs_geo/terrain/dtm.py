@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 #: Values that files use for "nothing here" without saying so.
 _SILENT_NODATA = (-9999.0, -99999.0, -32768.0, 3.4028234663852886e38, -3.4028234663852886e38)
 
+#: A DTM that lies farther than this from the ground that the data themselves show is told.
+GROUND_WARN_M = 0.15
+
 
 @dataclass(frozen=True)
 class Dtm:
@@ -277,6 +280,15 @@ def require_coverage(dtm: Dtm, xy: np.ndarray, where: str, least: float = 0.5) -
         raise InputError(
             f"{where}: knows the ground at {100 * share:.0f} % of the plot (x {west:.0f} to {east:.0f}, y "
             f"{south:.0f} to {north:.0f}), expected all of it; give a DTM that covers the plot and is in its CRS.")
+
+
+def height_above(dtm: Dtm, seen: Dtm) -> float:
+    """Metres that ``dtm`` lies above the ground that the data show: median over its cells, 0 where they share none."""
+    x, y = (np.broadcast_to(a, seen.heights.shape) for a in seen.centres())
+    known = np.isfinite(seen.heights)
+    gap = dtm.height(x[known], y[known]) - seen.heights[known]
+    gap = gap[np.isfinite(gap)]
+    return float(np.median(gap)) if gap.size else 0.0
 
 
 def require_same_heights(dtm: Dtm, xyz: np.ndarray, where: str, limit_m: float = 3.0) -> None:
