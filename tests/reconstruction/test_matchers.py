@@ -95,6 +95,26 @@ def test_matches_are_added_to_those_that_are_there(block):
     assert not (folder / "none.db").exists()
 
 
+def test_matches_against_a_known_geometry_stay_out(block):
+    folder, photos = block
+    plugin = Plugin(folder / "orb.py", folder / "orb.json")
+    import_matches(folder / "d.db", [("0.png", "1.png")], photos.__getitem__, load_matcher(plugin))
+    before = FeatureStore(folder / "d.db", list(photos))
+    rng = np.random.default_rng(1)
+
+    def wrong(first, second):
+        """Confident, and some 30 pixels off the epipolar lines."""
+        one = rng.uniform([150, 90], [400, 310], (200, 2))
+        return one, one - (60, 0) + rng.normal(0, 30, (200, 2)), np.ones(200)
+
+    target = folder / "wrong.db"
+    match_photos(folder / "d.db", target, [("0.png", "1.png"), ("1.png", "2.png")], photos.__getitem__, wrong, plugin)
+    after = FeatureStore(target, list(photos))
+    added = len(after.matches[0, 1]) - len(before.matches[0, 1])
+    assert added < 20  # of 200, those that lie near the lines by chance
+    assert set(after.matches) == {(0, 1)}  # and a pair that only they connect is not one
+
+
 def test_the_command_wants_both_files_and_loads_them_first(block):
     from treedgs_geo.commands.reconstruct import ReconstructSettings, _plugin
 

@@ -20,6 +20,10 @@ import numpy as np
 
 from ..core.errors import InputError
 
+#: Matches beside those of a pair that is known already are this close (px, Sampson) to its epipolar lines.
+AGREE_PX = 2.0
+#: A pair that only the plug-in connects needs so many matches, and this share of them on one geometry.
+ALONE_INLIERS, ALONE_SHARE = 30, 0.5
 #: COLMAP's number of a pair is first x this + second.
 PAIR_BASE = 2147483647
 Matcher = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
@@ -86,9 +90,10 @@ def import_matches(
 ) -> ImportReport:
     """Match pairs of photos and write keypoints, matches and verified geometries.
 
-    database: with cameras and images (``extract`` makes it). keep: its keypoints and verified matches stay, ours are
-    added; otherwise they are replaced. pairs: image names. load_photo: name -> (H, W, 3) uint8 RGB. told: progress
-    (0..1). Points of a matcher get random descriptors, which match nothing.
+    database: with cameras and images (``extract`` makes it). keep: its keypoints and verified matches stay, those of
+    ours that agree with its geometry are added (:data:`AGREE_PX`), and pairs that it does not connect have to be
+    clearer (:data:`ALONE_SHARE`); otherwise they are replaced. pairs: image names. load_photo: name -> (H, W, 3) uint8
+    RGB. told: progress (0..1). Points of a matcher get random descriptors, which match nothing.
 
     Raises:
         InputError: a name that the database does not know, or a matcher that returns something else than promised.
@@ -103,6 +108,7 @@ def import_matches(
         if unknown:
             raise InputError(f"{database}: does not hold the photo {unknown[0]!r}; extract features of it first.")
         kept, found = _kept(store, images) if keep else ({name: _nothing() for name in images}, {})
+        trusted = {pair for pair, rows in found.items() if len(rows) >= least_inliers}
         points = {name: list(own) for name, (own, _) in kept.items()}
         index: dict[str, dict[tuple[int, int], int]] = {name: {} for name in images}
         added = 0
@@ -116,7 +122,10 @@ def import_matches(
             added += len(rows)
             if (second, first) in found:
                 first, second, rows = second, first, rows[:, ::-1]
-            rows = np.concatenate([found.get((first, second), np.empty((0, 2))), rows])
+            if (first, second) in trusted:
+                known = found[first, second]
+                rows = np.concatenate([known, rows[_agree(rows, known, *(
+                    (cameras[images[name].camera_id], np.array(points[name])) for name in (first, second)))]])
             found[first, second] = np.unique(rows, axis=0).astype(np.uint32)
         store.clear_two_view_geometries()
         store.clear_matches()
@@ -142,7 +151,10 @@ def import_matches(
             geometry = pycolmap.estimate_calibrated_two_view_geometry(
                 cameras[one.camera_id], keypoints[first].astype(float), cameras[two.camera_id],
                 keypoints[second].astype(float), rows)
-            if len(geometry.inlier_matches) >= least_inliers:
+            least = float(least_inliers)
+            if keep and (first, second) not in trusted:
+                least = max(ALONE_INLIERS, ALONE_SHARE * len(rows))
+            if len(geometry.inlier_matches) >= least:
                 store.write_two_view_geometry(one.image_id, two.image_id, geometry)
                 verified, total = verified + 1, total + len(geometry.inlier_matches)
     finally:
@@ -176,6 +188,24 @@ def match_photos(
         )
     os.replace(unfinished, target)
     return report
+
+
+def _agree(rows: np.ndarray, known: np.ndarray, first: tuple, second: tuple) -> np.ndarray:
+    """(K,) bool: matches (K, 2) near the epipolar lines of the ``known`` (M, 2) ones. first, second: a camera and its
+    photo's keypoints (N, 2)."""
+    import pycolmap
+
+    (one, xy_one), (two, xy_two) = first, second
+    geometry = pycolmap.estimate_calibrated_two_view_geometry(one, xy_one, two, xy_two, known.astype(np.uint32))
+    essential = np.asarray(geometry.E, float)
+    if len(rows) == 0 or not np.isfinite(essential).all() or not essential.any():
+        return np.ones(len(rows), bool)
+    rays = [np.column_stack([camera.cam_from_img(xy[column]), np.ones(len(rows))])
+            for camera, xy, column in ((one, xy_one, rows[:, 0]), (two, xy_two, rows[:, 1]))]
+    there, back = rays[0] @ essential.T, rays[1] @ essential
+    off = np.einsum("ij,ij->i", rays[1], there) / np.sqrt(
+        (there[:, :2] ** 2).sum(axis=1) + (back[:, :2] ** 2).sum(axis=1) + 1e-24)
+    return np.abs(off) * np.sqrt(one.mean_focal_length() * two.mean_focal_length()) < AGREE_PX
 
 
 def _nothing() -> tuple[np.ndarray, np.ndarray]:
