@@ -8,7 +8,8 @@ against the ground texture alone), ``free`` is ``--stems free``. The full scene 
 the photos show, as published, until the held-out photos settle. Each read-out is made of both: the stem primitive
 (``search``; in the full scene with the other Gaussians before and behind the stem, those in its cylinder left out),
 and points spread evenly, the cone at whose bark opacity ends (``free``). Photos held out of a band are held out of the
-scene. ``--fewer`` fits scenes with other numbers of Gaussians for some passes at half resolution: is the number right?
+scene. ``--steps 30000`` gives the full scene the published length instead. ``--fewer`` fits scenes with other numbers
+of Gaussians for some passes at half resolution: is the number right?
 """
 
 from __future__ import annotations
@@ -54,6 +55,12 @@ def simulated(folder: Path, seed: int) -> Path:
 def diameters(primitives: dict[int, StemPrimitive]) -> dict[int, float]:
     """DBH in cm of the stems that are not refused."""
     return {k: found.dbh_cm for k, found in primitives.items() if not found.doubts[0]}
+
+
+def some(curve: list[dict], most: int = 60) -> list[dict]:
+    """Rows of a long curve, evenly; the last one always."""
+    stride = -(-len(curve) // most) or 1
+    return curve[::-1][::stride][::-1]
 
 
 class Comparison:
@@ -150,7 +157,7 @@ class Comparison:
             return diameters({k: one for k, one in found.items() if one is not None})
 
         def after(fit: Fit) -> None:
-            self.record["curve"] = fit.curve
+            self.record["curve"] = some(fit.curve)
             if len(fit.curve) in arguments.look:
                 looks.append({"pass": len(fit.curve), **self.read(primitives())})
             self.write()
@@ -158,8 +165,11 @@ class Comparison:
                 fit.save(arguments.state)
 
         primitive_in_scene(fit.p, next(iter(origins.values())), next(iter(bands.values())), self.options)  # compiles
-        fit.run(tuple(arguments.most), arguments.last, after)
-        self.record["curve"] = fit.curve
+        if arguments.steps:
+            fit.run_length(arguments.steps, after)
+        else:
+            fit.run(tuple(arguments.most), arguments.last, after)
+        self.record["curve"] = some(fit.curve)
         seeds = np.column_stack([self.xy, self.ground(*self.xy.T)])
         scene = {
             "gaussians": len(fit.p), "held_out_photos": len(held), "passes": len(fit.curve), "steps": fit.steps,
@@ -184,10 +194,11 @@ class Comparison:
         for count in arguments.fewer:
             other = self.begin(count, held)
             other.run((arguments.fewer_passes, 0), 0, lambda fit: None)
-            same = [row["held_out_db"] for row in fit.curve if row["stage"] == "half"][:len(other.curve)][-1]
+            same = [row["held_out_db"] for row in fit.curve if row["stage"] == "half"][:len(other.curve)][-1:]
             self.record.setdefault("fewer", []).append({
                 "gaussians": count, "passes": len(other.curve), "cpu_s": round(other.cpu_s, 1),
-                "held_out_db": other.curve[-1]["held_out_db"], f"held_out_db_with_{arguments.gaussians}": same})
+                "held_out_db": other.curve[-1]["held_out_db"],
+                f"held_out_db_with_{arguments.gaussians}": same[0] if same else None})
             self.write()
 
 
@@ -200,6 +211,8 @@ def main() -> None:
     parser.add_argument("--gaussians", type=int, default=70_000, help="of the full scene")
     parser.add_argument("--most", type=int, nargs=2, default=[40, 40], help="most passes at half and full resolution")
     parser.add_argument("--last", type=int, default=2, help="passes with falling steps")
+    parser.add_argument("--steps", type=int, help="fit the full scene for so many steps, settled or not (published: "
+                        "30,000)")
     parser.add_argument("--look", type=int, nargs="*", default=[2, 8], help="read the stems out after these passes too")
     parser.add_argument("--fewer", type=int, nargs="*", default=[17_500], help="other numbers of Gaussians to try")
     parser.add_argument("--fewer-passes", type=int, default=6)

@@ -1,7 +1,8 @@
 """A whole scene of Gaussians, as published: crowns, ground and stems, over whole photos (for ``gaussian_band.py``).
 
 0.8 L1 + 0.2 D-SSIM, Adam, a fixed number of Gaussians with dead ones moved onto live ones (3DGS-MCMC); half resolution,
-then full, each until photos that take no part are predicted no better, then a few passes with falling steps.
+then full, each until photos that take no part are predicted no better, then a few passes with falling steps; or a
+number of steps that is given (:meth:`Fit.run_length`).
 """
 
 from __future__ import annotations
@@ -177,6 +178,15 @@ class Fit:
                 after(self)
         while passes("falling") < last:
             self.one_pass("falling", 1.0, passes("falling") / last, 1 / last, False)
+            after(self)
+
+    def run_length(self, steps: int, after: Callable[[Fit], None]) -> None:
+        """A length that is given, at full resolution and with steps that fall over the whole of it, as published; dead
+        Gaussians are moved in its first half. Goes on from ``curve``."""
+        total = -(-steps // len(self.photos.taught))
+        while len(self.curve) < total:
+            done = len(self.curve) / total
+            self.one_pass("full", 1.0, done, 1 / total, done < 0.5)
             after(self)
 
     def save(self, path: Path) -> None:
