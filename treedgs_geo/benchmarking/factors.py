@@ -97,8 +97,8 @@ FACTORS: tuple[Factor, ...] = (
     _perturbed("dtm", "error of the ground height", "m", "The terrain model lies too high by this much, so breast "
                "height does; photos show how much, and intervals are widened by it.", (0, 0.1, 0.3, 1.0), PHOTOS,
                CLOUD),
-    _perturbed("scale", "scale error of the block", "%", "The block is too large by this much, which no photo can "
-               "show: poor geotags, that claim no more; intervals are widened by what they claim.",
+    _perturbed("scale", "standard error of the block's scale", "%", "Geotags fix the scale this poorly; how much too "
+               "large or too small the block is, is drawn from it. Intervals are widened by the standard error.",
                (0, 0.5, 1.0, 2.0), PHOTOS),
     _perturbed("density", "points kept", "1/m2", "Pulses of the scanner, of 1400.", (1400, 500, 150, 50), CLOUD),
     _perturbed("range_noise", "noise of the points", "cm", "Range and trajectory noise, standard deviation an axis.",

@@ -55,6 +55,8 @@ CLOUD_OPTIONS = {"lidar": MeasureOptions(), "lidar cylinder": MeasureOptions(met
 PHOTO_TROUBLES = {"shaken": ("shake_px", {"shaken_pct": 10.0}),
                   "misexposed": ("misexposed_stops", {"misexposed_pct": 10.0}),
                   "exposure": ("exposure_drift_stops", {}), "white": ("white_drift_pct", {})}
+#: How well photos see the ground, standard deviation of the height of a whole plot (``plot_a``: 1.4 cm off), metres.
+SEEN_GROUND_SD_M = 0.03
 #: Measured by these rooms: their source is part of what a kept result says about itself.
 ROOMS = ("stems", "measure", "reconstruction", "terrain", "pointcloud", "gaussians")
 
@@ -188,7 +190,7 @@ def photo_trees(case: Case, plot: TruePlot, rng: np.random.Generator) -> tuple[l
         elif changed and what == "dtm":
             ground = perturb.shifted_ground(ground, level)
         elif changed and what == "scale":
-            factor = 1 + level / 100
+            factor = 1 + scale_off(case)
             views, ground = perturb.scaled_views(views, factor), perturb.scaled_ground(ground, factor)
         elif changed and what in PHOTO_TROUBLES:
             setting, more = PHOTO_TROUBLES[what]
@@ -203,21 +205,30 @@ def photo_trees(case: Case, plot: TruePlot, rng: np.random.Generator) -> tuple[l
             _, report = fit_with_report(views, plot.frame, ground, places, None, options, Reporter())
             seconds = {number: tree.dbh_cm for number, tree in enumerate(trees)}
             trees = primitives_to_trees(report.primitives, plot.frame, options.bh_m, seconds)
-        known = _known_errors(case)
+        known = _known_errors(case, rng)
         return [with_block_errors(tree, *known) for tree in trees], {view.name for view in views}
     finally:
         if scratch is not None:
             shutil.rmtree(scratch, ignore_errors=True)
 
 
-def _known_errors(case: Case) -> tuple[float, float]:
+def scale_off(case: Case) -> float:
+    """How much too large (share) the block of a ``scale`` case is: drawn from what its geotags allow."""
+    drawn = np.random.default_rng([case.seed, *case.factor.key.encode(), round(100 * case.level)])
+    return case.level / 100 * float(drawn.standard_normal())
+
+
+def _known_errors(case: Case, rng: np.random.Generator) -> tuple[float, float]:
     """What the chain knows of the errors that a case gives its whole plot: ``scale_sd``, ``ground_m``.
 
-    It tells the scale's from the geotags' (which are taken to claim what they are off), the ground's from how far the
-    terrain model lies from the ground that the photos see.
+    Of the scale its standard error, never its error. Of the ground how far the terrain model lies from the one that
+    the photos see, which is itself off by :data:`SEEN_GROUND_SD_M`.
     """
-    off = 0.0 if case.is_base else case.level
-    return (off / 100 if case.factor.perturb == "scale" else 0.0, off if case.factor.perturb == "dtm" else 0.0)
+    if case.is_base:
+        return 0.0, 0.0
+    if case.factor.perturb == "dtm":
+        return 0.0, case.level + SEEN_GROUND_SD_M * float(rng.standard_normal())
+    return (case.level / 100 if case.factor.perturb == "scale" else 0.0), 0.0
 
 
 def chain_trees(plot: TruePlot, bias_m: float = 0.0) -> list[Tree]:
