@@ -29,7 +29,7 @@ ACROSS_CORES_MM = 0.1
 MADE = ("run_id", "made", "created", "date")
 
 
-def run(verb: str, plot: Path, work: Path, cores: set[int]) -> Path:
+def run(verb: str, preset: str, plot: Path, work: Path, cores: set[int]) -> Path:
     """One run on these cores; its tree layer."""
     output = work / "trees.gpkg"
     if output.exists():
@@ -37,7 +37,7 @@ def run(verb: str, plot: Path, work: Path, cores: set[int]) -> Path:
     work.mkdir(parents=True)
     if verb == "photos-to-dbh":
         inputs = ["--photos", plot / "images", "--geotags", plot, "--crs", "EPSG:6344", "--plots", plot / "plots.csv",
-                  "--workspace", work / "ws"]
+                  "--workspace", work / "ws", "--preset", preset]
     else:
         inputs = ["--input", *sorted((plot / "lidar").glob("*.la[sz]"))]
     words = [sys.executable, "-m", "treedgs_geo", verb, *inputs, "--output", output, "--log-format", "quiet"]
@@ -75,12 +75,12 @@ def cameras_apart(photos: Path, one: Path, other: Path) -> dict:
             "most_turned_deg": float(np.degrees(max(turned)))}
 
 
-def judge(verb: str, plot: Path, work: Path) -> dict:
+def judge(verb: str, preset: str, plot: Path, work: Path) -> dict:
     """Twice on all cores, once on one."""
     every = os.sched_getaffinity(0)
-    first, second = (run(verb, plot, work / name, every) for name in ("first", "second"))
-    single = run(verb, plot, work / "single", {min(every)})
-    record = {"verb": verb, "plot": plot.name, "cores": len(every)}
+    first, second = (run(verb, preset, plot, work / name, every) for name in ("first", "second"))
+    single = run(verb, preset, plot, work / "single", {min(every)})
+    record = {"verb": verb, "preset": preset, "plot": plot.name, "cores": len(every)}
     for name, other in (("again", second), ("one_core", single)):
         record[name] = compare(first, other)
         if verb == "photos-to-dbh":
@@ -94,12 +94,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("plots", nargs="+", type=Path)
     parser.add_argument("--verbs", nargs="+", default=["photos-to-dbh", "pointcloud-to-dbh"])
+    parser.add_argument("--presets", nargs="+", default=["balanced"], help="of photos-to-dbh")
     parser.add_argument("--output", type=Path, default=Path("determinism.json"))
     parser.add_argument("--keep", type=Path, help="work here and leave it; what is there already is not run again")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         place = options.keep or Path(scratch)
-        runs = [judge(verb, plot, place / f"{plot.name}-{verb}") for plot in options.plots for verb in options.verbs]
+        runs = [judge(verb, preset, plot, place / f"{plot.name}-{verb}-{preset}") for plot in options.plots
+                for verb in options.verbs for preset in (options.presets if verb == "photos-to-dbh" else [""])]
     good = all(record["again"]["same_to_the_bit"] and (record["one_core"]["most_dbh_mm"] or 0) <= ACROSS_CORES_MM
                and not record["one_core"]["flags_differ"] for record in runs)
     options.output.write_text(json.dumps({"python": platform.python_version(), "across_cores_mm": ACROSS_CORES_MM,

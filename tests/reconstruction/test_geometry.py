@@ -105,6 +105,21 @@ def test_adjustment_frees_focal_and_principal_point() -> None:
     assert error[3] < 0.1 and np.sqrt(np.mean(error**2)) < 0.05
 
 
+def test_adjustments_repeat_to_the_bit() -> None:
+    # Sums over several threads had moved cameras by 1e-13 m, and points at a limit with them: 12 mm in the end.
+    poses = []
+    for _ in range(3):
+        rng = np.random.default_rng(1)
+        # Large enough to be shared out among threads (COLMAP: from 50,000 residuals).
+        block = block_of(ring(30), rng.uniform([-15, -15, 0], [15, 15, 6], (1500, 3)), 0.3, rng)
+        tags, sd = block.centres + rng.normal(0, 0.05, (30, 3)), np.full((30, 3), 0.05)
+        adjust(block, tags, sd, free_focal=True, free_principal_point=True, free_distortion=True, iterations=8)
+        assert len(block.image) > 25_000
+        poses.append(np.concatenate([block.translations.ravel(), block.rotations.ravel(), block.points.ravel()]))
+    np.testing.assert_array_equal(poses[0], poses[1])
+    np.testing.assert_array_equal(poses[0], poses[2])
+
+
 def test_a_block_without_points_is_refused_in_a_sentence() -> None:
     # Two thousand features on a small plot had ended in a native check that failed.
     rng = np.random.default_rng(2)

@@ -87,7 +87,6 @@ def adjust(
     loss_px: float = 1.0,
     prior_factor: float = 6.0,
     iterations: int = 60,
-    threads: int = 2,
     min_observations: int = 6,
 ) -> float:
     """Bundle-adjust the block in place; returns the RMS reprojection error in pixels.
@@ -135,7 +134,9 @@ def adjust(
     options.ceres.loss_function_scale = loss_px
     options.ceres.use_gpu = False
     options.ceres.solver_options.max_num_iterations = iterations
-    options.ceres.solver_options.num_threads = threads
+    # One thread: several add up in another order each time, and a point at a limit then stays in one run and not in
+    # the next (cameras a centimetre apart). It costs little: the time goes into looking for points.
+    options.ceres.solver_options.num_threads = 1
     options.ceres.solver_options.function_tolerance = 1e-7
     prior_options = pycolmap.PosePriorBundleAdjustmentOptions()
     prior_options.alignment_ransac.max_error = 1.0

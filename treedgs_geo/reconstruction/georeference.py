@@ -45,7 +45,6 @@ def place_photos(
     xyz: np.ndarray,
     gimbal: np.ndarray,
     free_focal: bool,
-    threads: int,
     seed: int,
     reporter: Reporter,
 ) -> Placement:
@@ -77,7 +76,6 @@ def place_photos(
             [stations.names[i] for i in left],
             stations.names,
             free_focal,
-            threads,
             seed,
             reporter,
         ):
@@ -98,7 +96,6 @@ def _run_mapper(
     names: list[str],
     all_names: list[str],
     free_focal: bool,
-    threads: int,
     seed: int,
     reporter: Reporter,
 ) -> list[tuple[np.ndarray, Camera, np.ndarray, np.ndarray]]:
@@ -116,7 +113,6 @@ def _run_mapper(
             "output": str(output),
             "names": names,
             "free_focal": free_focal,
-            "threads": threads,
             "seed": seed,
         },
         cache,

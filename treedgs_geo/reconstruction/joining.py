@@ -31,7 +31,6 @@ def join_photos(
     stations: Stations,
     xyz: np.ndarray,
     free: dict[str, bool],
-    threads: int,
     reporter: Reporter,
 ) -> Block:
     """Adjust the mapped photos, tie in the others through predicted geometry, look for every point in every photo,
@@ -49,12 +48,11 @@ def join_photos(
         "free_focal": free["focal"],
         "free_principal_point": free["principal_point"],
         "free_distortion": free["distortion"],
-        "threads": threads,
     }
     rng = np.random.default_rng(1)
     mapped = placement.mapped.copy()
     if mapped.sum() < 3:
-        placement = from_gimbal(placement, store, xyz, sd, threads)
+        placement = from_gimbal(placement, store, xyz, sd)
         mapped = placement.mapped.copy()
         if mapped.any():
             reporter.info(f"No mapper found a model; {mapped.sum()} photos start from their geotags and gimbal angles.")
@@ -109,7 +107,7 @@ def join_photos(
     return block
 
 
-def from_gimbal(placement: Placement, store: FeatureStore, xyz: np.ndarray, sd: np.ndarray, threads: int) -> Placement:
+def from_gimbal(placement: Placement, store: FeatureStore, xyz: np.ndarray, sd: np.ndarray) -> Placement:
     """First poses from geotags and gimbal angles alone, brought together by their matches, intrinsics held.
 
     For photos with a narrow field of view: there the relative pose of two photos is nearly ambiguous (depth may be
@@ -124,7 +122,6 @@ def from_gimbal(placement: Placement, store: FeatureStore, xyz: np.ndarray, sd: 
         "free_focal": False,
         "free_principal_point": False,
         "free_distortion": False,
-        "threads": threads,
     }
     rotations, translations = placement.rotations.copy(), placement.translations.copy()
     rotations[~known], translations[~known] = np.nan, np.nan

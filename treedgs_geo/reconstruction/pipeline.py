@@ -121,13 +121,12 @@ def reconstruct_photos(
             xyz,
             rotations,
             free["focal"],
-            threads,
             options.seed,
             reporter,
         )
     timing["mapping"] = time.monotonic() - began - sum(timing.values())
     with reporter.stage("adjustment", 0.85, 1.0):
-        block = join_photos(placement, store, stations, xyz, free, threads, reporter)
+        block = join_photos(placement, store, stations, xyz, free, reporter)
     timing["adjustment"] = time.monotonic() - began - sum(timing.values())
 
     report = check_block(block, stations, xyz, calibration, ground, free, reporter)

@@ -13,6 +13,9 @@ import time
 from pathlib import Path
 from typing import Any
 
+#: Mappers adjust, and sums over several threads come out differently each time (:func:`.adjustment.adjust`).
+MAPPER_THREADS = 1
+
 
 def _extract(job: dict[str, Any]) -> None:
     import pycolmap
@@ -62,7 +65,7 @@ def _map_global(job: dict[str, Any]) -> None:
     import pycolmap
 
     options = pycolmap.GlobalPipelineOptions()
-    options.num_threads, options.random_seed = job["threads"], job["seed"]
+    options.num_threads, options.random_seed = MAPPER_THREADS, job["seed"]
     options.image_names = job["names"]
     mapper = options.mapper
     mapper.random_seed = mapper.rotation_averaging.random_seed = job["seed"]
@@ -76,7 +79,7 @@ def _map_incremental(job: dict[str, Any]) -> None:
     import pycolmap
 
     options = pycolmap.IncrementalPipelineOptions()
-    options.num_threads, options.random_seed = job["threads"], job["seed"]
+    options.num_threads, options.random_seed = MAPPER_THREADS, job["seed"]
     options.image_names = job["names"]
     options.ba_refine_focal_length = options.ba_refine_extra_params = job["free_focal"]
     options.mapper.abs_pose_refine_focal_length = job["free_focal"]
