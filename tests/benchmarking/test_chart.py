@@ -52,6 +52,15 @@ def test_front_and_recommendation(table):
     assert table.set_index("key").loc["views-24", "success"] == pytest.approx(0.2)
 
 
+def test_repeats_are_no_more_stems():
+    errors = np.random.default_rng(0).normal(0, 0.5, 12).tolist()
+    once = chart.summarise([run_record("fast", 10.0, errors, refused=2)]).iloc[0]
+    thrice = chart.summarise([run_record("fast", s, errors, refused=2, repeat=k) for k, s in enumerate((9, 10, 12))])
+    for name in ("stems", "success", "rmse_cm", "rmse_lo", "rmse_hi"):
+        assert thrice.iloc[0][name] == pytest.approx(once[name]), name
+    assert once["stems"] == 14 and thrice.iloc[0]["runs"] == 3 and thrice.iloc[0]["seconds_hi"] == 12
+
+
 def test_stems_that_no_photo_shows_do_not_count_against_success():
     hidden = run_record("fast", 1.0, [0.1] * 4, refused=4, clear=5)
     for row in hidden["rows"][4:]:

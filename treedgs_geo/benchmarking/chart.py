@@ -127,8 +127,9 @@ def _measure(config: Config, plot: Path, repeat: int, folder: Path, kept: Path, 
 
 def summarise(records: list[dict], seed: int = 0, resamples: int = 1000) -> pd.DataFrame:
     """One row a configuration: ``key, title, group, seconds`` (median over runs, a plot), ``seconds_lo, seconds_hi``
-    (least, most), ``rmse_cm`` with its 90 % bootstrap interval over trees, ``me_cm, success, ok_share, worst_cm,
-    false, coverage, peak_memory_mb, photos, megapixels, gaussians, trees, stems``; on the Pareto ``front``."""
+    (least, most), ``rmse_cm`` with its 90 % bootstrap interval over stems (a stem's repeats stay together), ``me_cm,
+    success, ok_share, worst_cm, false, coverage, peak_memory_mb, photos, megapixels, gaussians``; ``stems`` that are
+    clearly visible, each counted once; on the Pareto ``front``."""
     titles = {config.key: config for config in CONFIGS}
     rows = []
     for key in dict.fromkeys(record["config"] for record in records):
@@ -136,7 +137,7 @@ def summarise(records: list[dict], seed: int = 0, resamples: int = 1000) -> pd.D
         if not runs:
             continue
         config = titles[key]
-        trees = [row for run in runs for row in run["rows"] if not row.get("false")]
+        trees = [{**row, "plot": run["plot"]} for run in runs for row in run["rows"] if not row.get("false")]
         read = [row for row in trees if row["read_cm"] is not None]
         error = np.array([row["read_cm"] - row["true_cm"] for row in read])
         visible = [row for row in trees if (row["clear"] or 0) >= CLEAR_VIEWS]
@@ -144,8 +145,7 @@ def summarise(records: list[dict], seed: int = 0, resamples: int = 1000) -> pd.D
         low = high = rmse = np.nan
         if len(error):
             rmse = float(np.sqrt(np.mean(error**2)))
-            drawn = error[rng.integers(0, len(error), (resamples, len(error)))]
-            low, high = np.percentile(np.sqrt((drawn**2).mean(axis=1)), [5, 95])
+            low, high = _rmse_interval(error, [(row["plot"], row["tree_id"]) for row in read], resamples, rng)
         bounded = [row for row in read if row["lo_cm"] is not None]
         times = [run["seconds"] for run in runs]
         ok = [abs(row["read_cm"] - row["true_cm"]) for row in read if row["flag"] == "ok"]
@@ -157,7 +157,7 @@ def summarise(records: list[dict], seed: int = 0, resamples: int = 1000) -> pd.D
             "rmse_cm": rmse, "rmse_lo": float(low), "rmse_hi": float(high),
             "me_cm": float(error.mean()) if len(error) else np.nan,
             "worst_cm": float(np.abs(error).max()) if len(error) else np.nan,
-            "stems": len(visible), "trees": len(read),
+            "stems": len({(row["plot"], row["tree_id"]) for row in visible}),
             "success": sum(row["read_cm"] is not None for row in visible) / max(len(visible), 1),
             "ok": len(ok), "ok_off_5cm": sum(value > 5 for value in ok),
             "coverage": (sum(row["lo_cm"] <= row["true_cm"] <= row["hi_cm"] for row in bounded) / len(bounded)
@@ -170,6 +170,14 @@ def summarise(records: list[dict], seed: int = 0, resamples: int = 1000) -> pd.D
     if len(table):
         table["front"] = pareto(table)
     return table
+
+
+def _rmse_interval(error: np.ndarray, stems: list[tuple], resamples: int, rng: np.random.Generator) -> np.ndarray:
+    """(2,) 5th and 95th percentile of the RMSE over drawn stems; a stem's repeated readings are drawn together."""
+    _, owner = np.unique([f"{plot} {tree}" for plot, tree in stems], return_inverse=True)
+    square, count = np.bincount(owner, error**2), np.bincount(owner)
+    drawn = rng.integers(0, len(count), (resamples, len(count)))
+    return np.percentile(np.sqrt(square[drawn].sum(axis=1) / count[drawn].sum(axis=1)), [5, 95])
 
 
 def pareto(table: pd.DataFrame) -> np.ndarray:

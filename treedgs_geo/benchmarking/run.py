@@ -48,7 +48,7 @@ def run_chart(output: Path, plots: Path | None, quick: bool, repeats: int, only:
     facts = {"command": f"treedgs benchmark{' --quick' if quick else ''} --repeats {repeats}",
              "machine": chart.machine(), "plots": [folder.name for folder in folders], "repeats": repeats,
              "left_out": left, "code": code_digest(), "seconds": round(time.monotonic() - began),
-             "plots_text": f"{', '.join(folder.name for folder in folders)}: {stems // repeats} visible stems"}
+             "plots_text": f"{', '.join(folder.name for folder in folders)}: {stems} visible stems"}
     knees = chart.knees(table)
     chart.write_records(output, records, table, {**facts, "recommended": knees})
     figure = chart_pictures.draw_chart(table, facts)
