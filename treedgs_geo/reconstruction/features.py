@@ -23,35 +23,45 @@ _PAIR_BASE = 2147483647
 def run_task(
     task: str, job: dict[str, Any], cache: Path, reporter: Reporter, fraction: Callable[[], float] | None = None
 ) -> None:
-    """Run one task of :mod:`.worker` to its end; cancelling this process ends the child at once.
+    """Run one task of :mod:`.worker` to its end; see :func:`run_tasks`."""
+    run_tasks(task, [job], cache, reporter, fraction)
+
+
+def run_tasks(
+    task: str, jobs: list[dict[str, Any]], cache: Path, reporter: Reporter, fraction: Callable[[], float] | None = None
+) -> None:
+    """Run a task of :mod:`.worker` on several jobs at once, each in a child; cancelling this process ends them at once.
 
     Raises:
-        MemoryError: the child was killed by the system. ReconstructionError: it crashed (the log file is named).
+        MemoryError: a child was killed by the system. ReconstructionError: one crashed (the log file is named).
     """
-    job_file, log_file = cache / f"{task}.json", cache / f"{task}.log"
-    write_json(job_file, {"task": task, **job})
-    with open(log_file, "wb") as log:
-        child = subprocess.Popen(
-            [sys.executable, "-m", "treedgs_geo.reconstruction.worker", str(job_file)],
-            stdin=subprocess.DEVNULL,
-            stdout=log,
-            stderr=log,
-        )
-        try:
-            while child.poll() is None:
-                time.sleep(0.1)
-                if fraction is not None:
-                    reporter.progress(fraction())
-        finally:
+    children, logs = [], []
+    try:
+        for number, job in enumerate(jobs):
+            stem = task if len(jobs) == 1 else f"{task}-{number}"
+            job_file = cache / f"{stem}.json"
+            logs.append(cache / f"{stem}.log")
+            write_json(job_file, {"task": task, **job})
+            with open(logs[-1], "wb") as log:
+                children.append(subprocess.Popen(
+                    [sys.executable, "-m", "treedgs_geo.reconstruction.worker", str(job_file)],
+                    stdin=subprocess.DEVNULL, stdout=log, stderr=log))
+        while any(child.poll() is None for child in children) and not any(child.returncode for child in children):
+            time.sleep(0.1)
+            if fraction is not None:
+                reporter.progress(fraction())
+    finally:
+        failed = [(child.returncode, log) for child, log in zip(children, logs, strict=False) if child.returncode]
+        for child in children:
             if child.poll() is None:
                 child.kill()
                 child.wait()
-    if child.returncode == -signal.SIGKILL:
-        raise MemoryError
-    if child.returncode:
+    for code, log_file in failed:
+        if code == -signal.SIGKILL:
+            raise MemoryError
         tail = log_file.read_text(errors="replace").strip().splitlines()[-1:] or ["no message"]
         raise ReconstructionError(
-            f"{log_file}: the step {task!r} of structure from motion stopped with code {child.returncode} "
+            f"{log_file}: the step {task!r} of structure from motion stopped with code {code} "
             f"({tail[0][:200]}); run again, and report it if it stays."
         )
 

@@ -26,6 +26,7 @@ from .georeference import place_photos
 from .images import load_image
 from .joining import join_photos
 from .matchers import Matcher, Plugin, load_matcher, match_photos
+from .matching import match_pairs
 from .model import save_model
 from .pairs import ground_below, select_pairs
 from .poses import rotation_from_gimbal
@@ -104,7 +105,7 @@ def reconstruct_photos(
     half_field = 0.5 * max(calibration.camera.width, calibration.camera.height) / calibration.focal_px
     pairs = select_pairs(xyz, rotations, ground, half_field, options.neighbours)
     with reporter.stage("matching", 0.30, 0.75):
-        _match(database, cache, stations.names, pairs, options, threads, reporter)
+        match_pairs(database, cache, stations.names, pairs, threads, options.seed, reporter)
         if plugin is not None:
             database = _match_learned(database, stations, pairs, plugin, matcher, reporter)
     timing["matching"] = time.monotonic() - began - sum(timing.values())
@@ -225,21 +226,6 @@ def extract_features(
         "peak_threshold": 0.0067,
     }
     run_task("extract", job, cache, reporter, count_rows(database, "keypoints", len(stations)))
-
-
-def _match(
-    database: Path,
-    cache: Path,
-    names: list[str],
-    pairs: np.ndarray,
-    options: ReconstructOptions,
-    threads: int,
-    reporter: Reporter,
-) -> None:
-    listing = cache / "pairs.txt"
-    listing.write_text("".join(f"{names[i]} {names[j]}\n" for i, j in pairs), encoding="utf-8")
-    job = {"database": str(database), "pair_list": str(listing), "threads": threads, "seed": options.seed}
-    run_task("match", job, cache, reporter, count_rows(database, "two_view_geometries", len(pairs)))
 
 
 def _match_learned(

@@ -52,7 +52,7 @@ def _match(job: dict[str, Any]) -> None:
     import pycolmap
 
     options = pycolmap.FeatureMatchingOptions()
-    options.num_threads, options.use_gpu = job["threads"], False
+    options.num_threads, options.use_gpu = 1, False  # see :mod:`.matching`
     pairing = pycolmap.ImportedPairingOptions()
     pairing.match_list_path = job["pair_list"]
     pairing.block_size = 64
