@@ -17,8 +17,6 @@ from ..core.errors import ReconstructionError
 from ..core.files import write_json
 from ..core.progress import Reporter
 
-_PAIR_BASE = 2147483647
-
 
 def run_task(
     task: str, job: dict[str, Any], cache: Path, reporter: Reporter, fraction: Callable[[], float] | None = None
@@ -107,8 +105,7 @@ class FeatureStore:
             self.matches: dict[tuple[int, int], np.ndarray] = {}
             pair_ids, geometries = source.read_two_view_geometries()
             for pair_id, geometry in zip(pair_ids, geometries, strict=True):
-                second = pair_id % _PAIR_BASE
-                first = (pair_id - second) // _PAIR_BASE
+                first, second = pycolmap.pair_id_to_image_pair(pair_id)
                 if first in place and second in place and len(geometry.inlier_matches):
                     i, j = place[first], place[second]
                     matches = np.asarray(geometry.inlier_matches, np.int64)

@@ -24,8 +24,6 @@ from ..core.errors import InputError
 AGREE_PX = 2.0
 #: A pair that only the plug-in connects needs so many matches, and this share of them on one geometry.
 ALONE_INLIERS, ALONE_SHARE = 30, 0.5
-#: COLMAP's number of a pair is first x this + second.
-PAIR_BASE = 2147483647
 Matcher = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
@@ -214,6 +212,8 @@ def _nothing() -> tuple[np.ndarray, np.ndarray]:
 
 def _kept(store, images: dict) -> tuple[dict[str, tuple[np.ndarray, np.ndarray]], dict[tuple[str, str], np.ndarray]]:
     """(keypoints (K, 2), descriptors (K, 128)) of each photo, and verified matches of each pair, in a database."""
+    import pycolmap
+
     kept, names = {}, {image.image_id: name for name, image in images.items()}
     for name, image in images.items():
         points = np.asarray(store.read_keypoints(image.image_id), float)
@@ -223,8 +223,7 @@ def _kept(store, images: dict) -> tuple[dict[str, tuple[np.ndarray, np.ndarray]]
     found = {}
     pair_ids, geometries = store.read_two_view_geometries()
     for pair_id, geometry in zip(pair_ids, geometries, strict=True):
-        second = pair_id % PAIR_BASE
-        first = (pair_id - second) // PAIR_BASE
+        first, second = pycolmap.pair_id_to_image_pair(pair_id)
         if len(geometry.inlier_matches):
             found[names[first], names[second]] = np.asarray(geometry.inlier_matches, np.int64)
     return kept, found
