@@ -135,7 +135,7 @@ def adjust(
     options.ceres.use_gpu = False
     options.ceres.solver_options.max_num_iterations = iterations
     # One thread: several add up in another order each time, and a point at a limit then stays in one run and not in
-    # the next (cameras a centimetre apart). It costs little: the time goes into looking for points.
+    # the next (cameras a centimetre apart). It costs some seconds a plot.
     options.ceres.solver_options.num_threads = 1
     options.ceres.solver_options.function_tolerance = 1e-7
     prior_options = pycolmap.PosePriorBundleAdjustmentOptions()

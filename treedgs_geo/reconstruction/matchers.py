@@ -120,11 +120,11 @@ def import_matches(
             added += len(rows)
             if (second, first) in found:
                 first, second, rows = second, first, rows[:, ::-1]
+            known = found.get((first, second), np.empty((0, 2), int))
             if (first, second) in trusted:
-                known = found[first, second]
-                rows = np.concatenate([known, rows[_agree(rows, known, *(
-                    (cameras[images[name].camera_id], np.array(points[name])) for name in (first, second)))]])
-            found[first, second] = np.unique(rows, axis=0).astype(np.uint32)
+                rows = rows[_agree(rows, known, *(
+                    (cameras[images[name].camera_id], np.array(points[name])) for name in (first, second)))]
+            found[first, second] = np.unique(np.concatenate([known, rows]), axis=0).astype(np.uint32)
         store.clear_two_view_geometries()
         store.clear_matches()
         store.clear_keypoints()
