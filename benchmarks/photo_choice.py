@@ -40,12 +40,12 @@ def gather(plot: Path) -> tuple[list[dict], dict]:
     choose, judge = stem_fit.choose, stem_fit.Fitter._judge
 
     def listen(tried, trust, chance, sun):
-        best, gap, sure = choose(tried, trust, chance, sun)
+        choice = choose(tried, trust, chance, sun)
         calls.append({"tried": tried, "trust": trust if trust > 0.5 else 0.0, "chance": chance})
-        return best, gap, sure
+        return choice
 
-    def judged(self, seed, best, fine, gap, sure, outline, gain=0.0):
-        fit = judge(self, seed, best, fine, gap, sure, outline, gain)
+    def judged(self, seed, best, fine, gap, sure, outline, gain=0.0, others=None):
+        fit = judge(self, seed, best, fine, gap, sure, outline, gain, others)
         if calls and outline is not None:
             clear = best.z > stem_fit.CLEAR_Z
             weight = fine.view_weight * stem_fit.seen_probability(best.z)

@@ -69,15 +69,15 @@ def explanation(dbh_cm: float, contrast: float, evidence: float, edges: float = 
 
 def test_evidence_over_the_same_photos_beats_a_high_edge_score():
     half, whole = explanation(22, 1.0, 2000, edges=120), explanation(30, 1.4, 2500, edges=60)
-    best, _, sure = choose([half, whole], 1.0, 1.0, np.array([np.nan]))
-    assert best is whole and sure > 0.95
+    choice = choose([half, whole], 1.0, 1.0, np.array([np.nan]))
+    assert choice.best is whole and choice.sure > 0.95
 
 
 def test_two_diameters_with_equal_support_are_even_odds_and_one_diameter_is_sure():
     one, same, other = explanation(30, 1.2, 2000), explanation(30.8, 1.2, 2000), explanation(36, 1.2, 2000)
-    assert choose([one, other], 1.0, 1.0, np.array([np.nan]))[2] == pytest.approx(0.5)
-    assert choose([one, same], 1.0, 1.0, np.array([np.nan]))[2] == pytest.approx(1.0)
-    assert choose([one, same, other], 1.0, 1.0, np.array([np.nan]))[2] == pytest.approx(2 / 3)
+    assert choose([one, other], 1.0, 1.0, np.array([np.nan])).sure == pytest.approx(0.5)
+    assert choose([one, same], 1.0, 1.0, np.array([np.nan])).sure == pytest.approx(1.0)
+    assert choose([one, same, other], 1.0, 1.0, np.array([np.nan])).sure == pytest.approx(2 / 3)
 
 
 def test_between_two_limbs_stands_no_third_stem():
@@ -86,8 +86,8 @@ def test_between_two_limbs_stands_no_third_stem():
 
     limb, middle = at(0.0, explanation(15, 0.9, 2000, edges=176)), at(0.09, explanation(15, 2.0, 2400, edges=89))
     whole = at(0.0, explanation(24, 2.0, 2400, edges=89))
-    assert choose([limb, middle], 1.0, 1.0, np.array([np.nan]))[0] is limb
-    assert choose([limb, whole], 1.0, 1.0, np.array([np.nan]))[0] is whole
+    assert choose([limb, middle], 1.0, 1.0, np.array([np.nan])).best is limb
+    assert choose([limb, whole], 1.0, 1.0, np.array([np.nan])).best is whole
 
 
 def test_ragged_edges_and_an_odd_taper_count_against():
@@ -95,8 +95,8 @@ def test_ragged_edges_and_an_odd_taper_count_against():
     ragged = explanation(36, 1.2, 2000, rms=0.56)
     odd = replace(explanation(36, 1.2, 2000, rms=0.46), fine=replace(smooth.fine, r0=0.18, r1=0.003))
     for rival in (ragged, odd):
-        best, _, sure = choose([rival, smooth], 1.0, 1.0, np.array([np.nan]))
-        assert best is smooth and 0.6 < sure < 1.0
+        choice = choose([rival, smooth], 1.0, 1.0, np.array([np.nan]))
+        assert choice.best is smooth and 0.6 < choice.sure < 1.0
 
 
 def test_verdict_on_probability_and_companions():

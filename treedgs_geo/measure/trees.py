@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from ..core.intervals import HALF_WIDTH_SE
 from .quality import REASONS
 
 #: Loss of diameter with height where a stem's own is unknown, cm a metre.
@@ -62,8 +63,8 @@ class Tree:
         else:
             self.ba_m2 = np.pi / 4 * (self.dbh_cm / 100) ** 2
             if self.dbh_se_cm is not None and self.dbh_lo_cm is None:
-                self.dbh_lo_cm = max(self.dbh_cm - 1.645 * self.dbh_se_cm, 0.0)
-                self.dbh_hi_cm = self.dbh_cm + 1.645 * self.dbh_se_cm
+                self.dbh_lo_cm = max(self.dbh_cm - HALF_WIDTH_SE * self.dbh_se_cm, 0.0)
+                self.dbh_hi_cm = self.dbh_cm + HALF_WIDTH_SE * self.dbh_se_cm
         return self
 
 
@@ -75,8 +76,14 @@ def with_block_errors(tree: Tree, scale_sd: float, ground_m: float) -> Tree:
     if tree.dbh_cm is None or tree.dbh_se_cm is None:
         return tree
     taper_cm_m = USUAL_TAPER_CM_M if tree.taper_cm_m is None else tree.taper_cm_m
-    se_cm = float(np.sqrt(tree.dbh_se_cm**2 + (scale_sd * tree.dbh_cm) ** 2 + (taper_cm_m * ground_m) ** 2))
-    return replace(tree, dbh_se_cm=se_cm, dbh_lo_cm=None, dbh_hi_cm=None).finish()
+    shared_cm = float(np.hypot(scale_sd * tree.dbh_cm, taper_cm_m * ground_m))
+    tree = replace(tree, dbh_se_cm=float(np.hypot(tree.dbh_se_cm, shared_cm)))
+    if tree.dbh_lo_cm is not None and tree.dbh_hi_cm is not None:
+        # An interval need not be symmetrical (a rival explanation on one side): each side is widened by itself.
+        below, above = (float(np.hypot(side, HALF_WIDTH_SE * shared_cm))
+                        for side in (tree.dbh_cm - tree.dbh_lo_cm, tree.dbh_hi_cm - tree.dbh_cm))
+        tree = replace(tree, dbh_lo_cm=max(tree.dbh_cm - below, 0.0), dbh_hi_cm=tree.dbh_cm + above)
+    return tree.finish()
 
 
 #: Field names of the tree layer, in order (x and y are kept as columns too).

@@ -20,6 +20,8 @@ SAME_DBH_CM = 2.0
 FAR_BELOW = 60.0
 #: Lead in edge score over the next explanation that still leaves a doubt.
 DOUBTED_GAP = 9.0
+#: Edge scores per unit of log odds where edges are all there is: a lead of :data:`DOUBTED_GAP` + 1 is nine to one.
+EDGES_A_LOG_ODD = 4.5
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,22 @@ class Explanation:
     skip: np.ndarray | None = None
 
 
+@dataclass(frozen=True)
+class Choice:
+    """The explanation taken, and what was left of the others.
+
+    best: of those tried. gap: its lead in edge score over the next different one. sure: how probable its diameter is
+    among all that were tried (NaN where silhouettes say little: then the edges decide, and the lead). rivals: the
+    explanations of this very stem (not of a neighbour), ``best`` first; share: (N,) their probabilities, of sum 1.
+    """
+
+    best: Explanation
+    gap: float
+    sure: float
+    rivals: tuple[Explanation, ...]
+    share: np.ndarray
+
+
 def log_odds(tried: list[Explanation], trust: float, chance: float) -> np.ndarray:
     """(N,) how well each explanation is supported by witnesses that fail in different ways.
 
@@ -59,26 +77,25 @@ def log_odds(tried: list[Explanation], trust: float, chance: float) -> np.ndarra
     ])
 
 
-def choose(
-    tried: list[Explanation], trust: float, chance: float, sun: np.ndarray
-) -> tuple[Explanation, float, float]:
-    """The best explanation, its lead in edge score over the next different one, and how probable its diameter is among
-    the explanations (NaN where silhouettes say little: then the edges decide, and the lead)."""
+def choose(tried: list[Explanation], trust: float, chance: float, sun: np.ndarray) -> Choice:
+    """Which of the explanations of a place is the stem. trust, chance: as for :func:`log_odds`. sun: (flights,)
+    azimuth, rad from east, NaN = unknown."""
     tried = plausible(tried)
-    odds = log_odds(tried, trust, chance)
     solid = trust > 0.5
+    edges = np.array([item.edges for item in tried])
+    odds = log_odds(tried, trust, chance) if solid else edges / EDGES_A_LOG_ODD
     best = tried[int(np.argmax(odds))] if solid else prefer_whole(sorted(tried, key=lambda item: -item.edges), sun)
-    share = np.exp(odds - odds.max())
+    weight = np.exp(odds - odds.max())
     same = np.array([abs(item.fine.r0 - best.fine.r0) < SAME_DBH_CM / 200 for item in tried])
-    sure = float(share[same].sum() / share.sum())
-    rivals = [item for item in tried if item is not best and different(item.vector, best.vector)]
-    parts = [item for item in rivals if contains(best.vector, item.vector)]
+    sure = float(weight[same].sum() / weight.sum()) if solid else np.nan
+    rivals = [i for i, item in enumerate(tried) if item is not best and different(item.vector, best.vector)]
     # A part of the chosen stem is no rival of the whole; where it won by far there is doubt all the same.
-    others = [item.edges for item in rivals if all(item is not part for part in parts)]
-    gap = best.edges - max(others, default=0.0)
-    if max((item.edges for item in parts), default=0.0) > 1.25 * best.edges:
+    parts = [i for i in rivals if contains(best.vector, tried[i].vector)]
+    gap = best.edges - max((edges[i] for i in rivals if i not in parts), default=0.0)
+    if max((edges[i] for i in parts), default=0.0) > 1.25 * best.edges:
         gap = min(gap, DOUBTED_GAP)
-    return best, gap, sure if solid else np.nan
+    listed = [next(i for i, item in enumerate(tried) if item is best), *rivals]
+    return Choice(best, gap, sure, tuple(tried[i] for i in listed), weight[listed] / weight[listed].sum())
 
 
 def plausible(tried: list[Explanation]) -> list[Explanation]:

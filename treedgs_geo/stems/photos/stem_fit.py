@@ -15,12 +15,13 @@ from .coarse_kernels import SEEN_MEAN_Z, SEEN_PRIOR, Z_CAP
 from .detect import Seed
 from .fine import NO_STEMS, FineFit, refine
 from .foot import breast_height, moved
+from .mixture import PAIR_SE_CM, UNSURE, Others
 from .options import PhotoStemOptions
 from .outline import settle
 from .stack import GroundGrid, PhotoStack
 from .strips import Axis, cut_strips, draw_ridges, hide_known
 from .touching import Pair, crowded, find_companion, pair_contrast, pair_z
-from .verdict import GAIN_MERGED, verdict
+from .verdict import GAIN_MERGED, GAIN_WEIGHED, refused_by_error, verdict
 
 #: The band that is searched (m above ground) and the one that is fitted: above the butt, whose swell a straight taper
 #: would carry up to breast height.
@@ -30,8 +31,6 @@ FINE_BAND = 0.6, 3.5
 CLEAR_Z = 2.5
 #: Scores on the grid and after polishing below which a seed is not worth refining, unless its silhouette is clear.
 MIN_RAW, MIN_POLISHED = 38.0, 50.0
-#: Standard error of the diameter of a stem that another one touches, cm.
-PAIR_SE_CM = 1.1
 #: Standard deviation of a stem's width with direction, share of the diameter: 5 % / 2 / sqrt(2) for stems whose widest
 #: and narrowest diameters differ by 5 %, as conifers' do on average.
 OVAL_SD = 0.018
@@ -58,6 +57,7 @@ class StemFit:
     probability that each photo sees it. contrast: of the silhouette, in units of what chance reaches. sure: how
     probable this diameter is among the explanations tried. outline_cm: diameter of the silhouette alone.
     foot_z: ground on the uphill side of the foot, local metres. gain: of "another stem touches it" over one stem.
+    lo_cm, hi_cm: 90 % interval where se_cm is that of a mixture over the explanations (:mod:`.mixture`), NaN elsewhere.
     """
 
     axis: Axis
@@ -81,6 +81,8 @@ class StemFit:
     outline_cm: float = np.nan
     foot_z: float = np.nan
     gain: float = 0.0
+    lo_cm: float = np.nan
+    hi_cm: float = np.nan
 
     @property
     def lean_deg(self) -> float:
@@ -160,19 +162,24 @@ class Fitter:
             return self._judge(seed, best, best.fine, best.edges, np.nan, None)
         tried = self._compared(tried, known)
         trust = 0.0 if outline is None else self._trust(outline, shapes)
-        best, gap, sure = choose(tried, trust, self.chance, self.sun)
+        choice = choose(tried, trust, self.chance, self.sun)
+        best, gap, sure = choice.best, choice.gap, choice.sure
         pair = find_companion(search, start, [item.vector for item in tried] + [mode.vector for mode in modes])
         gain = 0.0 if pair is None else pair.gain
-        if pair is not None and pair.gain > GAIN_MERGED:
-            best = self._with_companion(search, start, pair, outline, known) or best
+        touched = None
+        if pair is not None and pair.gain > GAIN_WEIGHED:
+            touched = self._with_companion(search, start, pair, outline, known)
+        if touched is not None and gain > GAIN_MERGED:
+            best = touched
             # Which single disc would be the next best is no longer the question.
-            sure = 1.0 if best.mate is not None and np.isfinite(sure) else sure
+            sure = 1.0 if np.isfinite(sure) else sure
+        others = Others(choice, touched, gain)
         fine, hidden, window = best.fine, known, WINDOWS_PX[2:]
         if best.mate is not None:
             hidden, window = np.vstack([known, best.mate]), PAIR_WINDOWS_PX[2:]
         seen = seen_probability(best.z)
         fine = self._refine(fine.axis, fine.r0, fine.r1, seen, hidden, window, best.skip) or fine
-        return self._judge(seed, best, fine, gap, sure, outline, gain)
+        return self._judge(seed, best, fine, gap, sure, outline, gain, others)
 
     def _worthwhile(self, modes: list[Mode], outline: Silhouette | None) -> list[Mode]:
         """Without those that neither edges nor silhouette speak for."""
@@ -249,6 +256,7 @@ class Fitter:
         sure: float,
         outline: Silhouette | None,
         gain: float = 0.0,
+        others: Others | None = None,
     ) -> StemFit:
         z = best.z
         weight = fine.view_weight * seen_probability(z)
@@ -283,12 +291,20 @@ class Fitter:
             contrast=contrast,
             outline_cm=outline_cm,
         )
+        low_cm = high_cm = np.nan
+        if others is not None and flag == "check" and UNSURE & set(reasons):
+            mixture = others.mixture(dbh, se)
+            se, (low_cm, high_cm) = mixture.error_cm(dbh), mixture.interval_cm(dbh)
+            if refused_by_error(dbh, se):
+                flag, reasons = "reject", (*reasons, "wide_error")
         return StemFit(
             axis=axis,
             r0=r0,
             r1=fine.r1,
             dbh_cm=dbh,
             se_cm=se,
+            lo_cm=low_cm,
+            hi_cm=high_cm,
             flag=flag,
             reasons=reasons,
             seed_score=seed.score,
