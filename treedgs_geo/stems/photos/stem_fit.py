@@ -15,13 +15,13 @@ from .coarse_kernels import SEEN_MEAN_Z, SEEN_PRIOR, Z_CAP
 from .detect import Seed
 from .fine import NO_STEMS, FineFit, refine
 from .foot import breast_height, moved
-from .mixture import PAIR_SE_CM, UNSURE, Others
+from .mixture import PAIR_SE_CM, UNSURE, UNSURE_REFUSED, Others
 from .options import PhotoStemOptions
 from .outline import settle
 from .stack import GroundGrid, PhotoStack
 from .strips import Axis, cut_strips, draw_ridges, hide_known
 from .touching import Pair, crowded, find_companion, pair_contrast, pair_z
-from .verdict import GAIN_MERGED, GAIN_WEIGHED, refused_by_error, verdict
+from .verdict import GAIN_MERGED, GAIN_WEIGHED, verdict
 
 #: The band that is searched (m above ground) and the one that is fitted: above the butt, whose swell a straight taper
 #: would carry up to breast height.
@@ -295,7 +295,7 @@ class Fitter:
         if others is not None and flag == "check" and UNSURE & set(reasons):
             mixture = others.mixture(dbh, se)
             se, (low_cm, high_cm) = mixture.error_cm(dbh), mixture.interval_cm(dbh)
-            if refused_by_error(dbh, se):
+            if se > UNSURE_REFUSED * dbh:
                 flag, reasons = "reject", (*reasons, "wide_error")
         return StemFit(
             axis=axis,

@@ -18,8 +18,6 @@ GAIN_DOUBTFUL, GAIN_MERGED = 38.0, 62.0
 #: Gain from which such a pair is fitted and weighed against one stem (one in forty); at :data:`GAIN_DOUBTFUL` it is one
 #: in ten, at :data:`GAIN_MERGED` nine in ten.
 GAIN_WEIGHED = 30.0
-#: Standard error from which a stem is refused and from which it is to be checked, share of the diameter.
-ERROR_REFUSED, ERROR_DOUBTED = 0.25, 0.06
 #: Edge score (log likelihood ratio) from which a stem is measured and from which without doubt: where the silhouette
 #: stands out, and where the edges are all there is (chance reaches about 45).
 LLR_MEASURED, LLR_OK = 18.0, 35.0
@@ -84,7 +82,7 @@ def verdict(
     judge("merged", False, gain > GAIN_DOUBTFUL)
     judge("lean", lean > np.tan(np.radians(27)), False)
     pair = gain > GAIN_MERGED
-    judge("wide_error", refused_by_error(dbh_cm, se_cm), se_cm > ERROR_DOUBTED * dbh_cm and not pair)
+    judge("wide_error", se_cm > 0.25 * dbh_cm, se_cm > 0.06 * dbh_cm and not pair)
     # One doubt is for the forester to look at; several together are how wrong explanations look. But a possible
     # companion is a doubt of its own only where the diameter is unsure as well; and where the explanations were weighed
     # against each other, a low edge score and a silhouette somewhat off are in that balance already.
@@ -94,11 +92,6 @@ def verdict(
     if refuse or count >= 2:
         return "reject", tuple(dict.fromkeys(refuse + doubt))
     return ("check" if doubt else "ok"), tuple(doubt)
-
-
-def refused_by_error(dbh_cm: float, se_cm: float) -> bool:
-    """Is the standard error too large for a diameter to be of use?"""
-    return se_cm > ERROR_REFUSED * dbh_cm
 
 
 def companion_share(gain: float) -> float:
