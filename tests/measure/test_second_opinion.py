@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pyproj
@@ -72,6 +73,21 @@ def test_a_refused_stem_that_they_see_differently_gets_the_bark_s_diameter_and_b
     assert (tree.qc_flag, tree.qc_reason, tree.method) == ("check", "ambiguous,disagree", "gaussians-stem")
     assert tree.dbh_cm == pytest.approx(35) and tree.x == pytest.approx(611337.1) and tree.n_views == 9
     assert tree.lean_deg == pytest.approx(2.86, abs=0.01) and opinion.gained == 1 and opinion.agreed == 0
+    assert tree.dbh_lo_cm < 31 and tree.dbh_hi_cm > 39
+
+
+def test_a_refused_stem_whose_two_diameters_lie_far_apart_stays_refused():
+    trees, opinion = after([edges(0, 17, "reject", "disagree")], {0: bark(0, 30)})
+    assert trees == to_trees([edges(0, 17, "reject", "disagree")], FRAME) and opinion.gained == 0
+
+
+def test_two_methods_that_agree_settle_which_explanation_is_right():
+    unsure = replace(edges(0, 30, "check", "ambiguous"), se_cm=4.0, lo_cm=24.0, hi_cm=31.0)
+    alone = to_trees([unsure], FRAME)[0]
+    assert (alone.dbh_lo_cm, alone.dbh_hi_cm, alone.dbh_se_cm) == (24.0, 31.0, 4.0)
+    tree = after([unsure], {0: bark(0, 30.6)})[0][0]
+    assert tree.qc_flag == "check" and tree.dbh_se_cm == pytest.approx(math.hypot(0.8, 0.3))
+    assert tree.dbh_lo_cm > 28
 
 
 def test_a_measured_stem_that_they_see_differently_is_doubted_and_its_interval_holds_both():

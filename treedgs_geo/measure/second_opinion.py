@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..gaussians.train import FoundStem
+from ..stems.photos.mixture import UNSURE_REFUSED
 from ..stems.photos.stem_fit import StemFit
 from ..stems.photos.verdict import GAIN_DOUBTFUL
 from .primitive_trees import LEAST_DBH_CM, place_of
@@ -64,8 +65,8 @@ def settle(
 
     trees: of the fits, project coordinates. found: primitives by index of the fit asked about, local frame. A
     primitive that is in doubt itself says nothing. Refused, and both agree: the photos' diameter, to check. Refused,
-    and they differ: the primitive's, to check. Measured, and they differ: to check, with the error widened by half of
-    the difference.
+    and they differ: the primitive's, to check, or still refused where that leaves the diameter open. Wherever they differ
+    the error is widened by half of the difference. Measured, unsure which explanation is right, and they agree: the primitive's error.
     """
     places = {number: place_of(stem, bh_m) for number, stem in found.items()}
     settled, counts = list(trees), {"agreed": 0, "gained": 0, "doubted": 0}
@@ -77,20 +78,26 @@ def settle(
         agree = apart <= max(AGREE_CM, AGREE_SHARE * fit.dbh_cm)
         counts["agreed"] += agree
         if fit.measured:
-            if not agree:
+            if agree and np.isfinite(fit.lo_cm):
+                # Of the explanations that the interval allowed for, two methods name this one.
+                settled[number] = _again(tree, fit.flag, fit.reasons, fit.dbh_cm,
+                                         float(np.hypot(primitive.se_cm, 0.5 * apart)))
+            elif not agree:
                 counts["doubted"] += 1
                 settled[number] = _again(tree, flag="check", reasons=(*fit.reasons, "disagree"), dbh_cm=fit.dbh_cm,
                                          se_cm=float(np.hypot(fit.se_cm, 0.5 * apart)))
             continue
+        se = float(np.hypot(min(fit.se_cm, primitive.se_cm) if agree else primitive.se_cm, 0.5 * apart))
+        if not agree and se > UNSURE_REFUSED * primitive.dbh_cm:
+            continue
         counts["gained"] += 1
         reasons = fit.reasons if agree else (*fit.reasons, "disagree")
         if agree:
-            se = float(np.hypot(min(fit.se_cm, primitive.se_cm), 0.5 * apart))
             settled[number] = _again(tree, "check", reasons, fit.dbh_cm, se, taper_cm_m=200 * fit.r1)
         else:
             move = places[number] - fit.axis.p
             settled[number] = _again(
-                tree, "check", reasons, primitive.dbh_cm, primitive.se_cm, x=tree.x + float(move[0]),
+                tree, "check", reasons, primitive.dbh_cm, se, x=tree.x + float(move[0]),
                 y=tree.y + float(move[1]), taper_cm_m=200 * float(primitive.shape[7]), method="gaussians-stem",
                 n_views=primitive.n_views, lean_deg=float(np.degrees(np.arctan(np.hypot(*primitive.shape[2:4])))))
     return settled, Opinion(asked=len(found), **counts)
