@@ -65,8 +65,9 @@ def settle(
 
     trees: of the fits, project coordinates. found: primitives by index of the fit asked about, local frame. A
     primitive that is in doubt itself says nothing. Refused, and both agree: the photos' diameter, to check. Refused,
-    and they differ: the primitive's, to check, or still refused where that leaves the diameter open. Wherever they differ
-    the error is widened by half of the difference. Measured, unsure which explanation is right, and they agree: the primitive's error.
+    and they differ: the primitive's, to check, or still refused where that leaves the diameter open. Measured, and they
+    differ: to check. Wherever they differ the error is widened by half of the difference. Measured, unsure which
+    explanation is right, and they agree: the primitive's error.
     """
     places = {number: place_of(stem, bh_m) for number, stem in found.items()}
     settled, counts = list(trees), {"agreed": 0, "gained": 0, "doubted": 0}
