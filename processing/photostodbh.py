@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from ..treedgs_qgis import checks
+from ..treedgs_qgis import checks, layers
 from ..treedgs_qgis.algorithm import EngineAlgorithm
 
 PHOTOS = {".jpg", ".jpeg", ".png", ".tif", ".tiff", ".dng"}
@@ -27,5 +27,5 @@ class Algorithm(EngineAlgorithm):
             return self.tr(
                 "PHOTOS: {folder} holds {found} photos, expected at least {least} (better 40 or more) as {kinds}."
             ).format(folder=folder, found=found, least=FEWEST, kinds=", ".join(sorted(PHOTOS)))
-        dtm = self.parameterAsString(parameters, "DTM", context)
+        dtm = layers.Given(self, "DTM", parameters, context).path()
         return checks.dtm_flight_problem(os.path.expanduser(dtm), str(folder)) if dtm else ""

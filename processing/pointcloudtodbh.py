@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 
-from ..treedgs_qgis import checks
+from ..treedgs_qgis import checks, layers
 from ..treedgs_qgis.algorithm import EngineAlgorithm
 
 
@@ -24,6 +24,6 @@ class Algorithm(EngineAlgorithm):
                     return self.tr("INPUT: {path} is not a LAS or LAZ file; convert the cloud to LAZ first.").format(
                         path=path
                     )
-        dtm = self.parameterAsString(parameters, "DTM", context)
+        dtm = layers.Given(self, "DTM", parameters, context).path()
         crs = self.parameterAsCrs(parameters, "CRS", context)
         return checks.dtm_cloud_problem(os.path.expanduser(dtm), path, crs) if dtm else ""

@@ -137,7 +137,7 @@ class Algorithm(BaseAlgorithm):
                 wheels=Path(wheels) if wheels else None,
                 run=run,
                 say=lambda text: feedback.pushInfo(
-                    text.replace(", ".join(listed), self.tr("the locked list of libraries"))
+                    text.replace(environment.what(listed), self.tr("the locked list of libraries"))
                 ),
             )
         except (environment.SetupError, engine.EngineError, OSError) as problem:

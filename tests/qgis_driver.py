@@ -111,7 +111,7 @@ os._exit(0)
 FAKE = '''#!{python}
 """Stands for an engine's Python: answers the probe like a real one, then behaves as told."""
 import json, os, signal, subprocess, sys, time
-if sys.argv[1] == "-I":
+if "--job" not in sys.argv:
     os.execv({python!r}, [{python!r}, *sys.argv[1:]])
 def say(**message):
     print(json.dumps(message), flush=True)

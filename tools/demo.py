@@ -1,7 +1,7 @@
 """The main job on a small simulated plot, through real QGIS: ``make demo``.
 
 Simulates photos and PPK files (kept for the next time), runs ``qgis_process run treedgs:photostodbh`` on them, and
-prints each tree beside the truth, which the job itself never sees.
+prints each tree of the layer (by its tree_id) beside the truth, which the job itself never sees.
 """
 
 from __future__ import annotations
@@ -52,6 +52,7 @@ def main() -> int:
             "WORKSPACE": work,
             "OUTPUT": layer,
         },
+        log=options.folder / "qgis_process.log",
     )
     if code:
         print("The job failed; its messages are above.", file=sys.stderr)
@@ -59,19 +60,19 @@ def main() -> int:
     seconds = time.monotonic() - began
 
     accuracy, table = score_against_truth(read_trees(layer), plot / "truth" / "trees.csv")
-    print("\ntree   photos   measured DBH          true DBH   error")
-    for row in table.itertuples():
-        start = f"{row.tree_id}   {row.clear_views:>4}    "
-        if pd.isna(row.dbh_cm):
-            print(f"{start} no DBH ({row.qc_flag}: {row.qc_reason or '-'})   {row.dbh_true_cm:6.1f} cm")
-        else:
-            measured = f"{row.dbh_cm:5.1f} ± {row.dbh_se_cm:.1f} cm ({row.qc_flag})"
-            print(f"{start} {measured}   {row.dbh_true_cm:6.1f} cm   {row.error_cm:+.1f} cm")
+    print(f"\n{'tree':>4}  {'measured DBH':<26}{'true DBH':>10}{'error':>10}   true stem")
+    for row in table.sort_values("layer_id").itertuples():
+        tree = "–" if pd.isna(row.layer_id) else f"{row.layer_id:.0f}"
+        measured, error = f"{row.qc_flag}{f': {row.qc_reason}' if row.qc_reason else ''}", ""
+        if not pd.isna(row.dbh_cm):
+            measured, error = f"{row.dbh_cm:.1f} ± {row.dbh_se_cm:.1f} cm, {row.qc_flag}", f"{row.error_cm:+.1f} cm"
+        stem = f"{row.tree_id}, in the clear in {row.clear_views} photos"
+        print(f"{tree:>4}  {measured:<26}{row.dbh_true_cm:>7.1f} cm{error:>10}   {stem}")
     if accuracy.rmse_cm is None:
         print("\nNo stem got a DBH.")
     else:
         print(
-            f"\n{accuracy.n_measured} of {accuracy.n_reference} stems measured, {accuracy.n_false} false; "
+            f"\n{accuracy.n_measured} of {accuracy.n_reference} true stems measured, {accuracy.n_false} false; "
             f"RMSE {accuracy.rmse_cm:.2f} cm, mean error {accuracy.me_cm:+.2f} cm, worst {accuracy.max_abs_cm:.2f} cm"
         )
     stages = json.loads((work / "run.json").read_text(encoding="utf-8"))["stages"]
@@ -80,7 +81,7 @@ def main() -> int:
         + ", ".join(f"{name} {entry['seconds']:.0f}" for name, entry in stages.items())
         + f"; in all {seconds:.0f} s, peak memory {max(entry['peak_memory_mb'] for entry in stages.values())} MB"
     )
-    print(f"layer:   {layer}\nreport:  {work / 'report.html'}")
+    print(f"layer:   {layer}\nreport:  {work / 'report.html'}\nlog:     {options.folder / 'qgis_process.log'}")
     # A demo that measures nothing, or lies, has failed.
     return 0 if accuracy.rmse_cm is not None and accuracy.n_false == 0 else 1
 

@@ -6,6 +6,7 @@ Standard library only. ``python tools/qgis_run.py list`` passes its arguments to
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -75,14 +76,56 @@ def make_profile(setup: Path = SETUP) -> None:
         raise RuntimeError(f"QGIS did not switch the plugin on: {done.stdout}{done.stderr}{listed.stdout}")
 
 
-def run_algorithm(algorithm: str, parameters: dict[str, object], setup: Path = SETUP) -> int:
-    """``qgis_process run``, its output on ours. Returns its exit code; 1 with a message when QGIS is missing."""
+class WithoutDots:
+    """Takes the progress that ``qgis_process`` writes between and into lines (``0...10...``) out of them."""
+
+    def __init__(self) -> None:
+        self._left = [part for ten in range(0, 100, 10) for part in (str(ten), ".", ".", ".")] + ["100", " - done."]
+
+    def line(self, text: str) -> str | None:
+        """The line without the progress at its beginning; ``None`` when nothing else was in it."""
+        rest = text
+        while self._left and rest.startswith(self._left[0]):
+            after = rest[len(self._left[0]) :]
+            # A number of the message's own: "80 photos", "30,000 points", "40 % of it".
+            if self._left[0].isdigit() and re.match(r"[\d,%]|\.\d| \S", after) and not after.startswith(" - done."):
+                break
+            rest = after
+            self._left.pop(0)
+        return None if rest != text and not rest.strip() else rest
+
+
+def run_algorithm(
+    algorithm: str, parameters: dict[str, object], setup: Path = SETUP, log: Path | None = None
+) -> int:
+    """``qgis_process run``, its messages on ours. Returns its exit code; 1 with a message when QGIS is missing.
+
+    log: gets all that it prints; the terminal then only gets what a person reads.
+    """
     program = qgis_process()
     if program is None:
         print("error: qgis_process was not found; run make setup", file=sys.stderr)
         return 1
     values = [f"{name}={value}" for name, value in parameters.items()]
-    return subprocess.call([program, "run", algorithm, "--", *values], env=environment(setup))
+    command = [program, "run", algorithm, "--", *values]
+    if log is None:
+        return subprocess.call(command, env=environment(setup))
+    log.parent.mkdir(parents=True, exist_ok=True)
+    dots = WithoutDots()
+    with (
+        open(log, "w", encoding="utf-8") as kept,
+        subprocess.Popen(
+            command, env=environment(setup), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+            encoding="utf-8", errors="replace",
+        ) as process,
+    ):  # fmt: skip
+        assert process.stdout is not None
+        for line in process.stdout:
+            kept.write(line)
+            shown = dots.line(line.rstrip("\n"))
+            if shown is not None and not shown.startswith(("Engine: ", "-----")):
+                print(shown, flush=True)
+    return process.returncode
 
 
 def main() -> int:

@@ -10,7 +10,8 @@ say() { printf '%s\n' "$*"; }
 fail() { printf 'error: %s\n' "$*" >&2; exit 1; }
 
 # The stamp holds what the set-up depends on; it is looked at without starting any program that is slow.
-key=$(cat pyproject.toml tools/setup.sh tools/qgis_run.py treedgs_qgis/environment.py metadata.txt | cksum | tr ' ' '-')
+key=$(cat pyproject.toml tools/setup.sh tools/qgis_run.py treedgs_qgis/environment.py treedgs_qgis/locked.py metadata.txt \
+    treedgs_qgis/requirements-locked.txt tools/requirements-dev-locked.txt | cksum | tr ' ' '-')
 stamp=.setup/stamp
 if [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$key $PWD" ] && [ -x .venv/bin/treedgs ] && .venv/bin/python -c '' \
    && [ -e .setup/plugins/treedgs/metadata.txt ] && command -v qgis_process >/dev/null; then
@@ -61,7 +62,8 @@ fi
 # 2. The engine environment.
 python=$(find_python)
 [ -n "$python" ] || fail "no Python 3.10 or newer with venv was found; install python3 and python3-venv, or set TREEDGS_BASE_PYTHON."
-"$python" treedgs_qgis/environment.py --target .venv --project . --extras test --key "$key" --python "$(command -v "$python")" \
+# Every library in its locked version with its hashes, as treedgs:setupengine installs them; what pip prints is in .setup/pip.log.
+"$python" -m treedgs_qgis.environment --target .venv --key "$key" --python "$(command -v "$python")" --log .setup/pip.log \
     || fail "the engine environment .venv is not complete; read the lines above and run this again."
 
 # 3. QGIS with this repository as its plugin, in a profile of its own.

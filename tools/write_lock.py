@@ -1,7 +1,9 @@
-"""Write ``treedgs_qgis/requirements-locked.txt``, every library of the engine with its hashes: ``make lock``.
+"""Write every library with its hashes: ``treedgs_qgis/requirements-locked.txt`` (the engine) and
+``tools/requirements-dev-locked.txt`` (what ``make setup`` adds for the tests): ``make lock``.
 
 Resolved by uv for every system and Python 3.10 or newer, wheels only, from ``requirements.txt`` (without torch, which
-no step needs) and the ``gpu`` extra of ``pyproject.toml``. ``treedgs:setupengine`` installs exactly this list.
+no step needs) and the ``gpu`` extra of ``pyproject.toml``. ``treedgs:setupengine`` installs exactly the first list,
+``make setup`` both.
 """
 
 from __future__ import annotations
@@ -18,50 +20,85 @@ RANGES = ROOT / "treedgs_qgis" / "requirements.txt"
 LOCKED = ROOT / "treedgs_qgis" / "requirements-locked.txt"
 #: Warp's wheels of 1.18 and newer ask for a driver of 2025 and a card of 2018; 1.17 takes those of 2022 and 2014.
 OLDER_CARDS = "warp-lang<1.18"
+DEV = ROOT / "tools" / "requirements-dev-locked.txt"
+#: Installs the library itself, without a build environment from the network.
+SETUPTOOLS = "setuptools>=70.1"
 HEAD = (
-    "# Written from requirements.txt by make lock; treedgs_qgis/locked.py reads it. One line a library and platform.\n"
+    "# Written from {source} by make lock; treedgs_qgis/locked.py reads it. One line a library and platform.\n"
     "# The hashes are those of the package index, no secrets.\n"
 )
 
 
+def extra(name: str) -> list[str]:
+    """The ranges of an extra of ``pyproject.toml``, without those that it takes from other extras."""
+    found = re.search(rf"^{name} = \[(.*)\]$", (ROOT / "pyproject.toml").read_text(encoding="utf-8"), re.M)
+    assert found, f"pyproject.toml has no extra {name}"
+    return [item for item in re.findall(r'"([^"]+)"', found.group(1)) if not item.startswith("treedgs-geo")]
+
+
 def wanted() -> list[str]:
-    """The ranges that are resolved."""
+    """The engine's ranges."""
     lines = [line for line in RANGES.read_text(encoding="utf-8").splitlines() if line and line[0] != "#"]
-    gpu = re.search(r"^gpu = \[(.*?)\]", (ROOT / "pyproject.toml").read_text(encoding="utf-8"), re.M)
-    assert gpu, "pyproject.toml has no extra gpu"
-    return (
-        [line for line in lines if not line.startswith("torch")]
-        + re.findall(r'"([^"]+)"', gpu.group(1))
-        + [OLDER_CARDS]
-    )
+    return [line for line in lines if not line.startswith("torch")] + extra("gpu") + [OLDER_CARDS]
 
 
-def one_line_each(text: str) -> str:
-    """uv's list with each library on one line, marked for the scan for secrets."""
+def wanted_by_developers() -> list[str]:
+    """What the tests need beside the engine."""
+    return extra("test") + extra("cluster") + [SETUPTOOLS]
+
+
+def one_line_each(text: str) -> list[str]:
+    """uv's list with each library on one line."""
     joined = re.sub(r"\s*\\\n\s*", " ", text)
-    lines = [line.strip() for line in joined.splitlines() if line.strip() and not line.startswith("#")]
-    return HEAD + "".join(f"{line}  # pragma: allowlist secret\n" for line in lines)
+    return [line.strip() for line in joined.splitlines() if line.strip() and not line.startswith("#")]
+
+
+def resolve(uv: Path, ranges: list[str], fixed: list[str]) -> list[str]:
+    """One line a library and platform, with hashes. fixed: lines of another list whose versions are to be kept.
+
+    Raises:
+        RuntimeError: what uv said.
+    """
+    with tempfile.TemporaryDirectory() as scratch:
+        given, kept, found = (Path(scratch) / name for name in ("ranges.in", "kept.txt", "locked.txt"))
+        given.write_text("\n".join(ranges) + "\n", encoding="utf-8")
+        kept.write_text("\n".join(line.partition(" --hash=")[0] for line in fixed) + "\n", encoding="utf-8")
+        command = [uv, "pip", "compile", "-q", "--universal", "--python-version", "3.10", "-c", kept]
+        command += ["--generate-hashes", "--no-annotate", "--no-header", "--only-binary", ":all:", given, "-o", found]
+        # setuptools is left out by uv unless it is asked for.
+        done = subprocess.run([*command, "--allow-unsafe"], capture_output=True, text=True)
+        if done.returncode:
+            raise RuntimeError(done.stderr.strip()[-800:])
+        return one_line_each(found.read_text(encoding="utf-8"))
+
+
+def write(path: Path, source: str, lines: list[str]) -> None:
+    """Write one list, marked for the scan for secrets."""
+    text = HEAD.format(source=source) + "".join(f"{line}  # pragma: allowlist secret\n" for line in lines)
+    path.write_text(text, encoding="utf-8")
+    print(f"{path.relative_to(ROOT)}: {len(lines)} lines, {text.count('sha256:')} hashes")
 
 
 def main() -> int:
-    """Resolve and write."""
+    """Resolve and write. ``--dev``: only the developers' list, beside the engine's as it is."""
     folder = ROOT / ".setup" / "lock"
     python = folder / "bin" / "python"
     if not (folder / "bin" / "uv").exists():
         venv.create(folder, with_pip=True, clear=True)
         subprocess.run([python, "-m", "pip", "install", "-q", "--disable-pip-version-check", "uv"], check=True)
-    with tempfile.TemporaryDirectory() as scratch:
-        ranges, found = Path(scratch) / "ranges.in", Path(scratch) / "locked.txt"
-        ranges.write_text("\n".join(wanted()) + "\n", encoding="utf-8")
-        command = [folder / "bin" / "uv", "pip", "compile", "-q", "--universal", "--python-version", "3.10"]
-        command += ["--generate-hashes", "--no-annotate", "--no-header", "--only-binary", ":all:", ranges, "-o", found]
-        done = subprocess.run(command, capture_output=True, text=True)
-        if done.returncode:
-            print(f"error: {done.stderr.strip()[-800:]}", file=sys.stderr)
-            return 1
-        text = one_line_each(found.read_text(encoding="utf-8"))
-    LOCKED.write_text(text, encoding="utf-8")
-    print(f"{LOCKED.relative_to(ROOT)}: {text.count('==')} lines, {text.count('sha256:')} hashes")
+    try:
+        if "--dev" in sys.argv[1:]:
+            listed = LOCKED.read_text(encoding="utf-8").splitlines()
+            engine = [line.partition("  #")[0] for line in listed if line and line[0] != "#"]
+        else:
+            engine = resolve(folder / "bin" / "uv", wanted(), [])
+            write(LOCKED, "requirements.txt", engine)
+        names = {line.partition("==")[0] for line in engine}
+        dev = resolve(folder / "bin" / "uv", wanted_by_developers(), engine)
+        write(DEV, "pyproject.toml", [line for line in dev if line.partition("==")[0] not in names])
+    except RuntimeError as problem:
+        print(f"error: {problem}", file=sys.stderr)
+        return 1
     return 0
 
 

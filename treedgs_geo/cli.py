@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from . import __version__
-from .core.command import Command, describe
+from .core.command import Command, describe, ordered_params
 from .core.errors import Cancelled, InputError, TreeDGSError
 from .core.files import no_empty_folders
 from .core.progress import PROTOCOL, Reporter, make_reporter
@@ -167,7 +167,7 @@ def _parser(command: Command) -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
-    for name, spec, default in params_of(command.settings):
+    for name, spec, default in ordered_params(command):
         parser.add_argument(
             f"--{name.replace('_', '-')}",
             dest=name,

@@ -17,7 +17,7 @@ from qgis.core import (
 )
 from qgis.PyQt.QtGui import QIcon
 
-from . import checks, engine, i18n, loading
+from . import checks, engine, i18n, layers, loading
 from .listener import Listener, duration, is_cancelled
 from .parameters import (
     DESTINATIONS,
@@ -203,6 +203,10 @@ class EngineAlgorithm(BaseAlgorithm):
         self, entry: dict, name: str, given: Any, parameters: dict, context: QgsProcessingContext
     ) -> str:
         kind = entry["kind"]
+        if layers.kind_of(entry):
+            layer = layers.Given(self, name, parameters, context)
+            plain = layer.layer is None
+            return layer.problem() or (checks.path_problem(name, kind, layer.text) if plain else "")
         if kind in ("file", "files", "folder"):
             return checks.path_problem(name, kind, self.parameterAsString(parameters, name, context))
         if kind in ("integer", "number"):
@@ -226,12 +230,12 @@ class EngineAlgorithm(BaseAlgorithm):
         """Run the verb in the engine; progress, messages, cancel and results pass through."""
         try:
             chosen = self.engine()
-            values = engine_values(self, self.declaration, parameters, context)
+            values = engine_values(self, self.declaration, parameters, context, feedback)
             job_dir = engine.new_job_dir(self.COMMAND)
             feedback.pushDebugInfo(f"Engine: {chosen.python} ({chosen.source}); log: {job_dir / 'engine.log'}")
             listener = Listener(feedback, lambda text: in_qgis_words(text, self.declaration["known"]))
             outcome = engine.run_job(chosen, self.COMMAND, values, job_dir, listener, lambda: is_cancelled(feedback))
-        except engine.EngineError as problem:
+        except (engine.EngineError, OSError) as problem:
             raise QgsProcessingException(in_qgis_words(str(problem), self.declaration["known"])) from None
         feedback.pushInfo(self.tr("Done in {time}.").format(time=duration(outcome.seconds)))
         if values.get("dry_run"):

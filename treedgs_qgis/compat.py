@@ -29,6 +29,7 @@ FOLDER = first_attr("Qgis.ProcessingFileParameterBehavior.Folder", "QgsProcessin
 INTEGER = first_attr("Qgis.ProcessingNumberParameterType.Integer", "QgsProcessingParameterNumber.Integer")
 DOUBLE = first_attr("Qgis.ProcessingNumberParameterType.Double", "QgsProcessingParameterNumber.Double")
 SOURCE_VECTOR = first_attr("Qgis.ProcessingSourceType.Vector", "QgsProcessing.TypeVector")
+WRITTEN = first_attr("QgsVectorFileWriter.WriterError.NoError", "QgsVectorFileWriter.NoError")
 DISTANCE_METERS = first_attr("Qgis.DistanceUnit.Meters", "QgsUnitTypes.DistanceMeters")
 LOG_CRITICAL = first_attr("Qgis.MessageLevel.Critical", "Qgis.Critical")
 LINE_STRING = first_attr("Qgis.GeometryType.Line", "QgsWkbTypes.LineGeometry")

@@ -62,6 +62,14 @@ _DROPPED = {
     "__PYVENV_LAUNCHER__",
 }
 
+#: Runs the engine that lies beside the plugin. The environment's Python is isolated (-I): the working folder, a
+#: ``PYTHONPATH`` and the user's own packages are not looked at; 3.10 has no other way.
+_RUN = (
+    "import sys; sys.path.insert(0, sys.argv.pop(1)); import runpy; "
+    "runpy.run_module('treedgs_geo', {}, '__main__', True)"
+)
+ISOLATED = ("-I", "-u", "-X", "utf8")
+
 _PROBE = """
 import importlib.util, json, sys
 print(json.dumps({
@@ -208,16 +216,10 @@ def child_environment() -> dict[str, str]:
         for name, value in os.environ.items()
         if name not in _DROPPED and not name.upper().startswith(_DROPPED_PREFIXES)
     }
-    kept.update(
-        PYTHONNOUSERSITE="1",
-        PYTHONSAFEPATH="1",
-        PYTHONIOENCODING="utf-8",
-        PYTHONUTF8="1",
-        PYTHONUNBUFFERED="1",
-        PYTHONPATH=str(PLUGIN_ROOT),
-    )
-    if not os.access(PLUGIN_ROOT, os.W_OK):
-        kept["PYTHONDONTWRITEBYTECODE"] = "1"
+    # For programs that the engine starts; its own Python is isolated and reads none of these (ISOLATED).
+    kept.update(PYTHONIOENCODING="utf-8", PYTHONUTF8="1")
+    if sys.platform == "win32":
+        kept["NoDefaultCurrentDirectoryInExePath"] = "1"
     return kept
 
 
@@ -267,7 +269,7 @@ def run_job(
     outcome, sentence = Outcome(), ""
     tail: deque[str] = deque(maxlen=40)
     with open(job_dir / "engine.log", "w", encoding="utf-8") as log:
-        process = start([str(engine.python), "-m", "treedgs_geo", "--job", str(job)], job_dir)
+        process = start(engine_command(engine.python, "--job", str(job)), job_dir)
         with closing(stream(process, is_cancelled)) as lines:
             for from_stdout, line in lines:
                 log.write(line + "\n")
@@ -298,6 +300,14 @@ def run_job(
     if sentence:
         raise EngineError(sentence)
     return outcome
+
+
+def engine_command(python: Path, *arguments: str) -> list[str]:
+    """The command line of the engine beside the plugin; whatever lies in the working folder, it is not imported."""
+    words = [str(python), *ISOLATED]
+    if not os.access(PLUGIN_ROOT, os.W_OK):
+        words.append("-B")
+    return [*words, "-c", _RUN, str(PLUGIN_ROOT), *arguments]
 
 
 def _parse(line: str) -> dict[str, Any]:

@@ -1,7 +1,7 @@
-"""Building the engine's Python environment: used by ``make setup`` (as a script) and by ``treedgs:setupengine``.
+"""Building the engine's Python environment: used by ``make setup`` (as a program) and by ``treedgs:setupengine``.
 
-Standard library only, Python 3.9 or newer. The pinned list is ``requirements.txt`` beside this file, written from
-``pyproject.toml`` by ``make parameters``.
+Standard library only, Python 3.9 or newer. Both install the locked list (:mod:`.locked`); ``make setup`` adds the
+developers' list, torch where it comes without CUDA (from the ranges of ``requirements.txt``) and the library itself.
 """
 
 from __future__ import annotations
@@ -16,9 +16,12 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+ROOT = Path(__file__).resolve().parents[1]
 REQUIREMENTS = Path(__file__).with_name("requirements.txt")
 READY = "treedgs-ready.json"
 NEEDED_DISK_GB = 4
+#: Lines of pip's log that are shown when it fails.
+TAIL = 15
 OLDEST = (3, 10)
 
 _PYTHON_CHECK = f"""
@@ -126,13 +129,14 @@ def build(
     inside = target / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
     if not usable_python(str(inside)):
         say(f"Making {target} with {python}")
-        if run([python, "-m", "venv", "--clear", str(target)]) != 0:
+        if run([python, "-I", "-m", "venv", "--clear", str(target)]) != 0:
             raise SetupError(
                 f"{target}: {python} could not make a virtual environment there (Debian and Ubuntu: apt "
                 "install python3-venv)."
             )
     (target / READY).unlink(missing_ok=True)
-    pip = [str(inside), "-m", "pip", "install", "--no-input", "--disable-pip-version-check", "--progress-bar", "off"]
+    pip = [str(inside), "-I", "-m", "pip", "install", "--no-input", "--disable-pip-version-check"]
+    pip += ["--progress-bar", "off"]
     if wheels is not None:
         pip += ["--no-index", "--find-links", str(wheels)]
     for group in packages:
@@ -142,13 +146,36 @@ def build(
                 "(TREEDGS_TORCH=cuda installs it all the same)."
             )
             continue
-        say(f"Installing {', '.join(group)}")
+        say(f"Installing {what(group)}")
         if run([*pip, *group]) != 0:
             raise SetupError(
-                f"pip could not install {', '.join(group)} into {target}; read the lines above: without "
+                f"pip could not install {what(group)} into {target}; read the lines above: without "
                 "network give a folder of wheels, behind a proxy set HTTPS_PROXY, then run this again."
             )
     (target / READY).write_text(json.dumps({"key": key, "packages": packages}) + "\n", encoding="utf-8")
+
+
+def what(group: list[str]) -> str:
+    """What pip is asked for, in words."""
+    if "--require-hashes" in group:
+        return "the locked list of libraries"
+    return "the library itself" if "-e" in group else ", ".join(group)
+
+
+def logged(log: Path) -> Runner:
+    """A runner that keeps what a command prints in ``log`` and shows its end when the command fails."""
+
+    def run(command: list) -> int:
+        with open(log, "ab") as stream:
+            stream.write(f"$ {' '.join(map(str, command))}\n".encode())
+            stream.flush()
+            code = subprocess.call(command, stdin=subprocess.DEVNULL, stdout=stream, stderr=subprocess.STDOUT)
+        if code:
+            lines = log.read_text(encoding="utf-8", errors="replace").splitlines()
+            print("\n".join(lines[-TAIL:]), f"(all of it in {log})", sep="\n", file=sys.stderr)
+        return code
+
+    return run
 
 
 def _pulls_cuda(pip: list[str], group: list[str]) -> bool:
@@ -163,26 +190,31 @@ def _pulls_cuda(pip: list[str], group: list[str]) -> bool:
 
 
 def main() -> int:
-    """``environment.py --target .venv --project . --extras test``: the development environment of ``make setup``."""
+    """``python -m treedgs_qgis.environment``: the development environment of ``make setup``."""
+    from . import locked
+
     parser = argparse.ArgumentParser()
     parser.add_argument("--target", type=Path, required=True)
-    parser.add_argument("--project", type=Path, required=True)
-    parser.add_argument("--extras", default="")
     parser.add_argument("--key", required=True)
     parser.add_argument("--python", default="")
+    parser.add_argument("--log", type=Path, required=True)
     chosen = parser.parse_args()
+    chosen.log.unlink(missing_ok=True)
     torch = [item for item in requirements() if item.startswith("torch")]
-    extras = f"[{chosen.extras}]" if chosen.extras else ""
-    editable = ["-e", f"{os.path.abspath(chosen.project)}{extras}"]
     try:
         build(
             chosen.target,
-            [torch, editable] if torch else [editable],
+            [
+                locked.write_list("cuda", chosen.log.with_name("locked.txt"), locked.DEVELOPERS),
+                *([torch] if torch else []),
+                ["--no-deps", "--no-build-isolation", "-e", str(ROOT)],
+            ],
             chosen.key,
             find_python(chosen.python),
+            run=logged(chosen.log),
             torch=os.environ.get("TREEDGS_TORCH", "cpu"),
         )
-    except SetupError as problem:
+    except (SetupError, OSError) as problem:
         print(f"error: {problem}", file=sys.stderr)
         return 1
     return 0

@@ -7,6 +7,8 @@ from typing import Any, ClassVar
 
 from qgis.core import (
     QgsEditorWidgetSetup,
+    QgsLayerTreeGroup,
+    QgsLayerTreeNode,
     QgsMapLayer,
     QgsProcessingContext,
     QgsProcessingFeedback,
@@ -19,15 +21,18 @@ from qgis.core import (
 from . import compat
 from .i18n import tr
 
+#: Stands for the layer that was asked for, among its companions.
+ITSELF = ("", "")
 #: Layers that come with the one that was asked for, bottom first: table in the GeoPackage -> name in the project.
 COMPANIONS = {
     "Pairs": (
         ("plots", "Plots"),
         ("suggested", "Suggested pairs"),
+        ITSELF,
         ("measured_trees", "Measured trees"),
         ("field_trees", "Field trees"),
     ),
-    "Trees": (("slices", "Stem slices"), ("circles", "Stem circles")),
+    "Trees": (("slices", "Stem slices"), ("circles", "Stem circles"), ITSELF),
 }
 #: How near a line's end has to come to a tree to catch it.
 SNAP_PIXELS = 12
@@ -46,17 +51,51 @@ def load_results(results: dict[str, Any], name: str, context: QgsProcessingConte
             continue
         for kind, companions in COMPANIONS.items():
             if name == tr(kind):
-                for table, title in companions:
-                    _add_companion(f"{value}|layername={table}", tr(title), details.project, context)
+                sources = [f"{value}|layername={table}" if table else value for table, _ in companions]
+                for rank, (table, title) in enumerate(companions):
+                    if table:
+                        _add_companion(sources[rank], tr(title), details.project, context, sources, rank)
+                _in_order(details, sources, companions.index(ITSELF))
+                context.addLayerToLoadOnCompletion(value, details)
 
 
-def _add_companion(source: str, title: str, project: QgsProject | None, context: QgsProcessingContext) -> None:
+def _add_companion(
+    source: str, title: str, project: QgsProject | None, context: QgsProcessingContext, sources: list[str], rank: int
+) -> None:
     layer = QgsVectorLayer(source, title, "ogr")
     if not layer.isValid() or layer.featureCount() == 0:
         return
     details = QgsProcessingContext.LayerDetails(title, project or context.project(), title)
-    details.setPostProcessor(DefaultStyle.make())
+    _in_order(details, sources, rank)
     context.addLayerToLoadOnCompletion(source, details)
+
+
+def _in_order(details: QgsProcessingContext.LayerDetails, sources: list[str], rank: int) -> None:
+    """QGIS loads by name, the last on top: stem slices would hide the trees' colours."""
+    details.setPostProcessor(DefaultStyle.make(sources))
+    if hasattr(details, "layerSortKey"):  # 3.32: puts layers into the tree after they are styled
+        details.layerSortKey = rank
+
+
+def stack(project: QgsProject, sources: list[str]) -> None:
+    """Put the layers of ``sources`` (bottom first) into this order, each group of the layer tree by itself."""
+    rank = {source: number for number, source in enumerate(sources)}
+    groups: dict[int, tuple[QgsLayerTreeGroup, list[QgsLayerTreeNode]]] = {}
+    for node in project.layerTreeRoot().findLayers():
+        if node.layer() is not None and node.layer().source() in rank:
+            group = node.parent()
+            key = next((key for key, (known, _) in groups.items() if known == group), len(groups))
+            groups.setdefault(key, (group, []))[1].append(node)
+    for group, nodes in groups.values():
+        wanted = sorted(nodes, key=lambda node: -rank[node.layer().source()])
+        if wanted == nodes:
+            continue
+        # Below the topmost of them, in order; a layer stays in the project while one node shows it.
+        place = group.children().index(nodes[0])
+        for number, node in enumerate(wanted):
+            group.insertChildNode(place + number, node.clone())
+        for node in nodes:
+            group.removeChildNode(node)
 
 
 class DefaultStyle(QgsProcessingLayerPostProcessorInterface):
@@ -65,10 +104,14 @@ class DefaultStyle(QgsProcessingLayerPostProcessorInterface):
     #: QGIS does not own post-processors; without this they are gone before they are used.
     _kept: ClassVar[list[DefaultStyle]] = []
 
+    #: The layers it belongs to, bottom first.
+    sources: ClassVar[tuple[str, ...]] = ()
+
     @classmethod
-    def make(cls) -> DefaultStyle:
+    def make(cls, sources: list[str] | None = None) -> DefaultStyle:
         """A new one for each layer."""
         made = cls()
+        made.sources = sources or []
         cls._kept = [*cls._kept[-40:], made]
         return made
 
@@ -80,6 +123,7 @@ class DefaultStyle(QgsProcessingLayerPostProcessorInterface):
         if isinstance(layer, QgsVectorLayer):
             in_the_users_language(layer)
         layer.triggerRepaint()
+        stack(QgsProject.instance(), self.sources)
         if os.path.basename(layer.source()).endswith("|layername=field_trees") or _is_pairs(layer):
             snap_to_trees(QgsProject.instance())
 

@@ -9,6 +9,8 @@ import hashlib
 from pathlib import Path
 
 LOCKED = Path(__file__).with_name("requirements-locked.txt")
+#: What ``make setup`` adds for the tests; not in the plugin's zip.
+DEVELOPERS = Path(__file__).resolve().parents[1] / "tools" / "requirements-dev-locked.txt"
 #: Only of use with a GPU.
 GPU_ONLY = ("warp-lang",)
 BUILDS = ("auto", "cpu", "cuda")
@@ -16,7 +18,7 @@ BUILDS = ("auto", "cpu", "cuda")
 
 def lines(build: str = "cuda") -> list[str]:
     """The requirements of a build (``cpu`` or ``cuda``), each with its hashes."""
-    listed = [line for line in LOCKED.read_text(encoding="utf-8").splitlines() if line and line[0] != "#"]
+    listed = _read(LOCKED)
     return [line for line in listed if build == "cuda" or not line.startswith(GPU_ONLY)]
 
 
@@ -25,8 +27,16 @@ def lock_hash() -> str:
     return hashlib.sha256("\n".join(lines()).encode()).hexdigest()[:10]
 
 
-def write_list(build: str, target: Path) -> list[str]:
-    """Write the build's list to ``target``; returns what pip has to be told: that file, with hashes, wheels only."""
+def write_list(build: str, target: Path, more: Path | None = None) -> list[str]:
+    """Write the build's list to ``target``; returns what pip has to be told: that file, with hashes, wheels only.
+
+    more: a further list (:data:`DEVELOPERS`).
+    """
     target.parent.mkdir(parents=True, exist_ok=True)
-    target.write_text("\n".join(lines(build)) + "\n", encoding="utf-8")
+    listed = [*lines(build), *(_read(more) if more else [])]
+    target.write_text("\n".join(listed) + "\n", encoding="utf-8")
     return ["--require-hashes", "--only-binary", ":all:", "-r", str(target)]
+
+
+def _read(path: Path) -> list[str]:
+    return [line for line in path.read_text(encoding="utf-8").splitlines() if line and line[0] != "#"]

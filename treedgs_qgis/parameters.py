@@ -23,11 +23,13 @@ from qgis.core import (
     QgsProcessingParameterFolderDestination,
     QgsProcessingParameterNumber,
     QgsProcessingParameterRasterDestination,
+    QgsProcessingParameterRasterLayer,
     QgsProcessingParameterString,
     QgsProcessingParameterVectorDestination,
+    QgsProcessingParameterVectorLayer,
 )
 
-from . import compat
+from . import compat, layers
 from .i18n import tr
 
 DECLARATIONS = Path(__file__).with_name("parameters.json")
@@ -97,7 +99,11 @@ def make_parameter(entry: dict[str, Any]) -> QgsProcessingParameterDefinition:
     # With a default nothing has to be given, but nothing can be left empty either: not what QGIS calls optional.
     optional = not entry["required"] and default is None
     suffixes = entry.get("suffixes", [])
-    if kind in ("file", "files"):
+    if layers.kind_of(entry) == "vector":
+        made = QgsProcessingParameterVectorLayer(name, text, [compat.SOURCE_VECTOR], default, optional)
+    elif layers.kind_of(entry) == "raster":
+        made = QgsProcessingParameterRasterLayer(name, text, default, optional)
+    elif kind in ("file", "files"):
         made = QgsProcessingParameterFile(name, text, compat.FILE, "", default, optional, _filter(suffixes))
     elif kind == "folder":
         made = QgsProcessingParameterFile(name, text, compat.FOLDER, "", default, optional)
@@ -164,9 +170,13 @@ def make_outputs(declaration: dict[str, Any]) -> list[Any]:
 
 
 def engine_values(
-    algorithm: Any, declaration: dict[str, Any], parameters: dict[str, Any], context: Any
+    algorithm: Any, declaration: dict[str, Any], parameters: dict[str, Any], context: Any, feedback: Any
 ) -> dict[str, Any]:
-    """What goes into ``job.json``: the engine's names, plain JSON values, absolute paths; empty ones left out."""
+    """What goes into ``job.json``: the engine's names, plain JSON values, absolute paths; empty ones left out.
+
+    Raises:
+        OSError: a layer of the project cannot be copied.
+    """
     values: dict[str, Any] = {}
     for entry in declaration["parameters"]:
         name, kind = qgis_name(entry["name"]), entry["kind"]
@@ -180,6 +190,8 @@ def engine_values(
                 value = _path(algorithm.parameterAsFileOutput(parameters, name, context))
         elif given is None and entry["default"] is None and kind != "crs":
             continue
+        elif layers.kind_of(entry):
+            value = layers.Given(algorithm, name, parameters, context).file(context, feedback)
         elif kind in ("file", "files", "folder"):
             value = _path(algorithm.parameterAsString(parameters, name, context))
         elif kind == "crs" and given == LOCAL:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import shutil
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +16,7 @@ from treedgs_geo.commands.geotag import GeotagSettings, run
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags import read_stations
-from treedgs_geo.geotags.tagged import check_target
+from treedgs_geo.geotags.tagged import _QUIETLY, check_target
 
 
 def test_copies_carry_the_corrected_position(tmp_path: Path) -> None:
@@ -50,3 +52,15 @@ def test_originals_are_out_of_reach(tmp_path: Path) -> None:
         with pytest.raises(InputError):
             check_target(photos, target)
     check_target(photos, tmp_path / "flight" / "tagged")
+
+
+@pytest.mark.parametrize("words, executed", [(("-@", "-"), True), (_QUIETLY, False)])
+def test_no_configuration_of_the_current_folder_is_executed(tmp_path: Path, words, executed) -> None:
+    """ExifTool's configuration is a program, and without HOME it is looked for in the current folder."""
+    if shutil.which("exiftool") is None:
+        pytest.skip("ExifTool is not installed")
+    (tmp_path / ".ExifTool_config").write_text("open(my $f, '>', 'executed'); 1;")
+    nowhere = {"PATH": os.environ["PATH"]}
+    subprocess.run(["exiftool", *words], input="-ver\n-execute\n", text=True, cwd=tmp_path, env=nowhere,
+                   capture_output=True)
+    assert (tmp_path / "executed").exists() == executed

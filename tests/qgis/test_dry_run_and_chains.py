@@ -228,6 +228,7 @@ for feature in layers["Stem circles"].getFeatures():
 heights = {feature["height_m"] for feature in layers["Stem slices"].getFeatures()}
 slices = layers["Stem slices"]
 print("HEIGHTS", len(heights), slices.mapTipTemplate() != "", slices.hasScaleBasedVisibility())
+print("ORDER", [node.name() for node in QgsProject.instance().layerTreeRoot().findLayers()])
 """,
         tmp_path / "cloud.laz",
         tmp_path / "trees.gpkg",
@@ -235,6 +236,35 @@ print("HEIGHTS", len(heights), slices.mapTipTemplate() != "", slices.hasScaleBas
     assert "NAMES ['Stem circles', 'Stem slices', 'Trees']" in done.stdout, done.stdout + done.stderr
     assert "['categorizedSymbol', 'graduatedSymbol', 'categorizedSymbol']" in done.stdout
     assert "HEIGHTS 9 True True" in done.stdout, done.stdout + done.stderr
+    assert "ORDER ['Trees', 'Stem circles', 'Stem slices']" in done.stdout, "the trees' colours are hidden"
+
+
+def test_the_order_of_layers_is_kept_among_the_users_own(qgis, tmp_path):
+    """Into a group of the user's choice, beside layers that are already there; and a second time."""
+    stems_cloud(tmp_path / "cloud.laz")
+    done = qgis.python(
+        """
+from qgis.core import QgsProject, QgsVectorLayer
+from processing.core.ProcessingConfig import ProcessingConfig
+project = QgsProject.instance()
+project.addMapLayer(QgsVectorLayer("Point?crs=EPSG:32617", "Own", "memory"))
+for number in range(2):
+    out = f"{sys.argv[2]}/trees{number}.gpkg"
+    processing.runAndLoadResults("treedgs:pointcloudtodbh", {"INPUT": sys.argv[1], "OUTPUT": out})
+    project.addMapLayer(QgsVectorLayer("Point?crs=EPSG:32617", f"Own {number}", "memory"))
+print("ORDER", [node.name() for node in project.layerTreeRoot().findLayers()])
+ProcessingConfig.setSettingValue(ProcessingConfig.RESULTS_GROUP_NAME, "Results")
+processing.runAndLoadResults("treedgs:pointcloudtodbh", {"INPUT": sys.argv[1], "OUTPUT": f"{sys.argv[2]}/trees2.gpkg"})
+group = project.layerTreeRoot().findGroup("Results")
+print("GROUP", [node.name() for node in group.findLayers()], len(project.mapLayers()))
+ProcessingConfig.setSettingValue(ProcessingConfig.RESULTS_GROUP_NAME, "")
+""",
+        tmp_path / "cloud.laz",
+        tmp_path,
+    )
+    three = ["Trees", "Stem circles", "Stem slices"]
+    assert f"ORDER {['Own 1', *three, 'Own 0', *three, 'Own']}" in done.stdout, done.stdout + done.stderr
+    assert f"GROUP {three} 12" in done.stdout, done.stdout + done.stderr
 
 
 def test_terrain_opens_as_a_hillshade(qgis, tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -143,7 +144,7 @@ def test_the_child_gets_a_clean_environment(monkeypatch):
         monkeypatch.setenv(name, value)
     child = engine.child_environment()
     assert "/x" not in child.values()
-    assert child["PYTHONPATH"] == str(ROOT) and child["PYTHONNOUSERSITE"] == "1"
+    assert "PYTHONPATH" not in child, "the engine finds the library by its own command line"
     assert child["HTTPS_PROXY"] == "http://proxy:1"
 
 
@@ -239,3 +240,50 @@ def test_the_job_file_keeps_accents(fake_engine, tmp_path):
     )
     assert found.result == {"input": "/données/nuage é.laz"}
     assert json.loads((job / "job.json").read_text(encoding="utf-8"))["command"] == "terrain"
+
+
+def test_what_pip_prints_goes_to_a_file(tmp_path, capfd):
+    log = tmp_path / "pip.log"
+    run = environment.logged(log)
+    assert run([sys.executable, "-c", "print('chatter')"]) == 0
+    assert capfd.readouterr() == ("", "")
+    assert run([sys.executable, "-c", "print(*range(100), sep='\\n'); raise SystemExit(3)"]) == 3
+    out, err = capfd.readouterr()
+    assert out == "" and "99" in err and "chatter" not in err and str(log) in err
+    assert len(err.splitlines()) == environment.TAIL + 1 and "chatter" in log.read_text()
+
+
+TRAP = "open(__file__ + '.executed', 'w').close()\n"
+
+
+@pytest.mark.parametrize("name", ["json", "numpy", "runpy", "treedgs_geo", "sitecustomize"])
+def test_no_file_of_the_job_folder_is_executed(name, monkeypatch):
+    """Nor one of a folder that a PYTHONPATH with an empty entry names. The engine is the one beside the plugin."""
+    job = engine.new_job_dir("doctor")
+    (job / f"{name}.py").write_text(TRAP)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep)
+    monkeypatch.delenv("PYTHONSAFEPATH", raising=False)
+    seen: list[dict] = []
+    with pytest.raises(engine.EngineError, match="'nonsense' is unknown"):
+        engine.run_job(
+            engine.Engine(Path(sys.executable), "test"), "doctor", {"nonsense": 1}, job, seen.append, lambda: False
+        )
+    assert seen[0]["t"] == "hello" and not list(job.glob("*.executed"))
+
+
+def test_the_engine_is_the_one_beside_the_plugin(tmp_path):
+    code = engine._RUN.replace("runpy.run_module('treedgs_geo', {}, '__main__', True)", "import treedgs_geo as t")
+    command = engine.engine_command(Path(sys.executable))
+    command[command.index(engine._RUN)] = f"{code}; print(t.__file__)"
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=engine.child_environment())
+    assert Path(done.stdout.strip()).parents[1] == ROOT, done.stderr
+
+
+def test_building_an_environment_executes_nothing_of_the_current_folder(tmp_path, monkeypatch):
+    """The system's Python makes it, and pip fills it, for real."""
+    for name in ("venv", "pip", "json", "ensurepip"):
+        (tmp_path / f"{name}.py").write_text(TRAP)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(environment.SetupError, match="could not install"):
+        environment.build(tmp_path / "env", [["--no-index", "no-such-library"]], "k", sys.executable, say=str)
+    assert (tmp_path / "env" / "bin" / "pip").exists() and not list(tmp_path.glob("*.executed"))

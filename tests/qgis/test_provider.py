@@ -228,6 +228,26 @@ def test_every_library_is_locked_with_hashes(shell):
     assert len(locked.lock_hash()) == 10 and shell("engine").managed_environment().name.endswith(locked.lock_hash())
 
 
+def test_make_setup_adds_its_own_locked_list(shell, tmp_path):
+    """The tests' libraries, hashed too; nothing twice, so that the engine's versions are those of setupengine."""
+    from packaging.requirements import Requirement
+
+    locked, tools = shell("locked"), load("treedgs_tools_write_lock", ROOT / "tools" / "write_lock.py")
+    both = tmp_path / "both.txt"
+    locked.write_list("cuda", both, locked.DEVELOPERS)
+    names: dict[str, set[str]] = {"engine": set(), "developers": set()}
+    for line in both.read_text().splitlines():
+        text, *hashes = line.partition("  #")[0].split(" --hash=")
+        assert hashes and all(re.fullmatch(r"sha256:[0-9a-f]{64}", entry) for entry in hashes), line[:80]
+        names["engine" if line in locked.lines() else "developers"].add(Requirement(text).name)
+    assert not names["engine"] & names["developers"]
+    for line in tools.wanted_by_developers():
+        assert Requirement(line).name in names["engine"] | names["developers"], f"{line}: run make lock"
+    # The editable library is built with what is installed: no build environment from the network.
+    script = (ROOT / "tools" / "setup.sh").read_text()
+    assert "requirements-dev-locked.txt" in script and "treedgs_qgis.environment" in script
+
+
 def test_pip_takes_the_locked_list(shell, tmp_path):
     """pip itself reads it, hashes and all; a changed hash is refused before anything is installed."""
     locked = shell("locked")

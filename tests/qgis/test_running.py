@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import time
 from pathlib import Path
 
 import pytest
-from qgis_driver import STUBBORN, alive, kill_all, patience_s
+from qgis_driver import ROOT, STUBBORN, alive, kill_all, load, patience_s
 from qgis_helpers import refused, stems_cloud, wait_for
 
 
@@ -299,3 +300,33 @@ def test_setting_up_from_an_empty_folder_of_wheels_is_refused(qgis, tmp_path):
     done = qgis.run("setupengine", {"TREEDGS_HOME": tmp_path / "home"}, WHEELS=tmp_path / "roues")
     refused(done, "roues: holds no .whl files")
     assert not (tmp_path / "home").exists()
+
+
+def test_progress_dots_do_not_cut_lines(qgis, tmp_path, capsys):
+    """What the demo prints of a real run: whole lines; all that QGIS printed is in the log."""
+    stems_cloud(tmp_path / "cloud.laz")
+    log = tmp_path / "logs" / "qgis_process.log"
+    values = {"INPUT": tmp_path / "cloud.laz", "OUTPUT": tmp_path / "trees.gpkg"}
+    code = qgis.tools.run_algorithm("treedgs:pointcloudtodbh", values, qgis.setup, log)
+    shown = capsys.readouterr().out
+    assert code == 0 and "\n  3 stems found" in shown and "\nDone in " in shown, shown
+    assert not re.search(r"\d\.\.|\.\.\d|- done", shown), shown
+    assert "100 - done." in log.read_text() and "Engine: " in log.read_text()
+
+
+@pytest.mark.parametrize(
+    "printed, shown",
+    [
+        ("0...10..Reading", "Reading"),
+        ("0...10...20", None),
+        ("0...10...20...30 photos", "30 photos"),
+        ("0...10...20...30  indented", "  indented"),
+        ("10 trees", "10 trees"),
+        ("", ""),
+        ("0.5 m", "0.5 m"),
+        ("...", "..."),
+    ],
+)
+def test_only_progress_is_taken_out(printed, shown):
+    tools = load("treedgs_tools_qgis_run", ROOT / "tools" / "qgis_run.py")
+    assert tools.WithoutDots().line(printed) == shown

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.children import python_command
 from ..core.crs import LocalFrame
 from ..core.errors import ReconstructionError
 from ..core.files import read_json, write_json
@@ -32,7 +33,7 @@ def run_job(job: dict[str, Any], result: Path) -> dict[str, Any]:
     job_file = result.with_suffix(".job.json")
     write_json(job_file, job)
     began = time.perf_counter()
-    child = subprocess.Popen([sys.executable, "-m", "treedgs_geo.benchmarking.jobs", str(job_file), str(result)],
+    child = subprocess.Popen(python_command("treedgs_geo.benchmarking.jobs", job_file, result),
                              stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
     try:
         errors = child.communicate()[1]

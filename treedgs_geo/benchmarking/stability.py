@@ -6,7 +6,6 @@ import hashlib
 import json
 import shutil
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -18,6 +17,7 @@ import numpy as np
 import pandas as pd
 
 from .. import __version__
+from ..core.children import python_command
 from ..core.errors import TreeDGSError
 from ..core.files import write_json
 from ..core.machine import available_threads
@@ -242,7 +242,7 @@ def chain_trees(plot: TruePlot, bias_m: float = 0.0) -> list[Tree]:
         inputs = {"photos": plot.folder / "images", "geotags": plot.folder, "crs": plot.frame.crs.to_string(),
                   "plots": plot.folder / "plots.csv", "workspace": Path(scratch) / "ws", "output": layer}
         words = [word for name, value in inputs.items() for word in (f"--{name}", str(value))]
-        child = subprocess.run([sys.executable, "-m", "treedgs_geo", "photos-to-dbh", *words, "--log-format", "plain"],
+        child = subprocess.run(python_command("treedgs_geo", "photos-to-dbh", *words, "--log-format", "plain"),
                                stdin=subprocess.DEVNULL, capture_output=True, text=True)
         if child.returncode:
             last = (child.stderr.strip() or child.stdout.strip()).splitlines()[-1:] or ["no message"]

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import logging
+import shlex
 import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+from ..core.children import isolate_workers
 from ..core.errors import InputError, MissingComponentError, OutputError, TreeDGSError
 from ..core.progress import Reporter
+from .certificates import own_security, private_folder, security_of
 from .task import RESOURCE
 
 QUEUES = {"slurm": "SLURMCluster", "pbs": "PBSCluster"}
@@ -19,6 +23,8 @@ QUEUES = {"slurm": "SLURMCluster", "pbs": "PBSCluster"}
 MEMORY_SHARE = 0.8
 #: Seconds that a worker of this machine may be away before it is replaced.
 HEAL_S = 20.0
+#: Dask's pages: on this machine only, at a free port.
+LOOPBACK = "127.0.0.1:0"
 #: Options of a queue: ``--queue-options`` name -> dask-jobqueue's name.
 _QUEUE_OPTIONS = ("queue", "account", "project", "walltime", "cores", "memory", "jobs", "interface", "job_extra",
                   "prologue")
@@ -69,6 +75,7 @@ class Crew:
         self._short_since: float | None = None
         self._told = False
         self._seen = (0.0, 0, 0.0, False)
+        self._security = client.security
 
     @property
     def dashboard(self) -> str:
@@ -144,7 +151,7 @@ class Crew:
             self.client.close(timeout=1)
         while time.monotonic() < until:
             try:
-                self.client = Client(self.address, timeout=3, set_as_default=False)
+                self.client = Client(self.address, timeout=3, set_as_default=False, security=self._security)
                 self._seen = (0.0, 0, 0.0, False)
                 return True
             except (OSError, TimeoutError):
@@ -154,13 +161,14 @@ class Crew:
 
 @contextmanager
 def open_crew(
-    scheduler: str, shape: Shape, threads: int, dashboard: str, options: str, reporter: Reporter
+    scheduler: str, shape: Shape, threads: int, dashboard: str, options: str, workspace: Path, reporter: Reporter
 ) -> Iterator[Crew]:
-    """Workers for a campaign; those that were started here are ended with the block.
+    """Workers for a campaign; those that were started here are ended with the block, and speak only to each other.
 
     Raises:
         InputError: an unknown scheduler or one that does not answer. MissingComponentError: no dask-jobqueue.
     """
+    isolate_workers()  # before Dask, which starts a process when it is imported
     import dask
 
     quiet()
@@ -178,7 +186,8 @@ def open_crew(
         if scheduler == "local":
             yield from _local(shape, dashboard, reporter)
         elif scheduler in QUEUES:
-            yield from _queue(scheduler, shape, threads, dashboard, options, reporter)
+            with private_folder(workspace) as folder:
+                yield from _queue(scheduler, shape, threads, dashboard, options, folder, reporter)
         else:
             yield from _remote(scheduler, reporter)
 
@@ -208,6 +217,7 @@ def _start_local(shape: Shape, dashboard: str) -> Any:
     """
     from distributed import LocalCluster
 
+    security = own_security()
     problem: Exception | None = None
     for _ in range(3):
         try:
@@ -215,7 +225,7 @@ def _start_local(shape: Shape, dashboard: str) -> Any:
             return LocalCluster(
                 n_workers=shape.processes, threads_per_worker=shape.slots, processes=True, memory_limit=0,
                 resources={RESOURCE: shape.memory_gb}, dashboard_address=_dashboard(dashboard),
-                silence_logs=logging.CRITICAL, host="127.0.0.1")
+                silence_logs=logging.CRITICAL, host="127.0.0.1", security=security)
         except (OSError, RuntimeError, TimeoutError) as trouble:
             problem = trouble
             _end_children()
@@ -226,8 +236,9 @@ def _start_local(shape: Shape, dashboard: str) -> Any:
 def _remote(address: str, reporter: Reporter) -> Iterator[Crew]:
     from distributed import Client
 
+    security = security_of(address, reporter)
     try:
-        client = Client(address, timeout=10, set_as_default=False)
+        client = Client(address, timeout=10, set_as_default=False, security=security)
     except (OSError, TimeoutError) as problem:
         raise InputError(
             f"--scheduler: nothing answers at {address} ({problem}); start 'dask scheduler' there, or use local."
@@ -241,11 +252,11 @@ def _remote(address: str, reporter: Reporter) -> Iterator[Crew]:
 
 
 def _queue(
-    scheduler: str, shape: Shape, threads: int, dashboard: str, options: str, reporter: Reporter
+    scheduler: str, shape: Shape, threads: int, dashboard: str, options: str, folder: Path, reporter: Reporter
 ) -> Iterator[Crew]:
     from distributed import Client
 
-    chosen, jobs = queue_arguments(scheduler, shape, threads, options)
+    chosen, jobs = queue_arguments(scheduler, shape, threads, options, folder)
     try:
         import dask_jobqueue
     except ModuleNotFoundError:
@@ -253,7 +264,9 @@ def _queue(
             f"--scheduler {scheduler}: dask-jobqueue is not installed; run pip install 'dask-jobqueue>=0.9'."
         ) from None
     cluster = getattr(dask_jobqueue, QUEUES[scheduler])(
-        **chosen, scheduler_options={"dashboard_address": _dashboard(dashboard)})
+        **chosen, security=own_security(), shared_temp_directory=str(folder),
+        # Without a live view there is still a page about the scheduler's health: not for the network either.
+        scheduler_options={"dashboard": dashboard != "off", "dashboard_address": _dashboard(dashboard) or LOOPBACK})
     try:
         cluster.scale(jobs=jobs)
         reporter.info(f"{jobs} jobs of {shape.memory_gb:.1f} GB were handed to {scheduler}.")
@@ -270,12 +283,15 @@ def _queue(
             cluster.close()
 
 
-def queue_arguments(scheduler: str, shape: Shape, threads: int, options: str) -> tuple[dict[str, Any], int]:
+def queue_arguments(
+    scheduler: str, shape: Shape, threads: int, options: str, folder: Path
+) -> tuple[dict[str, Any], int]:
     """``(arguments of the dask-jobqueue cluster, number of jobs)``.
 
     options: ``queue=short,walltime=08:00:00,account=forest,jobs=20,memory=16GB,cores=4,interface=ib0``; further lines
     of the job script as ``job_extra=--constraint=avx2;--nice=100``, shell lines before it as ``prologue=…;…``. What
-    is not given comes from dask-jobqueue's own configuration (``~/.config/dask/jobqueue.yaml``).
+    is not given comes from dask-jobqueue's own configuration (``~/.config/dask/jobqueue.yaml``). folder: where the jobs
+    start: Python looks for modules there first, so it is one that holds nothing of others.
 
     Raises:
         InputError: an unknown option.
@@ -297,9 +313,11 @@ def queue_arguments(scheduler: str, shape: Shape, threads: int, options: str) ->
         "cores": cores_each, "processes": 1, "memory": memory, "python": sys.executable,
         "name": "treedgs", "nanny": True,
         "worker_extra_args": ["--nthreads", str(max(1, cores_each // threads)), "--memory-limit", "0",
+                              "--no-dashboard", "--dashboard-address", LOOPBACK,
                               "--resources", f"{RESOURCE}={for_plots:.2f}"],
         "job_extra_directives": [line for line in given.pop("job_extra", "").split(";") if line],
-        "job_script_prologue": [line for line in given.pop("prologue", "").split(";") if line],
+        "job_script_prologue": [line for line in given.pop("prologue", "").split(";") if line] + [
+            f"cd {shlex.quote(str(folder))} || exit 1"],
     }
     if account:
         chosen["account"] = account
@@ -310,10 +328,12 @@ def _dashboard(text: str) -> str | None:
     if text == "off":
         return None
     if text == "auto":
-        return "127.0.0.1:0"
-    if not text.rpartition(":")[2].isdigit():
+        return LOOPBACK
+    host, _, port = text.rpartition(":")
+    if not port.isdigit():
         raise InputError(f"--dashboard: found {text!r}, expected auto, off, or an address like :8787.")
-    return text
+    # Dask takes an empty host for every network the machine is on.
+    return f"{host or '127.0.0.1'}:{port}"
 
 
 def quiet() -> None:

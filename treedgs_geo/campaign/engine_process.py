@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ..core.children import python_command
 from ..core.files import write_json
 
 #: What libraries read to know how many threads they may start.
@@ -51,10 +52,10 @@ class EngineProcess:
         self._measured = 0.0
         file = folder / "job.json"
         write_json(file, job)
-        environment = {**os.environ, **dict.fromkeys(THREADS, str(threads)), "PYTHONUNBUFFERED": "1"}
+        environment = {**os.environ, **dict.fromkeys(THREADS, str(threads))}
         with open(log, "w", encoding="utf-8") as stream:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "treedgs_geo.campaign.plot", str(file)], cwd=folder, env=environment,
+                python_command("treedgs_geo.campaign.plot", file), cwd=folder, env=environment,
                 stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=stream, **_own_group())
         self._reader = threading.Thread(target=self._listen, daemon=True)
         self._reader.start()

@@ -85,7 +85,7 @@ def _run(
     campaign.begin(entry["row"]["plot_id"] for entry in plan.entries())
     with reporter.stage("plots", 0.03, 0.96):
         with open_crew(settings.scheduler, shape, settings.threads, settings.dashboard, settings.queue_options or "",
-                       reporter) as crew:
+                       workspace, reporter) as crew:
             if crew.dashboard:
                 reporter.info(f"Live view: {crew.dashboard}; table: {workspace / STATUS}")
             tally = Coordinator(plan, campaign, crew, settings.threads, settings.time_limit_min, settings.patience_s,
@@ -108,7 +108,7 @@ def check_scheduler(scheduler: str) -> None:
     if scheduler == "local" or scheduler in QUEUES or scheduler.startswith(("tcp://", "tls://", "ws://", "wss://")):
         return
     raise InputError(
-        f"--scheduler: found {scheduler!r}, expected local, tcp://host:8786 (a running Dask scheduler), "
+        f"--scheduler: found {scheduler!r}, expected local, tls://host:8786 (a running Dask scheduler), "
         f"{' or '.join(QUEUES)}.")
 
 

@@ -8,6 +8,7 @@ import sys
 import time
 from typing import Any
 
+from ..core.children import python_command
 from .lease import host
 
 #: Dask's name for the memory a worker has for plots, GB (``--resources memory_gb=12``).
@@ -20,7 +21,7 @@ def run_plot(job: dict[str, Any]) -> dict[str, Any]:
     """Run one plot in a process of its own; a crash there is an answer here."""
     limit = _limit()
     with subprocess.Popen(
-        [sys.executable, "-m", "treedgs_geo.campaign.supervise"], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        python_command("treedgs_geo.campaign.supervise"), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
         start_new_session=True,
     ) as process:
         assert process.stdin is not None and process.stdout is not None

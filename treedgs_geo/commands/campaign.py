@@ -27,7 +27,7 @@ class CampaignSettings:
     scheduler: str = param(
         "local",
         kind="text",
-        help="where plots run: local, tcp://host:8786 (a running Dask scheduler), slurm or pbs",
+        help="where plots run: local, tls://host:8786 (a running Dask scheduler), slurm or pbs",
     )
     workers: int = param(
         0, kind="integer", minimum=0, maximum=100000, help="plots at once; 0 = as many as cores and memory carry"
@@ -57,7 +57,11 @@ class CampaignSettings:
         advanced=True,
     )
     dashboard: str = param(
-        "auto", kind="text", help="Dask's live view: auto (a free port), off, or an address like :8787", advanced=True
+        "auto",
+        kind="text",
+        help="Dask's live view, for this machine only: auto (a free port), off, or a port like :8787; what is given as "
+        "host:port can be looked at by whoever reaches that host",
+        advanced=True,
     )
     queue_options: str | None = param(
         None,

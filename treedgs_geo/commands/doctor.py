@@ -38,6 +38,7 @@ PACKAGES = {
     "open3d": "open3d",
     "dask": "dask",
     "distributed": "distributed",
+    "cryptography": "cryptography",
     "openpyxl": "openpyxl",
     "reportlab": "reportlab",
     "pygeomag": "pygeomag",
@@ -60,7 +61,7 @@ _BASE = (
 )
 _CLOUDS = ("laspy", "lazrs", "CSF")
 _PHOTOS = ("PIL", "cv2", "pycolmap")
-_MANY = ("dask", "distributed")
+_MANY = ("dask", "distributed", "cryptography")
 
 #: Verb -> the modules it imports; the QGIS plugin checks them before it starts a job.
 NEEDS: dict[str, tuple[str, ...]] = {

@@ -115,6 +115,7 @@ COMMAND = Command(
     ),
     settings=MatchPlotsSettings,
     run=run,
+    order=("trees", "field", "plots", "output"),
     example="treedgs match-plots --trees trees.gpkg --field field_trees.csv --plots plots.csv --output pairs.gpkg",
     expert=("centre_error_m", "rotation_deg", "gate_m"),
     outputs={

@@ -178,6 +178,9 @@ COMMAND = Command(
     ),
     settings=StandTableSettings,
     run=run,
+    order=("trees", "plots", "species", "pairs", "field", "boundary", "units", "min_dbh_cm", "class_width", "missing",
+           "output", "heights", "origin", "stand_id", "crs"),
+    expert=("heights", "origin", "stand_id", "crs", "north", "declination_deg", "field_date", "distance", "to"),
     example="treedgs stand-table --trees trees.gpkg --plots plots.csv --species PITA --output stand",
     outputs={
         "output": "folder",

@@ -7,7 +7,7 @@ from dataclasses import MISSING, dataclass
 from typing import Any
 
 from .progress import Reporter
-from .settings import params_of
+from .settings import Param, params_of
 
 
 @dataclass(frozen=True)
@@ -18,7 +18,8 @@ class Command:
     summary: shown in the toolbox and in ``--help``. help: inputs, outputs, units and limits, in full sentences.
     run: ``(settings, reporter) -> result``; the result is JSON-serialisable. example: one command line.
     outputs: result keys that are files or scalars, with a description each. expert: further parameters that QGIS folds
-    away under "advanced" (beside those declared so).
+    away under "advanced" (beside those declared so). order: parameters that come first, by need; then the others as
+    declared.
     """
 
     name: str
@@ -32,12 +33,19 @@ class Command:
     example: str
     outputs: dict[str, str]
     expert: tuple[str, ...] = ()
+    order: tuple[str, ...] = ()
+
+
+def ordered_params(command: Command) -> list[tuple[str, Param, Any]]:
+    """``(name, Param, default)`` as they are shown: those of ``order`` first."""
+    place = {name: number for number, name in enumerate(command.order)}
+    return sorted(params_of(command.settings), key=lambda entry: place.get(entry[0], len(place)))
 
 
 def describe(command: Command) -> dict[str, Any]:
     """The command as JSON for the QGIS plugin and the docs."""
     parameters = []
-    for name, spec, default in params_of(command.settings):
+    for name, spec, default in ordered_params(command):
         entry = {key: value for key, value in vars(spec).items() if value not in ("", (), None, False)}
         if name in command.expert:
             entry["advanced"] = True

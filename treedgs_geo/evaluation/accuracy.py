@@ -87,7 +87,8 @@ def score_against_truth(
     that is near no true stem or sapling (in or out of the plot, at its base or at breast height).
 
     Returns:
-        the pooled accuracy and one row per reference stem (``tree_id, dbh_true_cm, dbh_cm, error_cm, qc_flag, …``).
+        the pooled accuracy and one row per reference stem (``tree_id`` of the truth, ``layer_id``: the layer's or None,
+        ``dbh_true_cm, dbh_cm, error_cm, qc_flag, …``).
     """
     truth = pd.read_csv(truth_csv)
     for column in ("E_bh", "N_bh", "dbh_cm", "in_plot", "n_unoccluded_bh_views"):
@@ -115,6 +116,7 @@ def score_against_truth(
         rows.append(
             {
                 "tree_id": stem["tree_id"],
+                "layer_id": None if seen is None else seen["tree_id"],
                 "kind": stem.get("kind"),
                 "clear_views": stem["n_unoccluded_bh_views"],
                 "dbh_true_cm": stem["dbh_cm"],

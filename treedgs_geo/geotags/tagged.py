@@ -19,6 +19,8 @@ from .stations import Stations
 #: Quality -> what DJI's RtkFlag says (0 none, 16 single, 34 float, 50 fixed).
 _FLAG = {"fix": 50, "float": 34, "single": 16, "exif": 0}
 _BATCH = 50
+#: Without a configuration: ExifTool would execute a ``.ExifTool_config`` of the current folder where HOME is not set.
+_QUIETLY = ("-config", "", "-@", "-", "-common_args", "-q", "-m")
 
 
 def check_target(photos: Path, target: Path) -> None:
@@ -68,7 +70,7 @@ def write_tagged_copies(stations: Stations, target: Path, reporter: Reporter) ->
                 copy.parent.mkdir(parents=True, exist_ok=True)
                 lines += [*_tags(stations, i, places[i], geographic), "-o", str(copy), str(stations.paths[i].resolve()),
                           "-execute"]
-            done = subprocess.run([program, "-@", "-", "-common_args", "-q", "-m", "-charset", "filename=utf8"],
+            done = subprocess.run([program, *_QUIETLY, "-charset", "filename=utf8"],
                                   input="\n".join(lines) + "\n", capture_output=True, text=True, check=False)
             lost = [stations.names[i] for i in batch if not (folder / stations.names[i]).exists()]
             if lost:

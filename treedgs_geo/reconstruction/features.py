@@ -5,7 +5,6 @@ from __future__ import annotations
 import signal
 import sqlite3
 import subprocess
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.children import python_command
 from ..core.errors import ReconstructionError
 from ..core.files import write_json
 from ..core.progress import Reporter
@@ -42,7 +42,7 @@ def run_tasks(
             write_json(job_file, {"task": task, **job})
             with open(logs[-1], "wb") as log:
                 children.append(subprocess.Popen(
-                    [sys.executable, "-m", "treedgs_geo.reconstruction.worker", str(job_file)],
+                    python_command("treedgs_geo.reconstruction.worker", job_file),
                     stdin=subprocess.DEVNULL, stdout=log, stderr=log))
         while any(child.poll() is None for child in children) and not any(child.returncode for child in children):
             time.sleep(0.1)

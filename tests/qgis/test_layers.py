@@ -1,0 +1,139 @@
+"""Inputs chosen from the project: what the engine gets is the file, or a copy of what the layer shows."""
+
+from __future__ import annotations
+
+import json
+
+import geopandas
+import pytest
+from shapely.geometry import Point, box
+
+from treedgs_geo.measure.trees import Tree
+
+PREPARE = """
+import json, os
+from qgis.core import QgsProcessingContext, QgsProcessingFeedback, QgsProject, QgsRasterLayer, QgsVectorLayer
+from treedgs.treedgs_qgis.parameters import engine_values
+folder, project = sys.argv[1], QgsProject.instance()
+context, feedback = QgsProcessingContext(), QgsProcessingFeedback(False)
+context.setProject(project)
+def add(layer, kind=QgsVectorLayer):
+    assert layer.isValid(), layer.source()
+    return project.addMapLayer(layer)
+def look(algorithm, **given):
+    made = provider.algorithm(algorithm).create({})
+    good, why = made.checkParameterValues({"OUTPUT": folder + "/out", **given}, context)
+    if not good:
+        return why
+    return engine_values(made, made.declaration, given, context, feedback)
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A tree layer of ours, plots as polygons, as CSV and as one of two tables, a terrain model."""
+    import numpy as np
+    import pyproj
+    import rasterio
+    from rasterio.transform import from_origin
+
+    from treedgs_geo.inventory.tree_layer import write_trees
+
+    place = tmp_path_factory.mktemp("Projekt é")
+    crs = pyproj.CRS.from_epsg(32617)
+    trees = [Tree(tree_id=n, x=500000.0 + 2 * n, y=3450000.0, z_ground=100.0, dbh_cm=20.0 + n, dbh_se_cm=0.4,
+                  dbh_lo_cm=19.0 + n, dbh_hi_cm=21.0 + n, bh_m=1.37, qc_flag="ok") for n in (1, 2, 3)]
+    write_trees(place / "trees.gpkg", trees, crs)
+    plots = geopandas.GeoDataFrame({"plot_id": ["A"]}, geometry=[box(499990, 3449990, 500020, 3450010)], crs=crs)
+    plots.to_file(place / "two.gpkg", layer="other")
+    plots.to_file(place / "two.gpkg", layer="mine")
+    (place / "plots.csv").write_text("plot_id,easting,northing,radius_m\nA,500004,3450000,10\n")
+    geopandas.GeoDataFrame({"tree_id": [7]}, geometry=[Point(500001, 3450001)], crs=crs).to_file(place / "one.gpkg")
+    with rasterio.open(place / "dtm.tif", "w", driver="GTiff", width=4, height=4, count=1, dtype="float32",
+                       crs=crs, transform=from_origin(499990, 3450010, 10, 10)) as raster:
+        raster.write(np.full((1, 4, 4), 100, "float32"))
+    (place / "broken.gpkg").write_text("no layer")
+    return place
+
+
+def answers(done) -> list:
+    assert "Traceback" not in done.stderr, done.stderr
+    return [json.loads(line[7:]) for line in done.stdout.splitlines() if line.startswith("ANSWER ")]
+
+
+def test_layers_of_the_project_are_the_files_they_lie_in(qgis, folder):
+    done = qgis.python(PREPARE + """
+trees = add(QgsVectorLayer(folder + "/trees.gpkg|layername=trees", "Trees", "ogr"))
+from qgis.PyQt.QtCore import QUrl
+table = bytes(QUrl.fromLocalFile(folder + "/plots.csv").toEncoded()).decode() + "?delimiter=,&geomType=none"
+plots = add(QgsVectorLayer(table, "Plots", "delimitedtext"))
+dtm = add(QgsRasterLayer(folder + "/dtm.tif", "DTM"))
+for given in (trees, trees.id(), "Trees", trees.source(), folder + "/trees.gpkg"):
+    print("ANSWER", json.dumps(look("standtable", TREES=given, PLOTS=plots)))
+print("ANSWER", json.dumps(look("reconstruct", PHOTOS=folder, WORKSPACE=folder, CRS="EPSG:32617", DTM=dtm)))
+""", folder)  # fmt: skip
+    *tables, terrain = answers(done)
+    assert len(tables) == 5
+    for found in tables:
+        assert (found["trees"], found["plots"]) == (f"{folder}/trees.gpkg", f"{folder}/plots.csv"), found
+    assert terrain["dtm"] == f"{folder}/dtm.tif"
+
+
+def test_what_is_no_file_of_its_own_is_copied(qgis, folder):
+    done = qgis.python(PREPARE + """
+memory = QgsVectorLayer("Point?crs=EPSG:32617&field=tree_id:int", "In memory", "memory")
+source = QgsVectorLayer(folder + "/one.gpkg", "one", "ogr")
+memory.dataProvider().addFeatures(list(source.getFeatures()))
+add(memory)
+some = add(QgsVectorLayer(folder + "/trees.gpkg|layername=trees", "Some", "ogr"))
+some.setSubsetString("tree_id < 3")
+mine = add(QgsVectorLayer(folder + "/two.gpkg|layername=mine", "Mine", "ogr"))
+mine.selectAll()
+from qgis.PyQt.QtCore import QUrl
+table = bytes(QUrl.fromLocalFile(folder + "/plots.csv").toEncoded()).decode()
+text = add(QgsVectorLayer(table + "?delimiter=,&xField=easting&yField=northing&crs=EPSG:32617", "T", "delimitedtext"))
+for name, given in (("TREES", memory), ("TREES", some), ("PLOTS", mine), ("PLOTS", text)):
+    found = look("standtable", **{name: given})
+    print("ANSWER", json.dumps(found if isinstance(found, str) else found[name.lower()]))
+import shutil
+for n, answer in enumerate((memory, some)):
+    shutil.copy(look("standtable", TREES=answer)["trees"], folder + f"/copy{n}.gpkg")
+print("LOG", feedback.textLog())
+""", folder)  # fmt: skip
+    found = answers(done)
+    assert [path.rpartition("/")[2] for path in found] == ["trees.gpkg", "trees.gpkg", "plots.gpkg", "plots.gpkg"]
+    assert not any(path.startswith(str(folder)) for path in found), "copies, not the files"
+    assert len(geopandas.read_file(folder / "copy0.gpkg", layer="trees")) == 1
+    assert sorted(geopandas.read_file(folder / "copy1.gpkg", layer="trees")["tree_id"]) == [1, 2]
+    assert "PLOTS: all 1 features of 'Mine' are used, not only the 1 selected." in done.stdout
+    assert "a copy of the layer 'Some' (2 features as it shows them)" in done.stdout
+
+
+def test_layers_that_would_give_wrong_numbers_are_refused(qgis, folder):
+    done = qgis.python(PREPARE + """
+edited = add(QgsVectorLayer(folder + "/trees.gpkg|layername=trees", "Edited", "ogr"))
+edited.startEditing()
+edited.changeAttributeValue(next(edited.getFeatures()).id(), edited.fields().indexOf("dbh_cm"), 99.0)
+pairs = add(QgsVectorLayer("LineString?crs=EPSG:32617&field=pair_status:string", "Pairs in memory", "memory"))
+for name, given in (("TREES", edited), ("PAIRS", pairs), ("TREES", folder + "/broken.gpkg"), ("TREES", "no layer"),
+                    ("TREES", folder + "/gone.gpkg")):
+    print("ANSWER", json.dumps(look("standtable", **{name: given})))
+edited.rollBack()
+""", folder)  # fmt: skip
+    edited, pairs, broken, unknown, gone = answers(done)
+    assert edited == "TREES: the layer 'Edited' has edits that are not saved; save or drop them first."
+    assert pairs.startswith("PAIRS: the layer 'Pairs in memory' is filtered, or a copy")
+    assert broken == f"TREES: {folder}/broken.gpkg cannot be read as a layer; give a file that QGIS opens."
+    assert "no layer does not exist" in unknown and "gone.gpkg does not exist" in gone
+
+
+def test_a_stand_table_of_a_layer_in_memory(qgis, folder, tmp_path):
+    """The whole way, in the engine."""
+    done = qgis.python(PREPARE + """
+source = QgsVectorLayer(folder + "/trees.gpkg|layername=trees", "trees", "ogr")
+from qgis.core import QgsFeatureRequest
+memory = add(source.materialize(QgsFeatureRequest().setFilterExpression("tree_id <> 2")))
+found = processing.run("treedgs:standtable", {"TREES": memory, "PLOTS": folder + "/plots.csv", "OUTPUT": sys.argv[2]})
+print("ANSWER", json.dumps([found["N_TREES"], found["N_PLOTS"]]))
+""", folder, tmp_path / "out")  # fmt: skip
+    assert answers(done) == [[2, 1]], done.stdout + done.stderr

@@ -1,0 +1,50 @@
+"""Child processes in Python that import what this process imports, and nothing from the folder they are started in.
+
+``python -m`` and ``python -c`` look for modules in the current folder first: a ``json.py`` that came with the data
+would be executed. Python 3.11 can be told not to, 3.10 cannot except in isolated mode (``-I``), which also takes away
+``PYTHONPATH``: so children are isolated and get this process's own import path.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+#: The folder that holds the library.
+ROOT = str(Path(__file__).resolve().parents[2])
+_RUN = ("import sys; sys.path[:] = {path!r}; import runpy; "
+        "runpy.run_module(sys.argv.pop(1), run_name='__main__', alter_sys=True)")
+
+
+def python_command(module: str, *arguments: Any) -> list[str]:
+    """The command line that runs ``module`` of this library as ``python -m`` would, whatever lies in its folder."""
+    words = [sys.executable, "-I", "-u", "-X", f"utf8={sys.flags.utf8_mode}"]
+    if sys.dont_write_bytecode:
+        words.append("-B")
+    return [*words, "-c", _RUN.format(path=import_path()), module, *map(str, arguments)]
+
+
+def import_path() -> list[str]:
+    """This process's import path with the library on it, without entries that mean the current folder."""
+    kept = [entry for entry in sys.path if Path(entry).is_absolute()]
+    return kept if ROOT in kept else [ROOT, *kept]
+
+
+def isolate_workers() -> None:
+    """Have :mod:`multiprocessing` (and so Dask) start its processes isolated too; they get the path from their parent.
+
+    It passes on the flags this process was started with, and a console script is not started with ``-I``.
+    """
+    from multiprocessing import util
+
+    flags: Any = util._args_from_interpreter_flags  # type: ignore[attr-defined]
+    if sys.flags.isolated or getattr(flags, "isolates", False):
+        return
+
+    def isolated() -> list[str]:
+        return ["-I", *flags()]
+
+    isolated.isolates = True  # type: ignore[attr-defined]
+    util._args_from_interpreter_flags = isolated  # type: ignore[attr-defined]
+    sys.path[:] = [entry for entry in sys.path if entry]
