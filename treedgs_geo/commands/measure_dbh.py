@@ -34,7 +34,7 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
     from ..pointcloud.file_crs import LOCAL_CRS
 
     ensure_writable(settings.output)
-    cloud = load_cloud(settings, reporter)
+    cloud = load_cloud(settings, reporter, find_stems=False)
     if settings.id_field not in cloud.attributes:
         raise InputError(
             f"{settings.input}: has no dimension {settings.id_field!r} (it has: {', '.join(cloud.attributes)}); "
