@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import InputError
+from ..core.machine import require_memory
 from ..core.progress import Reporter
 from ..core.settings import param
 
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
 #: A cut-out tree without ground is at most this wide; only then may its lowest points stand in for the ground.
 _SINGLE_TREE_M = 20.0
+#: Memory of a point while a cloud is read: coordinates twice, a few attributes.
+_POINT_BYTES = 60
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,11 +65,14 @@ def read_checked(path: Path, crs: str | None, reporter: Reporter, attributes: tu
     from ..pointcloud.sanity import examine, report
     from ..pointcloud.survey import Survey
 
+    about = describe_cloud(path)
+    require_memory(_POINT_BYTES * about.n_points, f"{path}: reading {about.n_points:,} points at once",
+                   "cut the cloud to the plots, thin it, or use a machine with more memory")
     cloud = read_cloud(path, crs=crs, attributes=attributes)
     good = usable(cloud)
     survey = Survey()
     survey.add(cloud.xyz if good.all() else cloud.xyz[good])
-    extent, findings = examine(survey, path, find_stems, describe_cloud(path).scale, own_ground)
+    extent, findings = examine(survey, path, find_stems, about.scale, own_ground)
     report(findings, reporter)
     near = extent.holds(cloud.xyz)
     return cloud if near.all() or not good.any() else cloud.select(near)

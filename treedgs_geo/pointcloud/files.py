@@ -292,7 +292,7 @@ def iter_points(path: Path, reader: Any, chunk_points: int) -> Iterator[Any]:
         except StopIteration:
             break
         except BaseException as problem:  # a panic in the decompressor is a BaseException
-            if isinstance(problem, (KeyboardInterrupt, SystemExit, GeneratorExit)):
+            if isinstance(problem, (KeyboardInterrupt, SystemExit, GeneratorExit, MemoryError)):
                 raise
             raise InputError(f"{path}: breaks off after {count} of {promised} points ({short(problem)}); "
                              "copy or download it again.") from None

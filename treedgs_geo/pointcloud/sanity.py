@@ -16,8 +16,9 @@ from ..core.errors import InputError
 from ..core.progress import Reporter
 from .survey import Extent, Survey
 
-#: The tallest trees on earth reach 116 m, and few stands 75 m: beyond, the heights are doubted or refused.
-TALL_M, IMPOSSIBLE_M = 75.0, 130.0
+#: The tallest trees on earth reach 116 m, few stands 55 m and hardly one 75 m: beyond, the heights are remarked,
+#: doubted (every tree to check) or refused.
+REMARKED_M, TALL_M, IMPOSSIBLE_M = 55.0, 75.0, 130.0
 #: So many points, and this share of all, have to be that high (birds, wires and multipath are not the stand).
 TALL_POINTS, TALL_SHARE, IMPOSSIBLE_SHARE = 20, 1e-4, 5e-3
 #: Below this the cloud is a slice, below the second a thin layer: stems are looked for from 0.5 to 5 m.
@@ -26,10 +27,11 @@ SLICE_M, THIN_M = 0.6, 2.0
 WIDEST_M, SPARSEST, WIDE_M = 100_000.0, 0.05, 1000.0
 #: Coordinates in degrees: a plot's extent is at most this (6 km), or the file stores steps finer than a micrometre.
 DEGREES_SPAN, DEGREES_SCALE = 0.05, 1.1e-6
-#: Smooth share of the lowest points (see :class:`Ground`) below which an axis does not point up, and above which it
-#: does; how much of the other two axes' extent the points then fill. Seen on 26 real clouds: 0.05-1.0 along the right
-#: axis, below 0.25 along others, up to 0.81 across cut-out trees, which fill less than 0.4.
-NOT_UP, UP, UP_FILLED = 0.35, 0.7, 0.55
+#: Smooth share of the lowest points (see :class:`Ground`) above which an axis may be asked for instead of z, which has
+#: less than the second and :data:`AHEAD` less than it; how much of the other two axes' extent (metres, at least) the
+#: points then fill. Seen on 26 real clouds: 0.05-1.0 along the right axis, below 0.25 along others (0.53 around single
+#: trees), up to 0.81 across cut-out trees without ground, which fill less than 0.4.
+UP, NOT_UP, AHEAD, UP_FILLED, UP_SPAN_M = 0.7, 0.5, 0.3, 0.55, 2.0
 #: A dense cloud (points a square metre) whose lowest points are less smooth than this shows little ground.
 LITTLE_GROUND, DENSE = 0.2, 100.0
 #: What lengths may be in instead of metres: name, its length in metres.
@@ -93,15 +95,16 @@ def _examine(survey: Survey, extent: Extent, path: Path, stems: bool, scale: np.
         yield Finding("degrees", f"{path}: {sentence}", True)
         return
     if extent.n_strays:
-        yield Finding("strays", f"{path}: {extent.n_strays:,} of {extent.n_points:,} points lie up to "
-                      f"{_distance(extent.reach_m)} away from all others and are left out; remove them if the file is "
-                      "used elsewhere.")
+        count = f"{extent.n_strays:,}" + (f" to {extent.n_strays_most:,}" if extent.n_strays_most > extent.n_strays
+                                          else "")
+        yield Finding("strays", f"{path}: {count} of {extent.n_points:,} points lie up to {_distance(extent.reach_m)} "
+                      "away from all others and are left out; remove them if the file is used elsewhere.")
     points = survey.sample(extent)
     if len(points) < 50:
         return
     span = extent.high - extent.low
     up = ground_along(points, 2)
-    if up.smooth < NOT_UP and (name := _other_axis(points)):
+    if up.smooth < NOT_UP and (name := _other_axis(points, up.smooth)):
         yield Finding("axis", f"{path}: the ground lies across the {name} axis, expected heights in z; turn the cloud "
                       "so that z points up (in CloudCompare: Edit > Apply transformation) and export it again.", True)
         return
@@ -111,7 +114,7 @@ def _examine(survey: Survey, extent: Extent, path: Path, stems: bool, scale: np.
     if span[:2].max() > WIDEST_M or stems and span[:2].max() > WIDE_M and extent.n_points / float(
             np.prod(np.maximum(span[:2], 1.0))) < SPARSEST:
         yield Finding("extent", f"{path}: {_wide(extent, span)}", True)
-    if stems and tall is None:
+    if stems and (tall is None or not tall.refuse):
         yield from _thin(up, extent, path)
         if not own_ground and up.smooth < LITTLE_GROUND and up.filled > UP_FILLED and extent.n_points > DENSE * float(
                 np.prod(np.maximum(span[:2], 1.0))):
@@ -145,13 +148,16 @@ def ground_along(points: np.ndarray, axis: int, sign: float = 1.0) -> Ground:
     return Ground(cell, float(np.isfinite(grid).mean()), smooth, height - lowest[key])
 
 
-def _other_axis(points: np.ndarray) -> str:
+def _other_axis(points: np.ndarray, smooth: float) -> str:
     """The axis that points up when z does not, empty where none clearly does."""
     points = points[::max(len(points) // 300_000, 1)]
+    span = np.ptp(points, axis=0)
     for axis, sign, name in ((1, 1, "y"), (0, 1, "x"), (2, -1, "downward z"), (1, -1, "downward y"),
                              (0, -1, "downward x")):
+        if np.delete(span, axis).min() < UP_SPAN_M:
+            continue
         ground = ground_along(points, axis, float(sign))
-        if ground.smooth >= UP and ground.filled >= UP_FILLED:
+        if ground.smooth >= max(UP, smooth + AHEAD) and ground.filled >= UP_FILLED:
             return name
     return ""
 
@@ -181,12 +187,14 @@ def _tall(up: Ground, points: np.ndarray, path: Path) -> Finding | None:
         likely = [f"{name} ({top * metres:.1f} m)" for name, metres in _UNITS if 3 <= top * metres <= 100]
         unit = f", which looks like {' or '.join(likely)}" if likely else ""
         return Finding("tall", f"{path}: its points reach {top:,.0f} m above the ground below them{unit}, expected "
-                       f"trees in metres (none is taller than {IMPOSSIBLE_M:.0f} m); convert x, y and z to metres.", True)
-    if tall_share(up.above, TALL_M, up.cell_m) >= TALL_SHARE:
+                       f"trees in metres (none reaches {IMPOSSIBLE_M:.0f} m); convert x, y and z to metres.", True)
+    if tall_share(up.above, REMARKED_M, up.cell_m) >= TALL_SHARE:
         top = float(np.percentile(up.above, 99.9))
-        return Finding("tall", f"{path}: its trees are {top:.0f} m tall, which few stands on earth are; if the heights "
-                       f"are in feet ({top * 0.3048:.0f} m), convert them to metres: diameters are then measured at "
-                       "a third of breast height, and every tree is marked for checking (odd_heights).")
+        marked = ("; every tree is marked for checking (odd_heights)"
+                  if tall_share(up.above, TALL_M, up.cell_m) >= TALL_SHARE else "")
+        return Finding("tall", f"{path}: its trees are {top:.0f} m tall, as few stands on earth are; if heights are "
+                       f"in feet ({top * 0.3048:.0f} m), convert them to metres, because diameters are measured at a "
+                       f"third of breast height otherwise{marked}.")
     return None
 
 
@@ -197,8 +205,8 @@ def _thin(up: Ground, extent: Extent, path: Path) -> Iterator[Finding]:
         yield Finding("thin", f"{path}: {where}, a slice or bare ground; stems are looked for from 0.5 to 5 m above "
                       "ground: give the whole cloud.", True)
     elif thickness < THIN_M:
-        yield Finding("thin", f"{path}: {where}; stems are looked for from 0.5 to 5 m above ground, so few or none will "
-                      "be found: give the whole cloud.")
+        yield Finding("thin", f"{path}: {where}; stems are looked for from 0.5 to 5 m above ground, so few or none "
+                      "will be found: give the whole cloud.")
 
 
 def _wide(extent: Extent, span: np.ndarray) -> str:

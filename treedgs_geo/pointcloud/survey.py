@@ -22,14 +22,16 @@ class Extent:
     """What a :class:`Survey` found.
 
     low, high: (3,) the box of the points without the strays, project coordinates. n_points: all. n_strays: points
-    far outside the box, to be left out. n_groups_off: points of other groups that are too many to be strays (their space
-    is part of the box). reach_m: how far the farthest stray or group lies from the main group, metres.
+    far outside the box along one axis, to be left out (of the axis with most; n_strays_most: all axes' together).
+    n_groups_off: points of other groups that are too many to be strays (their space is part of the box). reach_m: how
+    far the farthest stray or group lies from the main group, metres.
     """
 
     low: np.ndarray
     high: np.ndarray
     n_points: int
     n_strays: int = 0
+    n_strays_most: int = 0
     n_groups_off: int = 0
     reach_m: float = 0.0
 
@@ -81,18 +83,20 @@ class Survey:
         low, high = self._low.copy(), self._high.copy()
         if not self.n_points:
             return Extent(low, high, 0)
-        outside, reach = 0, 0.0
+        away_along, reach = [], 0.0
         for axis in range(3):
             first, last, away = _main_range(*self._steps[axis], GAP_Z_M if axis == 2 else GAP_XY_M)
             step, count = self._steps[axis]
-            outside += int(count[(step < first) | (step > last)].sum())
+            away_along.append(int(count[(step < first) | (step > last)].sum()))
             reach = max(reach, away)
             low[axis], high[axis] = max(low[axis], first * STEP_M), min(high[axis], (last + 1) * STEP_M)
+        outside = sum(away_along)
         if not outside:
             return Extent(low, high, self.n_points)
         if outside > max(STRAY_SHARE * self.n_points, FEW_STRAYS):
-            return Extent(self._low.copy(), self._high.copy(), self.n_points, n_groups_off=outside, reach_m=reach)
-        return Extent(low, high, self.n_points, n_strays=outside, reach_m=reach)
+            return Extent(self._low.copy(), self._high.copy(), self.n_points, n_groups_off=max(away_along),
+                          reach_m=reach)
+        return Extent(low, high, self.n_points, max(away_along), outside, reach_m=reach)
 
 
 def _counted(steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
