@@ -78,22 +78,20 @@ def _columns(path: Path, stream: TextIO) -> tuple[Columns, str]:
         if bare.startswith(("#", "//")):
             remarks.append(bare.lstrip("#/ "))
         elif words and not all(_is_number(word) for word in words):
+            _refuse_decimal_comma(path, bare)
             if header:
                 raise ValueError(f"line {bare[:40]!r}")
-            if _DECIMAL_COMMA.search(bare):
-                raise InputError(f"{path}: writes a decimal comma ({bare[:40]!r}), expected a point; export it with "
-                                 "decimal points.")
             header = bare
         elif len(words) > 1:  # a lone number is a count of the points
             break
         line = stream.readline()
     n_columns = len(_words(line))
+    if not n_columns and len(_words(header)) >= 3:
+        raise InputError(f"{path}: holds no line of numbers, expected x y z; check the export.")
     if n_columns < 3:
         raise InputError(f"{path}: its first line has {n_columns or len(_words(header or ''.join(remarks[:1])))} "
                          "columns, expected x y z; give x y z per line.")
-    if _DECIMAL_COMMA.search(line):
-        raise InputError(f"{path}: writes a decimal comma ({line.strip()[:40]!r}), expected a point; export it with "
-                         "decimal points.")
+    _refuse_decimal_comma(path, line)
     names = next((words for words in map(_words, [header, *remarks]) if _axes(words)), _words(header))
     where = _axes(names)
     listed = ", ".join(names[:8])
@@ -106,6 +104,12 @@ def _columns(path: Path, stream: TextIO) -> tuple[Columns, str]:
         raise InputError(f"{path}: its header names {len(names)} columns ({listed}), its lines have {n_columns}, "
                          "expected as many; name every column, and write decimals with a point.")
     return Columns(tuple(names) if where else (), where or (0, 1, 2), _delimiter(line)), line
+
+
+def _refuse_decimal_comma(path: Path, line: str) -> None:
+    if _DECIMAL_COMMA.search(line):
+        raise InputError(f"{path}: writes a decimal comma ({line.strip()[:40]!r}), expected a point; export it with "
+                         "decimal points.")
 
 
 def _axes(names: list[str]) -> tuple[int, int, int] | None:
