@@ -15,14 +15,15 @@ from typing import Any, NoReturn
 
 from . import __version__
 from .core.command import Command, describe, ordered_params
-from .core.errors import Cancelled, InputError, TreeDGSError
+from .core.errors import Cancelled, InputError, OutputError, TreeDGSError
 from .core.files import no_empty_folders
 from .core.progress import PROTOCOL, Reporter, make_reporter
 from .core.settings import Param, build, params_of
+from .core.shortage import shortage_of
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Entry point; returns the exit code (0 done, 2 input to mend, 3 missing component, 130 cancelled, 1 defect)."""
+    """Entry point; returns the exit code (0 done, 2 input, 3 missing component, 4 memory, 130 cancelled, 1 defect)."""
     from .commands import MODULES, all_commands, get_command
 
     # Numba tells every user about a threading library it does not use.
@@ -88,13 +89,13 @@ def run_command(command: Command, values: dict[str, Any], reporter: Reporter, sh
     except TreeDGSError as problem:
         reporter.error(str(problem))
         return problem.exit_code
-    except MemoryError:
-        reporter.error("Not enough memory; choose a faster preset, fewer photos or a machine with more memory.")
-        return 4
     except ModuleNotFoundError as problem:
         reporter.error(f"The library {problem.name!r} is not installed; run 'make setup' or 'treedgs doctor'.")
         return 3
     except Exception as problem:  # noqa: BLE001 - the last line of defence must say something
+        if (shortage := shortage_of(problem)) is not None:
+            reporter.error(str(shortage))
+            return shortage.exit_code
         traceback.print_exc(file=sys.stderr)
         reporter.error(f"{type(problem).__name__}: {problem} (a defect in TreeDGS; please report it with the log).")
         return 1
@@ -133,7 +134,12 @@ def _run_job(arguments: list[str]) -> int:
     outcome: dict[str, Any] = {}
     wrapped = Command(**{**vars(command), "run": lambda s, r: outcome.setdefault("result", command.run(s, r))})
     code = run_command(wrapped, job.get("parameters", {}), reporter)
-    write_json(job_file.parent / "result.json", {"exit_code": code, **outcome})
+    try:
+        write_json(job_file.parent / "result.json", {"exit_code": code, **outcome})
+    except OSError as problem:
+        reporter.error(str(shortage_of(problem) or f"{job_file.parent}: result.json cannot be written ({problem}); "
+                           "free some space or choose another folder for temporary files."))
+        return code or OutputError.exit_code
     return code
 
 

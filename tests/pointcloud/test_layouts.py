@@ -146,7 +146,7 @@ def test_noise_and_withheld_points_are_not_used(tmp_path):
 
 
 def test_text_in_pieces(tmp_path):
-    (tmp_path / "a.txt").write_text("".join(f"{k} {k / 2} {k / 4}\n" for k in range(1000)))
+    (tmp_path / "a.txt").write_text("x y z\n" + "".join(f"{k} {k / 2} {k / 4}\n" for k in range(1000)))
     pieces = list(iter_cloud(tmp_path / "a.txt", crs="local", chunk_points=300))
     assert [len(piece) for piece in pieces] == [300, 300, 300, 100] and pieces[3].xyz[-1, 1] == 499.5
     copy_cloud(tmp_path / "a.txt", tmp_path / "b.laz", lambda xyz, read: (xyz[:, 0] >= 990, {"tree_id": xyz[:, 0]}),

@@ -289,25 +289,32 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
         TreeDGSError: what would end the job.
     """
     from ..measure.cloud import point_weights
-    from ..pointcloud.files import iter_cloud
+    from ..pointcloud.cloud import usable
+    from ..pointcloud.files import describe_cloud, iter_cloud
+    from ..pointcloud.sanity import examine
+    from ..pointcloud.survey import Survey
     from ..terrain.dtm import read_dtm, require_coverage
 
     findings = Findings(reporter)
     for target in filter(None, (settings.output, settings.stems_output)):
         _check_target(target, findings)
-    count = 0
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    survey = Survey()
     first = None
     with reporter.stage("read cloud", 0.0, 0.8):
         for piece in iter_cloud(settings.input, crs=settings.crs):
             if not len(piece):
                 continue
             first = piece if first is None else first
-            count += len(piece)
-            low, high = np.minimum(low, piece.xyz.min(axis=0)), np.maximum(high, piece.xyz.max(axis=0))
-    if first is None:
-        raise InputError(f"{settings.input}: holds no point, expected a point cloud.")
+            survey.add(piece.xyz[usable(piece)])
+    if first is None or not survey.n_points:
+        raise InputError(f"{settings.input}: holds no usable point, expected a point cloud; check the file.")
     point_weights(first, settings.weights)
+    extent, odd = examine(survey, settings.input, True, describe_cloud(settings.input).scale, settings.dtm is not None)
+    for finding in odd:
+        (findings.problem if finding.refuse else findings.doubt)(finding.sentence)
+    if any(finding.refuse for finding in odd):
+        raise InputError(odd[0].sentence)
+    low, high, count = extent.low, extent.high, extent.n_points - extent.n_strays
     span = high - low
     density = count / max(float(span[0] * span[1]), 1.0)
     where = first.horizontal_crs.name if first.horizontal_crs is not None else "local metres, no CRS"

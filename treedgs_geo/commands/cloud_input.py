@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import InputError
+from ..core.machine import require_memory
 from ..core.progress import Reporter
 from ..core.settings import param
 
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
 #: A cut-out tree without ground is at most this wide; only then may its lowest points stand in for the ground.
 _SINGLE_TREE_M = 20.0
+#: Memory of a point while a cloud is read: coordinates twice, a few attributes.
+_POINT_BYTES = 60
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,22 +33,49 @@ class CloudSettings:
                             "without a place on the map")
 
 
-def load_cloud(settings: CloudSettings, reporter: Reporter, attributes: tuple[str, ...] | None = None) -> PointCloud:
-    """Read the cloud and say what it is.
+def load_cloud(settings: CloudSettings, reporter: Reporter, attributes: tuple[str, ...] | None = None,
+               find_stems: bool = True) -> PointCloud:
+    """Read the cloud, refuse what cannot be a stand in metres, and say what it is.
+
+    find_stems: stems are to be found in it, not only measured.
 
     Raises:
-        InputError, CRSError: see :func:`treedgs_geo.pointcloud.files.read_cloud`.
+        InputError, CRSError: see :func:`treedgs_geo.pointcloud.files.read_cloud` and
+            :func:`treedgs_geo.pointcloud.sanity.examine`.
     """
-    from ..pointcloud.files import read_cloud
-
     if attributes is not None:
         attributes = (*attributes, "classification", "withheld")
     with reporter.stage("read cloud", 0.0, 0.15):
-        cloud = read_cloud(settings.input, crs=settings.crs, attributes=attributes)
+        cloud = read_checked(settings.input, settings.crs, reporter, attributes, find_stems, settings.dtm is not None)
     where = cloud.horizontal_crs.name if cloud.horizontal_crs is not None else "local metres, no CRS"
     span = cloud.xyz.max(axis=0) - cloud.xyz.min(axis=0)
     reporter.info(f"{len(cloud):,} points, {span[0]:.0f} x {span[1]:.0f} m, {where}.")
     return cloud
+
+
+def read_checked(path: Path, crs: str | None, reporter: Reporter, attributes: tuple[str, ...] | None = None,
+                 find_stems: bool = True, own_ground: bool = False) -> PointCloud:
+    """The cloud without its far strays; what is odd about it is said.
+
+    Raises:
+        InputError, CRSError: as :func:`load_cloud`.
+    """
+    from ..pointcloud.cloud import usable
+    from ..pointcloud.files import describe_cloud, read_cloud
+    from ..pointcloud.sanity import examine, report
+    from ..pointcloud.survey import Survey
+
+    about = describe_cloud(path)
+    require_memory(_POINT_BYTES * about.n_points, f"{path}: reading {about.n_points:,} points at once",
+                   "cut the cloud to the plots, thin it, or use a machine with more memory")
+    cloud = read_cloud(path, crs=crs, attributes=attributes)
+    good = usable(cloud)
+    survey = Survey()
+    survey.add(cloud.xyz if good.all() else cloud.xyz[good])
+    extent, findings = examine(survey, path, find_stems, about.scale, own_ground)
+    report(findings, reporter)
+    near = extent.holds(cloud.xyz)
+    return cloud if near.all() or not good.any() else cloud.select(near)
 
 
 def load_ground(settings: CloudSettings, cloud: PointCloud, reporter: Reporter) -> tuple[Dtm, bool]:

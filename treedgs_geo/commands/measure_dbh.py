@@ -31,10 +31,11 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
     from ..inventory.circle_layers import stem_slices
     from ..inventory.tree_layer import write_trees
     from ..measure.cloud import measure_stems
+    from ..measure.plausible import mark_odd_heights
     from ..pointcloud.file_crs import LOCAL_CRS
 
     ensure_writable(settings.output)
-    cloud = load_cloud(settings, reporter)
+    cloud = load_cloud(settings, reporter, find_stems=False)
     if settings.id_field not in cloud.attributes:
         raise InputError(
             f"{settings.input}: has no dimension {settings.id_field!r} (it has: {', '.join(cloud.attributes)}); "
@@ -50,6 +51,7 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
         trees = with_ground_gap(trees, settings, cloud, dtm, reporter)
     if not certain:
         mark_uncertain_ground(trees)
+    mark_odd_heights(trees, cloud, dtm, reporter)
     slices = stem_slices(cloud.xyz, tree_id, trees)
     write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, slices)
     return {"output": str(settings.output), **tree_summary(trees, reporter)}

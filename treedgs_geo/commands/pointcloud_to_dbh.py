@@ -34,6 +34,7 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
     from ..inventory.circle_layers import stem_slices
     from ..inventory.tree_layer import write_trees
     from ..measure.cloud import measure_cloud, point_weights
+    from ..measure.plausible import mark_odd_heights
     from ..pointcloud.file_crs import LOCAL_CRS
     from ..pointcloud.files import write_cloud
 
@@ -49,6 +50,7 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
         mark_uncertain_ground(trees)
     if settings.stems_output is not None and (tree_id > 0).any():
         write_cloud(settings.stems_output, cloud.with_attribute("tree_id", tree_id).select(tree_id > 0))
+    mark_odd_heights(trees, cloud, dtm, reporter)
     slices = stem_slices(cloud.xyz, tree_id, trees)
     write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, slices)
     stems_file = str(settings.stems_output) if settings.stems_output is not None and (tree_id > 0).any() else None

@@ -144,7 +144,8 @@ def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
     with tempfile.TemporaryDirectory(dir=settings.output.parent, prefix=".tiles.") as name:
         folder = Path(name)
         with reporter.stage("read cloud", 0.0, 0.1):
-            store = sort_into_tiles(settings.input, folder, settings.crs, ("opacity",), reporter)
+            store = sort_into_tiles(settings.input, folder, settings.crs, ("opacity",), reporter,
+                                    own_ground=settings.dtm is not None)
         reporter.info(f"{store.n_points:,} usable points in {len(store.tiles)} tiles of {store.side_m:g} m.")
         with reporter.stage("ground", 0.1, 0.4):
             if settings.dtm is not None:

@@ -11,6 +11,7 @@ from ..core.files import ensure_writable
 from ..core.progress import Reporter
 from ..core.settings import param
 from ..terrain.options import ClothSimulation
+from .cloud_input import read_checked
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,7 +51,8 @@ def run(settings: TerrainSettings, reporter: Reporter) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(dir=settings.output.parent, prefix=".tiles.") as name:
         folder = Path(name)
         with reporter.stage("read cloud", 0.0, 0.3):
-            store = sort_into_tiles(settings.input, folder, settings.crs, ("classification",), reporter)
+            store = sort_into_tiles(settings.input, folder, settings.crs, ("classification",), reporter,
+                                    find_stems=False)
             if settings.use_classes and "classification" not in store.extras:
                 raise InputError(f"{settings.input}: has no ground class (2), expected by --use-classes; leave it out.")
         reporter.info(f"{store.n_points:,} usable points in {len(store.tiles)} tiles of {store.side_m:g} m.")
@@ -83,12 +85,12 @@ def _run_whole(settings: TerrainSettings, reporter: Reporter) -> dict[str, Any]:
 
     from ..core.errors import InputError
     from ..pointcloud.cloud import usable
-    from ..pointcloud.files import read_cloud, write_cloud
+    from ..pointcloud.files import write_cloud
     from ..terrain.dtm import write_dtm
     from ..terrain.ground import dtm_from_cloud, height_above_ground
 
     with reporter.stage("read cloud", 0.0, 0.3):
-        cloud = read_cloud(settings.input, crs=settings.crs)
+        cloud = read_checked(settings.input, settings.crs, reporter, find_stems=False)
         good = usable(cloud)
         if not good.any():
             raise InputError(f"{settings.input}: holds no usable point (all are noise or withheld); check the file.")

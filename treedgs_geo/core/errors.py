@@ -29,6 +29,12 @@ class OutputError(TreeDGSError):
     """A result cannot be written."""
 
 
+class MemoryShortage(TreeDGSError):
+    """The job needs more memory than this process may have."""
+
+    exit_code = 4
+
+
 class MissingComponentError(TreeDGSError):
     """A library or program that this step needs is not installed."""
 

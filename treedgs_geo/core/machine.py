@@ -3,6 +3,12 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
+
+from .errors import MemoryShortage
+
+#: Where a container's limit and use of memory stand (control groups, version 2).
+_CGROUP = Path("/sys/fs/cgroup")
 
 
 def cores() -> int:
@@ -14,3 +20,40 @@ def available_threads() -> int:
     """Threads to use: :func:`cores`; ``TREEDGS_THREADS`` sets it where several plots share a machine."""
     asked = os.environ.get("TREEDGS_THREADS", "")
     return int(asked) if asked.isdigit() and int(asked) else cores()
+
+
+def free_memory() -> float:
+    """Bytes that this process can still get: of the machine, its container and its own limits (``ulimit -v``)."""
+    import psutil
+
+    free = [float(psutil.virtual_memory().available)]
+    try:
+        import resource
+
+        own = psutil.Process().memory_info()
+        for limit, used in ((resource.RLIMIT_AS, own.vms), (resource.RLIMIT_DATA, getattr(own, "data", own.rss))):
+            most = resource.getrlimit(limit)[0]
+            if most != resource.RLIM_INFINITY:
+                free.append(float(most - used))
+    except ImportError:  # Windows
+        pass
+    try:
+        most, used = ((_CGROUP / f"memory.{name}").read_text().strip() for name in ("max", "current"))
+        cache = sum(int(line.split()[1]) for line in (_CGROUP / "memory.stat").read_text().splitlines()
+                    if line.startswith(("inactive_file ", "active_file ")))
+        if most != "max":
+            free.append(float(int(most) - int(used) + cache))
+    except (OSError, ValueError):
+        pass
+    return max(min(free), 0.0)
+
+
+def require_memory(needed_bytes: float, what: str, advice: str) -> None:
+    """End before memory does: compiled libraries abort the whole process when they get none.
+
+    Raises:
+        MemoryShortage: more is needed than :func:`free_memory`.
+    """
+    if needed_bytes > 5e7 and needed_bytes > (free := free_memory()):
+        raise MemoryShortage(f"{what} needs about {needed_bytes / 1e9:.1f} GB of memory, {free / 1e9:.1f} GB are free; "
+                             f"{advice}.")

@@ -22,6 +22,8 @@ REASONS: dict[str, tuple[str, str]] = {
     "disagree": ("two measuring methods disagree", "check this tree by hand"),
     "unchecked": ("the published method has no check and no error of its own", "compare with the default method"),
     "no_ground": ("no ground height is known at the tree", "give a DTM that covers the plot"),
+    "odd_heights": ("the trees are taller than trees of their diameter are: heights may be in feet",
+                    "check the unit of the cloud's heights and measure again"),
     "edge": ("the tree stands at the edge of the data", "extend the survey beyond the plot"),
 }
 

@@ -17,16 +17,54 @@ LOCAL = "local"
 LOCAL_CRS = pyproj.CRS.from_wkt('LOCAL_CS["local metres",UNIT["metre",1]]')
 
 
+#: GeoTIFF keys for the unit of x and y, the unit of heights and the vertical CRS, and codes of units that are not
+#: metres (EPSG). laspy reads none of them.
+_XY_UNIT, _Z_UNIT, _Z_CRS = 3076, 4099, 4096
+_UNITS = {9002: "feet", 9003: "US survey feet", 9005: "Clarke's feet", 1025: "millimetres", 1033: "centimetres"}
+
+
 def file_crs(header: Any, path: Path) -> pyproj.CRS | None:
     """The CRS that a LAS header names, ``None`` without one.
 
     Raises:
-        CRSError: there is a record, but it cannot be read.
+        CRSError: there is a record, but it cannot be read, or it says that lengths are in another unit than metres.
     """
     try:
-        return header.parse_crs()
+        crs = header.parse_crs()
+        keys = _geo_keys(header)
     except Exception as problem:
         raise CRSError(f"{path}: its CRS record is unreadable ({short(problem)}); export the cloud again.") from None
+    for key, what in ((_Z_UNIT, "heights"), (_XY_UNIT, "x and y")):
+        if keys.get(key) in _UNITS:
+            raise CRSError(f"{path}: {what} are in {_UNITS[keys[key]]} (GeoTIFF key {key}), expected metres; convert "
+                           "the cloud to metres.")
+    if unit := _vertical_unit(keys.get(_Z_CRS)):
+        raise CRSError(f"{path}: heights are in {unit} (GeoTIFF key {_Z_CRS}), expected metres; convert the cloud to "
+                       "metres.")
+    return crs
+
+
+def _geo_keys(header: Any) -> dict[int, int]:
+    """The plain GeoTIFF keys of a header; none where a WKT record stands beside them, which is what counts."""
+    from laspy.vlrs.known import GeoKeyDirectoryVlr, WktCoordinateSystemVlr
+
+    records = list(header.vlrs) + list(header.evlrs or [])
+    if any(isinstance(record, WktCoordinateSystemVlr) and record.parse_crs() is not None for record in records):
+        return {}
+    return {key.id: key.value_offset for record in records if isinstance(record, GeoKeyDirectoryVlr)
+            for key in record.geo_keys if key.tiff_tag_location == 0}
+
+
+def _vertical_unit(code: int | None) -> str:
+    """The unit of an EPSG vertical CRS where it is not metres; empty for metres and for what is no such code."""
+    if code is None or not 1024 <= code <= 32766:
+        return ""
+    try:
+        axes = pyproj.CRS.from_epsg(code).axis_info
+    except pyproj.exceptions.CRSError:
+        return ""
+    unit = axes[0].unit_name if len(axes) == 1 else "metre"
+    return "" if unit in ("metre", "meter") else unit
 
 
 def agreed_crs(own: pyproj.CRS | None, given: str | None, path: Path, need_crs: bool) -> pyproj.CRS | None:

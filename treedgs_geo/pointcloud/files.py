@@ -14,6 +14,7 @@ from ..core.errors import InputError
 from ..core.files import atomic_path
 from .cloud import PointCloud, concatenate
 from .file_crs import agreed_crs, file_crs, short
+from .stored_points import held_beyond_promise
 from .text_files import iter_text
 
 _TEXT = (".txt", ".xyz", ".asc", ".pts", ".csv")
@@ -227,6 +228,8 @@ def _open(path: Path) -> Any:
     elif path.suffix.lower() == ".las" or not header.are_points_compressed:
         stored = (path.stat().st_size - header.offset_to_point_data) // max(header.point_format.size, 1)
         trouble = _promise(promised, stored) if stored < promised else ""
+    if not trouble and (held := held_beyond_promise(path, header)):
+        trouble = f"the header promises {promised:,} points, the file holds {held}, expected the same number"
     if trouble:
         reader.close()
         raise InputError(f"{path}: {trouble}; export or copy it again.")
@@ -289,7 +292,7 @@ def iter_points(path: Path, reader: Any, chunk_points: int) -> Iterator[Any]:
         except StopIteration:
             break
         except BaseException as problem:  # a panic in the decompressor is a BaseException
-            if isinstance(problem, (KeyboardInterrupt, SystemExit, GeneratorExit)):
+            if isinstance(problem, (KeyboardInterrupt, SystemExit, GeneratorExit, MemoryError)):
                 raise
             raise InputError(f"{path}: breaks off after {count} of {promised} points ({short(problem)}); "
                              "copy or download it again.") from None

@@ -1,10 +1,13 @@
-"""Clouds in text lines, read chunk by chunk."""
+"""Clouds in text lines, read chunk by chunk, their columns checked: what is no coordinate is never read as one."""
 
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 import pyproj
@@ -13,41 +16,153 @@ from ..core.errors import InputError
 from .cloud import PointCloud
 from .file_crs import short
 
+#: What a header line may call the coordinates, besides x, y and z.
+_AXES = ({"x", "east", "easting", "e"}, {"y", "north", "northing", "n"},
+         {"z", "height", "elevation", "elev", "altitude", "alt", "h"})
+#: Whole numbers in so many rows of a column without a name are ids, colours or counts, not coordinates.
+_ROWS = 50
+_DECIMAL_COMMA = re.compile(r"\d,\d+(\s*[;\t]|[ ]+-?\d)")
+_HELP = "put a first line that names the columns, for example 'id x y z'"
+
+
+@dataclass(frozen=True)
+class Columns:
+    """names: of the columns, empty where no line names x, y and z. where: these three. delimiter: ``None`` = blanks."""
+
+    names: tuple[str, ...]
+    where: tuple[int, int, int]
+    delimiter: str | None
+
 
 def iter_text(path: Path, crs: pyproj.CRS | None, chunk_points: int) -> Iterator[PointCloud]:
-    """x y z per line (blank, comma, semicolon or tab between), one optional header line that names the columns."""
+    """x y z per line (blank, comma, semicolon or tab between); a header line may name the columns in another order.
+
+    Raises:
+        InputError: no table of numbers, or columns that do not say which of them are coordinates.
+    """
     try:
         with open(path, encoding="utf-8-sig") as stream:
-            first = stream.readline()
-            delimiter = next((mark for mark in (",", ";", "\t") if mark in first), None)
-            words = [word.strip().lower() for word in first.strip().lstrip("#/").split(delimiter)]
-            has_header = not all(_is_number(word) for word in words)
-            if len(words) < 3:
-                raise InputError(f"{path}: its first line has {len(words)} columns, expected x y z; give x y z per "
-                                 "line.")
-            names = words if has_header else []
-            where = [names.index(axis) for axis in "xyz"] if all(axis in names for axis in "xyz") else [0, 1, 2]
-            if not has_header:
-                stream.seek(0)
-                first_line = stream.readline()
-                assert first_line
-                lines = itertools.chain([first_line.lstrip("\ufeff")], stream)
-            else:
-                lines = itertools.chain(stream)
+            columns, first = _columns(path, stream)
+            lines = itertools.chain([first], stream)
+            checked = False
             while True:
                 block = list(itertools.islice(lines, min(chunk_points, 500_000)))
                 if not block:
                     return
-                table = np.loadtxt(block, delimiter=delimiter, ndmin=2)
+                table = np.loadtxt(block, delimiter=columns.delimiter, ndmin=2)
                 if table.size == 0:
                     continue
-                extra = {name: table[:, column] for column, name in enumerate(names[:table.shape[1]])
-                         if column not in where}
-                yield PointCloud(np.ascontiguousarray(table[:, where]), crs, extra)
+                if not checked:
+                    _check_columns(path, columns, table)
+                    checked = True
+                extra = {name: table[:, column] for column, name in enumerate(columns.names[:table.shape[1]])
+                         if column not in columns.where}
+                yield PointCloud(np.ascontiguousarray(table[:, list(columns.where)]), crs, extra)
     except (OSError, UnicodeDecodeError) as problem:
         raise InputError(f"{path}: is not a text file ({short(problem)}); give x y z per line.") from None
     except (ValueError, IndexError) as problem:
         raise InputError(f"{path}: is not a table of numbers ({short(problem)}); give x y z per line.") from None
+
+
+def _columns(path: Path, stream: TextIO) -> tuple[Columns, str]:
+    """What the first lines say of the columns, and the first line of numbers.
+
+    Raises:
+        InputError: no line of three numbers, a decimal comma, or a header that does not name x, y and z.
+    """
+    remarks, header = [], ""
+    line = stream.readline()
+    while line:
+        bare = line.strip()
+        words = _words(bare)
+        if bare.startswith(("#", "//")):
+            remarks.append(bare.lstrip("#/ "))
+        elif words and not all(_is_number(word) for word in words):
+            _refuse_decimal_comma(path, bare)
+            if header:
+                raise ValueError(f"line {bare[:40]!r}")
+            header = bare
+        elif len(words) > 1:  # a lone number is a count of the points
+            break
+        line = stream.readline()
+    n_columns = len(_words(line))
+    if not n_columns and len(_words(header)) >= 3:
+        raise InputError(f"{path}: holds no line of numbers, expected x y z; check the export.")
+    if n_columns < 3:
+        raise InputError(f"{path}: its first line has {n_columns or len(_words(header or ''.join(remarks[:1])))} "
+                         "columns, expected x y z; give x y z per line.")
+    _refuse_decimal_comma(path, line)
+    names = next((words for words in map(_words, [header, *remarks]) if _axes(words)), _words(header))
+    where = _axes(names)
+    listed = ", ".join(names[:8])
+    if names and where is None:
+        metric = "; project longitude and latitude to the UTM zone of the plot" if any(
+            name.startswith(("lon", "lat")) for name in names) else ""
+        raise InputError(f"{path}: its columns are called {listed}, expected x, y and z among them; name the "
+                         f"coordinates x, y and z in the first line{metric}.")
+    if where is not None and n_columns > len(names):
+        raise InputError(f"{path}: its header names {len(names)} columns ({listed}), its lines have {n_columns}, "
+                         "expected as many; name every column, and write decimals with a point.")
+    return Columns(tuple(names) if where else (), where or (0, 1, 2), _delimiter(line)), line
+
+
+def _refuse_decimal_comma(path: Path, line: str) -> None:
+    if _DECIMAL_COMMA.search(line):
+        raise InputError(f"{path}: writes a decimal comma ({line.strip()[:40]!r}), expected a point; export it with "
+                         "decimal points.")
+
+
+def _axes(names: list[str]) -> tuple[int, int, int] | None:
+    """Where x, y and z are among the names, ``None`` where one is missing."""
+    found = []
+    for axis, synonyms in zip("xyz", _AXES, strict=True):
+        exact = [k for k, name in enumerate(names) if name == axis]
+        alike = exact or [k for k, name in enumerate(names) if name in synonyms]
+        if not alike:
+            return None
+        found.append(alike[0])
+    return found[0], found[1], found[2]
+
+
+def _check_columns(path: Path, columns: Columns, table: np.ndarray) -> None:
+    """Refuse counts, ids, colours and normals in the place of coordinates; what a header names is believed.
+
+    Raises:
+        InputError: see above.
+    """
+    if columns.names or len(table) < _ROWS:
+        return
+    whole = [bool((column == np.floor(column)).all()) for column in table.T]
+    if all(whole[:3]):
+        raise InputError(f"{path}: columns 1 to 3 hold whole numbers ({_some(table[:, 0])}), expected x y z in metres "
+                         f"with decimals; export more decimals, or, if they are ids or colours, {_HELP}.")
+    if (np.diff(table[:, 0]) == 1).all():
+        raise InputError(f"{path}: column 1 counts the lines ({_some(table[:, 0])}), expected x; {_HELP}.")
+    odd = [k for k in range(3) if whole[k] and np.ptp(table[:, k]) > 0]
+    later = [k for k in range(3, table.shape[1]) if not whole[k]]
+    if odd and later:
+        raise InputError(f"{path}: column {odd[0] + 1} holds whole numbers ({_some(table[:, odd[0]])}) as ids and "
+                         f"colours do, and column {later[0] + 1} decimals as coordinates do, expected x y z first; "
+                         f"{_HELP}.")
+    if table.shape[1] >= 6 and np.abs(table[:, :3]).max() <= 1 and np.ptp(table[:, 3:6], axis=0).min() > 2:
+        raise InputError(f"{path}: columns 1 to 3 lie between -1 and 1 as colours and normals do, and columns 4 to 6 "
+                         f"spread as coordinates do, expected x y z first; {_HELP}.")
+
+
+def _some(values: np.ndarray) -> str:
+    return ", ".join(f"{value:g}" for value in values[:3]) + " ..."
+
+
+def _delimiter(line: str) -> str | None:
+    return next((mark for mark in (";", "\t", ",") if mark in line), None)
+
+
+def _words(line: str) -> list[str]:
+    """The words of a line: small letters, without quotes and units in brackets."""
+    delimiter = _delimiter(line)
+    words = [word.strip().strip("\"'").lower() for word in line.strip().split(delimiter)]
+    words = [re.sub(r"\s*[\[(].*?[\])]$|_m$", "", word).strip() for word in words]
+    return [word for word in words if word] if delimiter is None else words
 
 
 def _is_number(word: str) -> bool:

@@ -10,14 +10,18 @@ from pathlib import Path
 import numpy as np
 import pyproj
 
-from ..core.errors import OutputError
+from ..core.errors import InputError, OutputError
 from ..core.progress import Reporter
 from .cloud import usable
 from .files import describe_cloud, iter_cloud
+from .sanity import examine, report
+from .survey import Extent, Survey
 
 #: Points that a tile should hold: half a gigabyte of memory while it is worked on.
 _POINTS_A_TILE = 4_000_000
 _SIDES_M = (10, 200)
+#: More tiles are no cloud of one block: each of them is a file.
+_MOST_TILES = 400_000
 #: Clouds up to this size are worked on as a whole.
 WHOLE_CLOUD_POINTS = 4_000_000
 
@@ -28,6 +32,7 @@ class TileStore:
     from ``offset`` (3,), as in the file: nothing is rounded.
 
     extras: name -> dtype of what is kept beside the coordinates. counts: tile -> points. low, high: (3,) true extent.
+    extent: once all points are sorted, where they are; strays far off are not given out.
     """
 
     folder: Path
@@ -41,6 +46,7 @@ class TileStore:
     low: np.ndarray = field(default_factory=lambda: np.full(3, np.inf))
     high: np.ndarray = field(default_factory=lambda: np.full(3, -np.inf))
     n_points: int = 0
+    extent: Extent | None = None
 
     @property
     def dtype(self) -> np.dtype:
@@ -88,8 +94,13 @@ class TileStore:
         """Sort (N, 3) points into the tiles."""
         if not len(xyz):
             return
+        whole = np.round((xyz - self.offset) / self.scale)
+        held = (np.abs(whole) < 2**31).all(axis=1)
+        if not held.all():  # text lines hundreds of kilometres off: strays in any cloud
+            self.add(xyz[held], {name: values[held] for name, values in extras.items()})
+            return
         rows = np.empty(len(xyz), self.dtype)
-        rows["xyz"] = np.round((xyz - self.offset) / self.scale)
+        rows["xyz"] = whole
         for name in self.extras:
             rows[name] = extras[name]
         cell = np.floor((xyz[:, :2] - self.origin) / self.side_m).astype(np.int64)
@@ -105,11 +116,29 @@ class TileStore:
         self.low, self.high = np.minimum(self.low, xyz.min(axis=0)), np.maximum(self.high, xyz.max(axis=0))
         self.n_points += len(xyz)
 
+    def leave_out_strays(self, extent: Extent) -> None:
+        """Forget the points far outside ``extent``."""
+        self.extent = extent
+        if not extent.n_strays:
+            return
+        for tile in self.tiles:
+            kept = len(self.read(tile)[0])
+            self.n_points -= self.counts[tile] - kept
+            if kept:
+                self.counts[tile] = kept
+            else:
+                del self.counts[tile]
+                self._path(tile).unlink()
+        self.low, self.high = np.maximum(self.low, extent.low), np.minimum(self.high, extent.high)
+
     def _path(self, tile: tuple[int, int]) -> Path:
         return self.folder / f"{tile[0]}_{tile[1]}.points"
 
     def _decode(self, rows: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-        return rows["xyz"] * self.scale + self.offset, {name: np.ascontiguousarray(rows[name]) for name in self.extras}
+        xyz = rows["xyz"] * self.scale + self.offset
+        if self.extent is not None and self.extent.n_strays and not (near := self.extent.holds(xyz)).all():
+            rows, xyz = rows[near], xyz[near]
+        return xyz, {name: np.ascontiguousarray(rows[name]) for name in self.extras}
 
 
 def is_large(path: Path) -> bool:
@@ -118,13 +147,16 @@ def is_large(path: Path) -> bool:
 
 
 def sort_into_tiles(path: Path, folder: Path, crs: str | None, extras: tuple[str, ...] = (),
-                    reporter: Reporter | None = None, side_m: float | None = None) -> TileStore:
+                    reporter: Reporter | None = None, side_m: float | None = None, find_stems: bool = True,
+                    own_ground: bool = False) -> TileStore:
     """Read a cloud once, chunk by chunk, and sort its usable points (no noise, not withheld) into tiles in ``folder``.
 
-    extras: attributes to keep where the file has them. side_m: tile side (default: by the mean density).
+    extras: attributes to keep where the file has them. side_m: tile side (default: by the mean density). find_stems,
+    own_ground: see :func:`.sanity.examine`, whose warnings are said; strays are left out.
 
     Raises:
-        InputError, CRSError: see :func:`.files.iter_cloud`. OutputError: not enough room on the disk.
+        InputError, CRSError: see :func:`.files.iter_cloud` and :func:`.sanity.examine`.
+        OutputError: not enough room on the disk.
     """
     reporter = reporter or Reporter()
     about = describe_cloud(path)
@@ -134,6 +166,7 @@ def sort_into_tiles(path: Path, folder: Path, crs: str | None, extras: tuple[str
             f"{folder}: has {room / 1e9:.1f} GB free, sorting {about.n_points:,} points into tiles needs "
             f"{20 * about.n_points / 1e9:.1f} GB; free some space or choose an output on a larger disk.")
     store: TileStore | None = None
+    survey = Survey()
     done = 0
     for piece in iter_cloud(path, None, crs, (*extras, "classification", "withheld")):
         done += len(piece)
@@ -144,16 +177,22 @@ def sort_into_tiles(path: Path, folder: Path, crs: str | None, extras: tuple[str
             side = side_m or _side(about.n_points, about.low, about.high)
             scale, offset = about.scale, about.offset
             if scale is None or offset is None:
-                scale, offset = np.full(3, 1e-4), np.floor(piece.xyz[0])
+                scale, offset = np.full(3, 1e-4), np.floor(np.median(piece.xyz, axis=0))
             kept = {name: piece.attributes[name].dtype.str for name in extras if name in piece.attributes}
             store = TileStore(folder, side, np.floor(piece.xyz[:, :2].min(axis=0)), scale, offset, kept, piece.crs)
         store.add(piece.xyz, piece.attributes)
+        survey.add(piece.xyz)
+        if len(store.counts) > _MOST_TILES:
+            span = store.high - store.low
+            raise InputError(f"{path}: spans {span[0]:,.0f} x {span[1]:,.0f} m with few points everywhere, expected a "
+                             "plot or block in metres; check the unit of x and y and which columns they are.")
         reporter.progress(done / max(about.n_points, 1))
     if store is None:
-        from ..core.errors import InputError
-
         raise InputError(f"{path}: holds no usable point (noise and withheld points left out), expected a point cloud; "
                          "check the file.")
+    extent, findings = examine(survey, path, find_stems, about.scale, own_ground)
+    report(findings, reporter)
+    store.leave_out_strays(extent)
     return store
 
 

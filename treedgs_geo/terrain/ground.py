@@ -10,10 +10,14 @@ import numpy as np
 import pyproj
 
 from ..core.errors import InputError
+from ..core.machine import require_memory
 from ..pointcloud.cloud import extent
 from .dtm import Dtm, grid_over
 from .options import ClothSimulation
 from .surface import cell_quantile, grid_ground, local_ground
+
+#: Memory of a particle of the cloth (measured: 371 bytes); without it the library ends the process.
+_PARTICLE_BYTES = 400
 
 
 def classify_ground(xyz: np.ndarray, method: ClothSimulation | None = None) -> np.ndarray:
@@ -99,6 +103,10 @@ def cloth_ground(lows: np.ndarray, method: ClothSimulation) -> np.ndarray:
     if len(lows) < 10:
         raise InputError(f"Terrain: found {len(lows)} cells with points, expected at least 10; give a larger cloud "
                          "or a DTM with --dtm.")
+    span = lows[:, :2].max(axis=0) - lows[:, :2].min(axis=0)
+    particles = float(np.prod(span / method.cloth_m + 5))
+    require_memory(_PARTICLE_BYTES * particles, f"Terrain: a cloth over {span[0]:,.0f} x {span[1]:,.0f} m", "cut the "
+                   "cloud to the plot, remove points far off, or give a DTM with --dtm")
     cloth = CSF.CSF()
     cloth.params.bSloopSmooth = True
     cloth.params.cloth_resolution = method.cloth_m

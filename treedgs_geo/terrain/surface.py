@@ -6,8 +6,12 @@ import numpy as np
 from numba import njit
 from scipy.spatial import cKDTree
 
+from ..core.machine import require_memory
 from ..pointcloud.cloud import extent
 from .dtm import Dtm, grid_over
+
+#: Memory of a cell while a grid is made: its place, height and support.
+_CELL_BYTES = 80
 
 
 def local_ground(query_xy: np.ndarray, points: np.ndarray, neighbours: int = 40, bandwidth_m: float = 1.0,
@@ -183,6 +187,8 @@ def grid_ground(points: np.ndarray, resolution_m: float, neighbours: int = 40, b
     """
     low, high = bounds if bounds is not None else extent(points[:, :2])
     transform, rows, cols = grid_over(low, high, resolution_m)
+    require_memory(_CELL_BYTES * rows * cols, f"Terrain: a grid of {cols:,} x {rows:,} cells of {resolution_m:g} m",
+                   "cut the cloud to the plot, or remove points far off")
     empty = Dtm(np.full((rows, cols), np.nan), transform, crs)
     x, y = empty.centres()
     heights, support = local_ground(np.column_stack([x.ravel(), y.ravel()]), points, neighbours, bandwidth_m, noise_m)
