@@ -17,6 +17,7 @@ from ..core.errors import InputError, TreeDGSError
 from ..core.files import ensure_unlocked, read_json
 from ..core.machine import cores
 from ..core.progress import Reporter
+from ..core.scale import check_place
 
 if TYPE_CHECKING:
     from ..commands.photos_to_dbh import PhotosToDbhSettings
@@ -302,7 +303,9 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
         for piece in iter_cloud(settings.input, crs=settings.crs):
             if not len(piece):
                 continue
-            first = piece if first is None else first
+            if first is None:
+                check_place(piece.crs, piece.xyz, str(settings.input), reporter)
+                first = piece
             count += len(piece)
             low, high = np.minimum(low, piece.xyz.min(axis=0)), np.maximum(high, piece.xyz.max(axis=0))
     if first is None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.errors import InputError
 from ..core.progress import Reporter
+from ..core.scale import check_place
 from ..core.settings import param
 
 if TYPE_CHECKING:
@@ -34,7 +35,8 @@ def load_cloud(settings: CloudSettings, reporter: Reporter, attributes: tuple[st
     """Read the cloud and say what it is.
 
     Raises:
-        InputError, CRSError: see :func:`treedgs_geo.pointcloud.files.read_cloud`.
+        InputError, CRSError: see :func:`treedgs_geo.pointcloud.files.read_cloud` and
+            :func:`treedgs_geo.core.scale.check_place`.
     """
     from ..pointcloud.files import read_cloud
 
@@ -42,6 +44,7 @@ def load_cloud(settings: CloudSettings, reporter: Reporter, attributes: tuple[st
         attributes = (*attributes, "classification", "withheld")
     with reporter.stage("read cloud", 0.0, 0.15):
         cloud = read_cloud(settings.input, crs=settings.crs, attributes=attributes)
+    check_place(cloud.crs, cloud.xyz, str(settings.input), reporter)
     where = cloud.horizontal_crs.name if cloud.horizontal_crs is not None else "local metres, no CRS"
     span = cloud.xyz.max(axis=0) - cloud.xyz.min(axis=0)
     reporter.info(f"{len(cloud):,} points, {span[0]:.0f} x {span[1]:.0f} m, {where}.")

@@ -9,6 +9,7 @@ from typing import Any
 from ..core.command import Command
 from ..core.files import ensure_writable
 from ..core.progress import Reporter
+from ..core.scale import check_place
 from ..core.settings import param
 from ..terrain.options import ClothSimulation
 
@@ -89,6 +90,7 @@ def _run_whole(settings: TerrainSettings, reporter: Reporter) -> dict[str, Any]:
 
     with reporter.stage("read cloud", 0.0, 0.3):
         cloud = read_cloud(settings.input, crs=settings.crs)
+        check_place(cloud.crs, cloud.xyz, str(settings.input), reporter)
         good = usable(cloud)
         if not good.any():
             raise InputError(f"{settings.input}: holds no usable point (all are noise or withheld); check the file.")

@@ -12,6 +12,7 @@ import pyproj
 
 from ..core.errors import OutputError
 from ..core.progress import Reporter
+from ..core.scale import check_place
 from .cloud import usable
 from .files import describe_cloud, iter_cloud
 
@@ -124,7 +125,8 @@ def sort_into_tiles(path: Path, folder: Path, crs: str | None, extras: tuple[str
     extras: attributes to keep where the file has them. side_m: tile side (default: by the mean density).
 
     Raises:
-        InputError, CRSError: see :func:`.files.iter_cloud`. OutputError: not enough room on the disk.
+        InputError, CRSError: see :func:`.files.iter_cloud` and :func:`treedgs_geo.core.scale.check_place`. OutputError:
+            not enough room on the disk.
     """
     reporter = reporter or Reporter()
     about = describe_cloud(path)
@@ -141,6 +143,7 @@ def sort_into_tiles(path: Path, folder: Path, crs: str | None, extras: tuple[str
         if not len(piece):
             continue
         if store is None:
+            check_place(piece.crs, piece.xyz, str(path), reporter)
             side = side_m or _side(about.n_points, about.low, about.high)
             scale, offset = about.scale, about.offset
             if scale is None or offset is None:
