@@ -14,6 +14,7 @@ from ..core.crs import LocalFrame
 from ..core.files import read_json, write_json
 from ..core.plots import Plot, read_plots
 from ..core.progress import Reporter
+from ..core.scale import zone_that_fits
 from ..core.settings import to_json
 from ..core.workspace import Workspace, peak_memory_mb
 from ..geotags.photos import list_photos
@@ -45,6 +46,8 @@ if TYPE_CHECKING:
 #: A stem needs photos that look at it from the side: this far from straight down, and this many of them.
 OBLIQUE_DEG = 17.0
 LEAST_OBLIQUE = 3
+#: A plot this far from the nearest photo lies elsewhere.
+MAX_AWAY_M = 500.0
 
 
 def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, Any]:
@@ -105,10 +108,13 @@ def _check_cover(settings: PhotosToDbhSettings, plots: list[Plot], dtm: Dtm | No
     placed = stations.xyz[stations.is_placed][:, :2]
     for plot in plots:
         away = float(np.linalg.norm(placed - [plot.x, plot.y], axis=1).min())
-        if away > 500:
+        if away > MAX_AWAY_M:
+            zone = zone_that_fits(stations.crs, np.array([[plot.x, plot.y]]), lambda xy: bool(
+                np.linalg.norm(placed - xy, axis=1).min() <= MAX_AWAY_M))
+            hint = f" (in EPSG:{zone.to_epsg()}, {zone.name}, it would lie there)" if zone is not None else ""
             raise InputError(
                 f"{settings.plots}: plot {plot.plot_id!r} lies {away:.0f} m from the nearest photo, expected it under "
-                "the flight; check the coordinates and their CRS (column epsg)."
+                f"the flight{hint}; check the coordinates and their CRS (column epsg)."
             )
     if dtm is not None:
         where = np.array([[p.x, p.y] for p in plots]) if plots else np.nanmedian(placed, axis=0)[None]

@@ -17,6 +17,7 @@ from ..core.errors import InputError, TreeDGSError
 from ..core.files import ensure_unlocked, read_json
 from ..core.machine import cores
 from ..core.progress import Reporter
+from ..core.scale import check_place
 
 if TYPE_CHECKING:
     from ..commands.photos_to_dbh import PhotosToDbhSettings
@@ -304,7 +305,9 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
         for piece in iter_cloud(settings.input, crs=settings.crs):
             if not len(piece):
                 continue
-            first = piece if first is None else first
+            if first is None:
+                check_place(piece.crs, piece.xyz, str(settings.input), reporter)
+                first = piece
             survey.add(piece.xyz[usable(piece)])
     if first is None or not survey.n_points:
         raise InputError(f"{settings.input}: holds no usable point, expected a point cloud; check the file.")
@@ -312,8 +315,8 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
     extent, odd = examine(survey, settings.input, True, describe_cloud(settings.input).scale, settings.dtm is not None)
     for finding in odd:
         (findings.problem if finding.refuse else findings.doubt)(finding.sentence)
-    if any(finding.refuse for finding in odd):
-        raise InputError(odd[0].sentence)
+    if findings.problems:
+        raise InputError(findings.problems[0])
     low, high, count = extent.low, extent.high, extent.n_points - extent.n_strays
     span = high - low
     density = count / max(float(span[0] * span[1]), 1.0)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ..core.errors import InputError
 from ..core.machine import require_memory
 from ..core.progress import Reporter
+from ..core.scale import check_place
 from ..core.settings import param
 
 if TYPE_CHECKING:
@@ -40,8 +41,8 @@ def load_cloud(settings: CloudSettings, reporter: Reporter, attributes: tuple[st
     find_stems: stems are to be found in it, not only measured.
 
     Raises:
-        InputError, CRSError: see :func:`treedgs_geo.pointcloud.files.read_cloud` and
-            :func:`treedgs_geo.pointcloud.sanity.examine`.
+        InputError, CRSError: see :func:`treedgs_geo.pointcloud.files.read_cloud`,
+            :func:`treedgs_geo.pointcloud.sanity.examine` and :func:`treedgs_geo.core.scale.check_place`.
     """
     if attributes is not None:
         attributes = (*attributes, "classification", "withheld")
@@ -75,7 +76,9 @@ def read_checked(path: Path, crs: str | None, reporter: Reporter, attributes: tu
     extent, findings = examine(survey, path, find_stems, about.scale, own_ground)
     report(findings, reporter)
     near = extent.holds(cloud.xyz)
-    return cloud if near.all() or not good.any() else cloud.select(near)
+    cloud = cloud if near.all() or not good.any() else cloud.select(near)
+    check_place(cloud.crs, cloud.xyz, str(path), reporter)
+    return cloud
 
 
 def load_ground(settings: CloudSettings, cloud: PointCloud, reporter: Reporter) -> tuple[Dtm, bool]:

@@ -49,6 +49,7 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
     from ..core.errors import CRSError
     from ..core.files import ensure_writable
     from ..core.plots import read_plots
+    from ..core.scale import check_place
     from ..inventory.field_trees import place, read_field_trees
     from ..inventory.match import match_plots, read_measured
     from ..inventory.pairs_layer import read_locked, write_pairs
@@ -61,6 +62,7 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
             raise CRSError(f"{settings.trees}: holds no CRS; give it with --crs.")
         measured = measured.set_crs(crs)
     check_projected(measured.crs, str(settings.trees))
+    check_place(measured.crs, measured[["x", "y"]].to_numpy(float), str(settings.trees), reporter)
     plots = read_plots(settings.plots, measured.crs)
     tally = place(read_field_trees(settings.field, settings), plots, measured.crs, settings, settings.field)
     locked = read_locked(settings.output)

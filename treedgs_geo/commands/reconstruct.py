@@ -148,10 +148,7 @@ def _densify(
     frame, views = load_views(workspace.path(SFM), settings.photos)
     if dtm is None:
         dtm = dtm_from_sparse(frame.to_project(load_points(workspace.path(SFM)).xyz), crs=frame.crs)
-
-    def ground(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        return dtm.height(np.asarray(x) + frame.origin[0], np.asarray(y) + frame.origin[1]) - frame.origin[2]
-
+    ground = dtm.local(frame).height
     parts = []
     for number, plot in enumerate(plots):
         centre = frame.to_local(np.array([[plot.x, plot.y, 0.0]]))[0, :2]

@@ -1,7 +1,7 @@
 """Reference frames: the project CRS outside, a local metric frame inside.
 
-Inside, coordinates are metres from a local origin (whole metres, so that nothing is lost): float32 is safe there.
-Outside, full projected coordinates with their CRS. Heights keep the datum they came in; see ``docs/frames.md``.
+Inside, coordinates are ground metres from a local origin (whole metres, so that nothing is lost): float32 is safe
+there. Outside, full projected coordinates with their CRS. Heights keep the datum they came in; see ``docs/frames.md``.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ import numpy as np
 import pyproj
 
 from .errors import CRSError
-from .frames import same_datum, transform, vertical_of
+from .frames import horizontal, same_datum, suggest_utm, transform, vertical_of
+from .scale import ground_scale
 
 
 def project_crs(text: str) -> pyproj.CRS:
@@ -57,46 +58,42 @@ def check_projected(crs: pyproj.CRS, where: str, lon_lat: tuple[float, float] | 
     return crs
 
 
-def horizontal(crs: pyproj.CRS) -> pyproj.CRS:
-    """The horizontal part of a compound CRS, or the CRS itself."""
-    return crs.sub_crs_list[0] if crs.is_compound else crs
-
-
-def suggest_utm(lon_deg: float, lat_deg: float) -> pyproj.CRS:
-    """WGS 84 / UTM zone of a position."""
-    zone = int((lon_deg + 180) // 6) % 60 + 1
-    return pyproj.CRS.from_epsg((32600 if lat_deg >= 0 else 32700) + zone)
-
-
 @dataclass(frozen=True)
 class LocalFrame:
-    """A local metric frame: ``local = project - origin``.
+    """A local metric frame: ``local = (project - origin) / (scale, scale, 1)``.
 
-    crs: the project CRS (projected, metres). origin: (3,) float64, whole metres in the project CRS.
+    crs: the project CRS (projected, metres). origin: (3,) float64, whole metres in the project CRS. scale: map metres
+    for one metre on the ground: what is measured in the frame is ground, upwards as across.
     """
 
     crs: pyproj.CRS
     origin: np.ndarray
+    scale: float = 1.0
 
     @classmethod
     def around(cls, crs: pyproj.CRS, points: np.ndarray) -> LocalFrame:
-        """Frame with its origin near the mean of ``points`` (N, 3), rounded to whole metres."""
+        """Frame with its origin near the mean of ``points`` (N, 3), rounded to whole metres, and the scale there.
+
+        Raises:
+            CRSError: the map stretches too much to be measured in, see :func:`.scale.ground_scale`.
+        """
         centre = np.nanmean(np.asarray(points, float).reshape(-1, 3), axis=0)
-        return cls(crs, np.asarray(np.round(centre), float))
+        return cls(crs, np.asarray(np.round(centre), float), ground_scale(crs, *centre))
 
     def to_local(self, points: np.ndarray) -> np.ndarray:
         """(N, 3) project coordinates -> (N, 3) local, float64."""
-        return np.asarray(points, float) - self.origin
+        return (np.asarray(points, float) - self.origin) / (self.scale, self.scale, 1.0)
 
     def to_project(self, points: np.ndarray) -> np.ndarray:
         """(N, 3) local coordinates -> (N, 3) project, float64."""
-        return np.asarray(points, float) + self.origin
+        return np.asarray(points, float) * (self.scale, self.scale, 1.0) + self.origin
 
     def save(self, path: Path) -> None:
-        """Write as JSON (WKT and origin)."""
+        """Write as JSON (WKT, origin and scale)."""
         from .files import write_json
 
-        write_json(path, {"crs_wkt": self.crs.to_wkt(), "crs": self.crs.to_string(), "origin": self.origin.tolist()})
+        write_json(path, {"crs_wkt": self.crs.to_wkt(), "crs": self.crs.to_string(), "origin": self.origin.tolist(),
+                          "scale": self.scale})
 
     @classmethod
     def load(cls, path: Path) -> LocalFrame:
@@ -104,7 +101,8 @@ class LocalFrame:
         from .files import read_json
 
         record = read_json(path)
-        return cls(pyproj.CRS.from_wkt(record["crs_wkt"]), np.asarray(record["origin"], float))
+        return cls(pyproj.CRS.from_wkt(record["crs_wkt"]), np.asarray(record["origin"], float),
+                   float(record.get("scale", 1.0)))
 
 
 def lonlat_to_project(

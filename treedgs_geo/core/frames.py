@@ -32,6 +32,17 @@ def frame_named(text: str) -> pyproj.CRS | None:
     return next((pyproj.CRS(code) for name, code in _NAMED if name.upper().replace(" ", "") in flat), None)
 
 
+def horizontal(crs: pyproj.CRS) -> pyproj.CRS:
+    """The horizontal part of a compound CRS, or the CRS itself."""
+    return crs.sub_crs_list[0] if crs.is_compound else crs
+
+
+def suggest_utm(lon_deg: float, lat_deg: float) -> pyproj.CRS:
+    """WGS 84 / UTM zone of a position."""
+    zone = int((lon_deg + 180) // 6) % 60 + 1
+    return pyproj.CRS.from_epsg((32600 if lat_deg >= 0 else 32700) + zone)
+
+
 def vertical_of(crs: pyproj.CRS | None) -> pyproj.CRS | None:
     """The vertical CRS of a compound CRS, or ``None``."""
     parts = crs.sub_crs_list if crs is not None and crs.is_compound else []

@@ -31,7 +31,7 @@ def read_seeds(path: Path, frame: LocalFrame) -> np.ndarray:
         raise InputError(f"{path}: holds no stem position; give at least one point.")
     if not np.isfinite(found).all():
         raise InputError(f"{path}: holds positions that are not numbers; remove those rows.")
-    local = found - frame.origin[:2]
+    local = frame.to_local(np.column_stack([found, np.zeros(len(found))]))[:, :2]
     if np.abs(local).max() > 5000:
         raise InputError(
             f"{path}: stem positions lie {np.abs(local).max() / 1000:.0f} km from the photos; give them in "

@@ -15,6 +15,7 @@ from ..core.errors import CRSError, GeotagError, InputError
 from ..core.files import atomic_path
 from ..core.frames import vertical_of
 from ..core.progress import Reporter
+from ..core.scale import check_lon_lat, check_place, zone_that_fits
 from .datum import check_frame, decimal_year, geotags_frame
 from .exposures import antenna_at, assign_marks, marks_of_events, note_spare
 from .gpstime import describe_utc, gps_to_utc
@@ -65,8 +66,11 @@ def read_stations(
     """
     reporter = reporter or Reporter()
     found = read_photos(Path(photos), reporter)
-    own = next(((p.lon_deg, p.lat_deg) for p in found if p.has_position), None)
+    own = _middle(found)
     project = _checked_crs(crs, own)
+    source = geotags_frame(frame)
+    if own is not None and source is not None:
+        check_lon_lat(source, *own, "--geotags-crs")
     if check_photos:
         found = _without_defects(found, Path(photos), reporter)
     stations = _from_exif(found, project)
@@ -81,10 +85,10 @@ def read_stations(
                           "say "
                           "theirs and were left as they are: do not mix them with a DTM; give PPK geotags for true "
                           "heights.")
+        check_place(project, stations.xyz, "--crs", reporter, photos=True)
         _note_unplaced(stations, reporter)
         return stations
     files = find_geotags(Path(geotags), Path(photos))
-    source = geotags_frame(frame)
     if files.tables:
         stations = _from_table(stations, read_position_table(files.tables[0], project, source))
     else:
@@ -99,6 +103,7 @@ def read_stations(
                 reporter.info(f"{files.rinex[0].name}: RINEX left alone, the solution {files.pos[0].name} is there."
                               if files.pos else f"{files.rinex[0].name}: RINEX left alone.")
             stations = _from_marks(stations, found, files, project, source, camera_delay_ms / 1000, reporter)
+    check_place(project, stations.xyz, str(files.tables[0] if files.tables else geotags), reporter, photos=True)
     _check_distance(stations, found, project, Path(geotags), reporter)
     if not stations.is_placed.any():
         raise GeotagError(
@@ -115,20 +120,15 @@ def _checked_crs(crs: str | pyproj.CRS, lon_lat: tuple[float, float] | None) -> 
         hint = f"EPSG:{suggest_utm(*lon_lat).to_epsg()}" if lon_lat else "EPSG:32615"
         raise CRSError(f"--crs: {crs!r} is not a coordinate reference system; give one like {hint}.") from None
     check_projected(project, "--crs", lon_lat)
-    area = project.area_of_use
-    if (
-        lon_lat
-        and area
-        and area.west < area.east
-        and not (area.west - 4 <= lon_lat[0] <= area.east + 4 and area.south - 4 <= lon_lat[1] <= area.north + 4)
-    ):
-        zone = suggest_utm(*lon_lat)
-        raise CRSError(
-            f"--crs: {project.name} is made for longitudes {area.west:g} to {area.east:g}, latitudes {area.south:g} to "
-            f"{area.north:g}; the photos were taken at longitude {lon_lat[0]:.3f}, latitude {lon_lat[1]:.3f}: use for "
-            f"example EPSG:{zone.to_epsg()} ({zone.name})."
-        )
+    if lon_lat is not None:
+        check_lon_lat(project, *lon_lat, "--crs")
     return project
+
+
+def _middle(photos: list[Photo]) -> tuple[float, float] | None:
+    """Longitude and latitude of the photo in the middle: one with a wrong position does not decide on the CRS."""
+    placed = sorted((photo.lon_deg, photo.lat_deg) for photo in photos if photo.has_position)
+    return placed[len(placed) // 2] if placed else None
 
 
 def _without_defects(photos: list[Photo], folder: Path, reporter: Reporter) -> list[Photo]:
@@ -293,10 +293,13 @@ def _check_distance(stations: Stations, photos: list[Photo], crs: pyproj.CRS, so
     if not known.any():
         return
     if np.median(distance[known]) > MAX_MEDIAN_DISTANCE_M:
+        zone = zone_that_fits(crs, stations.xyz[known, :2], lambda xy: bool(
+            np.median(np.hypot(*(xy - own[known, :2]).T)) <= MAX_MEDIAN_DISTANCE_M))
+        hint = f" (in EPSG:{zone.to_epsg()}, {zone.name}, they would fit)" if zone is not None else ""
         raise GeotagError(
             f"{source}: its positions are {np.median(distance[known]):.0f} m (median) from the GPS positions in the "
             f"photos, "
-            f"expected a few metres; these geotags belong to other photos or another CRS."
+            f"expected a few metres; these geotags belong to other photos or another CRS{hint}."
         )
     far = np.flatnonzero(known & (distance > MAX_DISTANCE_M))
     if len(far):

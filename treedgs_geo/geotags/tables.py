@@ -12,6 +12,7 @@ import pyproj
 from ..core.crs import lonlat_to_project
 from ..core.errors import CRSError, GeotagError
 from ..core.frames import transform
+from ..core.scale import check_place
 
 _NAME = ("name", "photo", "filename", "file", "image", "image_name", "imagename", "label", "sourcefile", "#label")
 _LAT = ("lat", "latitude", "lat_deg", "latitude_deg", "gpslatitude")
@@ -152,6 +153,7 @@ def _read_geo_txt(
         if source.is_geographic:
             xyz = lonlat_to_project(crs, np.array([x]), np.array([y]), np.array([z]), frame)[0]
         else:
+            check_place(source, np.array([[x, y, z]]), f"{path}, line {number}", measured=False)
             xyz = transform(source, crs, np.array([[x, y, z]]), str(path))[0]
         rows.append((cells[0], [*xyz, *sd]))
     return rows

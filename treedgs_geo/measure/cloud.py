@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from ..core.errors import InputError
 from ..core.progress import Reporter
+from ..core.scale import ground_scale
 from ..pointcloud.cloud import PointCloud, extent
 from ..stems.cone import Cone
 from ..stems.nearby import Nearby
@@ -23,7 +24,7 @@ from .opacity_cone import fit_opacity_cone
 from .options import MeasureOptions
 from .published import PublishedOptions, measure_filled, measure_published
 from .stem import StemMeasure, measure_points, rebased, refuse
-from .trees import Tree
+from .trees import Tree, on_ground
 
 #: Exponent p of eq:weighted_score by what weighs the points (paper.tex: held-out validation).
 PAPER_POWER = {"opacity": 0.6, "intensity": 0.85, "range_intensity": 0.85}
@@ -70,10 +71,12 @@ def measure_stems(cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm, options: Mea
 
     tree_id: (N,) integers, <= 0 = no stem. stems: the map that gave the ids, if they are ours (starting values, and the
     labels of crowded points). height: (N,) above the terrain, where it has been computed. One bad tree never ends the
-    run: it gets a reason. Deterministic for a seed.
+    run: it gets a reason. Deterministic for a seed. Diameters are lengths on the ground: what the map's scale adds in
+    the cloud's CRS is taken off here.
 
     Raises:
-        InputError: the attribute that ``weights`` names is missing, or no point has a tree id.
+        InputError: the attribute that ``weights`` names is missing. CRSError: the cloud's CRS stretches lengths by more
+            than half a per cent.
     """
     options, reporter = options or MeasureOptions(), reporter or Reporter()
     tree_id = np.asarray(tree_id)
@@ -108,7 +111,8 @@ def measure_stems(cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm, options: Mea
     trees = [_tree(int(tree), frame, measured, options)
              for tree, frame, measured in zip(ids, frames, results, strict=True)]
     _finish(cloud, height, trees, results, groups)
-    return trees
+    scale = ground_scale(cloud.crs, *np.median(cloud.xyz[owned], axis=0))
+    return [on_ground(tree, scale) for tree in trees]
 
 
 def point_weights(cloud: PointCloud, kind: str) -> np.ndarray | None:

@@ -86,5 +86,19 @@ def with_block_errors(tree: Tree, scale_sd: float, ground_m: float) -> Tree:
     return tree.finish()
 
 
+def on_ground(tree: Tree, scale: float) -> Tree:
+    """The tree with what was measured on the map as it is on the ground: diameter, errors, interval, taper, basal area.
+
+    scale: map metres for one metre on the ground (:func:`treedgs_geo.core.scale.ground_scale`). Heights are the same on
+    both; the lean is not corrected (0.05 degrees at the largest scale that is measured in).
+    """
+    def corrected(value: float | None, power: int = 1) -> float | None:
+        return None if value is None else value / scale**power
+
+    return replace(tree, dbh_cm=corrected(tree.dbh_cm), dbh_se_cm=corrected(tree.dbh_se_cm),
+                   dbh_lo_cm=corrected(tree.dbh_lo_cm), dbh_hi_cm=corrected(tree.dbh_hi_cm),
+                   taper_cm_m=corrected(tree.taper_cm_m), ba_m2=corrected(tree.ba_m2, 2))
+
+
 #: Field names of the tree layer, in order (x and y are kept as columns too).
 TREE_FIELDS = tuple(item.name for item in fields(Tree))

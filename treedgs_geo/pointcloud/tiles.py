@@ -12,6 +12,7 @@ import pyproj
 
 from ..core.errors import InputError, OutputError
 from ..core.progress import Reporter
+from ..core.scale import check_place
 from .cloud import usable
 from .files import describe_cloud, iter_cloud
 from .sanity import examine, report
@@ -155,8 +156,8 @@ def sort_into_tiles(path: Path, folder: Path, crs: str | None, extras: tuple[str
     own_ground: see :func:`.sanity.examine`, whose warnings are said; strays are left out.
 
     Raises:
-        InputError, CRSError: see :func:`.files.iter_cloud` and :func:`.sanity.examine`.
-        OutputError: not enough room on the disk.
+        InputError, CRSError: see :func:`.files.iter_cloud`, :func:`.sanity.examine` and
+            :func:`treedgs_geo.core.scale.check_place`. OutputError: not enough room on the disk.
     """
     reporter = reporter or Reporter()
     about = describe_cloud(path)
@@ -174,6 +175,7 @@ def sort_into_tiles(path: Path, folder: Path, crs: str | None, extras: tuple[str
         if not len(piece):
             continue
         if store is None:
+            check_place(piece.crs, piece.xyz, str(path), reporter)
             side = side_m or _side(about.n_points, about.low, about.high)
             scale, offset = about.scale, about.offset
             if scale is None or offset is None:

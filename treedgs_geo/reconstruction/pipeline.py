@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -91,7 +91,7 @@ def reconstruct_photos(
     frame = LocalFrame.around(stations.crs, stations.xyz[stations.is_placed])
     ground = ground_below(stations.xyz, stations.relative_altitude_m)
     if np.isfinite(ground):
-        frame = LocalFrame(frame.crs, np.array([*frame.origin[:2], np.round(ground)]))
+        frame = replace(frame, origin=np.array([*frame.origin[:2], np.round(ground)]))
         ground -= frame.origin[2]
     xyz = frame.to_local(stations.xyz)
     rotations = gimbal_rotations(stations)

@@ -15,6 +15,7 @@ from ..core.errors import CRSError, InputError
 from ..core.files import atomic_path
 from ..core.frames import heights_named, vertical_of
 from ..core.frames import transform as convert
+from ..core.scale import zone_that_fits
 from ..pointcloud.cloud import horizontal
 from ..pointcloud.file_crs import same_place
 
@@ -37,7 +38,8 @@ class Dtm:
     heights: (rows, cols) float64 metres, NaN where nothing is known. transform: affine, (col, row) of a cell *corner*
     -> grid coordinates. crs: of the coordinates it is asked in (``None`` = local metres). support: (rows, cols) metres
     to the nearest ground point, where known. origin: (3,) subtracted from coordinates and heights, see
-    :meth:`shifted`. grid_crs: the grid's own CRS when it differs from ``crs``.
+    :meth:`shifted`. grid_crs: the grid's own CRS when it differs from ``crs``. scale: metres of ``crs`` for one metre
+    that it is asked in, see :meth:`local`.
     """
 
     heights: np.ndarray
@@ -46,6 +48,7 @@ class Dtm:
     support: np.ndarray | None = None
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     grid_crs: pyproj.CRS | None = None
+    scale: float = 1.0
 
     def height(self, x: np.ndarray, y: np.ndarray, method: str = "bilinear") -> np.ndarray:
         """Ground height at (N,) x, y, metres; NaN outside the grid and where nothing is known.
@@ -82,7 +85,7 @@ class Dtm:
 
     def local(self, frame: LocalFrame) -> Dtm:
         """The same ground in the local coordinates of ``frame``; call it with x, y."""
-        return self.shifted(frame.origin)
+        return replace(self.shifted(frame.origin), scale=frame.scale)
 
     def moved(self, offset: np.ndarray) -> Dtm:
         """The ground displaced by ``offset`` (3,): made near zero, put where it belongs."""
@@ -112,6 +115,8 @@ class Dtm:
         if method not in ("nearest", "bilinear"):
             raise ValueError(f"method {method!r}: expected nearest or bilinear")
         x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
+        if self.scale != 1.0:
+            x, y = x * self.scale, y * self.scale
         east, north, move = x.ravel(), y.ravel(), self.origin[:2]
         if self.grid_crs is not None and self.crs is not None:
             to_grid = pyproj.Transformer.from_crs(self.crs, self.grid_crs, always_xy=True)
@@ -277,9 +282,12 @@ def require_coverage(dtm: Dtm, xy: np.ndarray, where: str, least: float = 0.5) -
     share = float(np.mean(dtm.covers(xy))) if len(xy) else 0.0
     if share < least:
         (west, south), (east, north) = np.min(xy, axis=0), np.max(xy, axis=0)
+        zone = zone_that_fits(dtm.crs, xy, lambda moved: bool(np.mean(dtm.covers(moved)) >= least))
+        hint = f" (it covers these coordinates in EPSG:{zone.to_epsg()}, {zone.name})" if zone is not None else ""
         raise InputError(
             f"{where}: knows the ground at {100 * share:.0f} % of the plot (x {west:.0f} to {east:.0f}, y "
-            f"{south:.0f} to {north:.0f}), expected all of it; give a DTM that covers the plot and is in its CRS.")
+            f"{south:.0f} to {north:.0f}), expected all of it{hint}; give a DTM that covers the plot and is in its "
+            "CRS.")
 
 
 def height_above(dtm: Dtm, seen: Dtm) -> float:

@@ -17,6 +17,7 @@ from ...core.errors import CRSError, InputError
 from ...core.files import ensure_writable, fingerprint, write_json
 from ...core.plots import Plot
 from ...core.progress import Reporter
+from ...core.scale import check_place
 from ..field_trees import place
 from .document import Document, make_document
 from .equations import read_equations
@@ -151,6 +152,7 @@ def _read_trees(settings: Any) -> TreeList:
             raise CRSError(f"{settings.trees}: holds no CRS; give it with --crs.")
         found.crs = crs
     check_projected(found.crs, str(settings.trees))
+    check_place(found.crs, found.trees[["x", "y"]].to_numpy(float), str(settings.trees))
     return found
 
 
@@ -163,11 +165,13 @@ def _read_plots(settings: Any, trees: TreeList, reporter: Reporter) -> tuple[lis
         if trees.crs is None:
             raise CRSError(f"{settings.boundary}: the CRS to lay it in is not known; give --crs.")
         boundary = read_boundary(settings.boundary, trees.crs)
+        check_place(trees.crs, np.array(boundary.centroid.coords), str(settings.boundary))
     if settings.plots is None:
         if trees.from_field:
             trees.trees["plot_id"] = "stand"
         return [census(boundary, "stand")], boundary
     plots = read_sample(settings.plots, trees.crs, settings.plot_size, on_map=not trees.from_field)
+    check_place(trees.crs, np.array([[plot.x, plot.y] for plot in plots]), str(settings.plots))
     moved = [plot.plot_id for plot in plots if plot.plot_id in trees.centres and plot.shape == "circle"]
     if moved:
         from dataclasses import replace
