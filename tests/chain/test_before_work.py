@@ -1,4 +1,4 @@
-"""What is known before any photo is matched is said then: nadir photos, and how large a search without plots will be."""
+"""What is known before any photo is matched is said then: nadir photos, and how large a search will be."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ from treedgs_geo.stems.photos.options import PhotoStemOptions
 
 
 def _words(folder: Path, **more: object) -> list[str]:
-    given = {"photos": folder / "photos", "crs": CRS, "workspace": folder / "work", "output": folder / "out.gpkg", **more}
+    given = {"photos": folder / "photos", "crs": CRS, "workspace": folder / "work", "output": folder / "out.gpkg",
+             **more}
     words = ["photos-to-dbh", "--log-format", "json"]
     for name, value in given.items():
         words += [f"--{name.replace('_', '-')}"] + ([] if value is True else [str(value)])
@@ -62,6 +63,17 @@ def test_the_dry_run_counts_tiles_and_time_grows_with_them(tmp_path: Path, capsy
     events = _events(capsys)
     assert events[-1]["result"]["n_tiles"] == 1
     assert not any("--plots" in text for text in _texts(events, "warn"))
+
+
+def test_a_large_block_that_says_no_angles_is_no_matter_of_minutes(tmp_path: Path, capsys) -> None:
+    seconds = []
+    for name, xmp in (("known", {}), ("unknown", {"GimbalPitchDegree": None})):
+        write_photos(Flight(lines(160, 8.0), xmp=xmp), tmp_path / name / "photos")
+        assert main(_words(tmp_path / name, dry_run=True)) == 0
+        events = _events(capsys)
+        seconds.append(events[-1]["result"]["predicted_s"])
+        assert any("--plots" in text for text in _texts(events, "warn"))
+    assert 0.3 < seconds[1] / seconds[0] < 3
 
 
 def test_the_dry_run_counts_the_tiles_that_are_searched() -> None:
@@ -125,8 +137,9 @@ def test_nadir_is_only_said_where_it_is_known(tmp_path: Path, capsys, case: str)
     write_photos(Flight(lines(24), pitch_deg=pitch, xmp=xmp), tmp_path / "photos")
     assert main(_words(tmp_path, dry_run=True)) == 0
     events = _events(capsys)
+    assert events[-1]["result"]["n_tiles"] > 10
     if case == "no angles":
-        assert any("--plots" in text for text in _texts(events, "warn"))
+        assert any("roughly" in text for text in _texts(events, "warn") + _texts(events, "info"))
 
 
 def test_real_nadir_photos(tmp_path: Path, capsys) -> None:

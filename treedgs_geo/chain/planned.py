@@ -18,7 +18,7 @@ from ..reconstruction.cameras import View
 from ..reconstruction.pairs import ground_below
 from ..reconstruction.pipeline import gimbal_rotations
 from ..stems.area import Area, area_seen
-from ..stems.photos.find import split
+from ..stems.photos.find import TILE_M, split
 from ..stems.photos.options import PhotoStemOptions
 from ..terrain.dtm import Dtm
 
@@ -33,16 +33,20 @@ SEARCH_S = 0.55
 MANY_TILES = 16
 #: Core-seconds of the other stages for each photo of a usual plot; only the progress bar depends on it.
 _OTHER_S_PHOTO = 8.0
+#: Where cameras are unknown: ground that a photo shows (a square), and how often tiles cover it.
+_FOOTPRINT_M, _TILE_OVERLAP = 60.0, 1.7
 
 
 @dataclass(frozen=True)
 class Search:
     """The search for stems. tiles: pieces that are searched one after the other; they overlap. hectares: the ground
-    that is searched. core_seconds: of all tiles."""
+    that is searched. core_seconds: of all tiles. is_rough: from the flight's outline alone, the photos do not say where
+    they look."""
 
     tiles: int
     hectares: float
     core_seconds: float
+    is_rough: bool = False
 
     def seconds_a_tile(self) -> float:
         """On this machine, one tile."""
@@ -55,8 +59,8 @@ class Search:
         time = f"{total / 3600:.1f} hours" if total > 5400 else f"{total / 60:.0f} minutes"
         one = f"{each / 60:.0f} minutes" if each >= 90 else f"{each:.0f} seconds"
         return (
-            f"Without plots all ground that the photos see well is searched: {self.hectares:.1f} ha in {self.tiles} "
-            f"tiles of about {one} each, about {time} in all on {cores()} cores"
+            f"Without plots all ground that the photos see well is searched: {'roughly ' if self.is_rough else ''}"
+            f"{self.hectares:.1f} ha in {self.tiles} tiles of about {one} each, about {time} in all on {cores()} cores"
         )
 
 
@@ -122,13 +126,14 @@ def nadir_reason(nadir_angle_deg: np.ndarray) -> str:
 def search_ahead(
     stations: Stations, plots: list[Plot], ground: float, options: PhotoStemOptions, views: list[View] | None = None
 ) -> Search | None:
-    """The search as it will be cut into tiles, from planned cameras; ``None`` where these are unknown.
+    """The search as it will be cut into tiles, from planned cameras, or from the flight's outline where these are
+    unknown; ``None`` for plots that unknown cameras may see.
 
     views: of :func:`planned_views`, made here if not given.
     """
     views = planned_views(stations, ground) if views is None else views
     if not views:
-        return None
+        return None if plots else _rough_search(stations, options)
     if plots:
         centres = np.array([[p.x, p.y] for p in plots]) - planned_origin(stations, ground)[:2]
         area = Area.circles(centres, np.array([p.radius_m for p in plots]))
@@ -155,6 +160,20 @@ def search_of(area: Area, views: list[View], options: PhotoStemOptions) -> Searc
     x, y = np.meshgrid(np.arange(low_x, high_x, step) + step / 2, np.arange(low_y, high_y, step) + step / 2)
     inside = area.contains(np.column_stack([x.ravel(), y.ravel()]))
     return Search(len(tiles), float(inside.sum()) * step**2 / 1e4, float(core_seconds.sum()))
+
+
+def _rough_search(stations: Stations, options: PhotoStemOptions) -> Search | None:
+    """The flight's outline, a footprint wider, in tiles that overlap as they usually do."""
+    from shapely import MultiPoint
+
+    placed = stations.xyz[stations.is_placed][:, :2]
+    if len(placed) < LEAST_OBLIQUE:
+        return None
+    ground_m2 = float(MultiPoint(placed).convex_hull.buffer(_FOOTPRINT_M / 2).area)
+    tiled_m2 = _TILE_OVERLAP * ground_m2
+    seen = min(len(placed) * _FOOTPRINT_M**2 / ground_m2, options.max_views)
+    core_seconds = SEARCH_S * seen * tiled_m2 / 100
+    return Search(int(np.ceil(tiled_m2 / TILE_M**2)), ground_m2 / 1e4, core_seconds, is_rough=True)
 
 
 def announce_search(search: Search | None, plots: list[Plot], reporter: Reporter) -> None:

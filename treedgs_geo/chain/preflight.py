@@ -175,12 +175,8 @@ def _tell_search(search: Search | None, plots: list, findings: Findings) -> None
     from .planned import MANY_TILES
 
     if search is None:
-        if not plots:
-            findings.doubt(
-                "Without plots all ground that the photos see well is searched, and how much that is cannot be said "
-                "before the photos are matched: give plots (--plots)."
-            )
-    elif plots:
+        return
+    if plots:
         findings.reporter.info(f"The plots are searched in {search.tiles} tiles.")
     elif search.tiles > MANY_TILES:
         findings.doubt(f"{search.sentence()}: give plots (--plots) to measure only those.")
