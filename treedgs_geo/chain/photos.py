@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pyproj
 
 from ..core import workspace as names
 from ..core.crs import LocalFrame
@@ -37,15 +36,22 @@ from ..terrain.dtm import (
     write_dtm,
 )
 from ..terrain.sparse_ground import dtm_from_sparse
+from .planned import (
+    LEAST_OBLIQUE,
+    OBLIQUE_DEG,
+    announce_search,
+    measure_weight,
+    nadir_reason,
+    only_nadir,
+    planned_ground,
+    search_ahead,
+)
 from .routes import PRESETS, auto_route, photo_route, splat_route
 from .steps import Collector, Steps
 
 if TYPE_CHECKING:
     from ..commands.photos_to_dbh import PhotosToDbhSettings
 
-#: A stem needs photos that look at it from the side: this far from straight down, and this many of them.
-OBLIQUE_DEG = 17.0
-LEAST_OBLIQUE = 3
 #: A plot this far from the nearest photo lies elsewhere.
 MAX_AWAY_M = 500.0
 
@@ -69,6 +75,12 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
     plots = read_plots(settings.plots, stations.crs) if settings.plots else []
     dtm = read_dtm(settings.dtm, stations.crs) if settings.dtm else None
     _check_cover(settings, plots, dtm, stations)
+    nothing = only_nadir(stations)
+    if nothing:  # said now, not after the photos have been matched for nothing
+        return _write(settings, stations, [], plots, [], {}, nothing, space, steps)
+    search = search_ahead(stations, plots, planned_ground(stations, plots, dtm), PRESETS[settings.preset].stems)
+    announce_search(search, plots, reporter)
+    steps.weigh("measure", measure_weight(search, len(stations)))
 
     report = _reconstruct(settings, stations, space, steps)
     frame, views = load_views(space.path(names.SFM), settings.photos)
@@ -84,7 +96,7 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
                 if not trees
                 else f"all {len(trees)} stems found were refused, each with its reason in the layer"
             )
-    return _write(settings, stations.crs, trees, plots, views, report, nothing, space, steps)
+    return _write(settings, stations, trees, plots, views, report, nothing, space, steps)
 
 
 def _geotag(settings: PhotosToDbhSettings, photos: list[Path], space: Workspace, steps: Steps) -> Stations:
@@ -143,11 +155,7 @@ def _area(plots: list[Plot], frame: LocalFrame, views: list[View], points: np.nd
     else:
         area = area_seen(views, float(np.percentile(points[:, 2], 20)) if len(points) else 0.0)
     if len(oblique) < LEAST_OBLIQUE:
-        steepest = max((view.nadir_angle_deg for view in views), default=0.0)
-        return area, (
-            f"all {len(views)} photos look almost straight down (at most {steepest:.0f} degrees from it), which "
-            "shows crowns but no trunk from the side; fly oblique photos (30 to 50 degrees) from all sides"
-        )
+        return area, nadir_reason(np.array([view.nadir_angle_deg for view in views]))
     if not len(area.radii_m):
         return area, "no place is seen by six or more oblique photos; fly more of them, from all sides"
     return area, ""
@@ -258,7 +266,7 @@ def _measure(
 
 def _write(
     settings: PhotosToDbhSettings,
-    crs: pyproj.CRS,
+    stations: Stations,
     trees: list[Tree],
     plots: list[Plot],
     views: list[View],
@@ -267,7 +275,8 @@ def _write(
     space: Workspace,
     steps: Steps,
 ) -> dict[str, Any]:
-    """Layer, copy in the workspace, report."""
+    """Layer, copy in the workspace, report. sfm: report of the reconstruction, empty where there was none."""
+    crs = stations.crs
     for tree in trees:
         tree.run_id = steps.run_id
         tree.plot_id = next((p.plot_id for p in plots if np.hypot(tree.x - p.x, tree.y - p.y) <= p.radius_m), None)
@@ -283,14 +292,16 @@ def _write(
         write_trees(settings.output, trees, crs)
         if settings.output.resolve() != space.path(names.TREES).resolve():
             write_trees(space.path(names.TREES), trees, crs)
-        stages = {name: entry for name, entry in space.record["stages"].items() if name != "write"}
+        stages = {name: entry for name, entry in space.record["stages"].items()
+                  if name != "write" and (sfm or name == "geotag")}
         megapixels = sum(view.camera.width * view.camera.height for view in views) / 1e6
         facts = {
-            "photos": f"{sfm['registered']} of {sfm['photos']} registered, {megapixels:.0f} megapixels",
-            "method": space.record["stages"].get("measure", {}).get("result", {}).get("fit", "none"),
+            "photos": f"{sfm['registered']} of {sfm['photos']} registered, {megapixels:.0f} megapixels"
+            if sfm else f"{len(stations)}, not matched",
+            "method": stages.get("measure", {}).get("result", {}).get("fit", "none"),
             "breast height": f"{settings.bh_m:g} m",
             "CRS": crs.to_string(),
-            "ground": stages["ground"]["result"]["ground"],
+            "ground": stages["ground"]["result"]["ground"] if sfm else "not looked for",
             "preset": settings.preset,
             "TreeDGS": space.record["version"],
             "run": steps.run_id,

@@ -24,16 +24,15 @@ if TYPE_CHECKING:
     from ..commands.pointcloud_to_dbh import PointcloudToDbhSettings
     from ..geotags.stations import Stations
     from ..reconstruction.cameras import View
+    from .planned import Search
 
 #: Core-seconds on the machines of docs/results: per megapixel of features, per matched pair (8000 features each), per
-#: photo of mapping and adjustment, per stem-seeing photo and 100 m2 of searched ground.
-FEATURES_S_MP, PAIR_S, ADJUST_S_PHOTO, SEARCH_S = 0.34, 0.10, 1.1, 0.55
+#: photo of mapping and adjustment; of the search, see :mod:`.planned`.
+FEATURES_S_MP, PAIR_S, ADJUST_S_PHOTO = 0.34, 0.10, 1.1
 #: Core-seconds per million cloud points: reading, ground, stems.
 CLOUD_S_MILLION = 9.0
 #: A stem needs about this many photos of its breast height; below this overlap photos may not join.
 FEW_VIEWS, LOW_OVERLAP_PCT = 5, 70.0
-#: How far from straight down a photo has to look to show a stem's side.
-OBLIQUE_DEG = 17.0
 
 
 @dataclass
@@ -124,9 +123,9 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     from ..core.plots import read_plots
     from ..geotags.photos import list_photos
     from ..geotags.reading import read_stations
-    from ..reconstruction.pairs import ground_below
     from ..terrain.dtm import read_dtm
     from .photos import _check_cover
+    from .planned import only_nadir, planned_ground, planned_views, search_ahead
     from .routes import PRESETS
 
     findings = Findings(reporter)
@@ -155,23 +154,43 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
             _check_cover(settings, plots, dtm, stations)
         except TreeDGSError as problem:
             findings.problem(str(problem))
-    ground = float(np.nanmedian(dtm.heights)) if dtm is not None else float("nan")
-    if plots and dtm is not None:
-        ground = float(np.nanmedian(dtm.height(np.array([p.x for p in plots]), np.array([p.y for p in plots]))))
-    if not np.isfinite(ground):
-        ground = ground_below(stations.xyz, stations.relative_altitude_m)
+    ground = planned_ground(stations, plots, dtm)
+    options = PRESETS[settings.preset]
+    nothing = only_nadir(stations)
+    if nothing:
+        findings.problem(f"{settings.photos}: no DBH can be measured: {nothing}.")
     with reporter.stage("overlap", 0.85, 0.98):
-        overlap = _overlap(stations, plots, ground, findings)
-    options = PRESETS[settings.preset].reconstruct
-    needs = _photo_needs(settings, stations, ground, plots, options)
+        views = planned_views(stations, ground)
+        overlap = _overlap(views, stations, plots, findings, bool(nothing))
+        search = search_ahead(stations, plots, ground, options.stems, views)
+    _tell_search(search, plots, findings)
+    needs = _photo_needs(settings, stations, ground, plots, options.reconstruct, search)
     tell_kept(settings.workspace, reporter)
-    facts = {"n_photos": len(stations), "fix_pct": round(fix_pct, 1), **overlap}
+    facts = {"n_photos": len(stations), "fix_pct": round(fix_pct, 1), **overlap,
+             "n_tiles": search.tiles if search else None}
     return findings.conclude(facts, needs)
 
 
-def _overlap(stations: Stations, plots: list, ground: float, findings: Findings) -> dict[str, Any]:
+def _tell_search(search: Search | None, plots: list, findings: Findings) -> None:
+    """How large the search is; without plots it may be a hundred times what was meant."""
+    from .planned import MANY_TILES
+
+    if search is None:
+        return
+    if plots:
+        findings.reporter.info(f"The plots are searched in {search.tiles} tiles.")
+    elif search.tiles > MANY_TILES:
+        findings.doubt(f"{search.sentence()}: give plots (--plots) to measure only those.")
+    else:
+        findings.reporter.info(f"{search.sentence()}.")
+
+
+def _overlap(
+    views: list[View], stations: Stations, plots: list, findings: Findings, is_nadir: bool
+) -> dict[str, Any]:
     """How often each place of the plots is seen from the side, and how much neighbouring photos share."""
-    views = _planned_views(stations, ground)
+    from .planned import LEAST_OBLIQUE, OBLIQUE_DEG
+
     if not views:
         findings.doubt(
             "The overlap cannot be foretold: the photos do not say where the camera looked or how high it flew."
@@ -210,12 +229,12 @@ def _overlap(stations: Stations, plots: list, ground: float, findings: Findings)
             f"Neighbouring photos share only {overlap_pct:.0f} % of their ground, 80 % is asked for: photos may not "
             "join, and then their trees are lost; fly with more overlap."
         )
-    if len(oblique) < 3:
+    if len(oblique) < LEAST_OBLIQUE and not is_nadir:
         findings.doubt(
             "Almost all photos look straight down, which shows crowns but no trunk from the side: expect no DBH; fly "
             "oblique photos (30 to 50 degrees) from all sides."
         )
-    elif plots and (share := float(np.mean(seen < 3 * FEW_VIEWS))) > 0.1:
+    elif plots and not is_nadir and (share := float(np.mean(seen < 3 * FEW_VIEWS))) > 0.1:
         findings.doubt(
             f"{100 * share:.0f} % of the plots' ground lies in fewer than {3 * FEW_VIEWS} oblique photos; a stem needs "
             f"about {FEW_VIEWS} that really see it, and crowns hide most: expect refused stems there."
@@ -223,35 +242,20 @@ def _overlap(stations: Stations, plots: list, ground: float, findings: Findings)
     return {"overlap_pct": round(overlap_pct, 1), "median_views": median}
 
 
-def _planned_views(stations: Stations, ground: float) -> list[View]:
-    """Cameras from geotags and gimbal, in a frame whose origin is the middle of the flight on the ground."""
-    from ..core.errors import ReconstructionError
-    from ..geotags.photos import read_photo
-    from ..reconstruction.calibration import calibration_of
-    from ..reconstruction.cameras import View
-    from ..reconstruction.pipeline import gimbal_rotations
-
-    if not np.isfinite(ground):
-        return []
-    try:
-        camera = calibration_of([read_photo(stations.paths[0])]).camera
-    except (ReconstructionError, InputError):
-        return []
-    origin = np.array([*np.median(stations.xyz[stations.is_placed][:, :2], axis=0), ground])
-    views = []
-    for i, rotation in enumerate(gimbal_rotations(stations)):
-        centre = stations.xyz[i] - origin
-        if np.isfinite(centre).all() and np.isfinite(rotation).all() and rotation[2, 2] < -0.2 and centre[2] > 1:
-            views.append(View(stations.names[i], stations.paths[i], camera, rotation, -rotation @ centre))
-    return views
-
-
-def _photo_needs(settings: PhotosToDbhSettings, stations: Stations, ground: float, plots: list, options: Any) -> Needs:
+def _photo_needs(
+    settings: PhotosToDbhSettings,
+    stations: Stations,
+    ground: float,
+    plots: list,
+    options: Any,
+    ahead: Search | None,
+) -> Needs:
     from ..core.errors import ReconstructionError
     from ..geotags.photos import read_photo
     from ..reconstruction.calibration import calibration_of
     from ..reconstruction.pairs import select_pairs
     from ..reconstruction.pipeline import gimbal_rotations
+    from .planned import SEARCH_S
 
     photo = read_photo(stations.paths[0])
     longer = max(photo.width, photo.height)
@@ -265,6 +269,8 @@ def _photo_needs(settings: PhotosToDbhSettings, stations: Stations, ground: floa
     pairs = len(select_pairs(stations.xyz, gimbal_rotations(stations), ground, half_field, options.neighbours))
     hectare_part = sum(np.pi * p.radius_m**2 for p in plots) / 100 if plots else 20.0
     search = SEARCH_S * min(number, {"fast": 48, "best": 200}.get(settings.preset, 100)) * hectare_part
+    if ahead is not None and not plots:
+        search = ahead.core_seconds
     if settings.fit in ("gaussians", "paper") or settings.preset == "paper":
         search *= 6
     core_seconds = (

@@ -40,7 +40,12 @@ class Steps:
     def __init__(self, space: Workspace, reporter: Reporter) -> None:
         self.space, self.reporter = space, reporter
         self._key, self._at = "", 0.0
+        self._left = dict(SHARES)
         self.warnings: list[str] = []
+
+    def weigh(self, name: str, factor: float) -> None:
+        """The stage ``name``, still to come, takes ``factor`` times longer than usual: the progress bar knows it."""
+        self._left[name] *= factor
 
     def run(
         self,
@@ -56,7 +61,8 @@ class Steps:
         settings: whatever changes the outcome. inputs: files whose content changes it. outputs: files that must exist
         for the stage to count as done. always: never keep an earlier result.
         """
-        high = min(self._at + SHARES[name], 1.0)
+        share = self._left.pop(name)
+        high = min(self._at + (1.0 - self._at) * share / (share + sum(self._left.values())), 1.0)
         described = json.dumps([__version__, self._key, settings, fingerprint(inputs)], sort_keys=True, default=str)
         self._key = hashlib.sha256(described.encode()).hexdigest()[:16]
         plain = json.loads(json.dumps(settings, default=str))

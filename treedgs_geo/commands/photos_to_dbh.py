@@ -106,6 +106,7 @@ COMMAND = Command(
         "n_photos": "photos that can be used (dry run)",
         "fix_pct": "photos with a fixed position, % (dry run)",
         "overlap_pct": "ground that neighbouring photos share, % (dry run)",
+        "n_tiles": "tiles that are searched for stems (dry run)",
         "predicted_s": "foretold time, s (dry run)",
         "needed_memory_gb": "foretold memory, GB (dry run)",
         "needed_disk_gb": "foretold disk, GB (dry run)",

@@ -16,7 +16,7 @@ from .mrk import Marks
 from .pairing import pair_photos
 from .photos import Photo, shorten
 from .rtklib import Trajectory, read_pos
-from .trajectory import interpolate
+from .trajectory import Interpolated, interpolate
 
 
 def note_spare(marks: Marks, used: np.ndarray, reporter: Reporter) -> None:
@@ -94,7 +94,7 @@ def antenna_at(
     crs: pyproj.CRS,
     source: pyproj.CRS | None,
     delay_s: float,
-) -> tuple[np.ndarray, np.ndarray, list[str]]:
+) -> Interpolated:
     """Camera positions: the antenna's trajectory at the exposure plus the lever arm, once."""
     gps = marks.gps_s[rows] + delay_s
     solutions = [
@@ -116,8 +116,9 @@ def antenna_at(
                 "keep only the one to use, or name it with --geotags."
             )
     xyz, sd, quality = np.full((len(rows), 3), np.nan), np.full((len(rows), 3), np.nan), ["none"] * len(rows)
+    off_m = np.zeros(len(rows))
     for solution, mask in zip(solutions, covered, strict=True):
-        xyz[mask], sd[mask] = solution.xyz[mask], solution.sd[mask]
+        xyz[mask], sd[mask], off_m[mask] = solution.xyz[mask], solution.sd[mask], solution.off_m[mask]
         quality = [new if use else old for new, old, use in zip(solution.quality, quality, mask, strict=True)]
     convergence = np.radians(_convergence(crs, marks))
     east, north, up = marks.offset_enu[rows].T
@@ -129,7 +130,7 @@ def antenna_at(
             up,
         ]
     )
-    return xyz, sd, quality
+    return Interpolated(xyz, sd, quality, off_m)
 
 
 def _convergence(crs: pyproj.CRS, marks: Marks) -> float:

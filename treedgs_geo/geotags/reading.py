@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
 import numpy as np
@@ -15,7 +15,8 @@ from ..core.errors import CRSError, GeotagError, InputError
 from ..core.files import atomic_path
 from ..core.frames import vertical_of
 from ..core.progress import Reporter
-from ..core.scale import check_lon_lat, check_place, zone_that_fits
+from ..core.scale import check_lon_lat, check_place
+from .agreement import check_agreement
 from .datum import check_frame, decimal_year, geotags_frame
 from .exposures import antenna_at, assign_marks, marks_of_events, note_spare
 from .gpstime import describe_utc, gps_to_utc
@@ -34,9 +35,6 @@ from .trajectory import FIX_FLOOR_M, FLOAT_FLOOR_M, SINGLE_FLOOR_M
 EXIF_SD_M = np.array([2.0, 2.0, 4.0])
 #: A flight ends where no photo is taken for this long.
 FLIGHT_GAP_S = 60.0
-#: Geotags whose median distance to the photos' own GPS is larger belong to other photos.
-MAX_MEDIAN_DISTANCE_M = 15.0
-MAX_DISTANCE_M = 40.0
 
 
 def read_stations(
@@ -89,6 +87,7 @@ def read_stations(
         _note_unplaced(stations, reporter)
         return stations
     files = find_geotags(Path(geotags), Path(photos))
+    written, track = stations, _Track(np.full_like(stations.xyz, np.nan), np.zeros(len(stations)))
     if files.tables:
         stations = _from_table(stations, read_position_table(files.tables[0], project, source))
     else:
@@ -102,15 +101,24 @@ def read_stations(
             elif files.rinex:
                 reporter.info(f"{files.rinex[0].name}: RINEX left alone, the solution {files.pos[0].name} is there."
                               if files.pos else f"{files.rinex[0].name}: RINEX left alone.")
-            stations = _from_marks(stations, found, files, project, source, camera_delay_ms / 1000, reporter)
+            stations = _from_marks(stations, found, files, project, source, camera_delay_ms / 1000, reporter, track)
     check_place(project, stations.xyz, str(files.tables[0] if files.tables else geotags), reporter, photos=True)
-    _check_distance(stations, found, project, Path(geotags), reporter)
+    stations = check_agreement(stations, written, track.marked, track.off_m, Path(geotags), reporter)
     if not stations.is_placed.any():
         raise GeotagError(
             f"{geotags}: gives none of the {len(found)} photos a position; check that it belongs to this flight."
         )
     _note_unplaced(stations, reporter)
     return stations
+
+
+@dataclass(frozen=True)
+class _Track:
+    """What marks and trajectory say beside the positions, filled photo by photo. marked: (N, 3) as the MRK has it,
+    NaN unknown. off_m: (N,) jump of the path there."""
+
+    marked: np.ndarray
+    off_m: np.ndarray
 
 
 def _checked_crs(crs: str | pyproj.CRS, lon_lat: tuple[float, float] | None) -> pyproj.CRS:
@@ -232,6 +240,7 @@ def _from_marks(
     source: pyproj.CRS | None,
     delay_s: float,
     reporter: Reporter,
+    track_says: _Track,
 ) -> Stations:
     marks = [read_mrk(path) for path in files.mrk] or [marks_of_events(path, reporter) for path in files.events]
     if not marks:
@@ -266,8 +275,13 @@ def _from_marks(
         utc[paired] = gps_to_utc(each.gps_s[own] + delay_s)
         if tracks:
             solved = antenna_at(each, own, tracks, crs, source, delay_s)
-            xyz[paired], sd[paired] = solved[0], solved[1]
-            for i, value in zip(paired, solved[2], strict=True):
+            xyz[paired], sd[paired], track_says.off_m[paired] = solved.xyz, solved.sd, solved.off_m
+            seen = np.flatnonzero((each.flag[own] != 0) & (each.lat_deg[own] != 0))
+            if files.mrk and len(seen):
+                lon, lat, height = (values[own[seen]] for values in (each.lon_deg, each.lat_deg, each.height_m))
+                track_says.marked[paired[seen]] = lonlat_to_project(
+                    crs, lon, lat, height, source, decimal_year(each.gps_s))
+            for i, value in zip(paired, solved.quality, strict=True):
                 quality[i] = value
         else:
             lon, lat, height = each.lon_deg[own], each.lat_deg[own], each.height_m[own]
@@ -283,34 +297,6 @@ def _from_marks(
             f"{describe_utc(float(gps_to_utc(each.gps_s[0])))}; give the solution of this flight."
         )
     return replace(stations, xyz=xyz, sd=sd, quality=quality, utc=utc, flight=split_flights(stations.names, utc))
-
-
-def _check_distance(stations: Stations, photos: list[Photo], crs: pyproj.CRS, source: Path, reporter: Reporter) -> None:
-    """Geotags far from the photos' own GPS are another flight's."""
-    own = _from_exif(photos, crs).xyz
-    distance = np.linalg.norm((stations.xyz - own)[:, :2], axis=1)
-    known = np.isfinite(distance)
-    if not known.any():
-        return
-    if np.median(distance[known]) > MAX_MEDIAN_DISTANCE_M:
-        zone = zone_that_fits(crs, stations.xyz[known, :2], lambda xy: bool(
-            np.median(np.hypot(*(xy - own[known, :2]).T)) <= MAX_MEDIAN_DISTANCE_M))
-        hint = f" (in EPSG:{zone.to_epsg()}, {zone.name}, they would fit)" if zone is not None else ""
-        raise GeotagError(
-            f"{source}: its positions are {np.median(distance[known]):.0f} m (median) from the GPS positions in the "
-            f"photos, "
-            f"expected a few metres; these geotags belong to other photos or another CRS{hint}."
-        )
-    far = np.flatnonzero(known & (distance > MAX_DISTANCE_M))
-    if len(far):
-        reporter.warn(
-            f"{len(far)} photos are more than {MAX_DISTANCE_M:.0f} m from their own GPS position and lose their "
-            f"geotag: "
-            f"{shorten([stations.names[i] for i in far])}."
-        )
-        stations.xyz[far], stations.sd[far] = np.nan, np.nan
-        for i in far:
-            stations.quality[i] = "none"
 
 
 def _note_unplaced(stations: Stations, reporter: Reporter) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +24,8 @@ class Stations:
     position. sd: (N, 3) E, N, U metres. quality: one of :data:`QUALITIES` each. utc: (N,) Unix seconds, NaN unknown.
     flight: (N,) int,
     0-based. yaw_deg (from TRUE north, clockwise), pitch_deg (-90 = straight down), roll_deg: (N,) gimbal, NaN unknown.
-    relative_altitude_m: (N,) above take-off, NaN unknown.
+    relative_altitude_m: (N,) above take-off, NaN unknown. notes: why a photo's position is not what its geotag said,
+    empty text for the others; an empty list where nothing was checked.
     """
 
     names: list[str]
@@ -39,6 +40,7 @@ class Stations:
     roll_deg: np.ndarray
     relative_altitude_m: np.ndarray
     crs: pyproj.CRS
+    notes: list[str] = field(default_factory=list)
 
     def __len__(self) -> int:
         return len(self.names)
@@ -74,6 +76,7 @@ def write_stations(path: Path, stations: Stations) -> None:
             "pitch_deg": stations.pitch_deg,
             "roll_deg": stations.roll_deg,
             "rel_alt_m": stations.relative_altitude_m,
+            "note": [note or None for note in stations.notes or [""] * len(stations)],
         },
         geometry=geometry,
         crs=stations.crs,
@@ -131,4 +134,5 @@ def read_stations_layer(path: Path) -> Stations:
         column("roll_deg"),
         column("rel_alt_m"),
         pyproj.CRS(frame.crs),
+        [note if isinstance(note, str) else "" for note in frame["note"]] if "note" in frame.columns else [],
     )

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from .rtklib import FIX, FLOAT, Trajectory
+from .steps import path_offsets
 
 #: Least standard deviation that is believed, metres (E, N, U): a fixed epoch; anything else.
 FIX_FLOOR_M = np.array([0.01, 0.01, 0.02])
@@ -22,12 +23,13 @@ LEAST_FIX_S = 5.0
 @dataclass(frozen=True)
 class Interpolated:
     """Antenna at N instants: xyz (N, 3) project metres (NaN = none), sd (N, 3) E, N, U metres, quality
-    fix|float|single|none.
+    fix|float|single|none. off_m: (N,) how far the path jumps there in a way that no drone flies, 0 = it does not.
     """
 
     xyz: np.ndarray
     sd: np.ndarray
     quality: list[str]
+    off_m: np.ndarray
 
 
 def interpolate(trajectory: Trajectory, xyz: np.ndarray, gps_s: np.ndarray, max_gap_s: float = 1.0) -> Interpolated:
@@ -36,7 +38,7 @@ def interpolate(trajectory: Trajectory, xyz: np.ndarray, gps_s: np.ndarray, max_
     A straight line between 5 Hz epochs errs by a centimetre when the drone brakes at 2 m/s2. The quality is the worse
     of the two
     neighbouring epochs. A gap of more than ``max_gap_s`` counts as float (the path is guessed), of more than 10 s as
-    no position.
+    no position. Where the path has jumped (:mod:`.steps`) nothing is fixed, and the standard deviation is the jump.
 
     Args:
         trajectory: T epochs. xyz: (T, 3) the same in project coordinates. gps_s: (N,) instants, GPS seconds.
@@ -54,9 +56,15 @@ def interpolate(trajectory: Trajectory, xyz: np.ndarray, gps_s: np.ndarray, max_
     gap = times[right] - times[left]
     inside = (gps_s >= times[0]) & (gps_s <= times[-1]) & (gap <= 10.0)
     if not inside.any():
-        return Interpolated(position, sd, quality)
-    # Flights are interpolated apart: a curve through a battery change would overshoot on both sides.
-    segment = np.concatenate([[0], np.cumsum(np.diff(times) > 10.0)])
+        return Interpolated(position, sd, quality, np.zeros(count))
+    # The rows of an _events.pos are too far apart to tell how long a fix was held.
+    believed = trusted_quality(times, trajectory.quality) if np.isfinite(max_gap_s) else trajectory.quality
+    offset = path_offsets(times, xyz, believed == FIX)
+    jumps, off = np.linalg.norm(np.diff(offset, axis=0), axis=1), np.linalg.norm(offset, axis=1)
+    off_m = np.where(inside, np.maximum(off[left], off[right]), 0.0)
+    # Flights are interpolated apart, and so are the two sides of a jump: a curve through a battery change would
+    # overshoot on both sides.
+    segment = np.concatenate([[0], np.cumsum((np.diff(times) > 10.0) | (jumps > 0))])
     for part in np.unique(segment[left[inside]]):
         own = np.flatnonzero(segment == part)
         wanted = inside & (segment[left] == part)
@@ -64,21 +72,22 @@ def interpolate(trajectory: Trajectory, xyz: np.ndarray, gps_s: np.ndarray, max_
             position[wanted] = xyz[own[0]]
         else:
             position[wanted] = PchipInterpolator(times[own], xyz[own])(gps_s[wanted])
-    # The rows of an _events.pos are too far apart to tell how long a fix was held.
-    believed = trusted_quality(times, trajectory.quality) if np.isfinite(max_gap_s) else trajectory.quality
     for i in np.flatnonzero(inside):
         pair = [left[i], right[i]]
         worst = int(np.max(believed[pair])) if (believed[pair] > 0).all() else 5
         spread = trajectory.sd[pair]
         own_sd = np.max(spread, axis=0) if np.isfinite(spread).all() else np.zeros(3)
-        if worst == FIX and gap[i] <= max_gap_s:
+        if off_m[i] > 0:
+            floor = np.maximum(FLOAT_FLOOR_M, off_m[i])
+            quality[i] = "float" if off_m[i] < SINGLE_FLOOR_M[0] else "single"
+        elif worst == FIX and gap[i] <= max_gap_s:
             quality[i], floor = "fix", FIX_FLOOR_M
         elif worst in (FIX, FLOAT, 6):
             quality[i], floor = "float", FLOAT_FLOOR_M
         else:
             quality[i], floor = "single", SINGLE_FLOOR_M
         sd[i] = np.maximum(own_sd, floor) + (0.0 if gap[i] <= max_gap_s else 0.1 * gap[i] ** 2)
-    return Interpolated(position, sd, quality)
+    return Interpolated(position, sd, quality, off_m)
 
 
 def trusted_quality(times: np.ndarray, quality: np.ndarray) -> np.ndarray:

@@ -68,14 +68,31 @@ def area_seen(views: list[View], ground_z: float, n_views: int = 6, cell_m: floa
     y = np.arange(low[1], high[1] + cell_m, cell_m)
     grid = np.column_stack([a.ravel() for a in np.meshgrid(x, y)])
     points = np.column_stack([grid, np.full(len(grid), ground_z)])
-    count = np.zeros(len(grid), int)
+    count = np.zeros((len(y), len(x)), int)
+    points = points.reshape(len(y), len(x), 3)
     for view in views:
-        pixels, _ = view.project(points)
-        offset = points - view.centre
+        part = _window(view, ground_z, x, y)
+        some = points[part].reshape(-1, 3)
+        pixels, _ = view.project(some)
+        offset = some - view.centre
         sine = np.hypot(offset[:, 0], offset[:, 1]) / np.linalg.norm(offset, axis=1)
-        count += view.contains(pixels) & (sine >= min_sin_nadir)
+        count[part] += (view.contains(pixels) & (sine >= min_sin_nadir)).reshape(count[part].shape)
     seen = (count >= n_views).reshape(len(y), len(x))
     return _cover(seen, x, y)
+
+
+def _window(view: View, ground_z: float, x: np.ndarray, y: np.ndarray) -> tuple[slice, slice]:
+    """Rows and columns of a grid that the photo can show; all of them where it sees the horizon."""
+    camera = view.camera
+    u, v = np.meshgrid(np.linspace(0, camera.width, 5), np.linspace(0, camera.height, 5))
+    rays = view.rays(np.column_stack([u.ravel(), v.ravel()]))
+    if view.centre[2] <= ground_z or (rays[:, 2] > -0.05).any():
+        return slice(None), slice(None)
+    hits = view.centre[:2] + rays[:, :2] / -rays[:, 2:] * (view.centre[2] - ground_z)
+    low, high = hits.min(axis=0), hits.max(axis=0)
+    low, high = low - 0.1 * (high - low) - 1.0, high + 0.1 * (high - low) + 1.0
+    columns, rows = np.searchsorted(x, [low[0], high[0]]), np.searchsorted(y, [low[1], high[1]])
+    return slice(*rows), slice(*columns)
 
 
 def _cover(seen: np.ndarray, x: np.ndarray, y: np.ndarray) -> Area:

@@ -1,0 +1,177 @@
+"""Geotags against what the photos themselves say: another flight's, a path that jumps, heights that cannot be."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pyproj
+
+from ..core.crs import horizontal
+from ..core.errors import CRSError, GeotagError
+from ..core.frames import transform
+from ..core.progress import Reporter
+from ..core.scale import zone_that_fits
+from .gpstime import describe_utc
+from .photos import shorten
+from .stations import Stations
+
+#: Geotags whose median distance to the photos' own GPS is larger belong to other photos, metres.
+MAX_MEDIAN_DISTANCE_M = 15.0
+#: A photo this far from its own positions, across or in height, is not fixed, and further away has no geotag, metres.
+DISTRUST_M, MAX_DISTANCE_M = 20.0, 40.0
+#: Where the path jumps by more than this, the photo's own position is the better one, metres.
+OWN_BETTER_M = 5.0
+#: Sea level lies at most this far from the ellipsoid, metres (India -107, New Guinea +86).
+MOST_GEOID_M = 110.0
+
+
+def check_agreement(
+    stations: Stations, own: Stations, marked: np.ndarray, off_m: np.ndarray, source: Path, reporter: Reporter
+) -> Stations:
+    """Stations that contradict physics or the photos lose ``fix``, get a wider standard deviation and a note.
+
+    Across, the photo's EXIF / XMP decides (the drone's MRK where it has none). In height every witness has to
+    contradict: MRK, EXIF / XMP and the barometer's relative altitude; those two may have another zero and are compared
+    within a flight.
+
+    Args:
+        own: the same photos as their EXIF / XMP says. marked: (N, 3) as the drone's MRK says, project metres, NaN
+            unknown. off_m: (N,) metres by which the antenna's path jumps there, 0 = it does not.
+
+    Raises:
+        GeotagError: most positions are far from the photos' own.
+    """
+    exif, mark = (np.linalg.norm((stations.xyz - other)[:, :2], axis=1) for other in (own.xyz, marked))
+    across = np.nan_to_num(np.where(np.isfinite(exif), exif, mark))
+    known = np.isfinite(exif)
+    if known.any() and np.median(exif[known]) > MAX_MEDIAN_DISTANCE_M:
+        zone = zone_that_fits(stations.crs, stations.xyz[known, :2], lambda xy: bool(
+            np.median(np.hypot(*(xy - own.xyz[known, :2]).T)) <= MAX_MEDIAN_DISTANCE_M))
+        hint = f" (in EPSG:{zone.to_epsg()}, {zone.name}, they would fit)" if zone is not None else ""
+        raise GeotagError(
+            f"{source}: its positions are {np.median(exif[known]):.0f} m (median) from the GPS positions in the "
+            f"photos, expected a few metres; these geotags belong to other photos or another CRS{hint}."
+        )
+    height = _nearest((
+        np.abs(stations.xyz[:, 2] - marked[:, 2]),
+        _within_flight(stations.xyz[:, 2] - own.xyz[:, 2], stations, off_m),
+        _within_flight(stations.xyz[:, 2] - stations.relative_altitude_m, stations, off_m),
+    ))
+    _note_heights(stations, own, marked, source, reporter)
+    found = replace(stations, xyz=stations.xyz.copy(), sd=stations.sd.copy(), quality=list(stations.quality),
+                    notes=list(stations.notes or [""] * len(stations)))
+    away = np.fmax(across, height)
+    jumped = off_m > 0
+    far = np.fmax(away, off_m) > MAX_DISTANCE_M
+    lost = far & ~(jumped & own.is_placed)
+    _replace_jumped(found, own, off_m, jumped & ~lost, source, reporter)
+    _set_aside(found, lost, np.fmax(away, off_m), reporter)
+    _widen(found, (away > DISTRUST_M) & ~lost & ~jumped, away, reporter)
+    return found
+
+
+def _nearest(distances) -> np.ndarray:  # noqa: ANN001
+    """(N,) the smallest known of several (N,) distances, 0 where none is known."""
+    table = np.array([np.where(np.isfinite(d), d, np.inf) for d in distances])
+    best = table.min(axis=0)
+    return np.where(np.isfinite(best), best, 0.0)
+
+
+def _within_flight(difference: np.ndarray, stations: Stations, off_m: np.ndarray) -> np.ndarray:
+    """(N,) distance of a height difference to what is usual in its flight; NaN with fewer than five photos."""
+    away = np.full(len(difference), np.nan)
+    for flight in np.unique(stations.flight):
+        member = (stations.flight == flight) & np.isfinite(difference)
+        sure = member & (off_m == 0)
+        if sure.sum() >= 5:
+            away[member] = np.abs(difference[member] - np.median(difference[sure]))
+    return away
+
+
+def _replace_jumped(
+    found: Stations, own: Stations, off_m: np.ndarray, chosen: np.ndarray, source: Path, reporter: Reporter
+) -> None:
+    """Photos taken where the path had jumped: their own GPS where that is better, else the path with its jump."""
+    rows = np.flatnonzero(chosen)
+    if not len(rows):
+        return
+    sure = found.is_placed & own.is_placed & (off_m == 0)
+    shift = np.median((found.xyz - own.xyz)[sure], axis=0) if sure.sum() >= 5 else np.zeros(3)
+    swapped = [i for i in rows if off_m[i] > OWN_BETTER_M and own.is_placed[i]]
+    for i in rows:
+        found.notes[i] = f"antenna path jumps by {off_m[i]:.1f} m"
+    for i in swapped:
+        found.xyz[i], found.sd[i], found.quality[i] = own.xyz[i] + shift, own.sd[i], own.quality[i]
+        found.notes[i] += ", own GPS used"
+    times = found.utc[rows]
+    span = f"from {describe_utc(float(np.nanmin(times)))} to {describe_utc(float(np.nanmax(times)))}"
+    reporter.warn(
+        f"{source}: the antenna's path jumps by up to {off_m[rows].max():.1f} m, faster than a drone can fly "
+        f"({span}): {len(rows)} photos there are not fixed any more"
+        + (f", {len(swapped)} of them take their own GPS position" if swapped else "")
+        + f" ({shorten([found.names[i] for i in rows])}); the longer part of the path is believed: process the "
+        "PPK again."
+    )
+
+
+def _set_aside(found: Stations, lost: np.ndarray, away: np.ndarray, reporter: Reporter) -> None:
+    rows = np.flatnonzero(lost)
+    if not len(rows):
+        return
+    reporter.warn(
+        f"{len(rows)} photos are more than {MAX_DISTANCE_M:.0f} m from their own GPS position or height, or from the "
+        f"rest of the path, and lose their geotag: {shorten([found.names[i] for i in rows])}."
+    )
+    found.xyz[rows], found.sd[rows] = np.nan, np.nan
+    for i in rows:
+        found.quality[i], found.notes[i] = "none", f"geotag {away[i]:.0f} m from the photo's own position"
+
+
+def _widen(found: Stations, chosen: np.ndarray, away: np.ndarray, reporter: Reporter) -> None:
+    rows = np.flatnonzero(chosen & np.array([quality in ("fix", "float") for quality in found.quality]))
+    if not len(rows):
+        return
+    reporter.warn(
+        f"{len(rows)} photos are {away[rows].min():.0f} to {away[rows].max():.0f} m from their own GPS position or "
+        f"height and are not fixed any more: {shorten([found.names[i] for i in rows])}."
+    )
+    for i in rows:
+        found.sd[i] = np.maximum(found.sd[i], away[i])
+        found.quality[i], found.notes[i] = "single", f"geotag {away[i]:.0f} m from the photo's own position"
+
+
+def _note_heights(stations: Stations, own: Stations, marked: np.ndarray, source: Path, reporter: Reporter) -> None:
+    """A whole solution in another height: nothing in it looks odd, and no diameter changes, but every height does."""
+    from_mark = stations.xyz[:, 2] - marked[:, 2]
+    if np.isfinite(from_mark).any():
+        apart, whose = float(np.nanmedian(from_mark)), "the drone's MRK"
+        if abs(apart) <= DISTRUST_M:
+            return
+    else:
+        from_own = stations.xyz[:, 2] - own.xyz[:, 2]
+        if not np.isfinite(from_own).any():
+            return
+        apart, whose = float(np.nanmedian(from_own)), "the photos' EXIF"
+        geoid = _geoid_m(stations)
+        explained = [0.0, geoid, -geoid] if np.isfinite(geoid) else [0.0]
+        if min(abs(apart - value) for value in explained) <= (1.5 * DISTRUST_M if np.isfinite(geoid) else MOST_GEOID_M):
+            return
+    reporter.warn(
+        f"{source}: its heights are {apart:+.0f} m (median) from those of {whose}, expected within {DISTRUST_M:.0f} m; "
+        "the base station's height may be wrong or above sea level: no height in the result can be compared with a "
+        "terrain model until that is mended."
+    )
+
+
+def _geoid_m(stations: Stations) -> float:
+    """Sea level above the ellipsoid at the flight (EGM96); NaN where PROJ's grid is not installed."""
+    flat = horizontal(stations.crs)
+    try:
+        place = pyproj.Transformer.from_crs(flat, "EPSG:4326", always_xy=True).transform(
+            *np.nanmedian(stations.xyz[:, :2], axis=0))
+        points = np.array([[*place, 0.0]])
+        return -float(transform(pyproj.CRS("EPSG:4979"), pyproj.CRS("EPSG:4326+5773"), points, "geotags")[0, 2])
+    except (CRSError, pyproj.exceptions.ProjError):
+        return float("nan")
