@@ -8,7 +8,7 @@ import sys
 import time
 from typing import Any
 
-from .lease import host
+from ..core.lease import host
 
 #: Dask's name for the memory a worker has for plots, GB (``--resources memory_gb=12``).
 RESOURCE = "memory_gb"
