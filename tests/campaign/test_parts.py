@@ -13,13 +13,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from treedgs_geo.campaign import lease as leases
 from treedgs_geo.campaign.clusters import Shape, queue_arguments, shape_of
 from treedgs_geo.campaign.costs import CostModel, fit, makespan
-from treedgs_geo.campaign.engine_process import explain, is_full
-from treedgs_geo.campaign.lease import Busy, Lease, Lost
+from treedgs_geo.campaign.engine_process import explain
 from treedgs_geo.campaign.record import MOST_INTERRUPTIONS, RETRIES, Record
+from treedgs_geo.core import lease as leases
 from treedgs_geo.core.errors import InputError
+from treedgs_geo.core.files import is_full
+from treedgs_geo.core.lease import Busy, Lease, Lost
 
 
 def test_only_one_of_many_takes_a_lease(tmp_path):
@@ -40,7 +41,7 @@ def test_only_one_of_many_takes_a_lease(tmp_path):
 
 
 def test_a_dead_process_of_this_host_holds_nothing(tmp_path):
-    script = f"from treedgs_geo.campaign.lease import Lease; Lease.take({str(tmp_path)!r}); import os; os._exit(1)"
+    script = f"from treedgs_geo.core.lease import Lease; Lease.take({str(tmp_path)!r}); import os; os._exit(1)"
     subprocess.run([sys.executable, "-c", script], check=False)
     assert leases.holder_of(tmp_path) is None
     lease = Lease.take(tmp_path)

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from ..core.errors import TreeDGSError
+from ..core.lease import Busy, Lease
 from ..core.progress import Reporter
 from .clusters import Crew
 from .costs import time_text
-from .lease import Busy, Lease
 from .places import RECORD
 from .progress import Board
 from .record import ELSEWHERE, RETRIES, Record

@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from ..core.children import python_command
-from ..core.files import write_json
+from ..core.files import FULL_BYTES, free_bytes, is_full, remove_leftovers, write_json
+from ..core.lease import HANDED
 
 #: What libraries read to know how many threads they may start.
 THREADS = ("TREEDGS_THREADS", "NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS",
@@ -24,10 +25,6 @@ _LOW_MEMORY = 0.04
 #: The kernel's order of victims: the plot before the worker.
 _OOM_SCORE = 600
 _EXITS = {2: "input", 3: "missing", 4: "memory", 130: "interrupted"}
-_FULL = ("no space left", "disk quota", "disk is full", "disk full", "file too large", "errno 28", "errno 122",
-         "sqlite_full", "not enough space")
-#: A disk with less than this left counts as full when a plot has failed on it.
-_FULL_BYTES = 4_000_000
 
 
 @dataclass
@@ -44,7 +41,7 @@ class Ending:
 class EngineProcess:
     """The engine of one plot."""
 
-    def __init__(self, folder: Path, job: dict[str, Any], threads: int, log: Path) -> None:
+    def __init__(self, folder: Path, job: dict[str, Any], threads: int, log: Path, lease_key: str) -> None:
         self.folder, self.stage, self.fraction, self.peak_gb = folder, "", 0.0, 0.0
         self._result: dict[str, Any] | None = None
         self._sentence = ""
@@ -52,7 +49,7 @@ class EngineProcess:
         self._measured = 0.0
         file = folder / "job.json"
         write_json(file, job)
-        environment = {**os.environ, **dict.fromkeys(THREADS, str(threads))}
+        environment = {**os.environ, **dict.fromkeys(THREADS, str(threads)), HANDED: lease_key}
         with open(log, "w", encoding="utf-8") as stream:
             self._process = subprocess.Popen(
                 python_command("treedgs_geo.campaign.plot", file), cwd=folder, env=environment,
@@ -147,6 +144,7 @@ class EngineProcess:
     def ending(self) -> Ending:
         """Outcome, in words, with what it took."""
         found = self._outcome()
+        remove_leftovers(self.folder)
         found.peak_gb, found.cpu_s = self.peak_gb, _children_cpu_s()
         return found
 
@@ -157,7 +155,7 @@ class EngineProcess:
         if code == 0 and self._result is not None:
             return Ending("done", "", self._result)
         message = self._sentence or _last_line(self.folder / "engine.log")
-        if is_full(message) or _room(self.folder) < _FULL_BYTES:
+        if is_full(message) or free_bytes(self.folder) < FULL_BYTES:
             return Ending("disk", f"{self.folder}: the disk is full; make room and run again ({message})")
         return Ending(*explain(code, message))
 
@@ -180,25 +178,10 @@ def explain(code: int | None, message: str) -> tuple[str, str]:
     return _EXITS.get(code, "defect"), message or f"the engine ended with code {code}"
 
 
-def is_full(message: str) -> bool:
-    """Whether a message speaks of a full disk."""
-    low = message.lower()
-    return any(words in low for words in _FULL)
-
-
 def _children_cpu_s() -> float:
     """Processor seconds of this process's ended children and theirs."""
     spent = os.times()
     return round(spent.children_user + spent.children_system, 2)
-
-
-def _room(folder: Path) -> int:
-    import shutil
-
-    try:
-        return shutil.disk_usage(folder).free
-    except OSError:
-        return 1 << 40
 
 
 def _last_line(log: Path) -> str:

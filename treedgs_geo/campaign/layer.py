@@ -12,7 +12,8 @@ import numpy as np
 import pyproj
 
 from ..core.errors import OutputError
-from ..core.files import atomic_geopackage, atomic_path, ensure_unlocked, ensure_writable
+from ..core.files import atomic_path, ensure_writable
+from ..core.geopackage import atomic_geopackage, ensure_unlocked, save_style
 from ..core.plots import read_plots
 from .places import TREES
 
@@ -35,7 +36,9 @@ def check_output(path: Path) -> None:
         raise OutputError(f"{path}: ends in {path.suffix!r}, expected .gpkg or .csv; rename the output.")
     ensure_writable(path)
     if path.suffix.lower() == ".gpkg":
-        ensure_unlocked(path)
+        from ..inventory.tree_layer import OWN_LAYERS
+
+        ensure_unlocked(path, OWN_LAYERS)
 
 
 def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str) -> int:
@@ -65,7 +68,7 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str) -> int:
         if held or not temporary.exists():
             _append(temporary, pd.concat(held, ignore_index=True) if held else _empty(crs))
         if path.suffix.lower() == ".gpkg":
-            from ..inventory.tree_layer import LAYER, save_style
+            from ..inventory.tree_layer import LAYER
 
             qml = (files("treedgs_geo.inventory") / "styles" / "trees.qml").read_text(encoding="utf-8")
             save_style(temporary, LAYER, qml)
@@ -74,7 +77,9 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str) -> int:
 
 @contextmanager
 def _target(path: Path) -> Iterator[Path]:
-    with (atomic_geopackage if path.suffix.lower() == ".gpkg" else atomic_path)(path) as temporary:
+    from ..inventory.tree_layer import OWN_LAYERS
+
+    with atomic_geopackage(path, OWN_LAYERS) if path.suffix.lower() == ".gpkg" else atomic_path(path) as temporary:
         yield temporary
 
 

@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import InputError, OutputError, TreeDGSError
+from ..core.files import is_full
+from ..core.lease import Busy, Lease
 from ..core.machine import cores
 from ..core.progress import Reporter
 from .clusters import QUEUES, Shape, memory_for_plots, open_crew, shape_of
 from .coordinate import Coordinator, Tally
 from .costs import CostModel, makespan, time_text
-from .engine_process import is_full
 from .layer import check_output, twins, write_layer
-from .lease import Busy, Lease
 from .places import COSTS, PLOTS, REPORT, STATUS, TABLE, TREES
 from .progress import _write as write_text
 from .report import rows_of, write_report

@@ -18,10 +18,10 @@ from typing import Any
 
 from .. import __version__
 from ..core.errors import TreeDGSError
-from ..core.files import read_json
-from .engine_process import Ending, EngineProcess, is_full
+from ..core.files import is_full, read_json
+from ..core.lease import Busy, Lease, Lost, host
+from .engine_process import Ending, EngineProcess
 from .inputs import content_key, input_files
-from .lease import Busy, Lease, Lost, host
 from .manifest import own_field, own_plots
 from .places import CAMPAIGN, LOG, PROGRESS
 from .record import Record
@@ -117,7 +117,8 @@ def _engine(job: dict[str, Any], folder: Path, lease: Lease, orphaned: threading
     if free < job["disk_gb"]:
         return Ending("disk", f"{folder}: {1000 * free:.0f} MB of disk are free, the plot needs about "
                       f"{1000 * job['disk_gb']:.0f} MB; make room and run again")
-    process = EngineProcess(folder, {"folder": str(folder), "row": job["row"]}, job["threads"], folder / LOG)
+    process = EngineProcess(folder, {"folder": str(folder), "row": job["row"]}, job["threads"], folder / LOG,
+                            lease.key)
     limit_s = 60 * job["time_limit_min"] if job["time_limit_min"] else float("inf")
     began = told = time.monotonic()
     try:

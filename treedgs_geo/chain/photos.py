@@ -10,6 +10,7 @@ import numpy as np
 
 from ..core import workspace as names
 from ..core.crs import LocalFrame
+from ..core.errors import InputError
 from ..core.files import read_json, write_json
 from ..core.plots import Plot, read_plots
 from ..core.progress import Reporter
@@ -18,12 +19,14 @@ from ..core.settings import to_json
 from ..core.workspace import Workspace, peak_memory_mb
 from ..geotags.photos import list_photos
 from ..geotags.reading import read_stations
+from ..geotags.sources import find_geotags
 from ..geotags.stations import Stations, read_stations_layer, write_stations
 from ..inventory.report import write_report
-from ..inventory.tree_layer import check_output, style_stations, style_terrain, tree_table, write_trees
+from ..inventory.tree_layer import check_output, style_terrain, tree_table, write_trees
 from ..measure.trees import Tree, with_block_errors
 from ..reconstruction.cameras import View
-from ..reconstruction.model import load_points, load_views
+from ..reconstruction.model import FRAME, MODEL_FILES, load_points, load_views
+from ..reconstruction.model import REPORT as SFM_REPORT
 from ..reconstruction.pipeline import reconstruct_photos
 from ..stems.area import Area, area_seen
 from ..terrain.dtm import (
@@ -66,10 +69,12 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
     """
     check_output(settings.output)
     photos = list_photos(settings.photos)
-    space = Workspace(settings.workspace)
-    space.record["parameters"] = to_json(settings)
-    steps = Steps(space, reporter)
+    with Workspace.held(settings.workspace) as space:
+        space.record["parameters"] = to_json(settings)
+        return _run(settings, photos, space, Steps(space, reporter))
 
+
+def _run(settings: PhotosToDbhSettings, photos: list[Path], space: Workspace, steps: Steps) -> dict[str, Any]:
     stations = _geotag(settings, photos, space, steps)
     space.record["crs"] = stations.crs.to_string()
     plots = read_plots(settings.plots, stations.crs) if settings.plots else []
@@ -79,7 +84,7 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
     if nothing:  # said now, not after the photos have been matched for nothing
         return _write(settings, stations, [], plots, [], {}, nothing, space, steps)
     search = search_ahead(stations, plots, planned_ground(stations, plots, dtm), PRESETS[settings.preset].stems)
-    announce_search(search, plots, reporter)
+    announce_search(search, plots, steps.reporter)
     steps.weigh("measure", measure_weight(search, len(stations)))
 
     report = _reconstruct(settings, stations, space, steps)
@@ -105,18 +110,17 @@ def _geotag(settings: PhotosToDbhSettings, photos: list[Path], space: Workspace,
     def work(reporter: Reporter) -> dict[str, Any]:
         stations = read_stations(settings.photos, settings.geotags, settings.crs, reporter=reporter)
         write_stations(layer, stations)
-        style_stations(layer)
         return {"photos": len(stations), "positions": stations.counts()}
 
     used = {"photos": settings.photos, "geotags": settings.geotags, "crs": settings.crs}
-    steps.run("geotag", used, photos + _files_below(settings.geotags), [layer], work)
+    given = find_geotags(settings.geotags, settings.photos).all() if settings.geotags else []
+    # People may move a camera by hand: the layer is taken as it is.
+    steps.run("geotag", used, photos + given, [layer], work, readable=lambda: read_stations_layer(layer))
     return read_stations_layer(layer)
 
 
 def _check_cover(settings: PhotosToDbhSettings, plots: list[Plot], dtm: Dtm | None, stations: Stations) -> None:
     """Plots under the flight, and a DTM under the plots, before anything expensive starts."""
-    from ..core.errors import InputError
-
     placed = stations.xyz[stations.is_placed][:, :2]
     for plot in plots:
         away = float(np.linalg.norm(placed - [plot.x, plot.y], axis=1).min())
@@ -136,10 +140,10 @@ def _check_cover(settings: PhotosToDbhSettings, plots: list[Plot], dtm: Dtm | No
 def _reconstruct(settings: PhotosToDbhSettings, stations: Stations, space: Workspace, steps: Steps) -> dict[str, Any]:
     options = PRESETS[settings.preset].reconstruct
     sfm = space.path(names.SFM)
-    outputs = [sfm / "frame.json", sfm / "images.bin"]
+    outputs = [sfm / name for name in (*MODEL_FILES, FRAME, SFM_REPORT)]
     return steps.run(
         "reconstruct",
-        to_json(options),
+        {**to_json(options), "stations": stations.digest()},
         [],
         outputs,
         lambda reporter: reconstruct_photos(stations, options, sfm, reporter),
@@ -194,9 +198,11 @@ def _ground(
         return {"ground": str(settings.dtm), "above_photos_m": round(above, 3)}
 
     style_terrain(path)
-    steps.run(
-        "ground", {"dtm": settings.dtm, "plots": _circles(area)}, [settings.dtm] if settings.dtm else [], [path], work
-    )
+    used = {"dtm": settings.dtm, "plots": _circles(area)}
+    if given is not None:
+        # A world file beside the raster places it as well.
+        used["grid"] = [list(given.transform), given.crs.to_wkt() if given.crs is not None else None]
+    steps.run("ground", used, [settings.dtm] if settings.dtm else [], [path], work)
     return read_dtm(path, frame.crs)
 
 
@@ -261,7 +267,22 @@ def _measure(
         "ground_m": ground_m,
     }
     steps.run("measure", used, [], [kept], work)
-    return [Tree(**record) for record in read_json(kept)]
+    return read_kept_trees(kept)
+
+
+def read_kept_trees(path: Path) -> list[Tree]:
+    """The measured trees of an earlier run.
+
+    Raises:
+        InputError: not readable, or other records than trees.
+    """
+    records = read_json(path)
+    try:
+        return [Tree(**record) for record in records]
+    except (TypeError, ValueError) as problem:
+        raise InputError(
+            f"{path}: holds no trees of this version ({problem}); delete it: they are then measured again."
+        ) from None
 
 
 def _write(
@@ -328,11 +349,3 @@ def _write(
 
 def _circles(area: Area) -> list:
     return np.round(np.column_stack([area.centres, area.radii_m]), 3).tolist()
-
-
-def _files_below(path: Path | None) -> list[Path]:
-    """Geotag files that decide the result: text and binary files, not the photos that may lie in the same folder."""
-    if path is None:
-        return []
-    found = [path] if path.is_file() else sorted(p for p in path.glob("*") if p.is_file()) if path.is_dir() else []
-    return [p for p in found if p.suffix.lower() not in (".jpg", ".jpeg", ".tif", ".tiff", ".gpkg", ".laz", ".las")]

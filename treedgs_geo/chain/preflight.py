@@ -14,10 +14,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..core.errors import InputError, TreeDGSError
-from ..core.files import ensure_unlocked, read_json
+from ..core.files import check_name
+from ..core.geopackage import ensure_unlocked
 from ..core.machine import cores
 from ..core.progress import Reporter
 from ..core.scale import check_place
+from ..core.workspace import in_use, read_record
+from ..inventory.tree_layer import OWN_LAYERS
 
 if TYPE_CHECKING:
     from ..commands.photos_to_dbh import PhotosToDbhSettings
@@ -131,6 +134,8 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     findings = Findings(reporter)
     for target in (settings.output, settings.workspace / "run.json"):
         _check_target(target, findings)
+    if told := in_use(settings.workspace):
+        findings.problem(told)
     list_photos(settings.photos)
     with reporter.stage("photos and geotags", 0.0, 0.7):
         stations = read_stations(settings.photos, settings.geotags, settings.crs, reporter=reporter)
@@ -351,30 +356,34 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
 
 def _check_target(target: Path, findings: Findings) -> None:
     """Without making the folder: the nearest one that exists has to be writable; an open edit session is told."""
+    try:
+        check_name(target)
+    except TreeDGSError as problem:
+        findings.problem(str(problem))
+        return
     folder = _existing(target.parent)
     if not folder.is_dir() or not os.access(folder, os.W_OK):
         findings.problem(f"{target}: the folder {folder} cannot be written; choose another output folder.")
         return
     try:
-        ensure_unlocked(target)
+        ensure_unlocked(target, OWN_LAYERS)
     except TreeDGSError as problem:
         findings.problem(str(problem))
 
 
 def _existing(path: Path) -> Path:
     path = Path(path).absolute()
-    while not path.exists() and path != path.parent:
+    while not os.path.exists(path) and path != path.parent:
         path = path.parent
     return path
 
 
 def tell_kept(workspace: Path, reporter: Reporter) -> None:
     """What an earlier run left in the workspace."""
-    record = workspace / "run.json"
-    if not record.is_file():
+    record = read_record(workspace)
+    if record is None:
         return
-    content = read_json(record)
-    stages = content.get("stages", {}) if isinstance(content, dict) else {}
+    stages = record["stages"]
     done = [name for name, entry in stages.items() if entry.get("status") == "done" and name != "write"]
     broken = [f"{name} ({entry.get('status')})" for name, entry in stages.items() if entry.get("status") != "done"]
     if done:

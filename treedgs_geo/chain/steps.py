@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import __version__
+from ..core.errors import TreeDGSError
 from ..core.files import fingerprint
 from ..core.progress import Reporter
 from ..core.workspace import Workspace
@@ -39,7 +40,7 @@ class Steps:
 
     def __init__(self, space: Workspace, reporter: Reporter) -> None:
         self.space, self.reporter = space, reporter
-        self._key, self._at = "", 0.0
+        self._key, self._run, self._at = "", "", 0.0
         self._left = dict(SHARES)
         self.warnings: list[str] = []
 
@@ -55,31 +56,54 @@ class Steps:
         outputs: list[Path],
         work: Callable[[Collector], dict[str, Any]],
         always: bool = False,
+        readable: Callable[[], object] | None = None,
     ) -> dict[str, Any]:
         """Do ``work(reporter)`` as stage ``name`` unless it is done already; returns its (JSON) result.
 
-        settings: whatever changes the outcome. inputs: files whose content changes it. outputs: files that must exist
-        for the stage to count as done. always: never keep an earlier result.
+        settings: whatever changes the outcome. inputs: files whose content changes it. outputs: files that must be as
+        the stage left them for it to count as done. always: never keep an earlier result. readable: for outputs that
+        people may edit: raises a ``TreeDGSError`` when they cannot be used any more.
         """
         share = self._left.pop(name)
         high = min(self._at + (1.0 - self._at) * share / (share + sum(self._left.values())), 1.0)
-        described = json.dumps([__version__, self._key, settings, fingerprint(inputs)], sort_keys=True, default=str)
-        self._key = hashlib.sha256(described.encode()).hexdigest()[:16]
+        contents = fingerprint(inputs)
+        self._run = _hash(__version__, self._run, settings, contents)
+        self._key = _hash(__version__, self._key, settings, contents)
         plain = json.loads(json.dumps(settings, default=str))
         with self.reporter.stage(name, self._at, high):
-            if not always and self.space.is_done(name, self._key, outputs):
+            if not always and self._is_kept(name, outputs, readable):
                 self.reporter.info(f"{name}: unchanged since the last run, kept")
                 found = self.space.result(name)
             else:
                 collector = Collector(self.reporter)
-                with self.space.running(name, self._key, plain) as found:
+                edited = outputs if readable else []
+                with self.space.running(name, self._key, plain, outputs, edited) as found:
                     found.update(work(collector))
                     found["warnings"] = list(dict.fromkeys(collector.warnings))
+        # A stage done again may come out otherwise: what follows depends on what is there, not on what was asked for.
+        self._key = _hash(self._key, self.space.output_hashes(name))
         self._at = high
-        self.warnings += found["warnings"]
+        self.warnings += found.get("warnings", [])
         return found
+
+    def _is_kept(self, name: str, outputs: list[Path], readable: Callable[[], object] | None) -> bool:
+        if not self.space.ran(name, self._key):
+            return False
+        problem = self.space.damage(name, outputs)
+        try:
+            if readable is not None and not problem:
+                readable()
+        except TreeDGSError as trouble:
+            problem = str(trouble)
+        if problem:
+            self.reporter.warn(f"{problem.rstrip('.')}; the stage {name} is done again.")
+        return not problem
 
     @property
     def run_id(self) -> str:
         """Names the run by its inputs and settings so far: the same inputs give the same id."""
-        return self._key
+        return self._run
+
+
+def _hash(*parts: Any) -> str:
+    return hashlib.sha256(json.dumps(parts, sort_keys=True, default=str).encode()).hexdigest()[:16]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +14,7 @@ from ..core.errors import InputError
 from ..core.files import fingerprint
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
+from ..core.workspace import Workspace
 from ..gaussians.options import GaussianOptions
 
 
@@ -42,13 +45,17 @@ class FitGaussiansSettings(GaussianOptions):
 
 def fit_gaussians(settings: FitGaussiansSettings, reporter: Reporter) -> dict[str, Any]:
     """Fit and write ``field.ply``; the record goes to ``run.json``."""
+    with open_workspace(settings.workspace) as space:
+        return _fit(settings, space, reporter)
+
+
+def _fit(settings: FitGaussiansSettings, space: Workspace, reporter: Reporter) -> dict[str, Any]:
     from ..gaussians.ply import frame_path, write_field
     from ..gaussians.seeds import read_dense, read_seeds
     from ..gaussians.train import fit_with_report
     from ..reconstruction.model import load_views
     from ..terrain.dtm import read_dtm
 
-    space = open_workspace(settings.workspace)
     frame, views = load_views(space.path(names.SFM), photo_folder(space, settings.photos))
     dtm_file = space.path(names.DTM)
     if not dtm_file.exists():
@@ -109,19 +116,19 @@ def _write_stems(space, report, frame, bh_m: float) -> str | None:
     return str(target)
 
 
-def open_workspace(folder: Path):
-    """An existing workspace.
+@contextmanager
+def open_workspace(folder: Path) -> Iterator[Workspace]:
+    """An existing workspace, for this process alone.
 
     Raises:
-        InputError: the folder does not hold a reconstruction.
+        InputError: the folder does not hold a reconstruction, or another run works there.
     """
-    from ..core.workspace import Workspace
-
     if not (folder / names.SFM).is_dir():
         raise InputError(
             f"{folder}: has no {names.SFM}/ folder, expected a workspace with a reconstruction; run reconstruct first."
         )
-    return Workspace(folder)
+    with Workspace.held(folder) as space:
+        yield space
 
 
 def photo_folder(space, given: Path | None) -> Path:
@@ -137,7 +144,7 @@ def photo_folder(space, given: Path | None) -> Path:
     candidates = [space.record.get("parameters") or {}]
     candidates += [stage.get("settings") or {} for stage in space.record["stages"].values()]
     for candidate in candidates:
-        if candidate.get("photos") and Path(candidate["photos"]).is_dir():
+        if isinstance(candidate, dict) and candidate.get("photos") and Path(candidate["photos"]).is_dir():
             return Path(candidate["photos"])
     raise InputError(f"{space.folder}: run.json does not say where the photos are (or they moved); give --photos.")
 

@@ -66,10 +66,12 @@ def run(settings: GeotagSettings, reporter: Reporter) -> dict[str, Any]:
             f"{settings.output}: found the ending {settings.output.suffix!r}, expected .gpkg; rename the output."
         )
     ensure_writable(settings.output)
+    from ..core.geopackage import ensure_unlocked
     from ..geotags import read_stations, write_stations
+    from ..geotags.stations import OWN_LAYERS
     from ..geotags.tagged import check_target, write_tagged_copies
-    from ..inventory.tree_layer import style_stations
 
+    ensure_unlocked(settings.output, OWN_LAYERS)
     if settings.tagged_photos is not None:
         check_target(settings.photos, settings.tagged_photos)
     with reporter.stage("geotags"):
@@ -86,7 +88,6 @@ def run(settings: GeotagSettings, reporter: Reporter) -> dict[str, Any]:
             reporter=reporter,
         )
         write_stations(settings.output, stations)
-        style_stations(settings.output)
     tagged = 0
     if settings.tagged_photos is not None:
         with reporter.stage("tag photos"):

@@ -48,13 +48,15 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
     from ..core.crs import check_projected, project_crs
     from ..core.errors import CRSError
     from ..core.files import ensure_writable
+    from ..core.geopackage import ensure_unlocked
     from ..core.plots import read_plots
     from ..core.scale import check_place
     from ..inventory.field_trees import place, read_field_trees
     from ..inventory.match import match_plots, read_measured
-    from ..inventory.pairs_layer import read_locked, write_pairs
+    from ..inventory.pairs_layer import OWN_LAYERS, read_locked, write_pairs
 
     ensure_writable(settings.output)
+    ensure_unlocked(settings.output, OWN_LAYERS)
     crs = project_crs(settings.crs) if settings.crs else None
     measured = read_measured(settings.trees, crs, settings.trees_dbh_unit)
     if measured.crs is None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -60,33 +59,39 @@ class ReconstructSettings:
 
 def run(settings: ReconstructSettings, reporter: Reporter) -> dict[str, Any]:
     """Geotag, reconstruct, densify; finished parts of the same inputs are kept."""
+    with Workspace.held(settings.workspace) as workspace:
+        return _run(settings, workspace, reporter)
+
+
+def _run(settings: ReconstructSettings, workspace: Workspace, reporter: Reporter) -> dict[str, Any]:
     from ..core.files import fingerprint
     from ..core.plots import read_plots
     from ..geotags import read_stations, write_stations
-    from ..inventory.tree_layer import style_stations
+    from ..reconstruction.model import FRAME, MODEL_FILES, REPORT
     from ..reconstruction.pipeline import ReconstructOptions, reconstruct_photos
 
-    workspace = Workspace(settings.workspace)
     sfm = workspace.path(SFM)
     with reporter.stage("geotags", 0.0, 0.05):
         stations = read_stations(settings.photos, settings.geotags, settings.crs, reporter=reporter)
         plots = read_plots(settings.plots, stations.crs) if settings.plots else []
         dtm = _read_dtm(settings, stations.crs, plots)
         write_stations(workspace.path(GEOTAGS), stations)
-        style_stations(workspace.path(GEOTAGS))
     workspace.record["crs"] = stations.crs.to_string()
     options = ReconstructOptions(max_features=settings.max_features, threads=settings.threads, seed=settings.seed)
     plugin = _plugin(settings)
-    positions = hashlib.sha256(stations.xyz.tobytes() + stations.sd.tobytes()).hexdigest()[:16]
-    key = f"{fingerprint(stations.paths)}:{positions}:{to_json(options)}"
+    key = f"{fingerprint(stations.paths)}:{stations.digest()}:{to_json(options)}"
     if plugin:
         key += f":{fingerprint([plugin.code, plugin.weights])}"
     with reporter.stage("reconstruct", 0.05, 0.75):
-        if workspace.is_done("reconstruct", key, [sfm / "images.bin", sfm / "report.json"]):
+        outputs = [sfm / name for name in (*MODEL_FILES, FRAME, REPORT)]
+        damage = workspace.damage("reconstruct", outputs) if workspace.ran("reconstruct", key) else ""
+        if workspace.is_done("reconstruct", key, outputs):
             reporter.info("reconstruct: unchanged since the last run, kept")
             report = workspace.result("reconstruct")
         else:
-            with workspace.running("reconstruct", key, to_json(settings)) as report:
+            if damage:
+                reporter.warn(f"{damage}; the stage reconstruct is done again.")
+            with workspace.running("reconstruct", key, to_json(settings), outputs) as report:
                 report.update(reconstruct_photos(stations, options, sfm, reporter, plugin))
     result = {
         "workspace": str(settings.workspace),

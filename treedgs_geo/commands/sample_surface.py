@@ -12,6 +12,7 @@ from ..core.errors import InputError
 from ..core.files import fingerprint
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
+from ..core.workspace import Workspace
 from ..gaussians.options import PAPER_SAMPLING, SampleOptions
 
 
@@ -42,6 +43,13 @@ class SampleSurfaceSettings(SampleOptions):
 
 def sample_surface(settings: SampleSurfaceSettings, reporter: Reporter) -> dict[str, Any]:
     """Sample, score and write ``surface.laz``."""
+    from .fit_gaussians import open_workspace
+
+    with open_workspace(settings.workspace) as space:
+        return _sample(settings, space, reporter)
+
+
+def _sample(settings: SampleSurfaceSettings, space: Workspace, reporter: Reporter) -> dict[str, Any]:
     import numpy as np
 
     from ..gaussians.exports import fuse_depth, means_only
@@ -51,9 +59,8 @@ def sample_surface(settings: SampleSurfaceSettings, reporter: Reporter) -> dict[
     from ..pointcloud.cloud import PointCloud
     from ..pointcloud.files import write_cloud
     from ..reconstruction.model import load_views
-    from .fit_gaussians import open_workspace, photo_folder
+    from .fit_gaussians import photo_folder
 
-    space = open_workspace(settings.workspace)
     frame, views = load_views(space.path(names.SFM), photo_folder(space, settings.photos))
     field_file, target = space.path(names.FIELD), space.path(names.SURFACE)
     field, field_frame = read_field(field_file)

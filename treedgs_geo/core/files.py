@@ -5,15 +5,33 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import shutil
 import sqlite3
 import tempfile
+import time
+import unicodedata
+import uuid
 from collections.abc import Iterable, Iterator
-from contextlib import closing, contextmanager, suppress
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from .errors import InputError, OutputError
+from .errors import InputError, OutputError, TreeDGSError
+from .lease import host, pid_space, started
+
+#: Longest file name in bytes: file systems take 255, and SQLite and shapefiles add to it.
+LONGEST_NAME = 240
+#: How the system, GDAL, SQLite and Python each say that there is no room.
+_FULL = ("no space left", "disk quota", "disk is full", "disk full", "file too large", "errno 28", "errno 122",
+         "sqlite_full", "not enough space")
+#: A disk with less than this left counts as full when writing to it has failed.
+FULL_BYTES = 4_000_000
+#: ``.STEM.~PLACE-PID-RANDOM.SUFFIX``: a file that process PID is writing. PLACE: a host and its numbering of processes.
+_TEMPORARY = re.compile(r"\.(.*)\.~([0-9a-f]{8})-(\d+)-[0-9a-f]{12}(\..*|-.*)?")
+#: Leftovers of another host are removed after this time.
+_OLD_S = 7 * 86400.0
 
 
 @contextmanager
@@ -21,103 +39,153 @@ def atomic_path(target: Path) -> Iterator[Path]:
     """Yield a temporary path beside ``target`` with the same suffix; renamed onto it only if the block succeeds.
 
     Raises:
-        OutputError: the folder cannot be made or written.
+        OutputError: the folder cannot be made or written, the disk is full, another program holds the file.
     """
     target = Path(target)
     ensure_writable(target)
-    handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.stem[:40]}.", suffix=target.suffix)
-    os.close(handle)
-    temporary = Path(name)
-    temporary.unlink()
-    try:
+    with temporary_beside(target) as temporary, full_disk_told(target):
         yield temporary
-        if not temporary.exists():
-            raise OutputError(f"{target}: nothing was written; this is a defect, please report it.")
-        os.chmod(temporary, 0o666 & ~_umask())
+        put_in_place(temporary, target)
+
+
+def put_in_place(temporary: Path, target: Path) -> None:
+    """Give a finished file the usual permissions and its name.
+
+    Raises:
+        OutputError: there is no file, or ``target`` cannot be replaced.
+    """
+    if not temporary.exists():
+        raise OutputError(f"{target}: nothing was written; this is a defect, please report it.")
+    os.chmod(temporary, 0o666 & ~_umask())
+    try:
         os.replace(temporary, target)
-    finally:
-        for leftover in target.parent.glob(temporary.name + "*"):
-            leftover.unlink(missing_ok=True)
+    except OSError as problem:
+        raise OutputError(
+            f"{target}: cannot be replaced ({problem.strerror or problem}); close the programs that show it and run "
+            "again, or choose another output."
+        ) from None
 
 
 @contextmanager
-def atomic_geopackage(target: Path) -> Iterator[Path]:
-    """Yield a temporary GeoPackage that becomes ``target`` only if the block succeeds.
+def temporary_beside(target: Path) -> Iterator[Path]:
+    """Yield a path beside ``target`` where nothing is yet; whatever lies there, or begins so, is removed at the end.
 
-    An existing database is filled in one transaction instead of being replaced: while QGIS shows it, its write-ahead
-    log lies beside it, and SQLite would replay that log into a new file of the same name.
-
-    Raises:
-        OutputError: the folder cannot be written, or the file is locked by an edit session.
+    What killed processes left of the same target is removed first.
     """
     target = Path(target)
-    if not _is_database(target):
-        with atomic_path(target) as temporary:
-            yield temporary
-        return
-    ensure_writable(target)
-    with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.stem[:40]}.") as folder:
-        temporary = Path(folder) / target.name
-        yield temporary
-        ensure_unlocked(target)
-        try:
-            with closing(sqlite3.connect(temporary)) as source, closing(sqlite3.connect(target, timeout=10)) as there:
-                source.backup(there)
-        except sqlite3.Error as problem:
-            raise OutputError(_locked(target, problem)) from None
+    remove_leftovers(target.parent, target.stem)
+    name = f".{target.stem[:40]}.~{_place()}-{os.getpid()}-{uuid.uuid4().hex[:12]}"
+    try:
+        yield target.parent / (name + target.suffix)
+    finally:
+        for leftover in target.parent.glob(f"{_escaped(name)}*"):
+            _remove(leftover)
 
 
-def ensure_unlocked(target: Path) -> None:
-    """Prove that an existing GeoPackage may be written, before hours of work.
+def remove_leftovers(folder: Path, stem: str | None = None) -> None:
+    """Remove temporary files (of ``stem``) whose process was killed. Never raises."""
+    with suppress(OSError):
+        for name in os.listdir(folder):
+            match = _TEMPORARY.fullmatch(name)
+            if match and (stem is None or match[1] == stem[:40]) and _is_orphan(Path(folder, name), match):
+                _remove(Path(folder, name))
+
+
+def _is_orphan(path: Path, match: re.Match[str]) -> bool:
+    import psutil
+
+    with suppress(OSError):
+        changed = path.stat().st_mtime
+        if match[2] != _place():
+            return time.time() - changed > _OLD_S
+        if started(int(match[3])) is None:
+            return True
+        with suppress(psutil.Error):
+            # A process that began after the last change has only the number in common.
+            return psutil.Process(int(match[3])).create_time() > changed + 2
+    return False
+
+
+def _place() -> str:
+    return hashlib.sha256(f"{host()} {pid_space()}".encode()).hexdigest()[:8]
+
+
+def _escaped(name: str) -> str:
+    return re.sub(r"([\[*?])", r"[\1]", name)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        with suppress(OSError):
+            path.unlink()
+
+
+@contextmanager
+def full_disk_told(target: Path) -> Iterator[None]:
+    """Turn what libraries say about a full disk while ``target`` is written into one sentence.
 
     Raises:
-        OutputError: QGIS or another program is editing it.
+        OutputError: the disk is full.
     """
-    if not _is_database(target):
-        return
     try:
-        with closing(sqlite3.connect(target, timeout=10)) as connection:
-            connection.execute("BEGIN IMMEDIATE")
-            connection.rollback()
-    except sqlite3.Error as problem:
-        raise OutputError(_locked(target, problem)) from None
+        yield
+    except TreeDGSError:
+        raise
+    except Exception as problem:
+        if not (is_full(str(problem)) or _is_writing_error(problem) and free_bytes(target) < FULL_BYTES):
+            raise
+        raise OutputError(
+            f"{target}: cannot be written, the disk is full ({problem}); make room or choose another disk, and run "
+            "again."
+        ) from None
 
 
-def _is_database(path: Path) -> bool:
-    try:
-        with open(path, "rb") as stream:
-            return stream.read(16) == b"SQLite format 3\0"
-    except OSError:
-        return False
+def is_full(message: str) -> bool:
+    """Whether a message speaks of a full disk."""
+    low = message.lower()
+    return any(words in low for words in _FULL)
 
 
-def _locked(path: Path, problem: Exception) -> str:
-    return f"{path}: cannot be written ({problem}); save or drop the edits in QGIS and run again."
+def free_bytes(path: Path) -> int:
+    """Room on the disk of ``path`` (or of the nearest folder that exists)."""
+    for place in (Path(path), *Path(path).absolute().parents):
+        with suppress(OSError):
+            return shutil.disk_usage(place).free
+    return 1 << 40
+
+
+def _is_writing_error(problem: Exception) -> bool:
+    library = type(problem).__module__.split(".")[0]
+    return isinstance(problem, (OSError, sqlite3.Error)) or library in ("pyogrio", "rasterio", "laspy", "lazrs")
 
 
 @contextmanager
 def atomic_folder(target: Path) -> Iterator[Path]:
-    """Yield a temporary folder that replaces ``target`` only if the block succeeds."""
+    """Yield a temporary folder that replaces ``target`` only if the block succeeds.
+
+    Raises:
+        OutputError: the folder cannot be made or written, the disk is full.
+    """
     target = Path(target)
     ensure_writable(target / "x")
-    temporary = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name}."))
-    try:
+    with temporary_beside(target) as temporary, full_disk_told(target):
+        temporary.mkdir()
         yield temporary
-        os.chmod(temporary, 0o777 & ~_umask())
         if target.exists():
             shutil.rmtree(target)
         os.replace(temporary, target)
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
 
 
 def ensure_writable(target: Path) -> None:
     """Make ``target``'s folder and prove that a file can be made there.
 
     Raises:
-        OutputError: naming the folder and what the system said.
+        OutputError: naming the folder and what the system said, or a name that no file can have.
     """
     target = Path(target)
+    check_name(target)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=target.parent):
@@ -130,11 +198,30 @@ def ensure_writable(target: Path) -> None:
         ) from None
 
 
+def check_name(target: Path) -> None:
+    """Refuse names that files can have, but that programs trip over. Touches nothing.
+
+    Raises:
+        OutputError: a line break or another control character, bytes that are no text, a name too long.
+    """
+    text = str(target)
+    odd = next((letter for letter in text if unicodedata.category(letter) in ("Cc", "Cs")), None)
+    if odd is not None:
+        kind = "a line break" if odd in "\r\n" else f"the character {odd!a}"
+        raise OutputError(f"{text!a}: holds {kind}, expected a plain path; choose another output.")
+    for part in Path(target).parts:
+        if len(os.fsencode(part)) > LONGEST_NAME:
+            raise OutputError(
+                f"{target}: the name {part[:30]}… has {len(os.fsencode(part))} bytes, expected at most {LONGEST_NAME}; "
+                "choose a shorter one."
+            )
+
+
 @contextmanager
 def no_empty_folders(targets: Iterable[Path]) -> Iterator[None]:
     """When the block fails, remove the folders that it made for ``targets`` (files or folders) and left empty."""
     places = [Path(os.path.abspath(target)) for target in targets]
-    absent = {folder for place in places for folder in (place, *place.parents) if not folder.exists()}
+    absent = {folder for place in places for folder in (place, *place.parents) if not os.path.exists(folder)}
     try:
         yield
     except BaseException:
@@ -164,18 +251,35 @@ def read_json(source: Path) -> Any:
         raise InputError(f"{source}: is not readable JSON ({problem}); restore or delete it.") from None
 
 
-def fingerprint(paths: list[Path]) -> str:
-    """Short hash over names, sizes and content ends (first and last 64 KiB): changes when an input changes."""
+def fingerprint(paths: Iterable[Path]) -> str:
+    """Short hash over names and whole contents: changes when an input changes, not when it is copied or touched.
+
+    Raises:
+        InputError: a file that cannot be read.
+    """
+    ordered = sorted(Path(p) for p in paths)
     digest = hashlib.sha256()
-    for path in sorted(Path(p) for p in paths):
-        size = path.stat().st_size
-        digest.update(f"{path.name}:{size}:".encode())
-        with open(path, "rb") as stream:
-            digest.update(stream.read(65536))
-            if size > 131072:
-                stream.seek(-65536, os.SEEK_END)
-                digest.update(stream.read())
+    # Hashing and reading both leave Python to the other threads.
+    with ThreadPoolExecutor(min(8, os.cpu_count() or 1)) as pool:
+        for path, content in zip(ordered, pool.map(content_hash, ordered), strict=True):
+            digest.update(f"{path.name}:{content}:".encode("utf-8", "surrogateescape"))
     return digest.hexdigest()[:16]
+
+
+def content_hash(path: Path) -> str:
+    """SHA-256 of a whole file.
+
+    Raises:
+        InputError: it cannot be read.
+    """
+    digest = hashlib.sha256()
+    try:
+        with open(path, "rb", buffering=0) as stream:
+            while block := stream.read(1 << 20):
+                digest.update(block)
+    except OSError as problem:
+        raise InputError(f"{path}: cannot be read ({problem.strerror or problem}); copy it again.") from None
+    return digest.hexdigest()
 
 
 def _umask() -> int:

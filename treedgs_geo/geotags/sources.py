@@ -21,6 +21,11 @@ class GeotagFiles:
     tables: list[Path] = field(default_factory=list)
     rinex: list[Path] = field(default_factory=list)
 
+    def all(self) -> list[Path]:
+        """Every file that the positions come from; RINEX lies idle where its solution is there."""
+        rinex = [] if self.pos or self.events else self.rinex
+        return list(dict.fromkeys([*self.mrk, *self.pos, *self.events, *self.tables, *rinex]))
+
 
 def find_geotags(geotags: Path, photos: Path) -> GeotagFiles:
     """Look at a file, or into a folder (and, for MRK and ``.pos``, one level below it and beside the photos).

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from dataclasses import dataclass, field
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 import pyproj
 
 from ..core.errors import InputError
-from ..core.files import atomic_geopackage
+from ..core.geopackage import atomic_geopackage, save_style
 from .gpstime import describe_utc
 
 QUALITIES = ("fix", "float", "single", "exif", "none")
 LAYER = "stations"
+#: The columns by which a layer of that name is known as ours.
+OWN_LAYERS = {LAYER: frozenset({"name", "path", "quality", "sd_e_m", "utc_unix"})}
 
 
 @dataclass(frozen=True)
@@ -50,13 +55,24 @@ class Stations:
         """(N,) bool: has a position."""
         return np.isfinite(self.xyz).all(axis=1)
 
+    def digest(self) -> str:
+        """Short hash over all that is known of the photos' places and directions."""
+        digest = hashlib.sha256(json.dumps([self.names, self.quality, self.crs.to_wkt()]).encode())
+        for values in (self.xyz, self.sd, self.utc, self.flight, self.yaw_deg, self.pitch_deg, self.roll_deg,
+                       self.relative_altitude_m):
+            digest.update(np.ascontiguousarray(values, float).tobytes())
+        return digest.hexdigest()[:16]
+
     def counts(self) -> dict[str, int]:
         """Number of photos per quality."""
         return {quality: self.quality.count(quality) for quality in QUALITIES if quality in self.quality}
 
 
 def write_stations(path: Path, stations: Stations) -> None:
-    """Write the layer ``stations`` (PointZ in the project CRS; a photo without a position has no geometry)."""
+    """Write the layer ``stations`` (PointZ in the project CRS; a photo without a position has no geometry), styled.
+
+    Other layers of an existing file stay.
+    """
     import geopandas
     import shapely
 
@@ -81,8 +97,10 @@ def write_stations(path: Path, stations: Stations) -> None:
         geometry=geometry,
         crs=stations.crs,
     )
-    with atomic_geopackage(path) as temporary:
+    with atomic_geopackage(path, OWN_LAYERS) as temporary:
         frame.to_file(temporary, layer=LAYER, driver="GPKG", engine="pyogrio", dataset_options={"VERSION": "1.2"})
+        style = files("treedgs_geo.inventory") / "styles" / "stations.qml"
+        save_style(temporary, LAYER, style.read_text(encoding="utf-8"))
 
 
 def read_stations_layer(path: Path) -> Stations:

@@ -11,6 +11,8 @@ import pandas as pd
 import pyproj
 from shapely.geometry import Point
 
+from ..core.geopackage import save_style
+
 #: Names of the layers in ``trees.gpkg``.
 CIRCLES, SLICES = "circles", "slices"
 #: Quarter-circle segments: 0.1 mm off the circle at 1 m diameter.
@@ -38,8 +40,6 @@ def slice_table(slices: list[dict], crs: pyproj.CRS) -> gpd.GeoDataFrame:
 
 def add_layers(geopackage: Path, trees: gpd.GeoDataFrame, slices: list[dict] | None = None) -> None:
     """Append ``circles`` (and ``slices`` where there are any) to a tree layer's GeoPackage, styled."""
-    from .tree_layer import save_style
-
     tables = {CIRCLES: circle_table(trees)}
     if slices:
         tables[SLICES] = slice_table(slices, trees.crs)

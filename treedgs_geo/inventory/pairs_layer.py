@@ -15,11 +15,18 @@ import pyproj
 from shapely.geometry import LineString, Point
 
 from ..core.errors import InputError
-from ..core.files import atomic_geopackage
-from .tree_layer import save_style
+from ..core.geopackage import atomic_geopackage, save_style
 
 #: Layers inside ``pairs.gpkg``.
 PAIRS, SUGGESTED, FIELD, MEASURED, PLOTS = "pairs", "suggested", "field_trees", "measured_trees", "plots"
+#: The columns by which a layer of that name is known as ours.
+OWN_LAYERS = {
+    PAIRS: frozenset({"field_id", "tree_id", "pair_status"}),
+    SUGGESTED: frozenset({"field_id", "tree_id", "pair_status"}),
+    FIELD: frozenset({"plot_id", "field_id", "dbh_cm"}),
+    MEASURED: frozenset({"tree_id", "dbh_cm", "paired", "in_plot"}),
+    PLOTS: frozenset({"plot_id", "status", "offset_e_m", "n_pairs"}),
+}
 STATUSES = ("auto", "ok", "moved", "rejected")
 LOCKED = ("ok", "moved", "rejected")
 #: Columns of ``pairs`` and ``suggested`` (docs/pairing.md).
@@ -99,7 +106,7 @@ def write_pairs(
             f"{path}: ends in {path.suffix!r}, expected .gpkg (the pairs are several layers); rename the output."
         )
     lines = {PAIRS: pairs, SUGGESTED: suggested}
-    with atomic_geopackage(path) as temporary:
+    with atomic_geopackage(path, OWN_LAYERS) as temporary:
         for name, rows in lines.items():
             table = _typed(
                 pd.DataFrame([{k: row.get(k) for k in PAIR_COLUMNS} for row in rows], columns=list(PAIR_COLUMNS))

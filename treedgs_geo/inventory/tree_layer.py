@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import sqlite3
+import shutil
 from importlib.resources import files
 from pathlib import Path
 
@@ -12,11 +12,18 @@ import pandas as pd
 import pyproj
 
 from ..core.errors import InputError, OutputError
-from ..core.files import atomic_geopackage, atomic_path, ensure_unlocked, ensure_writable
+from ..core.files import atomic_path, ensure_writable, full_disk_told, temporary_beside
+from ..core.geopackage import atomic_geopackage, ensure_unlocked, save_style
 from ..measure.trees import TREE_FIELDS, Tree
-from .circle_layers import add_layers
+from .circle_layers import CIRCLES, SLICES, add_layers
 
 LAYER = "trees"
+#: Layers of a tree file that a new run replaces, with the columns by which they are known as ours.
+OWN_LAYERS = {
+    LAYER: frozenset({"tree_id", "dbh_cm", "qc_flag", "run_id"}),
+    CIRCLES: frozenset({"tree_id", "dbh_cm", "dbh_se_cm", "qc_flag"}),
+    SLICES: frozenset({"tree_id", "height_m", "d_cm", "rms_cm"}),
+}
 _INTEGERS = ("tree_id", "n_pts", "n_views", "n_slices")
 _TEXTS = ("plot_id", "method", "qc_flag", "qc_reason", "run_id")
 #: Decimals kept per column: finer than any of them can be measured.
@@ -47,15 +54,21 @@ def check_output(path: Path) -> str:
     """The driver for ``path``, after proving that the layer can be written there (before hours of work).
 
     Raises:
-        OutputError: unknown suffix or unwritable folder.
+        OutputError: unknown suffix, unwritable folder, or a GeoPackage that is being edited or has a foreign layer
+            of one of our names.
     """
     path = Path(path)
+    driver = _driver(path)
+    ensure_writable(path)
+    if driver == "GPKG":
+        ensure_unlocked(path, OWN_LAYERS)
+    return driver
+
+
+def _driver(path: Path) -> str:
     driver = _DRIVERS.get(path.suffix.lower())
     if driver is None:
         raise OutputError(f"{path}: ends in {path.suffix!r}, expected one of {', '.join(_DRIVERS)}; rename the output.")
-    ensure_writable(path)
-    if driver == "GPKG":
-        ensure_unlocked(path)
     return driver
 
 
@@ -63,13 +76,13 @@ def write_trees(path: Path, trees: list[Tree], crs: pyproj.CRS, slices: list[dic
     """Write the tree layer atomically; the driver follows the suffix (.gpkg, .shp, .geojson, .csv).
 
     A GeoPackage also gets the layer ``circles`` (each stem at true scale), and ``slices`` where they are given
-    (:func:`treedgs_geo.inventory.circle_layers.stem_slices`).
+    (:func:`treedgs_geo.inventory.circle_layers.stem_slices`). In an existing GeoPackage only these layers are replaced.
 
     Raises:
-        OutputError: unknown suffix or unwritable folder.
+        OutputError: unknown suffix; see :func:`~treedgs_geo.core.geopackage.atomic_geopackage`.
     """
     path = Path(path)
-    driver = check_output(path)
+    driver = _driver(path)
     table = tree_table(trees, crs)
     if driver == "CSV":
         with atomic_path(path) as temporary:
@@ -77,7 +90,7 @@ def write_trees(path: Path, trees: list[Tree], crs: pyproj.CRS, slices: list[dic
     elif driver == "ESRI Shapefile":
         _write_shapefile(path, table)
     else:
-        with (atomic_geopackage if driver == "GPKG" else atomic_path)(path) as temporary:
+        with atomic_geopackage(path, OWN_LAYERS) if driver == "GPKG" else atomic_path(path) as temporary:
             # QGIS 3.22 knows GeoPackage up to 1.3 and warns about newer ones at every opening.
             options = {"dataset_options": {"VERSION": "1.2"}} if driver == "GPKG" else {}
             table.to_file(temporary, layer=LAYER, driver=driver, engine="pyogrio", geometry_type="Point Z", **options)
@@ -105,53 +118,25 @@ def read_trees(path: Path) -> gpd.GeoDataFrame:
     return table
 
 
-def style_stations(path: Path) -> None:
-    """Give the camera stations layer in ``path`` its style."""
-    save_style(path, "stations", (files(__package__) / "styles" / "stations.qml").read_text(encoding="utf-8"))
-
-
 def style_terrain(path: Path) -> None:
     """Put the hillshade style beside a terrain raster (``dtm.qml``), where QGIS looks; a user's own one stays."""
     beside = Path(path).with_suffix(".qml")
     if not beside.exists():
-        beside.write_text((files(__package__) / "styles" / "dtm.qml").read_text(encoding="utf-8"), encoding="utf-8")
-
-
-def save_style(geopackage: Path, layer: str, qml: str, geometry: str = "geom") -> None:
-    """Store ``qml`` as the layer's default style inside the GeoPackage, where QGIS looks for it."""
-    with sqlite3.connect(geopackage) as connection:
-        connection.execute(
-            "CREATE TABLE IF NOT EXISTS layer_styles (id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, "
-            "f_table_catalog TEXT(256), f_table_schema TEXT(256), f_table_name TEXT(256), f_geometry_column TEXT(256), "
-            "styleName TEXT(30), styleQML TEXT, styleSLD TEXT, useAsDefault BOOLEAN, description TEXT, owner TEXT(30), "
-            "ui TEXT(30), update_time DATETIME DEFAULT (strftime('%Y-%m-%dT%H:%M:%fZ','now')))"
-        )
-        connection.execute("DELETE FROM layer_styles WHERE f_table_name = ?", (layer,))
-        connection.execute(
-            "INSERT INTO layer_styles (f_table_catalog, f_table_schema, f_table_name, f_geometry_column, styleName, "
-            "styleQML, styleSLD, useAsDefault, description, owner) VALUES ('', '', ?, ?, ?, ?, '', 1, ?, '')",
-            (layer, geometry, layer, qml, f"TreeDGS {layer}"),
-        )
-        connection.execute(
-            "INSERT OR IGNORE INTO gpkg_contents (table_name, data_type, identifier) "
-            "VALUES ('layer_styles', 'attributes', 'layer_styles')"
-        )
-    connection.close()
+        with atomic_path(beside) as temporary:
+            style = (files(__package__) / "styles" / "dtm.qml").read_text(encoding="utf-8")
+            temporary.write_text(style, encoding="utf-8")
 
 
 def _write_shapefile(path: Path, table: gpd.GeoDataFrame) -> None:
     """A shapefile is several files: written together in a folder beside the target, then moved one by one."""
-    import shutil
-    import tempfile
-
-    ensure_writable(path)
-    with tempfile.TemporaryDirectory(dir=path.parent, prefix=".shp") as folder:
+    with temporary_beside(path) as folder, full_disk_told(path):
+        folder.mkdir()
         table.to_file(
-            Path(folder) / path.name,
+            folder / path.name,
             driver="ESRI Shapefile",
             engine="pyogrio",
             geometry_type="Point Z",
             encoding="UTF-8",
         )
-        for part in Path(folder).iterdir():
+        for part in folder.iterdir():
             shutil.move(str(part), path.parent / part.name)

@@ -16,6 +16,8 @@ from .tracks import Block
 
 FRAME = "frame.json"
 REPORT = "report.json"
+#: COLMAP's files of a model.
+MODEL_FILES = ("cameras.bin", "images.bin", "points3D.bin")
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import tempfile
 import warnings
 from importlib.resources import files
 from pathlib import Path
@@ -14,11 +13,16 @@ import numpy as np
 import pandas as pd
 import shapely
 
-from ...core.files import atomic_geopackage, ensure_writable
-from ..tree_layer import save_style
+from ...core.files import ensure_writable, full_disk_told, temporary_beside
+from ...core.geopackage import atomic_geopackage, save_style
 from .survey import Stand
 
 PLOTS, TREES = "stand_plots", "stand_trees"
+#: The columns by which a layer of that name is known as ours.
+OWN_LAYERS = {
+    PLOTS: frozenset({"plot_id", "expansion", "ba_m2_ha", "trees_ha"}),
+    TREES: frozenset({"plot_id", "tree_id", "counts_as", "tph"}),
+}
 #: Estimate of a plot -> field name.
 _PLOT_FIELDS = {
     "plot_id": "plot_id",
@@ -80,8 +84,8 @@ def tree_layer(stand: Stand) -> gpd.GeoDataFrame:
 
 
 def write_geopackage(path: Path, stand: Stand) -> Path:
-    """Both layers, styled where a style exists."""
-    with atomic_geopackage(path) as temporary:
+    """Both layers, styled where a style exists; other layers of an existing file stay."""
+    with atomic_geopackage(path, OWN_LAYERS) as temporary:
         for name, layer, kind in ((PLOTS, plot_layer(stand), "Unknown"), (TREES, tree_layer(stand), "Point")):
             more = {"mode": "a"} if temporary.exists() else {"dataset_options": {"VERSION": "1.2"}}
             _write(layer, temporary, layer=name, driver="GPKG", geometry_type=kind, **more)
@@ -100,9 +104,10 @@ def write_shapefiles(folder: Path, stand: Stand) -> list[Path]:
             continue
         target = Path(folder) / f"{name}.shp"
         ensure_writable(target)
-        with tempfile.TemporaryDirectory(dir=folder, prefix=".shp") as scratch:
-            _write(layer, Path(scratch) / target.name, driver="ESRI Shapefile", encoding="UTF-8")
-            for part in Path(scratch).iterdir():
+        with temporary_beside(target) as scratch, full_disk_told(target):
+            scratch.mkdir()
+            _write(layer, scratch / target.name, driver="ESRI Shapefile", encoding="UTF-8")
+            for part in scratch.iterdir():
                 shutil.move(str(part), target.parent / part.name)
         written.append(target)
     return written

@@ -3,7 +3,8 @@
 Files ``lease.N`` beside the work. The one with the highest number counts; taking over means to create ``N+1``
 exclusively, which only one can. The holder renews the file's time; one that was not renewed for :data:`STALE_S` is
 dead, and so is one of this host whose process is gone. Times are compared on the folder's own clock. A holder that was
-asleep finds a higher number and must stop.
+asleep finds a higher number and must stop. A process may work on a folder whose lease another one holds for it, when
+that one has handed it the lease's key (:data:`HANDED`).
 """
 
 from __future__ import annotations
@@ -12,13 +13,19 @@ import json
 import os
 import re
 import socket
+import sys
+import threading
 import time
 import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 #: Seconds between two renewals, and without any until a lease of another host counts as dead.
 RENEW_S, STALE_S = 5.0, 60.0
+#: Environment variable with the key of a lease that the parent process holds for its child.
+HANDED = "TREEDGS_LEASE"
 _NAME = re.compile(r"lease\.(\d{6})(\.free)?")
 
 
@@ -36,16 +43,16 @@ class Lost(Exception):
 
 
 class Lease:
-    """A lease held by this process."""
+    """A lease held by this process, or (not ``own``) by the parent for it."""
 
-    def __init__(self, folder: Path, number: int) -> None:
-        self.folder, self.number = Path(folder), number
+    def __init__(self, folder: Path, number: int, key: str, own: bool = True) -> None:
+        self.folder, self.number, self.key, self.own = Path(folder), number, key, own
         self._file = self.folder / f"lease.{number:06d}"
         self._renewed = time.monotonic()
 
     @classmethod
-    def take(cls, folder: Path) -> Lease:
-        """Take the folder's lease.
+    def take(cls, folder: Path, stale_s: float = STALE_S) -> Lease:
+        """Take the folder's lease. stale_s: silence after which another host may count this holder as dead.
 
         Raises:
             Busy: somebody alive holds it. OSError: the folder cannot be written.
@@ -55,11 +62,14 @@ class Lease:
         number, free = _highest(folder)
         if number and not free:
             holder = _holder(folder / f"lease.{number:06d}")
+            if holder.get("key") and holder["key"] == os.environ.get(HANDED):
+                return cls(folder, number, holder["key"], own=False)
             if _alive(folder, number, holder):
                 raise Busy(holder)
-        lease = cls(folder, number + 1)
-        text = json.dumps({"host": host(), "pid": os.getpid(), "started": _started(os.getpid()),
-                           "since": time.strftime("%Y-%m-%d %H:%M:%S"), "key": uuid.uuid4().hex})
+        lease = cls(folder, number + 1, uuid.uuid4().hex)
+        text = json.dumps({"host": host(), "pid": os.getpid(), "started": started(os.getpid()),
+                           "space": pid_space(), "since": time.strftime("%Y-%m-%d %H:%M:%S"), "stale_s": stale_s,
+                           "key": lease.key})
         # Written aside and linked into place: whoever sees the lease sees its holder.
         aside = folder / f".lease.{uuid.uuid4().hex[:12]}"
         try:
@@ -93,7 +103,7 @@ class Lease:
         Raises:
             Lost: somebody has taken over.
         """
-        if time.monotonic() - self._renewed < RENEW_S:
+        if time.monotonic() - self._renewed < RENEW_S or not self.own:
             return
         self.check()
         try:
@@ -113,11 +123,36 @@ class Lease:
 
     def free(self) -> None:
         """Give it back. Never raises: a lease that cannot be freed goes stale."""
-        try:
+        if not self.own:
+            return
+        with suppress(OSError):
             # A rename needs no room on a full disk.
             os.rename(self._file, self._file.with_name(self._file.name + ".free"))
-        except OSError:
-            pass
+
+    @contextmanager
+    def renewed(self) -> Iterator[Lease]:
+        """Renew it in the background until the block ends, then give it back."""
+        ended = threading.Event()
+
+        def renew() -> None:
+            while not ended.wait(RENEW_S):
+                with suppress(Lost):  # the block finds out when it checks
+                    self.renew()
+
+        thread = threading.Thread(target=renew, daemon=True, name="lease")
+        thread.start()
+        try:
+            yield self
+        finally:
+            ended.set()
+            thread.join()
+            self.free()
+            with suppress(OSError):
+                names = os.listdir(self.folder)
+                if all(name.endswith(".free") and _NAME.fullmatch(name) for name in names):
+                    # Nothing was made here: leave nothing behind.
+                    for name in names:
+                        os.unlink(self.folder / name)
 
 
 def holder_of(folder: Path) -> dict[str, Any] | None:
@@ -157,27 +192,49 @@ def _holder(file: Path) -> dict[str, Any]:
 
 
 def _alive(folder: Path, number: int, holder: dict[str, Any]) -> bool:
-    if holder.get("host") == host() and isinstance(holder.get("pid"), int):
+    same = holder.get("host") == host() and holder.get("space", "") == pid_space()
+    if same and isinstance(holder.get("pid"), int):
         # The start time guards against another process with the same number.
-        return _started(holder["pid"]) == holder.get("started")
+        return started(holder["pid"]) == holder.get("started")
     try:
         renewed = (folder / f"lease.{number:06d}").stat().st_mtime
         probe = folder / f".clock.{uuid.uuid4().hex[:12]}"
         probe.touch()
         try:
-            return probe.stat().st_mtime - renewed < STALE_S
+            return probe.stat().st_mtime - renewed < float(holder.get("stale_s") or STALE_S)
         finally:
             probe.unlink(missing_ok=True)
-    except OSError:
+    except (OSError, TypeError, ValueError):
         return True
 
 
-def _started(pid: int) -> float | None:
-    """When a process started, seconds; None when it is gone."""
+def pid_space() -> str:
+    """Which numbering of processes this is: a sandbox (Flatpak, a container) has its own under the same host name."""
+    try:
+        return os.readlink("/proc/self/ns/pid")
+    except OSError:
+        return ""
+
+
+def started(pid: int) -> str | None:
+    """When a process started, in words that a changed clock does not change; None when it is gone."""
     import psutil
 
     try:
         process = psutil.Process(pid)
-        return None if process.status() == psutil.STATUS_ZOMBIE else round(process.create_time(), 1)
-    except psutil.Error:
+        if process.status() == psutil.STATUS_ZOMBIE:
+            return None
+        if sys.platform == "linux":
+            # Field 22: ticks since the machine started. The name in brackets may hold blanks.
+            line = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
+            return f"{_boot()}:{line.rpartition(')')[2].split()[19]}"
+        return f"{process.create_time():.1f}"
+    except (psutil.Error, OSError, IndexError):
         return None
+
+
+def _boot() -> str:
+    try:
+        return Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
+    except OSError:
+        return ""

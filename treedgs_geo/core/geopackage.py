@@ -1,0 +1,167 @@
+"""GeoPackages that other programs show and that hold other layers: only our own layers are replaced, all at once."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+from collections.abc import Iterator, Mapping
+from contextlib import closing, contextmanager, suppress
+from pathlib import Path
+
+from .errors import OutputError
+from .files import ensure_writable, full_disk_told, is_full, put_in_place, temporary_beside
+from .geopackage_merge import ForeignLayer, check_layers, merge
+
+#: Seconds to wait for another program that reads or edits a GeoPackage.
+WAIT_S = 12.0
+#: SQLite opens no file with a longer path (bytes, less what it appends).
+_LONGEST_PATH = 490
+
+#: Layers of one kind of file: name -> columns by which a layer of that name is known as ours.
+OwnLayers = Mapping[str, frozenset[str]]
+
+
+@contextmanager
+def atomic_geopackage(target: Path, own: OwnLayers) -> Iterator[Path]:
+    """Yield a temporary GeoPackage whose layers come into ``target`` only if the block succeeds.
+
+    In a new file, by renaming. An existing GeoPackage keeps its place (while QGIS shows it, its write-ahead log lies
+    beside it, and SQLite would replay that log into a new file of the same name) and everything that is not ours: in
+    one transaction the layers named in ``own`` are taken out and the new ones put in.
+
+    Raises:
+        OutputError: the folder cannot be written, the disk is full. With the result kept beside, and named: another
+            program holds the file for longer than :data:`WAIT_S`; it is no GeoPackage or has a foreign layer of our
+            name.
+    """
+    target = Path(target)
+    ensure_writable(target)
+    _check_path(target)
+    with temporary_beside(target) as temporary, full_disk_told(target):
+        yield temporary
+        if temporary.exists():
+            _check_whole(temporary)
+        if not _is_database(target):
+            put_in_place(temporary, target)
+            return
+        try:
+            merge(target, temporary, own, WAIT_S)
+        except (sqlite3.Error, ForeignLayer) as problem:
+            kept = _keep_beside(temporary, target)
+            raise OutputError(
+                f"{_sentence(target, problem)} This run's result is kept as {kept}: use that file, or run again."
+            ) from None
+
+
+def ensure_unlocked(target: Path, own: OwnLayers | None = None) -> None:
+    """Prove that a GeoPackage may be written, before hours of work. Makes nothing.
+
+    Raises:
+        OutputError: QGIS or another program is editing it, it is no GeoPackage, it has a foreign layer of our name.
+    """
+    _check_path(target)
+    if not _is_database(target):
+        return
+    try:
+        with closing(sqlite3.connect(target, timeout=WAIT_S, isolation_level=None)) as connection:
+            connection.execute("BEGIN IMMEDIATE")
+            check_layers(connection, own or {})
+            connection.rollback()
+    except (sqlite3.Error, ForeignLayer) as problem:
+        raise OutputError(_sentence(target, problem)) from None
+
+
+def save_style(geopackage: Path, layer: str, qml: str, geometry: str = "geom") -> None:
+    """Store ``qml`` as the layer's default style inside the GeoPackage, where QGIS looks for it."""
+    with closing(sqlite3.connect(geopackage, timeout=WAIT_S)) as connection, connection:
+        connection.execute(
+            "CREATE TABLE IF NOT EXISTS layer_styles (id INTEGER PRIMARY KEY AUTOINCREMENT NOT NULL, "
+            "f_table_catalog TEXT(256), f_table_schema TEXT(256), f_table_name TEXT(256), f_geometry_column TEXT(256), "
+            "styleName TEXT(30), styleQML TEXT, styleSLD TEXT, useAsDefault BOOLEAN, description TEXT, owner TEXT(30), "
+            "ui TEXT(30), update_time DATETIME DEFAULT (strftime('%Y-%m-%dT%H:%M:%fZ','now')))"
+        )
+        connection.execute("DELETE FROM layer_styles WHERE f_table_name = ?", (layer,))
+        connection.execute(
+            "INSERT INTO layer_styles (f_table_catalog, f_table_schema, f_table_name, f_geometry_column, styleName, "
+            "styleQML, styleSLD, useAsDefault, description, owner) VALUES ('', '', ?, ?, ?, ?, '', 1, ?, '')",
+            (layer, geometry, layer, qml, f"TreeDGS {layer}"),
+        )
+        connection.execute(
+            "INSERT OR IGNORE INTO gpkg_contents (table_name, data_type, identifier) "
+            "VALUES ('layer_styles', 'attributes', 'layer_styles')"
+        )
+
+
+def _check_path(target: Path) -> None:
+    length = len(os.fsencode(os.path.abspath(target)))
+    if length > _LONGEST_PATH:
+        raise OutputError(
+            f"{target}: the path has {length} bytes, expected at most {_LONGEST_PATH} for a GeoPackage; choose a "
+            "shorter one."
+        )
+
+
+def _is_database(path: Path) -> bool:
+    try:
+        with open(path, "rb") as stream:
+            return stream.read(16) == b"SQLite format 3\0"
+    except (OSError, ValueError):
+        return False
+
+
+def _check_whole(written: Path) -> None:
+    """GDAL does not always say that the disk was full."""
+    with closing(sqlite3.connect(written)) as connection:
+        answer = connection.execute("PRAGMA quick_check").fetchone()
+    if answer != ("ok",):
+        raise OSError(f"the file was not written whole: {answer}")
+
+
+def _keep_beside(temporary: Path, target: Path) -> Path:
+    for number in range(1, 1000):
+        kept = target.with_name(f"{target.stem}.new{number if number > 1 else ''}{target.suffix}")
+        if not kept.exists():
+            break
+    put_in_place(temporary, kept)
+    return kept
+
+
+def _sentence(path: Path, problem: Exception) -> str:
+    """What stands in the way, and what to do."""
+    text = str(problem)
+    if isinstance(problem, ForeignLayer):
+        return f"{path}: {text}; rename that layer, or choose another output."
+    if "locked" in text or "busy" in text:
+        names = ", ".join(_holders(path)) or "perhaps QGIS with an open edit session or attribute table"
+        return (
+            f"{path}: cannot be written ({text}), another program reads or edits it ({names}); save or drop the edits "
+            "in QGIS, or close that program, and run again."
+        )
+    if "readonly" in text:
+        return f"{path}: cannot be written (it is write-protected); choose another output."
+    if is_full(text):
+        return f"{path}: cannot be written, the disk is full ({text}); make room and run again."
+    return f"{path}: cannot be written ({text}); move or delete it, or choose another output."
+
+
+def _holders(path: Path) -> list[str]:
+    """Other programs that have the file open, ``name (process N)``; Linux only, empty elsewhere."""
+    wanted = {os.path.realpath(path) + ending for ending in ("", "-wal", "-shm", "-journal")}
+    found = []
+    with suppress(OSError):
+        for process in os.listdir("/proc"):
+            if not process.isdigit() or int(process) == os.getpid():
+                continue
+            with suppress(OSError):
+                folder = f"/proc/{process}/fd"
+                if any(_link(f"{folder}/{name}") in wanted for name in os.listdir(folder)):
+                    name = Path(f"/proc/{process}/comm").read_text(encoding="utf-8", errors="replace").strip()
+                    found.append(f"{name}, process {process}")
+    return found
+
+
+def _link(path: str) -> str:
+    try:
+        return os.readlink(path)
+    except OSError:
+        return ""
