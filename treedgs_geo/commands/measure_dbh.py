@@ -51,7 +51,7 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
     if not certain:
         mark_uncertain_ground(trees)
     slices = stem_slices(cloud.xyz, tree_id, trees)
-    write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, slices)
+    write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, slices, reporter)
     return {"output": str(settings.output), **tree_summary(trees, reporter)}
 
 

@@ -13,12 +13,14 @@ import pyproj
 
 from ..core.errors import InputError, OutputError
 from ..core.files import atomic_geopackage, atomic_path, ensure_unlocked, ensure_writable
+from ..core.progress import Reporter
 from ..measure.trees import TREE_FIELDS, Tree
 from .circle_layers import add_layers
+from .written import read_written
 
 LAYER = "trees"
 _INTEGERS = ("tree_id", "n_pts", "n_views", "n_slices")
-_TEXTS = ("plot_id", "method", "qc_flag", "qc_reason", "run_id")
+_TEXTS = ("plot_id", "method", "qc_flag", "qc_reason", "run_id", "species", "status", "note")
 #: Decimals kept per column: finer than any of them can be measured.
 _DECIMALS = {"x": 3, "y": 3, "z_ground": 3, "ba_m2": 6, "opac_mean": 4, "height_m": 2, "lean_deg": 2, "arc_deg": 1}
 _DRIVERS = {".gpkg": "GPKG", ".shp": "ESRI Shapefile", ".geojson": "GeoJSON", ".csv": "CSV"}
@@ -59,18 +61,26 @@ def check_output(path: Path) -> str:
     return driver
 
 
-def write_trees(path: Path, trees: list[Tree], crs: pyproj.CRS, slices: list[dict] | None = None) -> Path:
+def write_trees(
+    path: Path,
+    trees: list[Tree],
+    crs: pyproj.CRS,
+    slices: list[dict] | None = None,
+    reporter: Reporter | None = None,
+) -> Path:
     """Write the tree layer atomically; the driver follows the suffix (.gpkg, .shp, .geojson, .csv).
 
     A GeoPackage also gets the layer ``circles`` (each stem at true scale), and ``slices`` where they are given
-    (:func:`treedgs_geo.inventory.circle_layers.stem_slices`).
+    (:func:`treedgs_geo.inventory.circle_layers.stem_slices`). Species, status and note that a person wrote into the
+    layer that is replaced go on with their trees; the reporter hears of it.
 
     Raises:
         OutputError: unknown suffix or unwritable folder.
     """
     path = Path(path)
     driver = check_output(path)
-    table = tree_table(trees, crs)
+    written = read_written(path)
+    table = written.fill(tree_table(trees, crs))
     if driver == "CSV":
         with atomic_path(path) as temporary:
             pd.DataFrame(table.drop(columns="geometry")).to_csv(temporary, index=False)
@@ -84,6 +94,7 @@ def write_trees(path: Path, trees: list[Tree], crs: pyproj.CRS, slices: list[dic
             if driver == "GPKG":
                 save_style(temporary, LAYER, (files(__package__) / "styles" / "trees.qml").read_text(encoding="utf-8"))
                 add_layers(temporary, table, slices)
+    written.tell(reporter)
     return path
 
 
