@@ -15,6 +15,7 @@ from ..core.errors import OutputError
 from ..core.files import atomic_geopackage, atomic_path, ensure_unlocked, ensure_writable
 from ..core.plots import read_plots
 from ..core.progress import Reporter
+from ..core.tables import safe_frame
 from .places import TREES
 
 #: A tree's number is its plot's number times this, plus its number in the plot: it stays when other plots come or go.
@@ -92,7 +93,7 @@ def _append(target: Path, table: Any) -> None:
 
     table = table.sort_values("tree_id", kind="stable")
     if target.suffix.lower() == ".csv":
-        pd.DataFrame(table.drop(columns="geometry")).to_csv(
+        safe_frame(pd.DataFrame(table.drop(columns="geometry"))).to_csv(
             target, mode="a", header=not target.exists(), index=False)
         return
     new = not target.exists()

@@ -12,6 +12,7 @@ from ..core.errors import InputError
 from ..core.files import fingerprint
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
+from ..core.tables import SafeWriter
 from ..gaussians.options import GaussianOptions
 
 
@@ -86,7 +87,6 @@ def fit_gaussians(settings: FitGaussiansSettings, reporter: Reporter) -> dict[st
 
 def _write_stems(space, report, frame, bh_m: float) -> str | None:
     """``stem_primitives.csv``: one row per fitted primitive; its path, None where none was fitted."""
-    import csv
     from dataclasses import asdict
 
     from ..core.files import atomic_path
@@ -99,13 +99,13 @@ def _write_stems(space, report, frame, bh_m: float) -> str | None:
                "taper_cm_m", "n_views", "qc_flag", "qc_reason")
     target = space.path("stem_primitives.csv")
     with atomic_path(target) as temporary, open(temporary, "w", newline="") as stream:
-        writer = csv.DictWriter(stream, columns, extrasaction="ignore")
-        writer.writeheader()
+        writer = SafeWriter(stream, columns)
+        writer.header()
         for tree in trees:
             record = asdict(tree)
             for name in ("x", "y", "z_ground"):
                 record[name] = round(record[name], 3)
-            writer.writerow(record)
+            writer.record(record)
     return str(target)
 
 

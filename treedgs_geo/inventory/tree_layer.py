@@ -14,6 +14,7 @@ import pyproj
 from ..core.errors import InputError, OutputError
 from ..core.files import atomic_geopackage, atomic_path, ensure_unlocked, ensure_writable
 from ..core.progress import Reporter
+from ..core.tables import safe_frame
 from ..measure.trees import TREE_FIELDS, Tree
 from .circle_layers import add_layers
 from .written import read_written
@@ -83,7 +84,7 @@ def write_trees(
     table = written.fill(tree_table(trees, crs))
     if driver == "CSV":
         with atomic_path(path) as temporary:
-            pd.DataFrame(table.drop(columns="geometry")).to_csv(temporary, index=False)
+            safe_frame(pd.DataFrame(table.drop(columns="geometry"))).to_csv(temporary, index=False)
     elif driver == "ESRI Shapefile":
         _write_shapefile(path, table)
     else:

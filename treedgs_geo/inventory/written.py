@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 
 from ..core.errors import InputError
 from ..core.progress import Reporter
+from ..core.tables import plain_cell
 
 #: Columns of a tree layer that are a person's.
 COLUMNS = ("species", "status", "note")
@@ -89,7 +90,7 @@ def read_written(path: Path) -> Written:
         return Written(path)
     try:
         if path.suffix.lower() == ".csv":
-            table, crs = pd.read_csv(path, dtype=str), None
+            table, crs = pd.read_csv(path, dtype=str).map(plain_cell), None
             table[["x", "y"]] = table[["x", "y"]].apply(pd.to_numeric)
         else:
             layer = read_trees(path)
