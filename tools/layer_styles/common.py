@@ -6,6 +6,9 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 from qgis.core import (
+    QgsAttributeEditorContainer,
+    QgsAttributeEditorField,
+    QgsEditFormConfig,
     QgsMarkerSymbol,
     QgsPalLayerSettings,
     QgsProperty,
@@ -105,3 +108,17 @@ def labels(expression: str, colour: str, least_scale: int, middle: bool = False)
     settings.maximumScale = 0
     settings.setFormat(text)
     return QgsVectorLayerSimpleLabeling(settings)
+
+
+def write_on_top(layer: QgsVectorLayer, fields: list[str], title: str, written: tuple[str, ...], rest: str) -> None:
+    """A form with what a person writes in a box of its own, on top of the others."""
+    form = layer.editFormConfig()
+    form.setLayout(QgsEditFormConfig.TabLayout)
+    form.clearTabs()
+    for text, names in ((title, written), (rest, [name for name in fields if name not in written])):
+        box = QgsAttributeEditorContainer(text, form.invisibleRootContainer())
+        box.setIsGroupBox(True)
+        for name in names:
+            box.addChildElement(QgsAttributeEditorField(name, fields.index(name), box))
+        form.addTab(box)
+    layer.setEditFormConfig(form)

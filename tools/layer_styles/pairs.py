@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 from qgis.core import (
-    QgsAttributeEditorContainer,
-    QgsAttributeEditorField,
     QgsCategorizedSymbolRenderer,
     QgsDefaultValue,
-    QgsEditFormConfig,
     QgsEditorWidgetSetup,
     QgsFillSymbol,
     QgsGraduatedSymbolRenderer,
@@ -22,7 +19,7 @@ from qgis.core import (
     QgsVectorLayer,
 )
 
-from .common import AMBER, GREEN, GREY, RED, labels, marker, memory_layer, said
+from .common import AMBER, GREEN, GREY, RED, labels, marker, memory_layer, said, write_on_top
 
 #: Also the layer of suggestions.
 PAIRS = {
@@ -144,19 +141,8 @@ def pairs() -> QgsVectorLayer:
     form = layer.editFormConfig()
     for index, name in enumerate(PAIRS):
         form.setReadOnly(index, name not in ("pair_status", "note"))
-    # What a person decides stands on top.
-    form.setLayout(QgsEditFormConfig.TabLayout)
-    form.clearTabs()
-    for title, names in (
-        ("Your decision", ("pair_status", "note")),
-        ("The two trees", [name for name in PAIRS if name not in ("pair_status", "note")]),
-    ):
-        box = QgsAttributeEditorContainer(title, form.invisibleRootContainer())
-        box.setIsGroupBox(True)
-        for name in names:
-            box.addChildElement(QgsAttributeEditorField(name, list(PAIRS).index(name), box))
-        form.addTab(box)
     layer.setEditFormConfig(form)
+    write_on_top(layer, list(PAIRS), "Your decision", ("pair_status", "note"), "The two trees")
     layer.setEditorWidgetSetup(
         list(PAIRS).index("note"), QgsEditorWidgetSetup("TextEdit", {"IsMultiline": True, "UseHtml": False})
     )

@@ -46,6 +46,7 @@ STAND_TREES = {
     "biomass_kg": ("double", "Biomass above ground [kg]"),
     "qc_flag": ("string", "Quality"),
     "qc_reason": ("string", "Reasons"),
+    "note": ("string", "Note"),
 }
 
 

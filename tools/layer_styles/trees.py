@@ -28,6 +28,7 @@ from .common import (
     quoted,
     said,
     translations,
+    write_on_top,
 )
 
 #: field -> (type in a memory layer, alias with its unit)
@@ -55,7 +56,12 @@ TREES = {
     "qc_flag": ("string", "Quality"),
     "qc_reason": ("string", "Reasons"),
     "run_id": ("string", "Run"),
+    "species": ("string", "Species"),
+    "status": ("string", "Live or dead"),
+    "note": ("string", "Note"),
 }
+#: What a person writes; the rest is measured.
+WRITTEN = ("species", "status", "note")
 CIRCLES = {
     "tree_id": ("integer", "Tree"),
     "dbh_cm": ("double", "DBH [cm]"),
@@ -132,11 +138,23 @@ def trees() -> QgsVectorLayer:
         f"""[% coalesce('<br>' || {said("height")} || ' ' || format_number("height_m", 1) || ' m', '') %]"""
         """[% CASE WHEN coalesce("qc_reason", '') <> '' THEN '<br><i>' || """
         f"""{reason_expression()} || '</i>' ELSE '' END %]"""
+        """[% coalesce('<br>' || "species", '') %][% coalesce('<br>' || "status", '') %]"""
+        """[% coalesce('<br>' || "note", '') %]"""
     )
     quality = {"measured": "ok", "measured, to be checked": "check", "seen, no DBH": "reject"}
     layer.setEditorWidgetSetup(
         list(TREES).index("qc_flag"), QgsEditorWidgetSetup("ValueMap", {"map": [{k: v} for k, v in quality.items()]})
     )
+    # QGIS writes NULL for this entry.
+    null = "{2839923C-8B7D-419E-B84B-CA2FE9B80EC7}"
+    states = {"not said": null, "live": "live", "dead": "dead"}
+    layer.setEditorWidgetSetup(
+        list(TREES).index("status"), QgsEditorWidgetSetup("ValueMap", {"map": [{k: v} for k, v in states.items()]})
+    )
+    layer.setEditorWidgetSetup(
+        list(TREES).index("note"), QgsEditorWidgetSetup("TextEdit", {"IsMultiline": True, "UseHtml": False})
+    )
+    write_on_top(layer, list(TREES), "Yours to write", WRITTEN, "Measured")
     return layer
 
 

@@ -19,6 +19,7 @@ from ..core.errors import InputError
 from ..core.files import read_json, write_json
 from ..core.machine import cores
 from ..core.progress import Reporter
+from ..core.tables import safe_frame
 from .jobs import run_job
 from .ladder import CONFIGS, SFM, Config
 from .plot import TruePlot
@@ -250,6 +251,6 @@ def write_records(folder: Path, records: list[dict], table: pd.DataFrame, facts:
                           for record in records for row in record.get("rows", [])])
     for name, frame in (("benchmark.csv", table), ("trees.csv", trees)):
         with atomic_path(folder / name) as path:
-            frame.to_csv(path, index=False, float_format="%.4g")
+            safe_frame(frame).to_csv(path, index=False, float_format="%.4g")
     clean = json.loads(table.to_json(orient="records")) if len(table) else []
     write_json(folder / "benchmark.json", {**facts, "configurations": clean})

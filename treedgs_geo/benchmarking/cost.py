@@ -16,6 +16,7 @@ import pandas as pd
 from ..core.errors import InputError
 from ..core.files import atomic_path, write_json
 from ..core.progress import Reporter
+from ..core.tables import safe_frame
 from ..evaluation.charts import close, render
 from ..measure.second_opinion import MOST_ASKED
 from . import chart
@@ -52,7 +53,7 @@ def run_cost(output: Path, plots: Path | None, budget_min: float, reporter: Repo
              "paper_case": {**PAPER, **prediction}}
     write_json(output / "cost.json", facts)
     with atomic_path(output / "cost.csv") as path:
-        table.to_csv(path, index=False)
+        safe_frame(table).to_csv(path, index=False)
     figure = draw(table, fits)
     for kind in ("svg", "png"):
         with atomic_path(output / f"cost.{kind}") as path:

@@ -11,6 +11,7 @@ import pandas as pd
 from ..core.errors import InputError, TreeDGSError
 from ..core.files import atomic_path, ensure_writable, write_json
 from ..core.progress import Reporter
+from ..core.tables import safe_frame
 from ..evaluation.charts import close, render
 from . import chart, chart_pictures, stability_report
 from .ladder import CONFIGS
@@ -99,7 +100,7 @@ def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str,
              "wanted": wanted, "measuring_code": codes}
     for name, frame in (("stability.csv", levels), ("stability-trees.csv", table)):
         with atomic_path(output / name) as path:
-            frame.to_csv(path, index=False, float_format="%.4g")
+            safe_frame(frame).to_csv(path, index=False, float_format="%.4g")
     wrong = stability_report.lies(table)
     write_json(output / "stability.json", {**facts, "verdict": claim, "lies": _plain(wrong), "levels": _plain(levels)})
     text = stability_report.markdown(table, levels, facts)

@@ -15,6 +15,8 @@ from ..core.errors import OutputError
 from ..core.files import atomic_path, ensure_writable
 from ..core.geopackage import atomic_geopackage, ensure_unlocked, save_style
 from ..core.plots import read_plots
+from ..core.progress import Reporter
+from ..core.tables import safe_frame
 from .places import TREES
 
 #: A tree's number is its plot's number times this, plus its number in the plot: it stays when other plots come or go.
@@ -41,20 +43,24 @@ def check_output(path: Path) -> None:
         ensure_unlocked(path, OWN_LAYERS)
 
 
-def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str) -> int:
+def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str, reporter: Reporter | None = None) -> int:
     """Write the layer; returns the number of trees.
 
     plots: ``plot_id, number, folder, crs, table`` (whether the row has a plots table) per finished plot, in order;
     taken one by one. crs: of the layer; trees of plots in another one are transformed, heights stay.
 
     Columns are those of a tree layer; ``tree_id`` is unique in the campaign, ``plot_tree`` is the number in the plot's
-    own folder, ``camp_plot`` the manifest's plot_id. ``plot_id`` is NULL for trees outside the plot's circle.
+    own folder, ``camp_plot`` the manifest's plot_id. ``plot_id`` is NULL for trees outside the plot's circle. Species,
+    status and note that a person wrote into the layer that is replaced go on with their trees.
     """
     import pandas as pd
+
+    from ..inventory.written import read_written
 
     total = 0
     held: list[Any] = []
     waiting = 0
+    written = read_written(path)
     with _target(path) as temporary:
         for plot in plots:
             table = _plot_trees(plot, crs)
@@ -63,15 +69,16 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str) -> int:
             if len(table) or not held:
                 held.append(table)
             if waiting >= _BATCH or len(held) >= _BATCH_PLOTS:
-                _append(temporary, pd.concat(held, ignore_index=True))
+                _append(temporary, written.fill(pd.concat(held, ignore_index=True)))
                 held, waiting = [], 0
         if held or not temporary.exists():
-            _append(temporary, pd.concat(held, ignore_index=True) if held else _empty(crs))
+            _append(temporary, written.fill(pd.concat(held, ignore_index=True)) if held else _empty(crs))
         if path.suffix.lower() == ".gpkg":
             from ..inventory.tree_layer import LAYER
 
             qml = (files("treedgs_geo.inventory") / "styles" / "trees.qml").read_text(encoding="utf-8")
             save_style(temporary, LAYER, qml)
+    written.tell(reporter)
     return total
 
 
@@ -91,7 +98,7 @@ def _append(target: Path, table: Any) -> None:
 
     table = table.sort_values("tree_id", kind="stable")
     if target.suffix.lower() == ".csv":
-        pd.DataFrame(table.drop(columns="geometry")).to_csv(
+        safe_frame(pd.DataFrame(table.drop(columns="geometry"))).to_csv(
             target, mode="a", header=not target.exists(), index=False)
         return
     new = not target.exists()

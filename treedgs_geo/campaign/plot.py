@@ -6,7 +6,6 @@ Called as ``python -m treedgs_geo.campaign.plot JOB``. Speaks the JSON lines of
 
 from __future__ import annotations
 
-import csv
 import os
 import sys
 from pathlib import Path
@@ -17,6 +16,7 @@ from ..core.errors import TreeDGSError
 from ..core.files import atomic_path, read_json
 from ..core.progress import Reporter, make_reporter
 from ..core.settings import build
+from ..core.tables import SafeWriter
 from .manifest import ROUTES, own_field, own_plots
 from .places import TREES
 
@@ -71,11 +71,11 @@ def _own_plots(row: dict[str, Any], folder: Path) -> Path:
 def _write_rows(target: Path, rows: list[dict[str, str]]) -> Path:
     names = list(dict.fromkeys(name for found in rows for name in found if name))
     with atomic_path(target) as temporary, open(temporary, "w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, names, extrasaction="ignore", restval="")
-        writer.writeheader()
+        writer = SafeWriter(stream, names)
+        writer.header()
         for found in rows:
             comma = found.get("") == ";"
-            writer.writerow({name: _point(text) if comma else text for name, text in found.items() if name})
+            writer.record({name: _point(text) if comma else text for name, text in found.items() if name})
     return target
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import html
 from collections.abc import Iterable, Iterator
 from importlib.resources import files
@@ -11,6 +10,7 @@ from string import Template
 from typing import Any
 
 from ..core.files import atomic_path
+from ..core.tables import SafeWriter
 from .places import REPORT, TABLE, plot_folder
 from .record import Record
 from .state import Campaign, Plan
@@ -71,11 +71,11 @@ def write_report(
         warnings=f"<div class='warn'><b>Look at these</b><ul>{notes}</ul></div>" if notes else "")
     with atomic_path(folder / TABLE) as table, atomic_path(folder / REPORT) as page:
         with open(table, "w", newline="", encoding="utf-8-sig") as cells, open(page, "w", encoding="utf-8") as text:
-            writer = csv.DictWriter(cells, COLUMNS, extrasaction="ignore")
-            writer.writeheader()
+            writer = SafeWriter(cells, COLUMNS)
+            writer.header()
             text.write(head)
             for row in rows:
-                writer.writerow(row)
+                writer.record(row)
                 text.write(_line(row))
             text.write("</table><h2>This campaign</h2><table>")
             for name, value in facts.items():

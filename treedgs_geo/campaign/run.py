@@ -178,7 +178,7 @@ def _write(
 ) -> dict[str, Any]:
     """Layer, report, costs."""
     workspace = campaign.workspace
-    n_trees = write_layer(output, _finished(plan, campaign), plan.crs)
+    n_trees = write_layer(output, _finished(plan, campaign), plan.crs, reporter)
     warnings: list[str] = []
     boxes: list[tuple[str, Path, Any]] = []
     runs: list[dict[str, Any]] = []

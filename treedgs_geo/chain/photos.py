@@ -310,7 +310,7 @@ def _write(
             reporter.warn(f"No stem is measurable: {nothing}.")
         if trees and all(tree.plot_id is None for tree in trees) and plots:
             reporter.warn("All stems found stand outside the plots; check the plot centres.")
-        write_trees(settings.output, trees, crs)
+        write_trees(settings.output, trees, crs, reporter=reporter)
         if settings.output.resolve() != space.path(names.TREES).resolve():
             write_trees(space.path(names.TREES), trees, crs)
         stages = {name: entry for name, entry in space.record["stages"].items()

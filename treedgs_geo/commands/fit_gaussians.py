@@ -14,6 +14,7 @@ from ..core.errors import InputError
 from ..core.files import fingerprint
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
+from ..core.tables import SafeWriter
 from ..core.workspace import Workspace
 from ..gaussians.options import GaussianOptions
 
@@ -93,7 +94,6 @@ def _fit(settings: FitGaussiansSettings, space: Workspace, reporter: Reporter) -
 
 def _write_stems(space, report, frame, bh_m: float) -> str | None:
     """``stem_primitives.csv``: one row per fitted primitive; its path, None where none was fitted."""
-    import csv
     from dataclasses import asdict
 
     from ..core.files import atomic_path
@@ -106,13 +106,13 @@ def _write_stems(space, report, frame, bh_m: float) -> str | None:
                "taper_cm_m", "n_views", "qc_flag", "qc_reason")
     target = space.path("stem_primitives.csv")
     with atomic_path(target) as temporary, open(temporary, "w", newline="") as stream:
-        writer = csv.DictWriter(stream, columns, extrasaction="ignore")
-        writer.writeheader()
+        writer = SafeWriter(stream, columns)
+        writer.header()
         for tree in trees:
             record = asdict(tree)
             for name in ("x", "y", "z_ground"):
                 record[name] = round(record[name], 3)
-            writer.writerow(record)
+            writer.record(record)
     return str(target)
 
 

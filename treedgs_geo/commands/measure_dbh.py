@@ -53,7 +53,7 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
         mark_uncertain_ground(trees)
     mark_odd_heights(trees, cloud, dtm, reporter)
     slices = stem_slices(cloud.xyz, tree_id, trees)
-    write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, slices)
+    write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, slices, reporter)
     return {"output": str(settings.output), **tree_summary(trees, reporter)}
 
 

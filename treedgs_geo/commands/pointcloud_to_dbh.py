@@ -52,7 +52,7 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
         write_cloud(settings.stems_output, cloud.with_attribute("tree_id", tree_id).select(tree_id > 0))
     mark_odd_heights(trees, cloud, dtm, reporter)
     slices = stem_slices(cloud.xyz, tree_id, trees)
-    write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, slices)
+    write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, slices, reporter)
     stems_file = str(settings.stems_output) if settings.stems_output is not None and (tree_id > 0).any() else None
     return {"output": str(settings.output), "stems_output": stems_file, **tree_summary(trees, reporter)}
 

@@ -64,8 +64,8 @@ class StandTableSettings(FieldProtocol):
         "impute",
         kind="choice",
         choices=("impute", "exclude"),
-        help="stems seen but without a DBH: count each as the mean of its plot's measured trees, or leave them out "
-        "(both results are told)",
+        help="stems seen but without a DBH: count each, by its chance of being a tree, as the mean of its plot's "
+        "measured trees, or leave them out (both results are told)",
     )
     heights: str = param(
         "fitted",

@@ -9,6 +9,7 @@ from pathlib import Path
 import pyproj
 
 from .errors import CRSError, InputError
+from .tables import plain_cell, refuse_other_formats
 
 
 @dataclass(frozen=True)
@@ -30,9 +31,10 @@ def read_plots(path: Path, crs: pyproj.CRS) -> list[Plot]:
         InputError: missing file, columns or numbers, doubled ids. CRSError: unknown ``epsg``.
     """
     path = Path(path)
+    refuse_other_formats(path)
     try:
         with open(path, newline="", encoding="utf-8-sig") as stream:
-            rows = list(csv.DictReader(stream))
+            rows = [{name: plain_cell(cell) for name, cell in row.items()} for row in csv.DictReader(stream)]
     except (OSError, UnicodeDecodeError) as problem:
         raise InputError(f"{path}: cannot be read as a CSV table ({problem}); give a plots table.") from None
     if not rows:

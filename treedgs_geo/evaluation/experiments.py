@@ -13,6 +13,7 @@ import pandas as pd
 from ..core.errors import InputError
 from ..core.files import atomic_path, read_json
 from ..core.progress import Reporter
+from ..core.tables import safe_frame
 from ..inventory.tree_layer import read_trees
 from ..pointcloud.cloud import PointCloud
 from ..pointcloud.files import read_cloud
@@ -251,7 +252,7 @@ def _cell(value: Any) -> str:
 
 
 def _table(path: Path, rows: list[dict]) -> None:
-    _text(path, pd.DataFrame(rows).to_csv(index=False, lineterminator="\n", float_format="%.4f"))
+    _text(path, safe_frame(pd.DataFrame(rows)).to_csv(index=False, lineterminator="\n", float_format="%.4f"))
 
 
 def _draw(folder: Path, name: str, figure: Any) -> str:

@@ -10,6 +10,7 @@ from string import Template
 import pandas as pd
 
 from ..core.files import atomic_path, write_json
+from ..core.tables import safe_frame
 from . import charts
 from .tables import INTERVALS, Evidence
 
@@ -46,8 +47,8 @@ def write_evaluation(
         "page": folder / "evaluation.html",
         "metrics": folder / "metrics.json",
     }
-    _text(paths["per_plot"], table.to_csv(index=False, lineterminator="\n"))
-    _text(paths["trees"], evidence.trees.round(3).to_csv(index=False, lineterminator="\n"))
+    _text(paths["per_plot"], safe_frame(table).to_csv(index=False, lineterminator="\n"))
+    _text(paths["trees"], safe_frame(evidence.trees.round(3)).to_csv(index=False, lineterminator="\n"))
     _text(paths["table"], latex(metrics))
     figures = {
         "errors": charts.draw_errors(evidence.trees, metrics),

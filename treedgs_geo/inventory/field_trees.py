@@ -13,6 +13,7 @@ from ..core.crs import grid_convergence_deg
 from ..core.errors import InputError
 from ..core.plots import Plot
 from ..core.settings import param
+from ..core.tables import plain_cell, refuse_other_formats
 from .declination import declination_deg, parse_date
 
 #: What a column may be called (lower case, without blanks); the first is the name in our own files.
@@ -92,8 +93,9 @@ def read_table(path: Path) -> pd.DataFrame:
         InputError: not readable, empty, or a column twice.
     """
     path = Path(path)
+    refuse_other_formats(path)
     try:
-        table = pd.read_csv(path, dtype=str, encoding="utf-8-sig", skipinitialspace=True)
+        table = pd.read_csv(path, dtype=str, encoding="utf-8-sig", skipinitialspace=True).map(plain_cell)
     except (OSError, UnicodeDecodeError, pd.errors.ParserError, pd.errors.EmptyDataError) as problem:
         raise InputError(f"{path}: cannot be read as a CSV table ({str(problem).strip()}).") from None
     table.columns = [str(name).strip().lower().replace(" ", "_") for name in table.columns]

@@ -14,8 +14,11 @@ import pyproj
 from ..core.errors import InputError, OutputError
 from ..core.files import atomic_path, ensure_writable, full_disk_told, temporary_beside
 from ..core.geopackage import atomic_geopackage, ensure_unlocked, save_style
+from ..core.progress import Reporter
+from ..core.tables import safe_frame
 from ..measure.trees import TREE_FIELDS, Tree
 from .circle_layers import CIRCLES, SLICES, add_layers
+from .written import read_written
 
 LAYER = "trees"
 #: Layers of a tree file that a new run replaces, with the columns by which they are known as ours.
@@ -25,7 +28,7 @@ OWN_LAYERS = {
     SLICES: frozenset({"tree_id", "height_m", "d_cm", "rms_cm"}),
 }
 _INTEGERS = ("tree_id", "n_pts", "n_views", "n_slices")
-_TEXTS = ("plot_id", "method", "qc_flag", "qc_reason", "run_id")
+_TEXTS = ("plot_id", "method", "qc_flag", "qc_reason", "run_id", "species", "status", "note")
 #: Decimals kept per column: finer than any of them can be measured.
 _DECIMALS = {"x": 3, "y": 3, "z_ground": 3, "ba_m2": 6, "opac_mean": 4, "height_m": 2, "lean_deg": 2, "arc_deg": 1}
 _DRIVERS = {".gpkg": "GPKG", ".shp": "ESRI Shapefile", ".geojson": "GeoJSON", ".csv": "CSV"}
@@ -72,21 +75,30 @@ def _driver(path: Path) -> str:
     return driver
 
 
-def write_trees(path: Path, trees: list[Tree], crs: pyproj.CRS, slices: list[dict] | None = None) -> Path:
+def write_trees(
+    path: Path,
+    trees: list[Tree],
+    crs: pyproj.CRS,
+    slices: list[dict] | None = None,
+    reporter: Reporter | None = None,
+) -> Path:
     """Write the tree layer atomically; the driver follows the suffix (.gpkg, .shp, .geojson, .csv).
 
     A GeoPackage also gets the layer ``circles`` (each stem at true scale), and ``slices`` where they are given
     (:func:`treedgs_geo.inventory.circle_layers.stem_slices`). In an existing GeoPackage only these layers are replaced.
+    Species, status and note that a person wrote into the layer that is replaced go on with their trees; the reporter
+    hears of it.
 
     Raises:
         OutputError: unknown suffix; see :func:`~treedgs_geo.core.geopackage.atomic_geopackage`.
     """
     path = Path(path)
     driver = _driver(path)
-    table = tree_table(trees, crs)
+    written = read_written(path)
+    table = written.fill(tree_table(trees, crs))
     if driver == "CSV":
         with atomic_path(path) as temporary:
-            pd.DataFrame(table.drop(columns="geometry")).to_csv(temporary, index=False)
+            safe_frame(pd.DataFrame(table.drop(columns="geometry"))).to_csv(temporary, index=False)
     elif driver == "ESRI Shapefile":
         _write_shapefile(path, table)
     else:
@@ -97,6 +109,7 @@ def write_trees(path: Path, trees: list[Tree], crs: pyproj.CRS, slices: list[dic
             if driver == "GPKG":
                 save_style(temporary, LAYER, (files(__package__) / "styles" / "trees.qml").read_text(encoding="utf-8"))
                 add_layers(temporary, table, slices)
+    written.tell(reporter)
     return path
 
 

@@ -21,7 +21,8 @@ class Tree:
     x, y: stem axis at breast height. z_ground: ground at the stem. dbh_*: diameter at ``bh_m`` with its standard error
     and 90 % interval, cm. height_m: tree height. lean_deg: stem axis from the vertical. arc_deg: covered circumference
     (points) or spread of azimuths (photos). taper_cm_m: d(diameter)/d(height). qc_reason: comma-separated keys of
-    :data:`treedgs_geo.measure.quality.REASONS`.
+    :data:`treedgs_geo.measure.quality.REASONS`. species, status (``live`` or ``dead``), note: a person's, written in
+    the layer; no method fills them.
     """
 
     tree_id: int
@@ -47,6 +48,9 @@ class Tree:
     qc_flag: Literal["ok", "check", "reject"] = "ok"
     qc_reason: str = ""
     run_id: str = ""
+    species: str | None = None
+    status: str | None = None
+    note: str | None = None
 
     def __post_init__(self) -> None:
         for reason in filter(None, self.qc_reason.split(",")):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import datetime as dt
 import json
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pyproj
 
+from ..core.tables import SafeWriter
 from .flight import LEAP_SECONDS, Station, Track
 from .lidar import Returns
 from .terrain import Ground
@@ -55,9 +55,10 @@ def gps_time(utc: dt.datetime) -> tuple[int, float]:
 def write_csv(path: Path, columns: list[str], rows: list[list]) -> None:
     """Plain CSV; None becomes an empty cell."""
     with open(path, "w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows([["" if value is None else value for value in row] for row in rows])
+        writer = SafeWriter(stream, columns)
+        writer.header()
+        for row in rows:
+            writer.row("" if value is None else value for value in row)
 
 
 def write_mrk(path: Path, stations: list[Station], single_point: np.ndarray, std: np.ndarray) -> None:

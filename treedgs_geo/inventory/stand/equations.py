@@ -83,6 +83,12 @@ class Equation:
                 return True
         return False
 
+    @property
+    def named(self) -> list[str]:
+        """Species that the row names one by one."""
+        tokens = [token.replace("_", " ") for token in self.species.split()]
+        return [token for token in tokens if token != "*" and not token.startswith("group:")]
+
     def value(self, dbh_cm: np.ndarray, height_m: np.ndarray) -> np.ndarray:
         """m3, kg or m for each tree; NaN where the formula gives none."""
         diameter = np.asarray(dbh_cm, float) / _DBH_CM[self.dbh_unit]

@@ -9,6 +9,7 @@ import pandas as pd
 from scipy import stats
 
 from .sample import SamplePlot
+from .unmeasured import Gaps
 from .values import BA, TreeValues
 
 #: Trees a hectare whose mean height is the dominant height.
@@ -20,8 +21,8 @@ JACKKNIFE_PLOTS = 60
 @dataclass(frozen=True)
 class Estimate:
     """mean per hectare (or cm, m). se_plots: from the spread of the plots, NaN for one plot or a census. se_trees: from
-    the trees' own DBH errors. se_common: from the error that all DBHs share. se: what counts together; df: its degrees
-    of freedom; low, high: the confidence interval."""
+    the trees' own DBH errors. se_common: from the error that all DBHs share. se_missing: from what is unsure of the
+    stems without a DBH. se: what counts together; df: its degrees of freedom; low, high: the confidence interval."""
 
     mean: float = np.nan
     se_plots: float = np.nan
@@ -31,6 +32,7 @@ class Estimate:
     df: float = np.nan
     low: float = np.nan
     high: float = np.nan
+    se_missing: float = 0.0
 
     @property
     def half_pct(self) -> float:
@@ -67,29 +69,39 @@ def ratio(top: np.ndarray, bottom: np.ndarray) -> tuple[float, float]:
     return float(value), float(np.sqrt(n / (n - 1) * np.sum(residual**2)) / total)
 
 
-def combine(design: Design, mean: float, se_plots: float, se_trees: float, se_common: float) -> Estimate:
+def combine(
+    design: Design, mean: float, se_plots: float, se_trees: float, se_common: float, se_missing: float = 0.0
+) -> Estimate:
     """One estimate with its interval.
 
     The spread between plots already holds the trees' own errors (they differ from plot to plot), so with two plots or
-    more only the common error is added; with one plot, or a census, only the measuring errors are known.
+    more only the common error is added; with one plot, or a census, only the measuring errors are known. What is unsure
+    of stems without a DBH shows in neither, as each counts by its mean.
     """
     sampled = np.isfinite(se_plots) and not design.census
     random = se_plots if sampled else se_trees
     if not np.isfinite(mean):
         return Estimate()
     if not np.isfinite(random):
-        return Estimate(mean, np.nan, se_trees, se_common)
-    se = float(np.sqrt(random**2 + np.nan_to_num(se_common) ** 2))
+        return Estimate(mean, np.nan, se_trees, se_common, se_missing=se_missing)
+    se = float(np.sqrt(random**2 + np.nan_to_num(se_common) ** 2 + np.nan_to_num(se_missing) ** 2))
     df = np.inf
     if sampled and random > 0:
-        # Welch and Satterthwaite: the common error is taken as known.
+        # Welch and Satterthwaite: the other errors are taken as known.
         df = (design.n - 1) * (se / random) ** 4
     t = stats.t.ppf(0.5 + design.confidence / 2, df) if np.isfinite(df) else stats.norm.ppf(0.5 + design.confidence / 2)
     low, high = max(mean - t * se, 0.0), mean + t * se
-    return Estimate(mean, se_plots if sampled else np.nan, se_trees, se_common, se, df, low, high)
+    return Estimate(mean, se_plots if sampled else np.nan, se_trees, se_common, se, df, low, high, se_missing)
 
 
-def per_hectare(design: Design, rows: pd.DataFrame, value: np.ndarray, sd: np.ndarray, shift: np.ndarray) -> Estimate:
+def per_hectare(
+    design: Design,
+    rows: pd.DataFrame,
+    value: np.ndarray,
+    sd: np.ndarray,
+    shift: np.ndarray,
+    gaps: Gaps | None = None,
+) -> Estimate:
     """A quantity per hectare. rows: ``plot, tree, weight``. value, sd, shift: one entry a tree."""
     plot, tree, weight = (rows[name].to_numpy() for name in ("plot", "tree", "weight"))
     totals = np.bincount(plot, weight * value[tree], minlength=design.n)
@@ -98,10 +110,13 @@ def per_hectare(design: Design, rows: pd.DataFrame, value: np.ndarray, sd: np.nd
     # sd is NaN where nobody knows the error: then the sum is not known either.
     se_trees = float(np.sqrt(np.sum((per_tree * np.where(per_tree > 0, sd, 0.0)) ** 2)))
     se_common = float(abs(np.sum(per_tree * np.where(per_tree > 0, shift, 0.0))))
-    return combine(design, mean, se_plots, se_trees, se_common)
+    se_missing = gaps.error(rows, value) / design.areas.sum() if gaps else 0.0
+    return combine(design, mean, se_plots, se_trees, se_common, se_missing)
 
 
-def quadratic_mean_diameter(design: Design, rows: pd.DataFrame, values: TreeValues) -> Estimate:
+def quadratic_mean_diameter(
+    design: Design, rows: pd.DataFrame, values: TreeValues, gaps: Gaps | None = None
+) -> Estimate:
     """sqrt(basal area / (pi/4 trees)), cm, from the corrected basal area."""
     plot, tree, weight = (rows[name].to_numpy() for name in ("plot", "tree", "weight"))
     count = np.bincount(plot, weight, minlength=design.n)
@@ -113,10 +128,12 @@ def quadratic_mean_diameter(design: Design, rows: pd.DataFrame, values: TreeValu
     slope = share * np.nan_to_num(values.dbh) / q
     se_trees = float(np.sqrt(np.sum((slope * np.where(share > 0, values.se, 0.0)) ** 2)))
     common = values.shift["ba"] / (BA * 2 * values.dbh)
-    return combine(design, q, se_square / (2 * q), se_trees, float(abs(np.nansum(slope * common))))
+    moved = (values.value["ba"] / BA - square) / (2 * q * weight.sum())
+    se_missing = gaps.error(rows, moved) if gaps else 0.0
+    return combine(design, q, se_square / (2 * q), se_trees, float(abs(np.nansum(slope * common))), se_missing)
 
 
-def weighted_height(design: Design, rows: pd.DataFrame, values: TreeValues) -> Estimate:
+def weighted_height(design: Design, rows: pd.DataFrame, values: TreeValues, gaps: Gaps | None = None) -> Estimate:
     """Lorey's height: mean height weighted by basal area, m; empty when a tree has no height.
 
     Standard error by leaving out one plot after the other (jackknife), its measured heights too: so the error of the
@@ -141,7 +158,8 @@ def weighted_height(design: Design, rows: pd.DataFrame, values: TreeValues) -> E
                 left[k] = np.average(heights[tree[others]], weights=area[others])
         if np.isfinite(left).all():
             se = max(se, float(np.sqrt((design.n - 1) / design.n * np.sum((left - left.mean()) ** 2))))
-    return combine(design, mean, se, np.nan, np.nan)
+    se_missing = gaps.error(rows, values.value["ba"] * (values.height - mean) / area.sum()) if gaps else 0.0
+    return combine(design, mean, se, np.nan, np.nan, se_missing)
 
 
 def dominant_height(

@@ -13,11 +13,10 @@ from shapely.geometry.base import BaseGeometry
 from ...core.errors import InputError
 from .sample import SamplePlot, at_the_edge, weights
 from .treelist import TreeList
+from .unmeasured import Gaps, judge, sentences, stand_ins
 from .values import count_of
 
 MISSING = ("impute", "exclude")
-#: With fewer measured trees than this a plot borrows from all plots.
-OWN_DONORS = 5
 #: A plot this far (and 3 radii) from any measured tree was not surveyed: it is no empty plot.
 UNSEEN_M = 50.0
 #: A tree this near to a plot's line may be in or out by the positions' own error.
@@ -27,11 +26,13 @@ NEAR_LINE_M = 0.25
 @dataclass
 class Expanded:
     """rows: ``plot`` and ``tree`` (positions in plots and trees), ``weight`` (how often the tree counts), ``kind``:
-    ``measured``, ``imputed`` (stands for a tree without a DBH), ``missing`` (such a tree), ``dead``, ``small``.
+    ``measured``, ``imputed`` (stands for a tree without a DBH), ``missing`` (such a tree), ``dead``, ``small``. gaps:
+    how likely each stem without a DBH is a tree.
     """
 
     plots: list[SamplePlot]
     rows: pd.DataFrame
+    gaps: Gaps
     notes: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
@@ -54,7 +55,7 @@ def expand(
         InputError: tally trees of an unknown plot, or no plot left.
     """
     plots, notes = at_the_edge(plots, boundary, edge_rule)
-    found = Expanded(plots, pd.DataFrame(), [], notes)
+    found = Expanded(plots, pd.DataFrame(), Gaps(pd.DataFrame()), [], notes)
     table = trees.trees
     if trees.from_field:
         parts = _by_name(found, trees, boundary, edge_rule, path)
@@ -67,8 +68,12 @@ def expand(
     small = known & (table["dbh_cm"].to_numpy(float) < min_dbh_cm - 1e-9)
     tree = rows["tree"].to_numpy(int)
     rows["kind"] = np.select([dead[tree], ~known[tree], small[tree]], ["dead", "missing", "small"], "measured")
-    found.rows = rows
-    found.rows = pd.concat([rows, _stand_ins(found, table, min_dbh_cm)], ignore_index=True)
+    names = [plot.plot_id for plot in found.plots]
+    found.gaps = judge(rows, table, names, trees.tallied, min_dbh_cm)
+    found.notes += sentences(found.gaps, table)
+    if (found.gaps.stems["chance"] > 0).any() and not rows["kind"].isin(["measured", "small"]).any():
+        found.warnings.append("No tree has a DBH: trees without one cannot be imputed.")
+    found.rows = pd.concat([rows, stand_ins(found.gaps, rows, table, min_dbh_cm)], ignore_index=True)
     return found
 
 
@@ -161,37 +166,3 @@ def _by_name(
             )
         parts.append(_rows(k, rows[count > 0], count[count > 0]))
     return parts
-
-
-def _stand_ins(found: Expanded, table: pd.DataFrame, min_dbh_cm: float) -> pd.DataFrame:
-    """Rows of kind ``imputed``: every tree without a DBH counts as the mean of its plot's measured trees.
-
-    Trees that are known to be too thin to measure (``too_small``) stay out: they are no draw from the measured ones.
-    """
-    rows = found.rows
-    tree = rows["tree"].to_numpy(int)
-    reason = table["qc_reason"].fillna("").astype(str).to_numpy()
-    thin = np.array([("too_small" in str(text).split(",")) for text in reason], bool)
-    alive = rows["kind"].isin(["measured", "small"])
-    missing = (rows["kind"] == "missing") & ~thin[tree]
-    n_thin = int(((rows["kind"] == "missing") & thin[tree]).sum())
-    if n_thin:
-        found.notes.append(f"Left out of every figure: {count_of(n_thin, 'stem')} too thin to measure (too_small).")
-    parts = []
-    for k in range(len(found.plots)):
-        gone = float(rows.loc[missing & (rows["plot"] == k), "weight"].sum())
-        if not gone:
-            continue
-        donors = rows[alive & (rows["plot"] == k)]
-        if len(donors) < OWN_DONORS:
-            donors = rows[alive]
-        if not len(donors):
-            found.warnings.append("No tree has a DBH: trees without one cannot be imputed.")
-            break
-        share = donors["weight"].to_numpy() / donors["weight"].sum() * gone
-        part = _rows(k, donors["tree"].to_numpy(), share)
-        # Those that a stand-in below the tally's limit stands for would not be tallied either.
-        part = part[(table["dbh_cm"].to_numpy(float)[part["tree"]] >= min_dbh_cm - 1e-9)]
-        parts.append(part.assign(kind="imputed"))
-    empty = _rows(0, [], []).assign(kind=pd.Series(dtype=object))
-    return pd.concat(parts, ignore_index=True) if parts else empty

@@ -77,6 +77,7 @@ def tree_layer(stand: Stand) -> gpd.GeoDataFrame:
             "biomass_kg": v.value["biomass"][tree],
             "qc_flag": stand.trees["qc_flag"].to_numpy(object)[tree],
             "qc_reason": [text or None for text in stand.trees["qc_reason"].fillna("").to_numpy(object)[tree]],
+            "note": [text or None for text in stand.trees["note"].fillna("").to_numpy(object)[tree]],
         }
     )
     points = np.where(known, shapely.points(np.where(known[:, None], place, 0.0)), None)

@@ -19,6 +19,7 @@ from ...core.plots import Plot
 from ...core.progress import Reporter
 from ...core.scale import check_place
 from ..field_trees import place
+from .crew import measured_trees
 from .document import Document, make_document
 from .equations import read_equations
 from .expansion import expand
@@ -28,9 +29,10 @@ from .page import write_page
 from .pdf import write_pdf
 from .sample import SamplePlot, census, read_boundary, read_sample
 from .sheets import CSV_TABLES, csv_name, write_csv, write_workbook
+from .species import unknown_sentences
 from .survey import Stand, make_stand
 from .tables import missing_sentences
-from .treelist import TreeList, from_layer, from_tally, label_species, read_tally
+from .treelist import TreeList, from_tally, label_species, read_tally
 from .units import METRIC
 from .values import ValueOptions, count_of
 
@@ -68,6 +70,9 @@ def read_stand(settings: Any, reporter: Reporter) -> Stand:
         raise InputError("--pairs: says who the trees of --trees are, so it needs --trees.")
     with reporter.stage("read", 0.0, 0.2):
         book = read_equations(settings.equations)
+        own = [name for equation in book for name in equation.named]
+        if settings.species and (odd := unknown_sentences([settings.species], own)):
+            raise InputError(f"--species: {odd[0]}")
         trees = _read_trees(settings)
         plots, boundary = _read_plots(settings, trees, reporter)
         trees.trees = label_species(trees.trees, settings.species)
@@ -86,6 +91,8 @@ def read_stand(settings: Any, reporter: Reporter) -> Stand:
             boundary,
         )
     stand.warnings[:0] = missing_sentences(stand, settings.units)
+    listed = stand.listed()["tree"].unique()
+    stand.warnings += unknown_sentences(stand.trees["species"].to_numpy(object)[listed], own)
     stand.warnings += long_names(stand)
     for sentence in stand.warnings:
         reporter.warn(sentence)
@@ -146,7 +153,7 @@ def _read_trees(settings: Any) -> TreeList:
     if settings.trees is None:
         return from_tally(settings.field, settings, settings.height_unit)
     tally = read_tally(settings.field, settings, settings.height_unit) if settings.field is not None else None
-    found = from_layer(settings.trees, crs, settings.pairs, tally)
+    found = measured_trees(settings.trees, crs, settings.pairs, tally)
     if found.crs is None:
         if crs is None:
             raise CRSError(f"{settings.trees}: holds no CRS; give it with --crs.")
@@ -276,7 +283,7 @@ def _write(folder: Path, stand: Stand, document: Document, settings: Any, report
 
 def summary(stand: Stand) -> dict[str, Any]:
     """Everything that counts, metric, as plain values; null where nothing is known."""
-    fields = ("mean", "se_plots", "se_trees", "se_common", "se", "df", "low", "high")
+    fields = ("mean", "se_plots", "se_trees", "se_common", "se_missing", "se", "df", "low", "high")
 
     def plain(value: float) -> float | None:
         return float(value) if math.isfinite(value) else None
@@ -297,6 +304,7 @@ def summary(stand: Stand) -> dict[str, Any]:
         "n_trees": int((stand.rows["kind"] == "measured").sum()),
         "n_missing": len(stand.missing),
         "n_too_small": stand.n_thin,
+        "n_no_tree": stand.n_left,
         "n_dead": len(stand.dead),
         "estimates": figures(stand.estimates),
         "other_treatment": figures(stand.other),

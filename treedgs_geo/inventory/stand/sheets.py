@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from pathlib import Path
 from typing import Any
@@ -10,13 +9,12 @@ from typing import Any
 import numpy as np
 
 from ...core.files import atomic_path
+from ...core.tables import SafeWriter
 from .document import Document
 from .tables import Table
 
 #: Tables that get a file of their own.
 CSV_TABLES = ("summary", "stand_table", "plots", "corrections", "equations", "trees")
-#: A cell that starts like this would be run as a formula by a spreadsheet.
-_FORMULA = re.compile(r"^[=+\-@\t\r]")
 _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 
 
@@ -70,13 +68,13 @@ def write_workbook(path: Path, document: Document) -> Path:
 def write_csv(path: Path, table: Table) -> Path:
     """One table; column names are keys with units, missing is empty."""
     with atomic_path(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
         keys = [column.key for column in table.columns]
         if any("key" in row for row in table.rows):
             keys.insert(1, "key")
-        writer.writerow(keys)
+        writer = SafeWriter(stream, keys)
+        writer.header()
         for row in table.rows:
-            writer.writerow([_safe(_plain(row.get(key))) for key in keys])
+            writer.record({key: _plain(row.get(key)) for key in keys})
     return Path(path)
 
 
@@ -86,10 +84,4 @@ def _plain(value: Any) -> Any:
         value = value.item()
     if isinstance(value, float) and not np.isfinite(value):
         return None
-    return value
-
-
-def _safe(value: Any) -> Any:
-    if isinstance(value, str) and _FORMULA.match(value):
-        return "'" + value
     return value

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import csv
+import difflib
 import functools
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.resources import files
 
@@ -53,3 +56,35 @@ def species_of(entry: str | None) -> Species:
     if not text or text.lower() in ("nan", "none", "<na>", UNKNOWN):
         return Species(UNKNOWN)
     return _known().get(text.upper(), Species(text))
+
+
+def is_known(entry: str | None) -> bool:
+    """Whether an entry is in the list, or none at all."""
+    found = species_of(entry)
+    return found.symbol == UNKNOWN or found.symbol.upper() in _known()
+
+
+def nearest(entry: str) -> str:
+    """``; nearest known: PITA (loblolly pine), PIVI2 (Virginia pine)``; empty where nothing is alike."""
+    known = _known()
+    alike = difflib.get_close_matches(str(entry).strip().upper(), known, n=3, cutoff=0.6)
+    found = list(dict.fromkeys(f"{known[name].symbol} ({known[name].common})" for name in alike))[:2]
+    return f"; nearest known: {', '.join(found)}" if found else ""
+
+
+def unknown_sentences(entries: Iterable[str | None], own: Iterable[str] = ()) -> list[str]:
+    """Each species entry that is in no list, with its number of trees and the nearest known ones.
+
+    own: symbols that the user's own equations name; they are known too.
+    """
+    mine = {species_of(name).symbol.upper() for name in own}
+    symbols = [species_of(entry).symbol for entry in entries]
+    odd = Counter(symbol for symbol in symbols if not is_known(symbol) and symbol.upper() not in mine)
+    found = [
+        f"Species {symbol!r} of {n} tree{'' if n == 1 else 's'} is in no list (PLANTS symbol, FIA number, scientific "
+        f"or common name){nearest(symbol)}; correct it, or give equations for it with --equations."
+        for symbol, n in odd.most_common(6)
+    ]
+    if len(odd) > 6:
+        found.append(f"{len(odd) - 6} more species entries are in no list.")
+    return found

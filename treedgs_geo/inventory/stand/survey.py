@@ -23,6 +23,7 @@ from .estimate import (
 from .expansion import Expanded
 from .sample import SamplePlot
 from .treelist import TreeList
+from .unmeasured import Gaps
 from .values import TreeValues, ValueOptions, count_of, tree_values
 
 
@@ -32,8 +33,9 @@ class Stand:
 
     other: the same for the treatment that was not chosen. uncorrected: ``ba, volume, biomass`` from the DBHs as they
     are. rows: the rows that count (``plot, tree, weight, kind``, ``per_ha``: trees a hectare of the stand that a row
-    stands for). dead, missing: what does not count; n_thin: stems refused as too thin; n_small: measured trees below
-    the tally's limit. plot_rows: one row a plot.
+    stands for). dead: what does not count; missing: stems without a DBH that may be trees, with their ``chance``;
+    n_thin, n_left: stems left out as too thin, and as too low or not in the tally; n_small: measured trees below the
+    tally's limit. plot_rows: one row a plot.
     """
 
     stand_id: str
@@ -45,6 +47,7 @@ class Stand:
     dead: pd.DataFrame
     missing: pd.DataFrame
     n_thin: int
+    n_left: int
     n_small: int
     treatment: str
     estimates: dict[str, Estimate]
@@ -104,8 +107,8 @@ def make_stand(
     chosen, left = (filled, measured) if treatment == "impute" else (measured, filled)
     total = design.areas.sum()
     chosen = chosen.assign(per_ha=chosen["weight"] / total).reset_index(drop=True)
-    missing = expanded.of("missing").astype({"plot": int, "tree": int})
-    thin = table["qc_reason"].fillna("").map(lambda text: "too_small" in str(text).split(",")).to_numpy(bool)
+    stems = expanded.gaps.stems.astype({"plot": int, "tree": int})
+    n_thin = int((stems["why"] == "too_small").sum())
     known_dead = dead[np.isfinite(values.dbh[dead["tree"].to_numpy(int)])]
     stand = Stand(
         stand_id=stand_id,
@@ -115,12 +118,13 @@ def make_stand(
         values=values,
         rows=chosen,
         dead=dead,
-        missing=missing[~thin[missing["tree"].to_numpy(int)]].reset_index(drop=True),
-        n_thin=int(thin[missing["tree"].to_numpy(int)].sum()),
+        missing=stems[stems["chance"] > 0].drop(columns="why").assign(kind="missing").reset_index(drop=True),
+        n_thin=n_thin,
+        n_left=int((stems["why"] != "").sum()) - n_thin,
         n_small=len(expanded.of("small")),
         treatment=treatment,
-        estimates=_estimates(design, chosen, values),
-        other=_estimates(design, left, values),
+        estimates=_estimates(design, chosen, values, expanded.gaps),
+        other=_estimates(design, left, values, expanded.gaps),
         uncorrected={
             name: float((chosen["per_ha"] * values.raw[name][chosen["tree"]]).sum(skipna=False))
             / (1000 if name == "biomass" else 1)
@@ -143,17 +147,17 @@ def make_stand(
     return stand
 
 
-def _estimates(design: Design, rows: pd.DataFrame, values: TreeValues) -> dict[str, Estimate]:
+def _estimates(design: Design, rows: pd.DataFrame, values: TreeValues, gaps: Gaps) -> dict[str, Estimate]:
     n = len(values.dbh)
     unknown = np.full(n, np.nan)
-    found = {"trees": per_hectare(design, rows, np.ones(n), unknown, np.zeros(n))}
+    found = {"trees": per_hectare(design, rows, np.ones(n), unknown, np.zeros(n), gaps)}
     for name in ("ba", "volume", "biomass"):
         unit = 1000.0 if name == "biomass" else 1.0
         found[name] = per_hectare(
-            design, rows, values.value[name] / unit, values.sd[name] / unit, values.shift[name] / unit
+            design, rows, values.value[name] / unit, values.sd[name] / unit, values.shift[name] / unit, gaps
         )
-    found["qmd"] = quadratic_mean_diameter(design, rows, values)
-    found["lorey"] = weighted_height(design, rows, values)
+    found["qmd"] = quadratic_mean_diameter(design, rows, values, gaps)
+    found["lorey"] = weighted_height(design, rows, values, gaps)
     found["dominant"] = dominant_height(design, rows, values)
     return found
 

@@ -66,6 +66,7 @@ def summary_table(stand: Stand, units: str) -> Table:
                     for key in ("mean", "se_plots", "se_trees", "se", "low", "high")
                 },
                 "se_common": _number(found.se_common, q.factor) or None,
+                "se_missing": _number(found.se_missing, q.factor) or None,
                 "half_pct": _number(found.half_pct),
             }
         )
@@ -79,6 +80,7 @@ def summary_table(stand: Stand, units: str) -> Table:
             Column("se_plots", "s.e. between plots", decimals),
             Column("se_trees", "s.e. of tree DBHs", decimals),
             Column("se_common", "s.e. of common bias", decimals),
+            Column("se_missing", "s.e. of stems without a DBH", decimals),
             Column("se", "s.e. in all", decimals),
             Column("low", f"{level} from", decimals),
             Column("high", f"{level} to", decimals),
@@ -86,8 +88,9 @@ def summary_table(stand: Stand, units: str) -> Table:
         ],
         rows,
         f"Interval {whose}. The spread between plots holds the errors of the trees' own DBHs already; the bias that "
-        "all DBHs may share comes on top. Errors of heights and of the volume and biomass equations themselves are not "
-        "known here and not in it.",
+        "all DBHs may share comes on top, and so does what is unsure of stems without a DBH: whether each is a tree, "
+        "and of which diameter. Errors of heights and of the volume and biomass equations themselves are not known "
+        "here and not in it.",
     )
 
 
@@ -269,6 +272,9 @@ def missing_sentences(stand: Stand, units: str) -> list[str]:
     q, share = UNITS[units]["ba"], n / (n + stand.n_small + int((stand.rows["kind"] == "measured").sum()))
     if stand.treatment == "impute":
         what, other = "each counts as the mean of its plot's measured trees", "without them"
+        chance = float(stand.missing["chance"].sum())
+        if chance < n - 0.005:
+            what += f", by the chance that it is a tree ({chance:.1f} trees in all)"
     else:
         what, other = "they are left out: the figures are too low if the stems are trees", "with them imputed"
     found = [
@@ -342,6 +348,7 @@ def trees_table(stand: Stand, units: str) -> Table:
         "biomass": v.value["biomass"][tree] * (1 if metric else 1 / POUND),
         "qc_flag": stand.trees["qc_flag"].to_numpy(object)[tree],
         "qc_reason": stand.trees["qc_reason"].fillna("").to_numpy(object)[tree],
+        "note": stand.trees["note"].fillna("").to_numpy(object)[tree],
     }
     rows = [
         {
@@ -370,6 +377,7 @@ def trees_table(stand: Stand, units: str) -> Table:
             Column("biomass", f"Biomass, {mass}", 1),
             Column("qc_flag", "Flag"),
             Column("qc_reason", "Reason"),
+            Column("note", "Note"),
         ],
         rows,
         "Basal area, volume and biomass of each tree are corrected for its DBH error.",

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import geopandas as gpd
 import numpy as np
 import pandas as pd
 import pyproj
@@ -13,8 +12,8 @@ import pyproj
 from ...core.errors import InputError
 from ..field_trees import NAMES, FieldProtocol, dbh_in_cm, numbers, read_field_trees, read_table
 from ..match import read_measured
-from ..pairs_layer import FIELD, LOCKED, PAIRS, PLOTS, SNAP_M, STATUSES, read_layer
 from .species import species_of
+from .values import count_of
 
 #: Names of a height column; the unit is its last part.
 _HEIGHTS = ("height_m", "height_ft", "ht_m", "ht_ft", "height", "ht")
@@ -33,41 +32,54 @@ COLUMNS = (
     "qc_flag",
     "qc_reason",
     "bh_m",
+    "n_pts",
+    "paired",
+    "note",
 )
+_NUMBERS = ("x", "y", "dbh_cm", "dbh_se_cm", "height_m", "bh_m", "n_pts")
+#: Standard error of a DBH by tape or calliper, cm: what a crew's DBH brings where it stands for a stem without one.
+TAPE_SE_CM = 0.3
 
 
 @dataclass
 class TreeList:
-    """trees: :data:`COLUMNS` (plot_id from the tally only; x, y may be NaN there). from_field: DBHs are the crew's.
+    """trees: :data:`COLUMNS` (plot_id from the tally only; x, y may be NaN there; ``paired``: a tally tree is this
+    stem). from_field: DBHs are the crew's.
 
-    centres: plot_id -> co-registered centre, from a pairs layer. notes, warnings: sentences.
+    centres: plot_id -> co-registered centre, from a pairs layer. tallied: plot_id -> chance that a tree of the plot
+    would be found among the pairs. notes, warnings: sentences.
     """
 
     trees: pd.DataFrame
     crs: pyproj.CRS | None
     from_field: bool
     centres: dict[str, tuple[float, float]] = field(default_factory=dict)
+    tallied: dict[str, float] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
 
-def from_layer(path: Path, crs: pyproj.CRS | None, pairs: Path | None, tally: pd.DataFrame | None) -> TreeList:
-    """Measured trees; species and status by the pairs layer, heights by the tally where the layer has none.
+def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
+    """Measured trees, with ``status`` as written beside :data:`COLUMNS` (:func:`settle_status` reads it).
 
     Raises:
-        InputError: not readable; a pairs layer of other trees, or edited since match-plots wrote it.
+        InputError: not readable, or a DBH that no tree has.
     """
     measured = read_measured(path, crs)
     trees = pd.DataFrame({name: measured[name] if name in measured else None for name in COLUMNS})
-    for name in ("x", "y", "dbh_cm", "dbh_se_cm", "height_m", "bh_m"):
+    for name in _NUMBERS:
         trees[name] = pd.to_numeric(trees[name]).astype(float)
+    trees["status"] = measured["status"] if "status" in measured else None
     _more_columns(Path(path), trees)
     # A negative standard error is a mark for "not known" somewhere, never an error.
     trees["dbh_se_cm"] = trees["dbh_se_cm"].where(trees["dbh_se_cm"] >= 0)
     trees["height_m"] = trees["height_m"].where(trees["height_m"] > 0)
     trees["plot_id"] = None
-    trees["species"] = trees["species"].where(trees["species"].notna(), None)
-    trees["dead"] = False
+    for name in ("species", "status", "note"):
+        # An empty cell and a cleared one say the same.
+        written = trees[name].map(lambda value: "" if pd.isna(value) else str(value).strip()).astype(object)
+        trees[name] = written.where(written != "", None)
+    trees["dead"] = trees["paired"] = False
     trees.loc[trees["qc_flag"] == "reject", "dbh_cm"] = np.nan
     trees["qc_flag"] = trees["qc_flag"].where(trees["dbh_cm"].notna(), "reject")
     bad = trees["dbh_cm"].notna() & ~((trees["dbh_cm"] > 0) & (trees["dbh_cm"] < 1000))
@@ -77,25 +89,24 @@ def from_layer(path: Path, crs: pyproj.CRS | None, pairs: Path | None, tally: pd
             "expected above 0 and below 1000; correct the layer."
         )
     found = TreeList(trees, measured.crs, False)
-    if pairs is not None:
-        _from_pairs(found, pairs, tally)
-    elif tally is not None:
-        found.warnings.append(
-            "The field table is not used: without --pairs (from match-plots) nothing says which of its trees is which."
-        )
+    for name, what in (("species", "Species"), ("status", "Status")):
+        n = int(trees[name].notna().sum())
+        if n:
+            found.notes.append(f"{what} of {count_of(n, 'tree')} as written in the tree layer.")
     return found
 
 
 def _more_columns(path: Path, trees: pd.DataFrame) -> None:
-    """What a CSV of measured trees may hold beside DBH and place: species, height_m, qc_reason."""
+    """What a CSV of measured trees may hold beside DBH and place: species, status, note, height_m, n_pts, qc_reason."""
     if path.suffix.lower() != ".csv":
         return
     table = read_table(path)
-    for name in ("species", "qc_reason"):
+    for name in ("species", "status", "note", "qc_reason"):
         if name in table:
             trees[name] = table[name].astype(object).where(table[name].notna(), None)
-    if "height_m" in table:
-        trees["height_m"] = numbers(path, table, "height_m", required=False)
+    for name in ("height_m", "n_pts"):
+        if name in table:
+            trees[name] = numbers(path, table, name, required=False)
 
 
 def from_tally(path: Path, protocol: FieldProtocol, height_unit: str) -> TreeList:
@@ -106,13 +117,16 @@ def from_tally(path: Path, protocol: FieldProtocol, height_unit: str) -> TreeLis
     """
     table = read_tally(path, protocol, height_unit)
     trees = pd.DataFrame({name: table[name] if name in table else None for name in COLUMNS})
-    for name in ("x", "y", "dbh_cm", "dbh_se_cm", "height_m", "bh_m"):
+    for name in _NUMBERS:
         trees[name] = pd.to_numeric(trees[name]).astype(float)
+    # The crew walked up to each of them: a tree without a DBH is a tree.
+    trees["paired"] = True
     trees["tree_id"] = table["field_id"].astype(str)
     trees["qc_flag"] = np.where(trees["dbh_cm"].notna(), "ok", "reject")
     trees["qc_reason"] = ""
     found = TreeList(trees, None, True)
-    _statuses(found, table["status"])
+    found.trees["status"] = table["status"]
+    settle_status(found)
     found.trees["azimuth_deg"] = table.get("azimuth_deg")
     found.trees["distance_m"] = table.get("distance_m")
     return found
@@ -162,74 +176,23 @@ def read_tally(path: Path, protocol: FieldProtocol, height_unit: str = "auto") -
     return found
 
 
-def _from_pairs(found: TreeList, path: Path, tally: pd.DataFrame | None) -> None:
-    """Species, status, heights and co-registered plot centres, for the trees that have a partner."""
-    pairs, crew, plots = read_layer(path, PAIRS), read_layer(path, FIELD), read_layer(path, PLOTS)
-    if pairs["pair_status"].isna().any() or set(pairs["pair_status"]) - set(STATUSES):
-        raise InputError(f"{path}: a pair has an unknown status or none; run match-plots again onto this file.")
-    used = pairs[(pairs["pair_status"] != "rejected") & pairs["tree_id"].notna()]
-    rows = {int(tree): k for k, tree in enumerate(found.trees["tree_id"])}
-    known = {(str(r["plot_id"]), str(r["field_id"])): r for _, r in crew.iterrows()}
-    heights = {}
-    if tally is not None:
-        only = plots["plot_id"].iloc[0] if len(plots) == 1 else None
-        heights = {
-            (str(r["plot_id"] if r["plot_id"] is not None else only), str(r["field_id"])): r["height_m"]
-            for _, r in tally.iterrows()
-        }
-    status = pd.Series([None] * len(found.trees), dtype=object)
-    n_heights = 0
-    for _, pair in used.iterrows():
-        key, row = (str(pair["plot_id"]), str(pair["field_id"])), rows.get(int(pair["tree_id"]))
-        if row is None:
-            raise InputError(
-                f"{path}: pairs tree {int(pair['tree_id'])}, which is not in the tree layer; give the layer "
-                "that was paired, or run match-plots again."
-            )
-        _refuse_stale(path, pair, found.trees.iloc[row])
-        partner = known.get(key)
-        if partner is not None:
-            found.trees.loc[row, "species"] = partner.get("species") or found.trees.loc[row, "species"]
-            status[row] = partner.get("status")
-        height = heights.get(key, np.nan)
-        if pd.isna(found.trees.loc[row, "height_m"]) and pd.notna(height):
-            found.trees.loc[row, "height_m"] = height
-            n_heights += 1
-    _statuses(found, status)
-    found.notes.append(
-        f"Species and status of {len(used)} trees come from the field crew, by {path.name}"
-        + (f"; {n_heights} heights too." if n_heights else ".")
-    )
-    n_hand = int(used["pair_status"].isin(LOCKED).sum())
-    if n_hand:
-        found.notes.append(f"Checked or drawn by a person: {n_hand} of these pairs.")
-    for _, plot in plots.iterrows():
-        if plot["status"] != "check":
-            found.centres[str(plot["plot_id"])] = (float(plot["x"]), float(plot["y"]))
-
-
-def _refuse_stale(path: Path, pair: gpd.GeoSeries, tree: pd.Series) -> None:
-    """A line that was dragged elsewhere since match-plots wrote it means another tree than its tree_id says."""
-    line = pair.geometry
-    if line is None or line.is_empty:
-        return
-    end = np.asarray(line.coords if line.geom_type == "LineString" else line.geoms[0].coords)[-1]
-    if np.hypot(end[0] - tree["x"], end[1] - tree["y"]) > SNAP_M:
-        raise InputError(
-            f"{path}: the line of field tree {pair['plot_id']}/{pair['field_id']} does not end at tree "
-            f"{int(pair['tree_id'])}; run match-plots again onto this file, which reads the edit in."
-        )
-
-
-def _statuses(found: TreeList, status: pd.Series) -> None:
-    """Mark dead trees; unknown words count as live and are named."""
-    words = status.map(lambda value: "" if value is None or pd.isna(value) else str(value).strip().lower())
+def settle_status(found: TreeList) -> None:
+    """Turn ``status`` into ``dead``; unknown words count as live and are named."""
+    words = found.trees.pop("status").map(_word)
     found.trees["dead"] = words.isin(_DEAD).to_numpy()
-    odd = sorted(set(words) - _LIVE - _DEAD)
-    if odd:
-        found.warnings.append(
-            f"The status {', '.join(map(repr, odd[:5]))} is not known as live or dead; these trees count as live."
-        )
+    odd = words[~words.isin(_LIVE | _DEAD)].value_counts()
+    if len(odd):
+        named = ", ".join(f"{word!r} ({count_of(int(n), 'tree')})" for word, n in odd.head(5).items())
+        found.warnings.append(f"Status {named}: not known as live or dead; these trees count as live.")
+
+
+def is_dead(status: object) -> bool:
+    """Whether a status entry says that the tree is dead."""
+    return _word(status) in _DEAD
+
+
+def _word(status: object) -> str:
+    return "" if status is None or pd.isna(status) else str(status).strip().lower()
 
 
 def label_species(trees: pd.DataFrame, default: str | None) -> pd.DataFrame:

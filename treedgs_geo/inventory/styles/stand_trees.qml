@@ -383,6 +383,13 @@
         </config>
       </editWidget>
     </field>
+    <field name="note" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Plot" field="plot_id" index="0"/>
@@ -400,6 +407,7 @@
     <alias name="Biomass above ground [kg]" field="biomass_kg" index="12"/>
     <alias name="Quality" field="qc_flag" index="13"/>
     <alias name="Reasons" field="qc_reason" index="14"/>
+    <alias name="Note" field="note" index="15"/>
   </aliases>
   <defaults>
     <default expression="" field="plot_id" applyOnUpdate="0"/>
@@ -417,6 +425,7 @@
     <default expression="" field="biomass_kg" applyOnUpdate="0"/>
     <default expression="" field="qc_flag" applyOnUpdate="0"/>
     <default expression="" field="qc_reason" applyOnUpdate="0"/>
+    <default expression="" field="note" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="plot_id" notnull_strength="0" constraints="0"/>
@@ -434,6 +443,7 @@
     <constraint unique_strength="0" exp_strength="0" field="biomass_kg" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="qc_flag" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="qc_reason" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="note" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="plot_id" exp=""/>
@@ -451,6 +461,7 @@
     <constraint desc="" field="biomass_kg" exp=""/>
     <constraint desc="" field="qc_flag" exp=""/>
     <constraint desc="" field="qc_reason" exp=""/>
+    <constraint desc="" field="note" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">

@@ -482,6 +482,42 @@
         </config>
       </editWidget>
     </field>
+    <field name="species" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
+    <field name="status" configurationFlags="None">
+      <editWidget type="ValueMap">
+        <config>
+          <Option type="Map">
+            <Option type="List" name="map">
+              <Option type="Map">
+                <Option type="QString" name="not said" value="{2839923C-8B7D-419E-B84B-CA2FE9B80EC7}"/>
+              </Option>
+              <Option type="Map">
+                <Option type="QString" name="live" value="live"/>
+              </Option>
+              <Option type="Map">
+                <Option type="QString" name="dead" value="dead"/>
+              </Option>
+            </Option>
+          </Option>
+        </config>
+      </editWidget>
+    </field>
+    <field name="note" configurationFlags="None">
+      <editWidget type="TextEdit">
+        <config>
+          <Option type="Map">
+            <Option type="bool" name="IsMultiline" value="true"/>
+            <Option type="bool" name="UseHtml" value="false"/>
+          </Option>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Tree" field="tree_id" index="0"/>
@@ -507,6 +543,9 @@
     <alias name="Quality" field="qc_flag" index="20"/>
     <alias name="Reasons" field="qc_reason" index="21"/>
     <alias name="Run" field="run_id" index="22"/>
+    <alias name="Species" field="species" index="23"/>
+    <alias name="Live or dead" field="status" index="24"/>
+    <alias name="Note" field="note" index="25"/>
   </aliases>
   <defaults>
     <default expression="" field="tree_id" applyOnUpdate="0"/>
@@ -532,6 +571,9 @@
     <default expression="" field="qc_flag" applyOnUpdate="0"/>
     <default expression="" field="qc_reason" applyOnUpdate="0"/>
     <default expression="" field="run_id" applyOnUpdate="0"/>
+    <default expression="" field="species" applyOnUpdate="0"/>
+    <default expression="" field="status" applyOnUpdate="0"/>
+    <default expression="" field="note" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="tree_id" notnull_strength="0" constraints="0"/>
@@ -557,6 +599,9 @@
     <constraint unique_strength="0" exp_strength="0" field="qc_flag" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="qc_reason" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="run_id" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="species" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="status" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="note" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="tree_id" exp=""/>
@@ -582,6 +627,9 @@
     <constraint desc="" field="qc_flag" exp=""/>
     <constraint desc="" field="qc_reason" exp=""/>
     <constraint desc="" field="run_id" exp=""/>
+    <constraint desc="" field="species" exp=""/>
+    <constraint desc="" field="status" exp=""/>
+    <constraint desc="" field="note" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
@@ -598,13 +646,45 @@
   <editforminitfilepath></editforminitfilepath>
   <editforminitcode><![CDATA[]]></editforminitcode>
   <featformsuppress>0</featformsuppress>
-  <editorlayout>generatedlayout</editorlayout>
+  <editorlayout>tablayout</editorlayout>
+  <attributeEditorForm>
+    <attributeEditorContainer groupBox="1" visibilityExpressionEnabled="0" name="Yours to write" visibilityExpression="" showLabel="1" columnCount="1">
+      <attributeEditorField name="species" showLabel="1" index="23"/>
+      <attributeEditorField name="status" showLabel="1" index="24"/>
+      <attributeEditorField name="note" showLabel="1" index="25"/>
+    </attributeEditorContainer>
+    <attributeEditorContainer groupBox="1" visibilityExpressionEnabled="0" name="Measured" visibilityExpression="" showLabel="1" columnCount="1">
+      <attributeEditorField name="tree_id" showLabel="1" index="0"/>
+      <attributeEditorField name="plot_id" showLabel="1" index="1"/>
+      <attributeEditorField name="x" showLabel="1" index="2"/>
+      <attributeEditorField name="y" showLabel="1" index="3"/>
+      <attributeEditorField name="z_ground" showLabel="1" index="4"/>
+      <attributeEditorField name="dbh_cm" showLabel="1" index="5"/>
+      <attributeEditorField name="dbh_se_cm" showLabel="1" index="6"/>
+      <attributeEditorField name="dbh_lo_cm" showLabel="1" index="7"/>
+      <attributeEditorField name="dbh_hi_cm" showLabel="1" index="8"/>
+      <attributeEditorField name="bh_m" showLabel="1" index="9"/>
+      <attributeEditorField name="height_m" showLabel="1" index="10"/>
+      <attributeEditorField name="ba_m2" showLabel="1" index="11"/>
+      <attributeEditorField name="lean_deg" showLabel="1" index="12"/>
+      <attributeEditorField name="arc_deg" showLabel="1" index="13"/>
+      <attributeEditorField name="n_pts" showLabel="1" index="14"/>
+      <attributeEditorField name="n_views" showLabel="1" index="15"/>
+      <attributeEditorField name="n_slices" showLabel="1" index="16"/>
+      <attributeEditorField name="opac_mean" showLabel="1" index="17"/>
+      <attributeEditorField name="taper_cm_m" showLabel="1" index="18"/>
+      <attributeEditorField name="method" showLabel="1" index="19"/>
+      <attributeEditorField name="qc_flag" showLabel="1" index="20"/>
+      <attributeEditorField name="qc_reason" showLabel="1" index="21"/>
+      <attributeEditorField name="run_id" showLabel="1" index="22"/>
+    </attributeEditorContainer>
+  </attributeEditorForm>
   <editable/>
   <labelOnTop/>
   <reuseLastValue/>
   <dataDefinedFieldProperties/>
   <widgets/>
   <previewExpression>(CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol' ELSE 'Tree' END) || ' ' || "tree_id" || coalesce(': ' || format_number("dbh_cm", 1) || ' cm', ', ' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'kein BHD' WHEN left(@qgis_locale, 2) = 'es' THEN 'sin DAP' ELSE 'no DBH' END))</previewExpression>
-  <mapTip>&lt;b>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol' ELSE 'Tree' END) %] [% "tree_id" %][% coalesce(', ' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Fläche' WHEN left(@qgis_locale, 2) = 'es' THEN 'parcela' ELSE 'plot' END) || ' ' || "plot_id", '') %]&lt;/b>&lt;br>[% CASE WHEN "dbh_cm" IS NULL THEN (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Kein BHD' WHEN left(@qgis_locale, 2) = 'es' THEN 'Sin DAP' ELSE 'No DBH' END) ELSE (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'BHD' WHEN left(@qgis_locale, 2) = 'es' THEN 'DAP' ELSE 'DBH' END) || ' &lt;b>' || format_number("dbh_cm", 1) || '&lt;/b>' || coalesce(' ± ' || format_number("dbh_se_cm", 1), '') || ' cm' || coalesce(' ' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'in' WHEN left(@qgis_locale, 2) = 'es' THEN 'a' ELSE 'at' END) || ' ' || format_number("bh_m", 2) || ' m', '') || coalesce('&lt;br>90 %: ' || format_number("dbh_lo_cm", 1) || ' – ' || format_number("dbh_hi_cm", 1) || ' cm', '') END %][% coalesce('&lt;br>' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Höhe' WHEN left(@qgis_locale, 2) = 'es' THEN 'altura' ELSE 'height' END) || ' ' || format_number("height_m", 1) || ' m', '') %][% CASE WHEN coalesce("qc_reason", '') &lt;> '' THEN '&lt;br>&lt;i>' || array_to_string(array_foreach(string_to_array(coalesce("qc_reason", '')), coalesce(map_get((CASE WHEN left(@qgis_locale, 2) = 'de' THEN map('few_views', 'zu wenige Fotos sehen den Stamm in Brusthöhe: mehr Schrägfotos über diesem Teil der Probefläche aufnehmen', 'occluded', 'Laub oder andere Stämme verdecken den Stamm in Brusthöhe: laubfrei oder aus anderen Richtungen fliegen', 'one_sided', 'nur ein Rand des Stamms war zu sehen: Schrägfotos quer zu dieser Richtung aufnehmen', 'ambiguous', 'zwei verschiedene Stämme erklären die Fotos gleich gut: Fotos ansehen oder von Hand messen', 'short_arc', 'die Punkte decken zu wenig vom Umfang des Stamms ab: von mehr Seiten scannen oder fliegen', 'few_points', 'zu wenige Stammpunkte am unteren Stamm: die Punktdichte erhöhen', 'few_slices', 'zu wenige Scheiben des Stamms ergaben einen Kreis: die Punktdichte erhöhen', 'not_round', 'der Querschnitt ist kein Kreis (Wurzelanläufe, Zwiesel oder mehrere Stämme): von Hand messen', 'no_taper', 'die Durchmesser am Stamm bilden keine glaubhafte Verjüngung: den Stamm auf Äste oder einen Zwiesel prüfen', 'lean', 'der Stamm ist stärker geneigt, als das Verfahren zulässt: von Hand messen', 'fork', 'der Stamm zwieselt nahe der Brusthöhe: von Hand messen, wie Ihre Anweisung es vorsieht', 'merged', 'zwei Stämme können für einen gehalten worden sein: die Segmentierung prüfen', 'too_small', 'der Stamm ist dünner, als Fotos oder Punkte auflösen können: tiefer fliegen oder näher scannen', 'too_large', 'der angepasste Stamm ist dicker als das erlaubte Höchstmaß: den größten Durchmesser erhöhen, wenn er echt ist', 'wide_error', 'der geschätzte Fehler ist zu groß, um nützlich zu sein: mehr Fotos aufnehmen oder von Hand messen', 'disagree', 'zwei Messverfahren widersprechen sich: diesen Baum von Hand prüfen', 'unchecked', 'das veröffentlichte Verfahren hat keine eigene Prüfung und keinen eigenen Fehler: mit dem Standardverfahren vergleichen', 'no_ground', 'am Baum ist keine Bodenhöhe bekannt: ein Geländemodell angeben, das die Probefläche abdeckt', 'edge', 'der Baum steht am Rand der Daten: über die Probefläche hinaus aufnehmen') WHEN left(@qgis_locale, 2) = 'es' THEN map('few_views', 'muy pocas fotos ven el tronco a la altura del pecho: tome más fotos oblicuas sobre esta parte de la parcela', 'occluded', 'el follaje u otros troncos ocultan el tronco a la altura del pecho: vuele sin hojas o desde otras direcciones', 'one_sided', 'solo se vio un borde del tronco: tome fotos oblicuas transversales a esta dirección', 'ambiguous', 'dos troncos distintos explican igual de bien las fotos: revise las fotos o mida a mano', 'short_arc', 'los puntos cubren muy poco de la circunferencia del tronco: escanee o vuele desde más lados', 'few_points', 'muy pocos puntos en la parte baja del tronco: aumente la densidad de puntos', 'few_slices', 'muy pocas secciones del tronco dieron un círculo: aumente la densidad de puntos', 'not_round', 'la sección no es un círculo (contrafuerte, horquilla o varios troncos): mida a mano', 'no_taper', 'los diámetros a lo largo del tronco no forman un ahusamiento verosímil: compruebe si el tronco tiene ramas o una horquilla', 'lean', 'el tronco se inclina más de lo que admite el método: mida a mano', 'fork', 'el tronco se bifurca cerca de la altura del pecho: mida a mano, como diga su protocolo', 'merged', 'dos troncos pueden haberse tomado por uno: revise la segmentación', 'too_small', 'el tronco es más fino de lo que resuelven las fotos o los puntos: vuele más bajo o escanee más cerca', 'too_large', 'el tronco ajustado es más grueso que el máximo permitido: suba el diámetro máximo si es real', 'wide_error', 'el error estimado es demasiado grande para ser útil: tome más fotos o mida a mano', 'disagree', 'dos métodos de medición no coinciden: compruebe este árbol a mano', 'unchecked', 'el método publicado no tiene comprobación ni error propios: compare con el método por defecto', 'no_ground', 'no se conoce la altura del suelo en el árbol: dé un MDT que cubra la parcela', 'edge', 'el árbol está en el borde de los datos: amplíe el vuelo más allá de la parcela') ELSE map('few_views', 'too few photos see the stem at breast height: fly more oblique photos over this part of the plot', 'occluded', 'foliage or other stems hide the stem at breast height: fly leaf-off or from other directions', 'one_sided', 'only one edge of the stem was seen: fly oblique photos across this direction', 'ambiguous', 'two different stems explain the photos equally well: check the photos or measure by hand', 'short_arc', 'the points cover too little of the stem''s circumference: scan or fly from more sides', 'few_points', 'too few stem points at the lower stem: raise the point density', 'few_slices', 'too few slices of the stem gave a circle: raise the point density', 'not_round', 'the cross-section is not a circle (buttress, fork or several stems): measure by hand', 'no_taper', 'diameters along the stem do not form a plausible taper: check the stem for branches or a fork', 'lean', 'the stem leans more than the method allows: measure by hand', 'fork', 'the stem forks near breast height: measure by hand, as your protocol says', 'merged', 'two stems may have been taken for one: check the segmentation', 'too_small', 'the stem is thinner than the photos or points can resolve: fly lower or scan closer', 'too_large', 'the fitted stem is thicker than the allowed maximum: raise the maximum diameter if it is real', 'wide_error', 'the estimated error is too large to be useful: fly more photos or measure by hand', 'disagree', 'two measuring methods disagree: check this tree by hand', 'unchecked', 'the published method has no check and no error of its own: compare with the default method', 'no_ground', 'no ground height is known at the tree: give a DTM that covers the plot', 'edge', 'the tree stands at the edge of the data: extend the survey beyond the plot') END), trim(@element)), trim(@element))), '&lt;br>') || '&lt;/i>' ELSE '' END %]</mapTip>
+  <mapTip>&lt;b>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol' ELSE 'Tree' END) %] [% "tree_id" %][% coalesce(', ' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Fläche' WHEN left(@qgis_locale, 2) = 'es' THEN 'parcela' ELSE 'plot' END) || ' ' || "plot_id", '') %]&lt;/b>&lt;br>[% CASE WHEN "dbh_cm" IS NULL THEN (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Kein BHD' WHEN left(@qgis_locale, 2) = 'es' THEN 'Sin DAP' ELSE 'No DBH' END) ELSE (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'BHD' WHEN left(@qgis_locale, 2) = 'es' THEN 'DAP' ELSE 'DBH' END) || ' &lt;b>' || format_number("dbh_cm", 1) || '&lt;/b>' || coalesce(' ± ' || format_number("dbh_se_cm", 1), '') || ' cm' || coalesce(' ' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'in' WHEN left(@qgis_locale, 2) = 'es' THEN 'a' ELSE 'at' END) || ' ' || format_number("bh_m", 2) || ' m', '') || coalesce('&lt;br>90 %: ' || format_number("dbh_lo_cm", 1) || ' – ' || format_number("dbh_hi_cm", 1) || ' cm', '') END %][% coalesce('&lt;br>' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Höhe' WHEN left(@qgis_locale, 2) = 'es' THEN 'altura' ELSE 'height' END) || ' ' || format_number("height_m", 1) || ' m', '') %][% CASE WHEN coalesce("qc_reason", '') &lt;> '' THEN '&lt;br>&lt;i>' || array_to_string(array_foreach(string_to_array(coalesce("qc_reason", '')), coalesce(map_get((CASE WHEN left(@qgis_locale, 2) = 'de' THEN map('few_views', 'zu wenige Fotos sehen den Stamm in Brusthöhe: mehr Schrägfotos über diesem Teil der Probefläche aufnehmen', 'occluded', 'Laub oder andere Stämme verdecken den Stamm in Brusthöhe: laubfrei oder aus anderen Richtungen fliegen', 'one_sided', 'nur ein Rand des Stamms war zu sehen: Schrägfotos quer zu dieser Richtung aufnehmen', 'ambiguous', 'zwei verschiedene Stämme erklären die Fotos gleich gut: Fotos ansehen oder von Hand messen', 'short_arc', 'die Punkte decken zu wenig vom Umfang des Stamms ab: von mehr Seiten scannen oder fliegen', 'few_points', 'zu wenige Stammpunkte am unteren Stamm: die Punktdichte erhöhen', 'few_slices', 'zu wenige Scheiben des Stamms ergaben einen Kreis: die Punktdichte erhöhen', 'not_round', 'der Querschnitt ist kein Kreis (Wurzelanläufe, Zwiesel oder mehrere Stämme): von Hand messen', 'no_taper', 'die Durchmesser am Stamm bilden keine glaubhafte Verjüngung: den Stamm auf Äste oder einen Zwiesel prüfen', 'lean', 'der Stamm ist stärker geneigt, als das Verfahren zulässt: von Hand messen', 'fork', 'der Stamm zwieselt nahe der Brusthöhe: von Hand messen, wie Ihre Anweisung es vorsieht', 'merged', 'zwei Stämme können für einen gehalten worden sein: die Segmentierung prüfen', 'too_small', 'der Stamm ist dünner, als Fotos oder Punkte auflösen können: tiefer fliegen oder näher scannen', 'too_large', 'der angepasste Stamm ist dicker als das erlaubte Höchstmaß: den größten Durchmesser erhöhen, wenn er echt ist', 'wide_error', 'der geschätzte Fehler ist zu groß, um nützlich zu sein: mehr Fotos aufnehmen oder von Hand messen', 'disagree', 'zwei Messverfahren widersprechen sich: diesen Baum von Hand prüfen', 'unchecked', 'das veröffentlichte Verfahren hat keine eigene Prüfung und keinen eigenen Fehler: mit dem Standardverfahren vergleichen', 'no_ground', 'am Baum ist keine Bodenhöhe bekannt: ein Geländemodell angeben, das die Probefläche abdeckt', 'edge', 'der Baum steht am Rand der Daten: über die Probefläche hinaus aufnehmen') WHEN left(@qgis_locale, 2) = 'es' THEN map('few_views', 'muy pocas fotos ven el tronco a la altura del pecho: tome más fotos oblicuas sobre esta parte de la parcela', 'occluded', 'el follaje u otros troncos ocultan el tronco a la altura del pecho: vuele sin hojas o desde otras direcciones', 'one_sided', 'solo se vio un borde del tronco: tome fotos oblicuas transversales a esta dirección', 'ambiguous', 'dos troncos distintos explican igual de bien las fotos: revise las fotos o mida a mano', 'short_arc', 'los puntos cubren muy poco de la circunferencia del tronco: escanee o vuele desde más lados', 'few_points', 'muy pocos puntos en la parte baja del tronco: aumente la densidad de puntos', 'few_slices', 'muy pocas secciones del tronco dieron un círculo: aumente la densidad de puntos', 'not_round', 'la sección no es un círculo (contrafuerte, horquilla o varios troncos): mida a mano', 'no_taper', 'los diámetros a lo largo del tronco no forman un ahusamiento verosímil: compruebe si el tronco tiene ramas o una horquilla', 'lean', 'el tronco se inclina más de lo que admite el método: mida a mano', 'fork', 'el tronco se bifurca cerca de la altura del pecho: mida a mano, como diga su protocolo', 'merged', 'dos troncos pueden haberse tomado por uno: revise la segmentación', 'too_small', 'el tronco es más fino de lo que resuelven las fotos o los puntos: vuele más bajo o escanee más cerca', 'too_large', 'el tronco ajustado es más grueso que el máximo permitido: suba el diámetro máximo si es real', 'wide_error', 'el error estimado es demasiado grande para ser útil: tome más fotos o mida a mano', 'disagree', 'dos métodos de medición no coinciden: compruebe este árbol a mano', 'unchecked', 'el método publicado no tiene comprobación ni error propios: compare con el método por defecto', 'no_ground', 'no se conoce la altura del suelo en el árbol: dé un MDT que cubra la parcela', 'edge', 'el árbol está en el borde de los datos: amplíe el vuelo más allá de la parcela') ELSE map('few_views', 'too few photos see the stem at breast height: fly more oblique photos over this part of the plot', 'occluded', 'foliage or other stems hide the stem at breast height: fly leaf-off or from other directions', 'one_sided', 'only one edge of the stem was seen: fly oblique photos across this direction', 'ambiguous', 'two different stems explain the photos equally well: check the photos or measure by hand', 'short_arc', 'the points cover too little of the stem''s circumference: scan or fly from more sides', 'few_points', 'too few stem points at the lower stem: raise the point density', 'few_slices', 'too few slices of the stem gave a circle: raise the point density', 'not_round', 'the cross-section is not a circle (buttress, fork or several stems): measure by hand', 'no_taper', 'diameters along the stem do not form a plausible taper: check the stem for branches or a fork', 'lean', 'the stem leans more than the method allows: measure by hand', 'fork', 'the stem forks near breast height: measure by hand, as your protocol says', 'merged', 'two stems may have been taken for one: check the segmentation', 'too_small', 'the stem is thinner than the photos or points can resolve: fly lower or scan closer', 'too_large', 'the fitted stem is thicker than the allowed maximum: raise the maximum diameter if it is real', 'wide_error', 'the estimated error is too large to be useful: fly more photos or measure by hand', 'disagree', 'two measuring methods disagree: check this tree by hand', 'unchecked', 'the published method has no check and no error of its own: compare with the default method', 'no_ground', 'no ground height is known at the tree: give a DTM that covers the plot', 'edge', 'the tree stands at the edge of the data: extend the survey beyond the plot') END), trim(@element)), trim(@element))), '&lt;br>') || '&lt;/i>' ELSE '' END %][% coalesce('&lt;br>' || "species", '') %][% coalesce('&lt;br>' || "status", '') %][% coalesce('&lt;br>' || "note", '') %]</mapTip>
   <layerGeometryType>0</layerGeometryType>
 </qgis>

@@ -1,0 +1,118 @@
+"""CSV files that spreadsheets can open safely, read back as they were; files that are no CSV are named."""
+
+from __future__ import annotations
+
+import ast
+import csv
+import io
+from pathlib import Path
+
+import pandas as pd
+import pyproj
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import treedgs_geo
+from treedgs_geo.core.errors import InputError
+from treedgs_geo.core.plots import read_plots
+from treedgs_geo.core.tables import SafeWriter, plain_cell, refuse_other_formats, safe_cell, safe_frame
+from treedgs_geo.evaluation.experiments import _table
+from treedgs_geo.inventory.field_trees import read_table
+from treedgs_geo.inventory.match import read_measured
+from treedgs_geo.inventory.tree_layer import write_trees
+from treedgs_geo.measure.trees import Tree
+from treedgs_geo.simulation.files import write_csv
+
+UTM = pyproj.CRS.from_epsg(6344)
+ATTACK = "=cmd|' /C calc'!A0"
+#: What spreadsheet programs run: a cell that starts like this and is no number.
+RUN = ("=", "+", "-", "@", "\t", "\r", "\n")
+
+
+@pytest.mark.parametrize("text", [ATTACK, "+1+1", "-A3", "@SUM(A1)", "\t=1", "\r=1", "--1", "-inf"])
+def test_what_would_run_is_text(text):
+    assert safe_cell(text) == "'" + text and plain_cell(safe_cell(text)) == text
+
+
+@pytest.mark.parametrize("value", ["-3", "+5", "-1.5e-3", -3.2, 7, None, "", "T001", "a=b", "Pinus taeda", True])
+def test_numbers_and_plain_text_stay(value):
+    assert safe_cell(value) is value
+
+
+@given(st.text(max_size=30))
+def test_every_text_comes_back(text):
+    safe = safe_cell(text)
+    assert plain_cell(safe) == text
+    assert not safe.startswith(RUN) or pd.notna(pd.to_numeric(safe, errors="coerce"))
+
+
+def test_writer_and_frame_agree():
+    columns, values = ["plot_id", "@name", "n"], {"plot_id": ATTACK, "@name": "-x", "n": -2.5}
+    stream = io.StringIO()
+    writer = SafeWriter(stream, columns)
+    writer.header()
+    writer.record({**values, "other": "=left out"})
+    assert stream.getvalue() == safe_frame(pd.DataFrame([values])).to_csv(index=False, lineterminator="\n")
+    assert list(csv.reader(io.StringIO(stream.getvalue()))) == [
+        ["plot_id", "'@name", "n"],
+        ["'" + ATTACK, "'-x", "-2.5"],
+    ]
+
+
+def test_files_hold_no_formula_and_are_read_back(tmp_path):
+    trees = [Tree(1, 611300.0, 3718400.0, plot_id=ATTACK, dbh_cm=20.0, species="@x", note="-no", taper_cm_m=-0.8)]
+    path = write_trees(tmp_path / "trees.csv", trees, UTM)
+    write_csv(tmp_path / "truth.csv", ["plot_id", "lean"], [[ATTACK, -1.5], ["b", None]])
+    _table(tmp_path / "methods.csv", [{"method": ATTACK, "me_cm": -0.25}])
+    for name in ("trees.csv", "truth.csv", "methods.csv"):
+        with open(tmp_path / name, newline="", encoding="utf-8") as stream:
+            rows = list(csv.reader(stream))
+        for cell in sum(rows, []):
+            assert not cell.startswith(RUN) or float(cell) < 0, (name, cell)
+    back = read_table(path).iloc[0]
+    assert (back.plot_id, back.species, back.note, float(back.taper_cm_m)) == (ATTACK, "@x", "-no", -0.8)
+    assert read_measured(path, UTM).dbh_cm.tolist() == [20.0]
+    plots = tmp_path / "plots.csv"
+    with open(plots, "w", newline="") as stream:
+        writer = SafeWriter(stream, ["plot_id", "easting", "northing", "radius_m"])
+        writer.header()
+        writer.row([ATTACK, 611300, 3718400, 10])
+    assert read_plots(plots, UTM)[0].plot_id == ATTACK
+
+
+def test_no_module_writes_a_csv_on_its_own():
+    """``safe_frame(…).to_csv`` and ``SafeWriter`` are the only ways."""
+    root = Path(treedgs_geo.__file__).parent
+    for path in root.rglob("*.py"):
+        if path.name == "tables.py" and path.parent.name == "core":
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Attribute):
+                continue
+            called = node.func
+            if called.attr == "to_csv":
+                made = called.value
+                assert isinstance(made, ast.Call) and getattr(made.func, "id", "") == "safe_frame", path
+            if called.attr in ("writer", "DictWriter"):
+                assert getattr(called.value, "id", "") != "csv", path
+
+
+@pytest.mark.parametrize(
+    ("name", "head", "says"),
+    [
+        ("field.accdb", b"\x00\x01\x00\x00Standard ACE DB\x00", "an Access database"),
+        ("field.mdb", b"\x00\x01\x00\x00Standard Jet DB\x00", "an Access database"),
+        ("renamed.csv", b"\x00\x01\x00\x00Standard ACE DB\x00", "an Access database"),
+        ("field.xlsx", b"PK\x03\x04rest", "an Excel workbook"),
+        ("renamed.csv", b"PK\x03\x04rest", "a spreadsheet or an archive"),
+        ("field.gpkg", b"SQLite format 3\x00", "a GeoPackage"),
+    ],
+)
+def test_other_formats_are_named(tmp_path, name, head, says):
+    path = tmp_path / name
+    path.write_bytes(head + bytes(range(256)))
+    for read in (refuse_other_formats, read_table, lambda p: read_plots(p, UTM)):
+        with pytest.raises(InputError, match=f"{says}.*export its table") as told:
+            read(path)
+        assert str(path) in str(told.value)

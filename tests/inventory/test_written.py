@@ -1,0 +1,189 @@
+"""Species, status and notes that a person writes into the tree layer: the next run keeps them, the stand table too."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+
+import geopandas as gpd
+import pandas as pd
+import pytest
+from inventory.stand_helpers import CRS, EAST, NORTH, Ears, figures, make_survey, report
+
+from treedgs_geo.campaign.layer import write_layer
+from treedgs_geo.core.errors import InputError
+from treedgs_geo.inventory.tree_layer import LAYER, read_trees, write_trees
+from treedgs_geo.measure.trees import Tree
+from treedgs_geo.pointcloud.file_crs import LOCAL_CRS
+
+#: What a person does: opens the layer with its style, starts editing, fills in the form's fields, saves.
+QGIS_WRITE = """
+import json, sys
+from qgis.core import QgsApplication, QgsVectorLayer
+app = QgsApplication([], False)
+app.initQgis()
+layer = QgsVectorLayer(sys.argv[1] + "|layername=trees", "trees", "ogr")
+assert layer.isValid() and layer.loadDefaultStyle()[1], "no style"
+setup = layer.editorWidgetSetup(layer.fields().indexOf("status"))
+print("STATUS", setup.type(), sorted(key for entry in setup.config()["map"] for key in entry))
+print("FORM", [box.name() for box in layer.editFormConfig().tabs()])
+assert layer.startEditing()
+for feature in layer.getFeatures():
+    for name, value in json.loads(sys.argv[2]).get(str(feature["tree_id"]), {}).items():
+        assert layer.changeAttributeValue(feature.id(), layer.fields().indexOf(name), value)
+assert layer.commitChanges(), layer.commitErrors()
+del layer
+app.exitQgis()
+print("SAVED")
+"""
+
+
+def write_in_qgis(path, entries):
+    """Write ``tree_id -> {column: value}`` with PyQGIS."""
+    python = "/usr/bin/python3"
+    if subprocess.run([python, "-c", "import qgis.core"], capture_output=True).returncode:
+        pytest.skip("QGIS is not installed here; make setup installs it")
+    done = subprocess.run(
+        [python, "-c", QGIS_WRITE, str(path), json.dumps(entries)],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env={**os.environ, "QT_QPA_PLATFORM": "offscreen", "PYTHONPATH": "", "XDG_CONFIG_HOME": str(path.parent / "q")},
+    )
+    assert "SAVED" in done.stdout, done.stdout + done.stderr
+    return done.stdout
+
+
+def trees(moved=0.0, ids=1, gone=()):
+    """Five trees five metres apart."""
+    return [
+        Tree(ids + k, EAST + 5 * k + moved, NORTH, dbh_cm=20.0 + k, dbh_se_cm=0.5, method="photos")
+        for k in range(5)
+        if k not in gone
+    ]
+
+
+def test_what_is_written_in_qgis_stays_with_its_tree_in_the_next_run(tmp_path):
+    path = write_trees(tmp_path / "trees.gpkg", trees(), CRS)
+    first = read_trees(path)
+    assert first[["species", "status", "note"]].isna().all().all()
+    said = write_in_qgis(
+        path, {"1": {"species": "PITA", "note": "ivy"}, "3": {"status": "dead"}, "5": {"species": "X"}}
+    )
+    assert "STATUS ValueMap ['dead', 'live', 'not said']" in said and "Yours to write" in said
+    ears = Ears()
+    # The next run has other numbers, moves the trees a little, and lacks the last one.
+    write_trees(path, trees(moved=0.3, ids=11, gone=(4,)), CRS, reporter=ears)
+    table = read_trees(path).set_index("tree_id")
+    assert table.species[11] == "PITA" and table.note[11] == "ivy" and table.status[13] == "dead"
+    assert table[["species", "status", "note"]].notna().sum().sum() == 3
+    assert any("at 2 trees are kept" in text for text in ears.infos)
+    (lost,) = ears.warnings
+    assert "5 at 611320.0 3718400.0 (X)" in lost and "not in the new layer" in lost
+
+
+@pytest.mark.parametrize("suffix", [".shp", ".geojson", ".csv"])
+def test_every_format_keeps_it(tmp_path, suffix):
+    path = write_trees(tmp_path / f"trees{suffix}", trees(), CRS)
+    table = pd.read_csv(path) if suffix == ".csv" else gpd.read_file(path)
+    for name in ("species", "status", "note"):
+        table[name] = table[name].astype(object)
+    table.loc[2, ["species", "status"]] = "Pinus taeda", "dead"
+    table.to_csv(path, index=False) if suffix == ".csv" else table.to_file(path)
+    write_trees(path, trees(moved=0.2), CRS)
+    again = pd.read_csv(path) if suffix == ".csv" else read_trees(path)
+    assert again.loc[2, ["species", "status"]].tolist() == ["Pinus taeda", "dead"]
+    assert again.drop(index=2)[["species", "status", "note"]].isna().all().all()
+
+
+def test_entries_follow_a_change_of_crs_and_never_two_trees(tmp_path):
+    path = tmp_path / "trees.gpkg"
+    write_trees(path, [Tree(1, EAST, NORTH, dbh_cm=20.0, species="PITA")], CRS)
+    east, north = gpd.GeoSeries(gpd.points_from_xy([EAST], [NORTH]), crs=CRS).to_crs(26916).get_coordinates().iloc[0]
+    near = [Tree(7, east + 0.1, north, dbh_cm=20.0), Tree(8, east - 0.3, north, dbh_cm=9.0)]
+    write_trees(path, near, gpd.GeoSeries([], crs=26916).crs)
+    assert read_trees(path).set_index("tree_id").species.dropna().to_dict() == {7: "PITA"}
+
+
+def test_a_layer_in_local_metres_keeps_it(tmp_path):
+    """Coordinates that are tied to nothing are taken as they are."""
+    path = write_trees(tmp_path / "trees.gpkg", [Tree(1, 3.0, 4.0, dbh_cm=20.0, note="fork")], LOCAL_CRS)
+    write_trees(path, [Tree(2, 3.1, 4.0, dbh_cm=20.0)], LOCAL_CRS)
+    assert read_trees(path).note.tolist() == ["fork"]
+
+
+def test_a_file_that_is_no_tree_layer_is_no_trouble(tmp_path):
+    for name, content in (("a.csv", "x\n1\n"), ("b.geojson", "{}"), ("c.gpkg", "no database")):
+        (tmp_path / name).write_text(content)
+        write_trees(tmp_path / name, trees(), CRS)
+
+
+def test_a_campaign_s_layer_keeps_it_too(tmp_path):
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+    write_trees(tmp_path / "a" / "trees.gpkg", trees(), CRS)
+    write_trees(tmp_path / "b" / "trees.gpkg", trees(moved=50.0), CRS)
+    plots = [
+        {"plot_id": name, "number": k, "folder": tmp_path / name, "crs": "EPSG:6344", "table": False}
+        for k, name in enumerate("ab")
+    ]
+    path = tmp_path / "all.gpkg"
+    write_layer(path, plots, "EPSG:6344")
+    write_in_qgis(path, {"100002": {"species": "ACRU", "status": "dead"}})
+    ears = Ears()
+    assert write_layer(path, plots, "EPSG:6344", ears) == 10
+    table = gpd.read_file(path, layer=LAYER).set_index("tree_id")
+    assert table.species[100002] == "ACRU" and table.species.notna().sum() == table.status.notna().sum() == 1
+    assert any("1 tree is kept" in text for text in ears.infos)
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """A survey whose tree layer says of three trees what they are."""
+    folder = make_survey(tmp_path_factory.mktemp("stand"))
+    table = read_trees(folder / "trees.gpkg")
+    inside = table[(table.x - EAST - 40) ** 2 + (table.y - NORTH - 30) ** 2 < 90]
+    one, two, three = inside[inside.dbh_cm.notna()].tree_id.head(3)
+    fates = {int(one): ("ACRU", "live", "hollow"), int(two): (None, "dead", None), int(three): ("PINTA", None, None)}
+    for number, entries in fates.items():
+        table.loc[table.tree_id == number, ["species", "status", "note"]] = entries
+    table.to_file(folder / "trees.gpkg", layer=LAYER)
+    return folder, *fates
+
+
+def test_the_stand_table_honours_what_is_written(written):
+    folder, maple, dead, odd = written
+    result, ears, out = report(folder)
+    plain, _ = figures(folder)
+    table = pd.read_csv(out / "stand_trees.csv").set_index("tree_id")
+    assert table.species[maple] == "ACRU" and table.note[maple] == "hollow" and table.kind[dead] == "dead"
+    assert table.species.value_counts().idxmax() == "PITA"
+    summary = json.loads((out / "summary.json").read_text())
+    assert summary["n_dead"] == 1 and summary["dead_per_ha"]["ba"] > 0
+    assert dead not in plain.trees["tree_id"].to_numpy()[plain.rows["tree"].unique()]
+    (said,) = [text for text in ears.warnings if "PINTA" in text and "is in no list" in text]
+    assert "1 tree is in no list" in said and "nearest known: PITA (loblolly pine)" in said
+    assert said in summary["warnings"]
+
+
+def test_an_unknown_species_as_a_setting_is_refused(written, tmp_path):
+    folder, *_ = written
+    with pytest.raises(InputError, match=r"--species: .*'PTAI'.*nearest known"):
+        figures(folder, species="PTAI")
+    own = tmp_path / "own.csv"
+    own.write_text(
+        "id,quantity,species,origin,formula,dbh_unit,height_unit,result_unit,dbh_min,dbh_max,limits,source\n"
+        "mine,volume,PTAI,any,0.0001*D**2*H,cm,m,m3,1,100,source,me\n"
+    )
+    _, ears = figures(folder, species="PTAI", equations=own)
+    assert not any("'PTAI'" in text for text in ears.warnings)
+
+
+def test_unknown_status_words_are_counted(tmp_path):
+    folder = make_survey(tmp_path)
+    table = read_trees(folder / "trees.gpkg")
+    table.loc[table.index[:3], "status"] = "felled"
+    table.to_file(folder / "trees.gpkg", layer=LAYER)
+    _, ears = figures(folder)
+    assert any("'felled' (3 trees): not known as live or dead" in text for text in ears.warnings)
