@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pyproj
 
-from .errors import CRSError
+from .errors import CRSError, InputError
 from .frames import same_datum, transform, vertical_of
 
 
@@ -100,11 +100,24 @@ class LocalFrame:
 
     @classmethod
     def load(cls, path: Path) -> LocalFrame:
-        """Read what :meth:`save` wrote."""
+        """Read what :meth:`save` wrote.
+
+        Raises:
+            InputError: missing, or without a CRS and an origin.
+        """
         from .files import read_json
 
         record = read_json(path)
-        return cls(pyproj.CRS.from_wkt(record["crs_wkt"]), np.asarray(record["origin"], float))
+        try:
+            crs, origin = pyproj.CRS.from_wkt(record["crs_wkt"]), np.asarray(record["origin"], float)
+            if origin.shape != (3,) or not np.isfinite(origin).all():
+                raise ValueError("the origin is not three numbers")
+        except (KeyError, TypeError, ValueError, pyproj.exceptions.CRSError) as problem:
+            raise InputError(
+                f"{path}: does not say where the reconstruction lies ({problem}), expected crs_wkt and origin; run "
+                "'treedgs reconstruct' again."
+            ) from None
+        return cls(crs, origin)
 
 
 def lonlat_to_project(
