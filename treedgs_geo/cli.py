@@ -15,7 +15,7 @@ from typing import Any, NoReturn
 
 from . import __version__
 from .core.command import Command, describe, ordered_params
-from .core.errors import Cancelled, InputError, OutputError, TreeDGSError
+from .core.errors import Cancelled, Incomplete, InputError, OutputError, TreeDGSError
 from .core.files import no_empty_folders
 from .core.progress import PROTOCOL, Reporter, make_reporter
 from .core.settings import Param, build, params_of
@@ -23,7 +23,8 @@ from .core.shortage import shortage_of
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Entry point; returns the exit code (0 done, 2 input, 3 missing component, 4 memory, 130 cancelled, 1 defect)."""
+    """Entry point; returns the exit code (0 done, 2 input, 3 missing component, 4 memory, 5 a part is missing,
+    130 cancelled, 1 defect)."""
     from .commands import MODULES, all_commands, get_command
 
     # Numba tells every user about a threading library it does not use.
@@ -75,14 +76,12 @@ def run_command(command: Command, values: dict[str, Any], reporter: Reporter, sh
         named = [name for name, spec, _ in params_of(command.settings) if spec.kind.startswith("output_")]
         with no_empty_folders(filter(None, (getattr(settings, name) for name in named))):
             result = command.run(settings, reporter)
-        reporter.progress(1.0)
-        reporter.result(result)
-        reporter.close()
-        if show_result:
-            for name, value in result.items():
-                if isinstance(value, (str, int, float)) and not isinstance(value, bool):
-                    print(f"{name}: {value}")
+        _tell_result(result, reporter, show_result)
         return 0
+    except Incomplete as problem:
+        _tell_result(problem.result, reporter, show_result)
+        reporter.error(str(problem))
+        return problem.exit_code
     except Cancelled as problem:
         reporter.error(f"Stopped: {problem}; what was finished is kept, run again to resume.")
         return problem.exit_code
@@ -103,6 +102,16 @@ def run_command(command: Command, values: dict[str, Any], reporter: Reporter, sh
         reporter.close()
         signal.signal(signal.SIGINT, previous[0])
         signal.signal(signal.SIGTERM, previous[1])
+
+
+def _tell_result(result: dict[str, Any], reporter: Reporter, show: bool) -> None:
+    reporter.progress(1.0)
+    reporter.result(result)
+    reporter.close()
+    if show:
+        for name, value in result.items():
+            if isinstance(value, (str, int, float)) and not isinstance(value, bool):
+                print(f"{name}: {value}")
 
 
 def _run_job(arguments: list[str]) -> int:
@@ -132,7 +141,16 @@ def _run_job(arguments: list[str]) -> int:
         reporter.error(str(problem))
         return problem.exit_code
     outcome: dict[str, Any] = {}
-    wrapped = Command(**{**vars(command), "run": lambda s, r: outcome.setdefault("result", command.run(s, r))})
+
+    def keep(settings: Any, reporter: Reporter) -> dict[str, Any]:
+        try:
+            outcome["result"] = command.run(settings, reporter)
+        except Incomplete as problem:
+            outcome["result"] = problem.result
+            raise
+        return outcome["result"]
+
+    wrapped = Command(**{**vars(command), "run": keep})
     code = run_command(wrapped, job.get("parameters", {}), reporter)
     try:
         write_json(job_file.parent / "result.json", {"exit_code": code, **outcome})

@@ -169,7 +169,9 @@ def test_a_broken_plot_and_one_that_crashes(clouds, tmp_path):
                 wait_until(lambda: not engine.is_running() or engine.status() == psutil.STATUS_ZOMBIE)  # noqa: B023
         time.sleep(0.05)
     ended = Ended(running)
-    assert ended.code == 0 and (ended.result["n_done"], ended.result["n_failed"]) == (2, 2), ended.messages
+    # A result that lacks plots is no success: layer and report are there, the exit code says so.
+    assert ended.code == 5 and (ended.result["n_done"], ended.result["n_failed"]) == (2, 2), ended.messages
+    assert "2 of 4 plots could not be measured" in ended.said("error")[0] and (workspace / "campaign.html").exists()
     record = json.loads((folder / "plot.json").read_text())
     assert [a["outcome"] for a in record["attempts"]] == ["crash"] * 3 and crashes == 3
     found = table(workspace)
@@ -178,6 +180,7 @@ def test_a_broken_plot_and_one_that_crashes(clouds, tmp_path):
     assert set(read_trees(workspace / "trees.gpkg")["plot_id"]) == {"p0", "p1"}
     # The start ended in order: the next one is a new decision.
     again = Ended(start(manifest, workspace))
+    assert again.code == 5
     assert (again.result["n_run"], again.result["n_kept"], again.result["n_failed"]) == (1, 2, 1)
 
 

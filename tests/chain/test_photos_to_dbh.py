@@ -80,10 +80,16 @@ def test_a_second_run_keeps_finished_stages(finished, simulated_plot, capsys):
     assert json.loads((finished / "work" / "run.json").read_text())["stages"]["reconstruct"]["seconds"] == before
 
 
-def test_measuring_again_gives_the_same_trees(finished, simulated_plot, tmp_path):
+def test_damaged_stages_are_named_and_give_the_same_trees_again(finished, simulated_plot, tmp_path, capsys):
     shutil.copytree(finished / "work", tmp_path / "work")
-    (tmp_path / "work" / "trees.json").unlink()
+    (tmp_path / "work" / "trees.json").write_text('[{"height": 3}]')
+    ground = tmp_path / "work" / "dtm.tif"
+    ground.write_bytes(ground.read_bytes()[:-100])
     assert main(_arguments(simulated_plot, tmp_path)) == 0
+    text = capsys.readouterr().err
+    for name, stage in (("trees.json", "measure"), ("dtm.tif", "ground")):
+        assert f"{name}: is not as the run left it (damaged or changed); the stage {stage} is done again" in text
+    assert "reconstruct: unchanged" in text
     one, two = read_trees(finished / "trees.gpkg"), read_trees(tmp_path / "trees.gpkg")
     pd.testing.assert_frame_equal(
         pd.DataFrame(one.drop(columns="geometry")), pd.DataFrame(two.drop(columns="geometry"))

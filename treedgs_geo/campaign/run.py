@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..core.errors import InputError, OutputError, TreeDGSError
+from ..core.errors import Incomplete, InputError, OutputError, TreeDGSError
 from ..core.files import is_full
 from ..core.lease import Busy, Lease
 from ..core.machine import cores
@@ -38,7 +38,8 @@ def run_campaign(
 
     Raises:
         InputError: rows that cannot be used, an unknown scheduler, or a campaign that another process runs.
-        OutputError: outputs that cannot be written. SchedulerLost: nobody is left to run plots.
+        OutputError: outputs that cannot be written. SchedulerLost: nobody is left to run plots. Incomplete: some plots
+            could not be measured; layer and report are written.
     """
     workspace = Path(settings.workspace)
     output = Path(settings.output) if settings.output else workspace / TREES
@@ -96,6 +97,10 @@ def _run(
     campaign.end()
     if tally.failed == len(plan):
         raise InputError(f"{settings.manifest}: no plot could be measured, see {workspace / REPORT} for the reasons.")
+    if result["n_failed"]:
+        raise Incomplete(
+            f"{settings.manifest}: {result['n_failed']} of {len(plan)} plots could not be measured, the layer "
+            f"{output} holds the others; see {workspace / REPORT} for the reasons, correct them and run again.", result)
     return result
 
 

@@ -90,19 +90,32 @@ class Steps:
         if not self.space.ran(name, self._key):
             return False
         problem = self.space.damage(name, outputs)
+        aside = ""
         try:
             if readable is not None and not problem:
                 readable()
         except TreeDGSError as trouble:
             problem = str(trouble)
+            aside = "".join(f" The file is kept as {_move_aside(path).name}." for path in outputs)
         if problem:
-            self.reporter.warn(f"{problem.rstrip('.')}; the stage {name} is done again.")
+            self.reporter.warn(f"{problem.rstrip('.')}; the stage {name} is done again.{aside}")
         return not problem
 
     @property
     def run_id(self) -> str:
         """Names the run by its inputs and settings so far: the same inputs give the same id."""
         return self._run
+
+
+def _move_aside(path: Path) -> Path:
+    """Out of the way, for whoever edited it."""
+    number = 1
+    while (kept := path.with_name(f"{path.stem}.damaged{number}{path.suffix}")).exists():
+        number += 1
+    path.replace(kept)
+    for ending in ("-wal", "-shm", "-journal"):
+        Path(f"{path}{ending}").unlink(missing_ok=True)
+    return kept
 
 
 def _hash(*parts: Any) -> str:

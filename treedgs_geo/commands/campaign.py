@@ -103,8 +103,9 @@ COMMAND = Command(
         "starts. Plots run side by side, as many as memory and cores carry, each in a folder of its own; a plot that "
         "fails is tried again at most twice and then reported, the others go on. A second start runs only what is "
         "missing or whose inputs or settings have changed. Writes one trees layer with plot ids, campaign.html and "
-        "plots.csv (trees, refusals and reasons, seconds, memory, accuracy where field trees are given). With "
-        "--predict it only says how long it will take."
+        "plots.csv (trees, refusals and reasons, seconds, memory, accuracy where field trees are given). Where plots "
+        "failed it ends with an error (exit code 5) although layer and report are written. With --predict it only "
+        "says how long it will take."
     ),
     settings=CampaignSettings,
     run=run,

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from ..core.command import Command
-from ..core.files import ensure_writable
 from ..core.progress import Reporter
 from ..core.settings import param
 from ..measure.options import MeasureOptions
@@ -29,12 +28,12 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
 
     from ..core.errors import InputError
     from ..inventory.circle_layers import stem_slices
-    from ..inventory.tree_layer import write_trees
+    from ..inventory.tree_layer import check_output, write_trees
     from ..measure.cloud import measure_stems
     from ..measure.plausible import mark_odd_heights
     from ..pointcloud.file_crs import LOCAL_CRS
 
-    ensure_writable(settings.output)
+    check_output(settings.output)
     cloud = load_cloud(settings, reporter, find_stems=False)
     if settings.id_field not in cloud.attributes:
         raise InputError(

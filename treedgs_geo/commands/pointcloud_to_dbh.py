@@ -32,13 +32,15 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
 
         return check_cloud(settings, reporter)
     from ..inventory.circle_layers import stem_slices
-    from ..inventory.tree_layer import write_trees
+    from ..inventory.tree_layer import check_output, write_trees
     from ..measure.cloud import measure_cloud, point_weights
     from ..measure.plausible import mark_odd_heights
     from ..pointcloud.file_crs import LOCAL_CRS
     from ..pointcloud.files import write_cloud
 
-    ensure_writable(settings.output)
+    check_output(settings.output)
+    if settings.stems_output is not None:
+        ensure_writable(settings.stems_output)
     kept = None if settings.stems_output else ("intensity", "opacity", "gps_time")
     cloud = load_cloud(settings, reporter, kept)
     point_weights(cloud, settings.weights)  # a missing attribute is told before the work, not after

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pyproj
 
-from .errors import CRSError
+from .errors import CRSError, InputError
 from .frames import horizontal, same_datum, suggest_utm, transform, vertical_of
 from .scale import ground_scale
 
@@ -97,12 +97,25 @@ class LocalFrame:
 
     @classmethod
     def load(cls, path: Path) -> LocalFrame:
-        """Read what :meth:`save` wrote."""
+        """Read what :meth:`save` wrote.
+
+        Raises:
+            InputError: missing, or without a CRS and an origin.
+        """
         from .files import read_json
 
         record = read_json(path)
-        return cls(pyproj.CRS.from_wkt(record["crs_wkt"]), np.asarray(record["origin"], float),
-                   float(record.get("scale", 1.0)))
+        try:
+            crs, origin = pyproj.CRS.from_wkt(record["crs_wkt"]), np.asarray(record["origin"], float)
+            scale = float(record.get("scale", 1.0))
+            if origin.shape != (3,) or not np.isfinite([*origin, scale]).all() or scale <= 0:
+                raise ValueError("origin and scale are not four numbers")
+        except (AttributeError, KeyError, TypeError, ValueError, pyproj.exceptions.CRSError) as problem:
+            raise InputError(
+                f"{path}: does not say where the reconstruction lies ({problem}), expected crs_wkt and origin; run "
+                "'treedgs reconstruct' again."
+            ) from None
+        return cls(crs, origin, scale)
 
 
 def lonlat_to_project(

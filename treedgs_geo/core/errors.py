@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 
 class TreeDGSError(Exception):
     """A problem the user can mend. ``exit_code`` is what the command line returns."""
@@ -39,6 +41,16 @@ class MissingComponentError(TreeDGSError):
     """A library or program that this step needs is not installed."""
 
     exit_code = 3
+
+
+class Incomplete(TreeDGSError):
+    """The result was written, but a part of what was asked for is missing. ``result``: what the verb returns."""
+
+    exit_code = 5
+
+    def __init__(self, sentence: str, result: dict[str, Any]) -> None:
+        super().__init__(sentence)
+        self.result = result
 
 
 class Cancelled(KeyboardInterrupt):

@@ -134,7 +134,8 @@ def full_disk_told(target: Path) -> Iterator[None]:
     except TreeDGSError:
         raise
     except Exception as problem:
-        if not (is_full(str(problem)) or _is_writing_error(problem) and free_bytes(target) < FULL_BYTES):
+        no_room = free_bytes(target) < FULL_BYTES or _files_are_limited()
+        if not (is_full(str(problem)) or _is_writing_error(problem) and no_room):
             raise
         raise OutputError(
             f"{target}: cannot be written, the disk is full ({problem}); make room or choose another disk, and run "
@@ -154,6 +155,15 @@ def free_bytes(path: Path) -> int:
         with suppress(OSError):
             return shutil.disk_usage(place).free
     return 1 << 40
+
+
+def _files_are_limited() -> bool:
+    """Whether this process may write files of a limited size only (``ulimit -f``, as queues set it)."""
+    try:
+        import resource
+    except ModuleNotFoundError:
+        return False
+    return resource.getrlimit(resource.RLIMIT_FSIZE)[0] != resource.RLIM_INFINITY
 
 
 def _is_writing_error(problem: Exception) -> bool:

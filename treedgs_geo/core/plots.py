@@ -6,6 +6,7 @@ import csv
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pyproj
 
 from .errors import CRSError, InputError
@@ -35,7 +36,7 @@ def read_plots(path: Path, crs: pyproj.CRS) -> list[Plot]:
     try:
         with open(path, newline="", encoding="utf-8-sig") as stream:
             rows = [{name: plain_cell(cell) for name, cell in row.items()} for row in csv.DictReader(stream)]
-    except (OSError, UnicodeDecodeError) as problem:
+    except (OSError, UnicodeDecodeError, csv.Error) as problem:
         raise InputError(f"{path}: cannot be read as a CSV table ({problem}); give a plots table.") from None
     if not rows:
         raise InputError(f"{path}: holds no plot, expected one row a plot with plot_id, easting, northing, radius_m.")
@@ -52,6 +53,8 @@ def read_plots(path: Path, crs: pyproj.CRS) -> list[Plot]:
             first, second = ("easting", "northing") if metric else ("lon", "lat")
             position = float(row[first]), float(row[second])
             radius = float(row["radius_m"])
+            if not np.isfinite(position).all():
+                raise ValueError
         except (TypeError, ValueError):
             raise InputError(
                 f"{path}, line {number}: a coordinate or radius_m is not a number; correct the row."
@@ -60,7 +63,13 @@ def read_plots(path: Path, crs: pyproj.CRS) -> list[Plot]:
             raise InputError(f"{path}, line {number}: radius_m is {radius:g}, expected metres above 0 and up to 1000.")
         source = _source_crs(path, number, row, crs, metric)
         if source is not None:
-            position = pyproj.Transformer.from_crs(source, crs, always_xy=True).transform(*position)
+            place = pyproj.Transformer.from_crs(source, crs, always_xy=True).transform(*position)
+            if not np.isfinite(place).all():
+                raise InputError(
+                    f"{path}, line {number}: {first} {position[0]:g}, {second} {position[1]:g} has no place in "
+                    f"{crs.name}; correct the row, or its epsg."
+                )
+            position = place
         name = str(row.get("plot_id") or f"plot_{number - 1}")
         if any(plot.plot_id == name for plot in plots):
             raise InputError(f"{path}, line {number}: plot_id {name!r} appears twice; give every plot its own id.")
@@ -77,7 +86,7 @@ def _source_crs(path: Path, number: int, row: dict, crs: pyproj.CRS, metric: boo
         return None
     try:
         found = pyproj.CRS.from_epsg(int(float(code)))
-    except (ValueError, pyproj.exceptions.CRSError):
+    except (ValueError, OverflowError, pyproj.exceptions.CRSError):
         raise CRSError(
             f"{path}, line {number}: epsg {code!r} is unknown; give the EPSG code of easting and northing."
         ) from None

@@ -44,7 +44,7 @@ def _from_csv(path: Path) -> np.ndarray:
     try:
         with open(path, newline="", encoding="utf-8-sig") as stream:
             rows = list(csv.DictReader(stream))
-    except (OSError, UnicodeDecodeError) as problem:
+    except (OSError, UnicodeDecodeError, csv.Error) as problem:
         raise InputError(f"{path}: cannot be read as a CSV table ({problem}); give columns x, y.") from None
     names = {str(name).strip().lower(): name for name in (rows[0] if rows else {})}
     x, y = (next((names[key] for key in wanted if key in names), None) for wanted in (_X, _Y))

@@ -68,6 +68,11 @@ def read_photo(path: Path, name: str | None = None) -> Photo:
             exif = image.getexif()
             details, gps = dict(exif.get_ifd(0x8769)), dict(exif.get_ifd(0x8825))
             model = _text(exif.get(272, ""))
+    except Image.DecompressionBombError:
+        raise InputError(
+            f"{path}: claims more than {2 * (Image.MAX_IMAGE_PIXELS or 0) / 1e6:.0f} megapixels, expected a drone "
+            "photo; remove it."
+        ) from None
     except (UnidentifiedImageError, OSError, SyntaxError, ValueError) as problem:
         raise InputError(f"{path}: cannot be read as a photo ({problem}); copy it again or remove it.") from None
     dji = _read_dji(path)

@@ -45,7 +45,7 @@ def is_position_table(path: Path) -> bool:
     try:
         with open(path, newline="", encoding="utf-8-sig", errors="replace") as stream:
             columns = {cell.strip().lower() for cell in _split(stream.readline())}
-    except OSError:
+    except (OSError, csv.Error):
         return False
     return bool(columns & set(_NAME)) and bool(columns & set(_LAT + _NORTH)) and bool(columns & set(_LON + _EAST))
 
@@ -67,7 +67,10 @@ def read_position_table(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None = 
             f"{path}: cannot be read ({problem.strerror}); give a table of photo names and positions."
         ) from None
     read = _read_geo_txt if path.name.lower() == "geo.txt" else _read_csv
-    rows = read(path, lines, crs, frame)
+    try:
+        rows = read(path, lines, crs, frame)
+    except csv.Error as problem:
+        raise GeotagError(f"{path}: is not CSV ({problem}); save the table again.") from None
     names = [row[0] for row in rows]
     doubled = {name for name in names if names.count(name) > 1} if len(set(names)) < len(names) else set()
     if doubled:

@@ -168,7 +168,10 @@ def choose(
 
 
 def _parse(text: str, where: str) -> list[Equation]:
-    rows = list(csv.DictReader(io.StringIO(text)))
+    try:
+        rows = list(csv.DictReader(io.StringIO(text)))
+    except csv.Error as problem:
+        raise InputError(f"{where}: is not CSV ({problem}); save the table again.") from None
     if not rows:
         raise InputError(f"{where}: holds no equation, expected columns {', '.join(COLUMNS)}.")
     lost = [name for name in ("id", "quantity", "species", "formula", "result_unit", "source") if name not in rows[0]]

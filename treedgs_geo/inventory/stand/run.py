@@ -233,7 +233,7 @@ def _field_crs(settings: Any) -> pyproj.CRS | None:
                     return check_projected(pyproj.CRS.from_epsg(int(float(code))), str(path))
                 if (row.get("lon") or "").strip() and (row.get("lat") or "").strip():
                     return suggest_utm(float(row["lon"]), float(row["lat"]))
-    except (OSError, UnicodeDecodeError, ValueError, pyproj.exceptions.CRSError):
+    except (OSError, UnicodeDecodeError, ValueError, OverflowError, csv.Error, pyproj.exceptions.CRSError):
         return None
     return None
 
