@@ -13,7 +13,13 @@ from hypothesis import strategies as st
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.plots import Plot
 from treedgs_geo.inventory.declination import declination_deg
-from treedgs_geo.inventory.field_trees import FieldProtocol, bearing_to_grid_deg, place, read_field_trees
+from treedgs_geo.inventory.field_trees import (
+    FieldProtocol,
+    bearing_to_grid_deg,
+    drop_unplaced,
+    place,
+    read_field_trees,
+)
 
 UTM = pyproj.CRS.from_epsg(6344)
 PLOT = Plot("a", 611337.0, 3718451.0, 10.0)
@@ -68,7 +74,14 @@ def test_slope_face_feet_and_inches(tmp_path):
 @pytest.mark.parametrize(
     ("text", "protocol", "message"),
     [
-        (HEAD + "a,1,370,5,20\n", {}, "line 2: bearing 370"),
+        (HEAD + "a,1,370,5,20\n", {}, "line 2: bearing 370.*--azimuth-unit gon"),
+        (HEAD + "a,1,40,5,20\na,2,3200,5,20\n", {}, "line 3: bearing 3200.*--azimuth-unit mil"),
+        (HEAD + "a,1,401,5,20\n", {"azimuth_unit": "gon"}, "line 2: bearing 401, expected 0 to 400 gon"),
+        (HEAD + "a,1,-5,5,20\n", {}, "line 2: bearing -5, expected 0 to 360 degrees; correct it"),
+        (HEAD + "a,1,,5,20\na,2,x,5,20\na,3,9,5,20\n", {}, "line 2: azimuth_deg is empty.*2 of 3 rows"),
+        (HEAD + "a,1,10,5,312\na,2,20,5,290\n", {}, "290 to 312 cm"),
+        (HEAD + "a,1,10,5,180\na,2,20,5,133\na,3,9,5,90\n", {}, "median 133, all whole.*--dbh-unit mm"),
+        (HEAD + "a,1,10,5,91\na,2,20,5,66\na,3,9,5,55\n", {}, "--dbh-unit mm.*--dbh-unit cm"),
         (HEAD + "a,1,10,5,20\na,1,20,5,20\n", {}, "line 3: tree 1 appears twice"),
         (HEAD + "a,1,10,,20\n", {}, "line 2: distance_m"),
         (HEAD + "a,1,10,nan,20\n", {}, "distance_m"),
@@ -109,7 +122,9 @@ def test_any_text_is_parsed_or_told(tmp_path_factory, text):
     except InputError as problem:
         assert str(path) in str(problem)
     else:
-        assert np.isfinite(trees[["azimuth_deg", "distance_m"]].to_numpy(float)).all()
+        placed, said = drop_unplaced(trees, path)
+        assert np.isfinite(placed[["azimuth_deg", "distance_m"]].to_numpy(float)).all()
+        assert len(said) == (len(placed) < len(trees))
 
 
 @pytest.mark.parametrize(
@@ -162,3 +177,43 @@ def test_what_the_crew_would_measure_leads_back_to_the_tree(bearing, level, decl
     angle = np.radians(bearing)
     assert found.x[0] == pytest.approx(PLOT.x + level * np.sin(angle), abs=1e-6)
     assert found.y[0] == pytest.approx(PLOT.y + level * np.cos(angle), abs=1e-6)
+
+
+@pytest.mark.parametrize(("unit", "circle"), [("deg", 360), ("gon", 400), ("mil", 6400)])
+def test_bearings_in_every_unit_by_name_and_by_option(tmp_path, unit, circle):
+    named = tally(tmp_path, HEAD.replace("azimuth_deg", f"Bearing_{unit}") + f"a,1,{circle / 4},10,20\n")
+    asked = tally(tmp_path, HEAD.replace("azimuth_deg", "azim") + f"a,1,{circle / 4},10,20\n", azimuth_unit=unit)
+    # The option counts before the name: a form printed for degrees was used with another compass.
+    both = tally(tmp_path, HEAD + f"a,1,{circle / 4},10,20\n", azimuth_unit=unit)
+    for trees in (named, asked, both):
+        assert trees.azimuth_deg[0] == pytest.approx(90.0)
+        east = place(trees, [PLOT], UTM, FieldProtocol(north="grid"))
+        assert east.loc[0, ["x", "y"]].tolist() == pytest.approx([PLOT.x + 10, PLOT.y])
+
+
+def test_one_empty_bearing_leaves_out_that_row_alone(tmp_path):
+    rows = "a,1,10,5,20\na,2,,6,30\na,3,30,7,25\na,4,40,?,22\na,5,50,9,21\n"
+    trees = tally(tmp_path, HEAD + rows)
+    assert len(trees) == 5 and trees.dbh_cm.tolist() == [20, 30, 25, 22, 21]
+    placed, (said,) = drop_unplaced(trees, tmp_path / "field.csv")
+    assert placed.field_id.tolist() == ["1", "3", "5"] and "2 of 5 field trees left out" in said
+    assert "line 3 (tree 2: azimuth_deg is empty)" in said and "line 5 (tree 4: distance_m is '?')" in said
+    face = tally(tmp_path, HEAD + "a,1,10,5,20\na,2,20,6,\na,3,30,7,25\n", to="face")
+    assert "tree 2: no DBH" in drop_unplaced(face, tmp_path)[1][0]
+    level = "a,1,10,5,20,10\na,2,20,6,30,\na,3,30,7,25,0\n"
+    level = tally(tmp_path, HEAD.strip() + ",slope_deg\n" + level, distance="slope")
+    assert "tree 2: slope_deg is empty" in drop_unplaced(level, tmp_path)[1][0]
+    grid = tally(tmp_path, "plot_id,tree_id,easting,northing,dbh_cm\na,1,5,6,20\na,2,7,,30\na,3,8,9,30\n")
+    assert drop_unplaced(grid, tmp_path)[0].field_id.tolist() == ["1", "3"] and np.isnan(grid.x[1])
+
+
+def test_diameters_in_millimetres(tmp_path):
+    """The name says centimetres, the values do not: the option decides either way."""
+    thin = HEAD + "a,1,10,5,180\na,2,20,5,133\na,3,9,5,90\n"
+    assert tally(tmp_path, thin, dbh_unit="mm").dbh_cm.tolist() == [18.0, 13.3, 9.0]
+    assert tally(tmp_path, thin, dbh_unit="cm").dbh_cm.tolist() == [180, 133, 90]
+    assert tally(tmp_path, thin.replace("dbh_cm", "dbh_mm")).dbh_cm.tolist() == [18.0, 13.3, 9.0]
+    assert tally(tmp_path, thin.replace("dbh_cm", "dbh_in"), dbh_unit="mm").dbh_cm[2] == 9.0
+    # Large trees are not taken for millimetres.
+    old = "".join(f"a,{k},10,5,{d}\n" for k, d in enumerate((45, 58, 120, 38, 203, 66)))
+    assert tally(tmp_path, HEAD + old).dbh_cm.max() == 203

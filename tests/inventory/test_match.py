@@ -276,6 +276,36 @@ def test_no_measured_tree_at_all(survey):
     assert len(gpd.read_file(survey / "pairs.gpkg", layer=FIELD)) == 15
 
 
+def test_a_row_without_a_bearing_is_left_out_alone(survey):
+    table = pd.read_csv(survey / "field.csv")
+    table.loc[4, "azimuth_deg"] = np.nan
+    table.to_csv(survey / "field.csv", index=False)
+    result, warnings = match(survey)
+    assert result["n_field"] == 14 and result["n_pairs"] == 13
+    assert any("line 6 (tree 5: azimuth_deg is empty)" in text for text in warnings)
+
+
+def test_plots_at_the_turn_s_limit_are_told_with_what_to_change(survey):
+    """A compass read as true north where the declination is large: 14 degrees, where 8 are searched."""
+    table = pd.read_csv(survey / "field.csv")
+    table["azimuth_deg"] = (table["azimuth_deg"] - 14.0) % 360
+    table.to_csv(survey / "field.csv", index=False)
+    result, warnings = match(survey, north="true")
+    (plot,) = gpd.read_file(survey / "pairs.gpkg", layer=PLOTS).to_dict("records")
+    assert (result["n_plots_at_turn_limit"], result["n_plots_to_check"], result["n_pairs"]) == (1, 1, 0)
+    assert plot["status"] == "check" and abs(plot["rot_deg"]) >= 7.9
+    (said,) = [text for text in warnings if "largest turn searched" in text and "Change" in text]
+    # True bearings are turned by the convergence of -0.7 degrees already.
+    found = float(said.split("fit without doubt, at ")[1].split(".  ")[0].split(". ")[0])
+    assert found == pytest.approx(14.7, abs=0.5)
+    for word in ("--north (now true", "--declination-deg (there ", "--azimuth-unit", "--rotation-deg"):
+        assert word in said
+    again, warnings = match(survey, north="true", rotation_deg=20.0)
+    assert again["n_pairs"] == 14 and again["n_plots_at_turn_limit"] == 0
+    as_said, _ = match(survey, north="magnetic", declination_deg=14.0)
+    assert as_said["n_pairs"] == 14
+
+
 @pytest.mark.parametrize("name", ["plot_a", "plot_e"])
 def test_rendered_plots(name, tmp_path):
     """Real noise of tape and compass: true stems as measured trees, the tally and the centre as surveyed."""

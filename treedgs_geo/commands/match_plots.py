@@ -51,9 +51,10 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
     from ..core.geopackage import ensure_unlocked
     from ..core.plots import read_plots
     from ..core.scale import check_place
-    from ..inventory.field_trees import place, read_field_trees
+    from ..inventory.field_trees import drop_unplaced, place, read_field_trees
     from ..inventory.match import match_plots, read_measured
     from ..inventory.pairs_layer import OWN_LAYERS, read_locked, write_pairs
+    from ..inventory.turns import is_stuck, turn_advice
 
     ensure_writable(settings.output)
     ensure_unlocked(settings.output, OWN_LAYERS)
@@ -66,13 +67,23 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
     check_projected(measured.crs, str(settings.trees))
     check_place(measured.crs, measured[["x", "y"]].to_numpy(float), str(settings.trees), reporter)
     plots = read_plots(settings.plots, measured.crs)
-    tally = place(read_field_trees(settings.field, settings), plots, measured.crs, settings, settings.field)
+    tally, left_out = drop_unplaced(read_field_trees(settings.field, settings), settings.field)
+    tally = place(tally, plots, measured.crs, settings, settings.field)
     locked = read_locked(settings.output)
     if locked.pairs or locked.plots:
         reporter.info(f"{len(locked.pairs)} locked pairs and {len(locked.plots)} confirmed plots are kept.")
     with reporter.stage("pair trees", 0.1, 0.9):
         matched = match_plots(tally, measured, plots, settings, locked)
-    for sentence in matched.warnings:
+    advice = turn_advice(
+        matched.plots,
+        plots,
+        matched.field_trees,
+        measured[["x", "y"]].to_numpy(float),
+        settings,
+        settings,
+        measured.crs,
+    )
+    for sentence in [*left_out, *matched.warnings, *advice]:
         reporter.warn(sentence)
     write_pairs(
         settings.output,
@@ -98,6 +109,7 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
         "n_suggested": len(matched.suggested),
         "n_plots": len(matched.plots),
         "n_plots_to_check": sum(plot["status"] == "check" for plot in matched.plots),
+        "n_plots_at_turn_limit": sum(is_stuck(plot, settings) for plot in matched.plots),
     }
 
 
@@ -129,5 +141,6 @@ COMMAND = Command(
         "n_suggested": "suggestions left to a hand check",
         "n_plots": "plots",
         "n_plots_to_check": "plots left to a hand check",
+        "n_plots_at_turn_limit": "plots that fit best at the largest turn searched",
     },
 )

@@ -20,7 +20,10 @@ from .declination import declination_deg, parse_date
 NAMES = {
     "plot_id": ("plot_id", "plot", "plotid", "plot_no"),
     "field_id": ("field_id", "tree_id", "tree", "treeid", "tree_no", "stem_id", "tag", "n"),
-    "azimuth": ("azimuth_deg", "azimuth", "azim", "bearing_deg", "bearing", "az_deg", "az"),
+    "azimuth": (
+        *(f"{name}_{unit}" for unit in ("deg", "gon", "mil") for name in ("azimuth", "bearing", "az")),
+        *("azimuth", "azim", "bearing", "az"),
+    ),
     "distance": ("distance_m", "distance_ft", "dist_m", "dist_ft", "distance", "dist"),
     "x": ("easting", "x", "x_m"),
     "y": ("northing", "y", "y_m"),
@@ -32,6 +35,10 @@ NAMES = {
 }
 _TO_CM = {"cm": 1.0, "mm": 0.1, "m": 100.0, "in": 2.54}
 _TO_M = {"m": 1.0, "ft": 0.3048}
+#: Units of bearings: how many make a full circle.
+_CIRCLE = {"deg": 360.0, "gon": 400.0, "mil": 6400.0}
+#: Of a table's trees this share may lack a bearing or a distance; with more it is the table that is wrong.
+_MOST_UNPLACED = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,12 +77,19 @@ class FieldProtocol:
         choices=("pith", "face"),
         help="distance to the middle of the stem, or to its near face (half the DBH is added)",
     )
+    azimuth_unit: str = param(
+        "auto",
+        kind="choice",
+        choices=("auto", "deg", "gon", "mil"),
+        help="unit of the bearings: degrees, gon (400 a circle) or mil (6400); auto: from a name like azimuth_gon, "
+        "else degrees",
+    )
     dbh_unit: str = param(
         "auto",
         kind="choice",
         choices=("auto", "cm", "mm", "m", "in"),
         advanced=True,
-        help="unit of a DBH column that does not say it (auto: from a name like dbh_cm)",
+        help="unit of the DBH column (auto: from a name like dbh_cm)",
     )
     distance_unit: str = param(
         "auto",
@@ -112,11 +126,13 @@ def read_field_trees(path: Path, protocol: FieldProtocol) -> pd.DataFrame:
 
     Returns:
         one row a tree: ``plot_id`` (or None), ``field_id`` (text), ``azimuth_deg`` and ``distance_m`` (horizontal, to
-        the pith) or ``x`` and ``y`` (m), ``dbh_cm`` (NaN where not measured), ``status``, ``species``.
+        the pith) or ``x`` and ``y`` (m), all NaN where the row does not say them (:func:`drop_unplaced`), ``dbh_cm``
+        (NaN where not measured), ``status``, ``species``, ``line`` (in the file), ``lacks`` (what keeps the tree off
+        the map, empty for most).
 
     Raises:
         InputError: missing columns, values that are no numbers or impossible, a unit that is nowhere stated or
-            contradicts the values, doubled ids.
+            contradicts the values, doubled ids, more trees without a place than with one.
     """
     path = Path(path)
     table = read_table(path)
@@ -140,20 +156,79 @@ def read_field_trees(path: Path, protocol: FieldProtocol) -> pd.DataFrame:
             "give every tree of a plot its own tree_id."
         )
     found["dbh_cm"] = dbh_in_cm(path, table, protocol.dbh_unit)
+    found["line"], found["lacks"] = np.arange(len(table)) + 2, ""
     if not polar:
-        found["x"], found["y"] = (numbers(path, table, column[axis], required=True) for axis in "xy")
+        for axis in "xy":
+            found[axis] = _where_said(table, column[axis], found)
+        _clear_unplaced(path, found, ["x", "y"])
         return found
-    azimuth = numbers(path, table, column["azimuth"], required=True)
-    bad = (azimuth < 0) | (azimuth > 360)
-    if bad.any():
-        raise InputError(f"{path}, line {_line(bad)}: bearing {azimuth[bad.idxmax()]:g}, expected 0 to 360 degrees.")
-    found["azimuth_deg"] = azimuth
-    found["distance_m"] = _horizontal_m(path, table, column, found["dbh_cm"], protocol)
+    found["azimuth_deg"] = _degrees(path, table, column["azimuth"], found, protocol)
+    found["distance_m"] = _horizontal_m(path, table, column, found, protocol)
+    _clear_unplaced(path, found, ["azimuth_deg", "distance_m"])
     return found
 
 
+def drop_unplaced(trees: pd.DataFrame, path: Path) -> tuple[pd.DataFrame, list[str]]:
+    """The trees that have a place, and a sentence about those that have none."""
+    lacking = trees[trees["lacks"] != ""]
+    if not len(lacking):
+        return trees, []
+    named = [f"line {row.line} (tree {row.field_id}: {row.lacks})" for row in lacking.head(10).itertuples()]
+    text = (
+        f"{path}: {len(lacking)} of {len(trees)} field trees left out of the pairing, as nothing says where they "
+        f"stand: {', '.join(named)}{', …' if len(lacking) > 10 else ''}; correct the table and run again."
+    )
+    return trees[trees["lacks"] == ""].reset_index(drop=True), [text]
+
+
+def _where_said(table: pd.DataFrame, name: str, found: pd.DataFrame) -> pd.Series:
+    """A column as float64; rows where it is empty or no number are noted in ``lacks``."""
+    cells = table[name]
+    values = pd.to_numeric(cells, errors="coerce").astype(float)
+    values = values.where(np.isfinite(values))
+    for row in np.flatnonzero(values.isna() & (found["lacks"] == "")):
+        text = cells.iloc[row]
+        found.loc[row, "lacks"] = f"{name} is empty" if pd.isna(text) else f"{name} is {text!r}"
+    return values
+
+
+def _clear_unplaced(path: Path, found: pd.DataFrame, columns: list[str]) -> None:
+    """Half a place is none; a table in which most trees lack theirs is refused."""
+    lacking = (found["lacks"] != "").to_numpy()
+    if lacking.mean() > _MOST_UNPLACED or lacking.all():
+        first = found[lacking].iloc[0]
+        raise InputError(
+            f"{path}, line {first['line']}: {first['lacks']}, expected a number; {int(lacking.sum())} of {len(found)} "
+            "rows are like this: correct them."
+        )
+    found.loc[lacking, columns] = np.nan
+
+
+def _degrees(path: Path, table: pd.DataFrame, name: str, found: pd.DataFrame, protocol: FieldProtocol) -> pd.Series:
+    """Bearings in degrees, by the unit that the option or the column's name says."""
+    tail = name.rpartition("_")[2]
+    named = tail if "_" in name and tail in _CIRCLE else "deg"
+    unit = named if protocol.azimuth_unit == "auto" else protocol.azimuth_unit
+    circle, values = _CIRCLE[unit], _where_said(table, name, found)
+    bad = (values < 0) | (values > circle)
+    if bad.any():
+        word = {"deg": "degrees"}.get(unit, unit)
+        most = float(values.max())
+        other = next((u for u in ("gon", "mil") if circle < most <= _CIRCLE[u]), None)
+        hint = (
+            f"{int((values > circle).sum())} of {int(values.notna().sum())} bearings are above {circle:g}: if they are "
+            f"{other}, give --azimuth-unit {other} or name the column azimuth_{other}; else correct them."
+            if other and values.min() >= 0
+            else "correct it."
+        )
+        raise InputError(
+            f"{path}, line {_line(bad)}: bearing {values[bad.idxmax()]:g}, expected 0 to {circle:g} {word}; {hint}"
+        )
+    return values * (360.0 / circle)
+
+
 def _horizontal_m(
-    path: Path, table: pd.DataFrame, column: dict, dbh_cm: pd.Series, protocol: FieldProtocol
+    path: Path, table: pd.DataFrame, column: dict, found: pd.DataFrame, protocol: FieldProtocol
 ) -> pd.Series:
     """Level distance to the pith, m."""
     name = column["distance"]
@@ -163,7 +238,7 @@ def _horizontal_m(
             f"{path}: column {name!r} does not say its unit; rename it distance_m or distance_ft, or give "
             "--distance-unit."
         )
-    distance = numbers(path, table, name, required=True) * _TO_M[unit]
+    distance = _where_said(table, name, found) * _TO_M[unit]
     bad = (distance < 0) | (distance > 200)
     if bad.any():
         raise InputError(
@@ -176,7 +251,7 @@ def _horizontal_m(
                 f"{path}: has no slope_deg or slope_pct column, which slope distances need; add it, or use "
                 "--distance horizontal."
             )
-        slope = numbers(path, table, column["slope"], required=True)
+        slope = _where_said(table, column["slope"], found)
         angle = np.radians(slope) if column["slope"] == "slope_deg" else np.arctan(slope / 100)
         if (np.abs(angle) > np.radians(60)).any():
             raise InputError(
@@ -185,27 +260,27 @@ def _horizontal_m(
             )
         distance = distance * np.cos(angle)
     if protocol.to == "face":
-        if dbh_cm.isna().any():
-            raise InputError(
-                f"{path}, line {_line(dbh_cm.isna())}: has no DBH, which distances to the stem's face need; "
-                "add it or use --to pith."
-            )
-        distance = distance + dbh_cm / 200
+        bare = found["dbh_cm"].isna()
+        found.loc[bare & (found["lacks"] == ""), "lacks"] = "no DBH, which a distance to the face needs (or --to pith)"
+        distance = distance + found["dbh_cm"] / 200
     return distance
 
 
 def dbh_in_cm(path: Path, table: pd.DataFrame, unit: str, option: str = "--dbh-unit") -> pd.Series:
-    """The DBH column of a text table in cm, NaN where empty; all NaN without such a column.
+    """The DBH column of a text table in cm, NaN where empty; all NaN without such a column. unit: of the option, which
+    counts before the column's name; ``auto``: the name's.
 
     Raises:
-        InputError: the unit is nowhere stated, or the values contradict it (metres taken for centimetres).
+        InputError: the unit is nowhere stated, or the values contradict it (metres or millimetres taken for
+            centimetres).
     """
     name = next((n for n in NAMES["dbh"] if n in table.columns), None)
     if name is None:
         return pd.Series(np.full(len(table), np.nan))
-    if "_" in name:
-        unit = name.rpartition("_")[2]
     values = numbers(path, table, name, required=False)
+    asked = unit != "auto"
+    if not asked and "_" in name:
+        unit = name.rpartition("_")[2]
     if unit == "auto":
         raise InputError(
             f"{path}: column {name!r} does not say its unit (values {values.min():g} to {values.max():g}); "
@@ -213,10 +288,20 @@ def dbh_in_cm(path: Path, table: pd.DataFrame, unit: str, option: str = "--dbh-u
         )
     dbh = values * _TO_CM[unit]
     known = dbh.dropna()
-    if len(known) and (known.max() < 2.5 or known.median() > 250 or known.min() <= 0):
+    if not len(known):
+        return dbh
+    spread = f"{name} read as {unit} gives DBHs of {known.min():.3g} to {known.max():.3g} cm"
+    if known.max() < 2.5 or known.median() > 250 or known.min() <= 0:
         raise InputError(
-            f"{path}: {name} read as {unit} gives DBHs of {known.min():.3g} to {known.max():.3g} cm, expected trees of "
-            f"about 5 to 100 cm; name the right unit in the column name or with {option}."
+            f"{path}: {spread}, expected trees of about 5 to 100 cm; name the right unit in the column name or with "
+            f"{option}."
+        )
+    # Millimetres are whole numbers, and those of thin trees would still pass for centimetres.
+    whole = len(known) >= 3 and bool((values.dropna() % 1 == 0).all())
+    if not asked and unit == "cm" and whole and (known.median() > 100 or known.median() > 60 and known.min() >= 50):
+        raise InputError(
+            f"{path}: {spread}, median {known.median():.3g}, all whole numbers; if these are millimetres, give "
+            f"{option} mm or rename the column dbh_mm, if they are centimetres, give {option} cm."
         )
     return dbh
 

@@ -310,11 +310,6 @@ def _remarks(
     if placed.status == "check":
         todo = "; look at the layer 'suggested', set the plot's status to ok (or draw two or more pairs) and run again"
         remarks.append(f"Plot {plot.plot_id}: left to a hand check ({placed.reason}){todo if suggested else ''}.")
-    elif abs(placed.rotation_deg) >= 0.99 * options.rotation_deg > 0:
-        remarks.append(
-            f"Plot {plot.plot_id}: is turned by the most that is searched ({placed.rotation_deg:+.1f} degrees), "
-            "perhaps by more; check --north and the declination, or raise --rotation-deg."
-        )
     elif abs(placed.rotation_deg) >= 4:
         remarks.append(
             f"Plot {plot.plot_id}: is turned by {placed.rotation_deg:+.1f} degrees; check --north and the declination."

@@ -181,7 +181,14 @@ def register(
         reason = f"another placing explains the trees almost as well (ratio {ratio:.2f})"
     elif np.hypot(*offset) > 3 * _centre_sd(options):
         reason = f"the best placing is {np.hypot(*offset):.1f} m off, beyond the search"
+    elif at_limit(turn, options.rotation_deg):
+        reason = f"it fits best at the largest turn searched ({turn:+.1f} degrees), so perhaps beyond it"
     return Registration(offset, turn, sigma, ratio, margin, share, "check" if reason else "auto", reason)
+
+
+def at_limit(turn_deg: float, limit_deg: float) -> bool:
+    """Whether a plot is turned by the most that is searched; never where no turn is."""
+    return abs(turn_deg) >= 0.99 * limit_deg > 0
 
 
 def assign(
