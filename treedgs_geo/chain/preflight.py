@@ -291,9 +291,10 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
     from ..measure.cloud import point_weights
     from ..pointcloud.files import iter_cloud
     from ..terrain.dtm import read_dtm, require_coverage
+    from .cloud_plots import plots_under
 
     findings = Findings(reporter)
-    for target in filter(None, (settings.output, settings.stems_output)):
+    for target in filter(None, (settings.output, settings.stems_output, settings.report)):
         _check_target(target, findings)
     count = 0
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
@@ -308,6 +309,7 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
     if first is None:
         raise InputError(f"{settings.input}: holds no point, expected a point cloud.")
     point_weights(first, settings.weights)
+    plots_under(settings, first.horizontal_crs, low, high, reporter)
     span = high - low
     density = count / max(float(span[0] * span[1]), 1.0)
     where = first.horizontal_crs.name if first.horizontal_crs is not None else "local metres, no CRS"
