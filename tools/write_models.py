@@ -59,11 +59,11 @@ CHAINS = {
         ],
         {
             "INPUT": ("measure", "INPUT"),
+            "PLOTS": ("measure", "PLOTS"),
             "DTM": ("measure", "DTM"),
-            "PLOTS": ("table", "PLOTS"),
             "SPECIES": ("table", "SPECIES"),
         },
-        {},
+        {"PLOTS": [("table", "PLOTS")]},
     ),
     "photostoaccuracy": (
         "From drone photos to accuracy against field trees",

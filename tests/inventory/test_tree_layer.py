@@ -87,7 +87,10 @@ def test_report_names_each_tree_and_reason(tmp_path):
         "too few photos see the stem",
         "2 photos are blurred",
         "data:image/png;base64",
-        "1 of 2 stems",
+        "1 stems have a DBH",
+        "1 more were found and refused",
+        "Stems that were not found are in no list",
+        "id='tree-1'",
     ):
         assert words in page
     assert "http" not in page and page.count("data:image/png;base64") == 2  # the map and the histogram

@@ -132,7 +132,8 @@ def test_a_model_runs_from_cloud_to_stand_table(qgis, tmp_path):
 
 def test_a_model_whose_second_step_is_refused_leaves_no_empty_folder(qgis, tmp_path):
     stems_cloud(tmp_path / "cloud.laz")
-    (tmp_path / "plots.csv").write_text("plot_id,easting,northing,epsg,radius_m\nfar,100000,3000000,32617,7\n")
+    # On the cloud, between its stems: nothing is left to count.
+    (tmp_path / "plots.csv").write_text("plot_id,easting,northing,epsg,radius_m\nbare,500006,3450006.6,32617,1\n")
     values = {
         "INPUT": tmp_path / "cloud.laz",
         "PLOTS": tmp_path / "plots.csv",
@@ -140,7 +141,7 @@ def test_a_model_whose_second_step_is_refused_leaves_no_empty_folder(qgis, tmp_p
         "measure:Trees": tmp_path / "trees.gpkg",
         "table:Tables": tmp_path / "stand",
     }
-    refused(qgis.run("cloudtostandtable", None, **values), "no plot is left to count. Plot far")
+    refused(qgis.run("cloudtostandtable", None, **values), "no plot is left to count. Plot bare")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["cloud.laz", "plots.csv", "trees.gpkg"]
 
 

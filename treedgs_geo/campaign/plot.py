@@ -54,7 +54,7 @@ def run_plot(job: dict[str, Any], reporter: Reporter) -> dict[str, Any]:
         "n_trees": len(trees), "n_measured": int(has.sum()), "n_rejected": int((~has).sum()), "reasons": reasons,
         "mean_dbh_cm": round(float(trees.loc[has, "dbh_cm"].mean()), 2) if has.any() else None,
         "bounds": [round(float(v), 2) for v in trees.total_bounds] if len(trees) else None,
-        "status": found.get("status") or f"{int(has.sum())} of {len(trees)} stems measured",
+        "status": found.get("status") or f"{int(has.sum())} of the {len(trees)} stems found were measured",
         "warnings": list(found.get("warnings") or [])[:5], "accuracy": None,
     }
     if row["field"]:

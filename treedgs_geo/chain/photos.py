@@ -39,6 +39,7 @@ from ..terrain.dtm import (
     write_dtm,
 )
 from ..terrain.sparse_ground import dtm_from_sparse
+from .facts import photo_facts
 from .planned import (
     LEAST_OBLIQUE,
     OBLIQUE_DEG,
@@ -327,12 +328,15 @@ def _write(
             "TreeDGS": space.record["version"],
             "run": steps.run_id,
         }
+        facts = photo_facts(space, views, plots, sfm) | facts
         write_report(report, tree_table(trees, crs), plots, facts, steps.warnings + reporter.warnings, stages)
         return {"report": str(report)}
 
     # The outputs may be changed by the user between runs: always written anew, it costs a second.
     steps.run("write", {"output": settings.output}, [], [], work, always=True)
-    status = f"{len(measured)} of {len(trees)} stems measured" if measured else f"No stem is measurable: {nothing}."
+    status = f"No stem is measurable: {nothing}."
+    if measured:
+        status = f"{len(measured)} of the {len(trees)} stems found were measured"
     return {
         "output": str(settings.output),
         "report": str(report),

@@ -306,9 +306,10 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
     from ..pointcloud.sanity import examine
     from ..pointcloud.survey import Survey
     from ..terrain.dtm import read_dtm, require_coverage
+    from .cloud_plots import plots_under
 
     findings = Findings(reporter)
-    for target in filter(None, (settings.output, settings.stems_output)):
+    for target in filter(None, (settings.output, settings.stems_output, settings.report)):
         _check_target(target, findings)
     survey = Survey()
     first = None
@@ -329,6 +330,7 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
     if findings.problems:
         raise InputError(findings.problems[0])
     low, high, count = extent.low, extent.high, extent.n_points - extent.n_strays
+    plots_under(settings, first.horizontal_crs, low, high, reporter)
     span = high - low
     density = count / max(float(span[0] * span[1]), 1.0)
     where = first.horizontal_crs.name if first.horizontal_crs is not None else "local metres, no CRS"

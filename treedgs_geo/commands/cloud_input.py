@@ -157,8 +157,8 @@ def tree_summary(trees: list[Any], reporter: Reporter) -> dict[str, Any]:
         reporter.warn("No stem was found: the points below 5 m show no upright round stem; check the density under the "
                       "canopy and the source setting.")
     else:
-        reporter.info(f"{len(measured)} of {len(trees)} stems measured: {flags['ok']} ok, {flags['check']} to check, "
-                      f"{flags['reject']} refused.")
+        reporter.info(f"{len(measured)} of the {len(trees)} stems found were measured: {flags['ok']} ok, "
+                      f"{flags['check']} to check, {flags['reject']} refused.")
     for reason in REASONS:
         count = sum(reason in tree.qc_reason.split(",") for tree in trees)
         if count:

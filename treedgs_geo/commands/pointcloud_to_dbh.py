@@ -21,6 +21,11 @@ class PointcloudToDbhSettings(MeasureOptions, CloudSettings):
     output: Path = param(kind="output_file", help="tree layer", suffixes=("gpkg", "shp", "csv"))
     dry_run: bool = param(False, kind="flag", help="Only check the cloud, its CRS, density and DTM, memory and disk, "
                           "and foretell the time; writes nothing")
+    plots: Path | None = param(None, kind="file", help="CSV of plots: plot_id, easting, northing, radius_m (or lon, "
+                               "lat); only stems in them are measured, without it those of the whole cloud",
+                               suffixes=("csv",))
+    report: Path | None = param(None, kind="output_file", help="also write a report: map, each DBH, what the cloud "
+                                "did not show, cost", suffixes=("html",))
     stems_output: Path | None = param(None, kind="output_file", help="also write the stem points with tree_id",
                                       suffixes=("laz", "las"))
 
@@ -31,6 +36,7 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
         from ..chain.preflight import check_cloud
 
         return check_cloud(settings, reporter)
+    from ..chain.cloud_plots import RunLog, cut_to_plots, trees_in_plots, write_cloud_report
     from ..inventory.circle_layers import stem_slices
     from ..inventory.tree_layer import check_output, write_trees
     from ..measure.cloud import measure_cloud, point_weights
@@ -39,14 +45,17 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
     from ..pointcloud.files import write_cloud
 
     check_output(settings.output)
-    if settings.stems_output is not None:
-        ensure_writable(settings.stems_output)
+    for beside in filter(None, (settings.stems_output, settings.report)):
+        ensure_writable(beside)
+    reporter = log = RunLog(reporter)
     kept = None if settings.stems_output else ("intensity", "opacity", "gps_time")
     cloud = load_cloud(settings, reporter, kept)
+    plots, cloud = cut_to_plots(settings, cloud, reporter)
     point_weights(cloud, settings.weights)  # a missing attribute is told before the work, not after
     dtm, certain = load_ground(settings, cloud, reporter)
     with reporter.stage("stems", 0.3, 0.95):
         trees, tree_id = measure_cloud(cloud, dtm, settings, reporter)
+    trees, tree_id = trees_in_plots(trees, tree_id, plots, reporter)
     trees = with_ground_gap(trees, settings, cloud, dtm, reporter)
     if not certain:
         mark_uncertain_ground(trees)
@@ -56,7 +65,9 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
     slices = stem_slices(cloud.xyz, tree_id, trees)
     write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, slices, reporter)
     stems_file = str(settings.stems_output) if settings.stems_output is not None and (tree_id > 0).any() else None
-    return {"output": str(settings.output), "stems_output": stems_file, **tree_summary(trees, reporter)}
+    summary = tree_summary(trees, reporter)
+    report = write_cloud_report(settings, cloud, trees, plots, dtm, log)
+    return {"output": str(settings.output), "report": report, "stems_output": stems_file, **summary}
 
 
 COMMAND = Command(
@@ -75,8 +86,10 @@ COMMAND = Command(
     run=run,
     example="treedgs pointcloud-to-dbh --input plot_uls.laz --output trees.gpkg",
     expert=("method", "min_dbh_cm", "max_dbh_cm", "max_lean_deg", "source"),
-    outputs={"output": "tree layer", "stems_output": "stem points", "n_trees": "stems in the layer",
-             "n_measured": "stems with a DBH", "n_ok": "without remark", "n_check": "to check", "n_reject": "refused",
+    order=("input", "plots", "dtm", "crs", "output", "report"),
+    outputs={"output": "tree layer", "report": "the page to open", "stems_output": "stem points",
+             "n_trees": "stems in the layer", "n_measured": "stems with a DBH", "n_ok": "without remark",
+             "n_check": "to check", "n_reject": "refused",
              "mean_dbh_cm": "mean DBH, cm", "n_points": "points (dry run)",
              "density_pts_m2": "points a square metre (dry run)", "predicted_s": "foretold time, s (dry run)",
              "needed_memory_gb": "foretold memory, GB (dry run)", "needed_disk_gb": "foretold disk, GB (dry run)",

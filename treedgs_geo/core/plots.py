@@ -77,6 +77,24 @@ def read_plots(path: Path, crs: pyproj.CRS) -> list[Plot]:
     return plots
 
 
+def plot_cells(plots: list[Plot], cell_m: float = 0.5, most: int = 20_000) -> tuple[np.ndarray, np.ndarray]:
+    """Middles of square cells inside the plots: ``((N, 2) project metres, (N,) number of the plot)``.
+
+    Cells lie on whole multiples of their side, which grows where there would be more than ``most``.
+    """
+    area = sum(np.pi * plot.radius_m**2 for plot in plots)
+    side = max(cell_m, float(np.sqrt(area / most)))
+    parts, owners = [], []
+    for number, plot in enumerate(plots):
+        low = np.floor((np.array([plot.x, plot.y]) - plot.radius_m) / side)
+        axes = [side * (low[k] + 0.5 + np.arange(int(2 * plot.radius_m / side) + 2)) for k in (0, 1)]
+        grid = np.column_stack([axis.ravel() for axis in np.meshgrid(*axes)])
+        inside = grid[np.hypot(grid[:, 0] - plot.x, grid[:, 1] - plot.y) <= plot.radius_m]
+        parts.append(inside if len(inside) else np.array([[plot.x, plot.y]]))
+        owners.append(np.full(len(parts[-1]), number))
+    return np.concatenate(parts), np.concatenate(owners)
+
+
 def _source_crs(path: Path, number: int, row: dict, crs: pyproj.CRS, metric: bool) -> pyproj.CRS | None:
     """The row's CRS when it differs from the project's."""
     if not metric:

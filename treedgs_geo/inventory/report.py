@@ -23,7 +23,8 @@ _COLOURS = {"ok": "#009E73", "check": "#E69F00", "reject": "#D55E00"}
 
 
 def draw_stem_map(trees: gpd.GeoDataFrame, plots: list[Plot], title: str = "") -> bytes:
-    """PNG of the stems on the plot: discs grow with DBH, labels give DBH in cm, rejected stems are hollow."""
+    """PNG of the stems on the plot: discs grow with DBH, labels give tree_id (as in the table) and DBH in cm, rejected
+    stems are hollow."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -63,15 +64,17 @@ def draw_stem_map(trees: gpd.GeoDataFrame, plots: list[Plot], title: str = "") -
             alpha=0.9,
         )
     for _, tree in trees.iterrows():
+        at = tree["x"] - origin[0], tree["y"] - origin[1]
         text = f"{tree['dbh_cm']:.1f}" if pd.notna(tree["dbh_cm"]) else "–"
-        axes.annotate(
-            text, (tree["x"] - origin[0], tree["y"] - origin[1]), xytext=(7, 5), textcoords="offset points", fontsize=8
-        )
+        near = {"textcoords": "offset points", "zorder": 4, "annotation_clip": True}
+        beside = 3 + (tree["dbh_cm"] if pd.notna(tree["dbh_cm"]) else 12) / 4.4
+        axes.annotate(str(tree["tree_id"]), at, xytext=(beside, 1), fontsize=8, fontweight="bold", **near)
+        axes.annotate(text, at, xytext=(beside, -7), fontsize=7, color="0.3", **near)
     axes.set_aspect("equal")
     axes.margins(0.12)
     axes.set_xlabel(f"Easting − {origin[0]:.0f} m")
     axes.set_ylabel(f"Northing − {origin[1]:.0f} m")
-    axes.set_title(title or "DBH, cm")
+    axes.set_title(title or "Tree number as in the table, and DBH in cm")
     axes.grid(alpha=0.25)
     if len(trees):
         axes.legend(loc="upper left", framealpha=0.9)
@@ -143,7 +146,8 @@ def write_report(
             tree["qc_flag"],
             html.escape(explain(tree["qc_reason"] or "")),
         )
-        rows.append(f"<tr class='{tree['qc_flag']}'>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
+        row = "".join(f"<td>{cell}</td>" for cell in cells)
+        rows.append(f"<tr id='tree-{tree['tree_id']}' class='{tree['qc_flag']}'>{row}</tr>")
     card = "".join(f"<tr><th>{html.escape(str(k))}</th><td>{html.escape(str(v))}</td></tr>" for k, v in facts.items())
     cost = "".join(
         f"<tr><th>{html.escape(name)}</th><td>{entry['seconds']:.1f}</td><td>{entry['peak_memory_mb']}</td></tr>"
@@ -154,8 +158,9 @@ def write_report(
     if len(trees):
         n_check, n_refused = int((trees["qc_flag"] == "check").sum()), len(trees) - len(measured)
         summary = (
-            f"{len(measured)} of {len(trees)} stems found have a DBH ({n_check} to check); {n_refused} were refused, "
-            "with the reason below."
+            f"{len(measured)} stems have a DBH ({n_check} of them to check); {n_refused} more were found and refused, "
+            "with the reason below. Stems that were not found are in no list: how many there are, only trees counted "
+            "in the field can tell (Pair field and measured trees)."
         )
         found = _template("report_trees.html").substitute(
             picture=base64.b64encode(draw_stem_map(trees, plots)).decode(),

@@ -436,6 +436,38 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>{name}, Treiber {driver}</translation>
     </message>
     <message>
+      <source>{name}: the engine gets a copy of the layer '{layer}' ({count} features as it shows them).</source>
+      <translation>{name}: Die Engine bekommt eine Kopie des Layers '{layer}' ({count} Objekte, so wie er sie zeigt).</translation>
+    </message>
+    <message>
+      <source>{name}: {path} cannot be read as a layer; give a file that QGIS opens.</source>
+      <translation>{name}: {path} lässt sich nicht als Layer lesen; geben Sie eine Datei an, die QGIS öffnet.</translation>
+    </message>
+    <message>
+      <source>{name}: the layer '{layer}' has edits that are not saved; save or drop them first.</source>
+      <translation>{name}: Der Layer '{layer}' hat ungespeicherte Änderungen; speichern oder verwerfen Sie sie zuerst.</translation>
+    </message>
+    <message>
+      <source>{name}: all {count} features of '{layer}' are used, not only the {chosen} selected.</source>
+      <translation>{name}: Alle {count} Objekte von '{layer}' werden verwendet, nicht nur die {chosen} ausgewählten.</translation>
+    </message>
+    <message>
+      <source>{name}: the layer '{layer}' cannot be read; mend its source.</source>
+      <translation>{name}: Der Layer '{layer}' lässt sich nicht lesen; berichtigen Sie seine Quelle.</translation>
+    </message>
+    <message>
+      <source>{name}: the layer '{layer}' is no file on this computer; save it as a GeoTIFF first.</source>
+      <translation>{name}: Der Layer '{layer}' ist keine Datei auf diesem Rechner; speichern Sie ihn zuerst als GeoTIFF.</translation>
+    </message>
+    <message>
+      <source>{name}: the layer '{layer}' is filtered, or a copy without its trees; give the pairs' file.</source>
+      <translation>{name}: Der Layer '{layer}' ist gefiltert oder eine Kopie ohne seine Bäume; geben Sie die Datei der Paare an.</translation>
+    </message>
+    <message>
+      <source>{name}: the layer '{layer}' cannot be copied for the engine ({why}).</source>
+      <translation>{name}: Der Layer '{layer}' lässt sich nicht für die Engine kopieren ({why}).</translation>
+    </message>
+    <message>
       <source>Camera positions</source>
       <translation>Kamerapositionen</translation>
     </message>
@@ -820,12 +852,28 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Punktwolke: LAS, LAZ, COPC oder Text mit x y z je Zeile</translation>
     </message>
     <message>
+      <source>CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); only stems in them are measured, without it those of the whole cloud</source>
+      <translation>CSV der Probeflächen: plot_id, easting, northing, radius_m (oder lon, lat); nur Stämme darin werden gemessen, ohne sie die der ganzen Wolke</translation>
+    </message>
+    <message>
       <source>terrain raster; without it the ground is found in the cloud</source>
       <translation>Geländeraster; ohne es wird der Boden in der Wolke gesucht</translation>
     </message>
     <message>
       <source>CRS of a cloud that holds none: EPSG:CODE, or 'local' for metres without a place on the map</source>
       <translation>KBS einer Wolke, die keines enthält: EPSG:CODE oder 'local' für Meter ohne Ort auf der Karte</translation>
+    </message>
+    <message>
+      <source>tree layer</source>
+      <translation>Baumlayer</translation>
+    </message>
+    <message>
+      <source>Report</source>
+      <translation>Bericht</translation>
+    </message>
+    <message>
+      <source>also write a report: map, each DBH, what the cloud did not show, cost</source>
+      <translation>auch einen Bericht schreiben: Karte, jeder BHD, was die Wolke nicht zeigte, Aufwand</translation>
     </message>
     <message>
       <source>Weights</source>
@@ -888,10 +936,6 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Startwert der Zufallszüge</translation>
     </message>
     <message>
-      <source>tree layer</source>
-      <translation>Baumlayer</translation>
-    </message>
-    <message>
       <source>Only check the cloud, its CRS, density and DTM, memory and disk, and foretell the time; writes nothing</source>
       <translation>Nur Wolke, KBS, Dichte und Geländemodell, Speicher und Platte prüfen und die Zeit vorhersagen; schreibt nichts</translation>
     </message>
@@ -902,6 +946,10 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
     <message>
       <source>also write the stem points with tree_id</source>
       <translation>auch die Stammpunkte mit tree_id schreiben</translation>
+    </message>
+    <message>
+      <source>the page to open</source>
+      <translation>die zu öffnende Seite</translation>
     </message>
     <message>
       <source>stem points</source>
@@ -968,8 +1016,8 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Planer</translation>
     </message>
     <message>
-      <source>where plots run: local, tcp://host:8786 (a running Dask scheduler), slurm or pbs</source>
-      <translation>wo die Flächen laufen: local, tcp://host:8786 (ein laufender Dask-Scheduler), slurm oder pbs</translation>
+      <source>where plots run: local, tls://host:8786 (a running Dask scheduler), slurm or pbs</source>
+      <translation>wo die Flächen laufen: local, tls://host:8786 (ein laufender Dask-Scheduler), slurm oder pbs</translation>
     </message>
     <message>
       <source>Workers</source>
@@ -1024,8 +1072,8 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Live-Ansicht</translation>
     </message>
     <message>
-      <source>Dask's live view: auto (a free port), off, or an address like :8787</source>
-      <translation>Live-Ansicht von Dask: auto (ein freier Port), off oder eine Adresse wie :8787</translation>
+      <source>Dask's live view, for this machine only: auto (a free port), off, or a port like :8787; what is given as host:port can be looked at by whoever reaches that host</source>
+      <translation>Live-Ansicht von Dask, nur für diesen Rechner: auto (ein freier Port), off oder ein Port wie :8787; was als host:port angegeben wird, kann jeder ansehen, der diesen Host erreicht</translation>
     </message>
     <message>
       <source>Queue options</source>
@@ -1860,6 +1908,26 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Macht aus Richtung und Entfernung Koordinaten (geographisch, Gitter- oder magnetisch Nord; waagerechte oder schräge Entfernung; bis zur Mitte oder zur Stammfläche), verschiebt und dreht jede Probefläche als Ganzes auf die gemessenen Bäume und paart eins zu eins. Der BHD dient nie zum Paaren, so können die Paare ihn beurteilen. Wo zwei Lagen etwa gleich gut passen, wie in Pflanzreihen, bleibt die Fläche Ihnen überlassen: der Layer 'suggested' zeigt die beste Vermutung; setzen Sie den Status der Fläche auf ok oder zeichnen Sie zwei Paare im Layer 'pairs' und starten Sie erneut. Im Layer 'pairs' setzen Sie pair_status auf ok, moved (nachdem das Ende einer Linie auf einen anderen Baum gezogen wurde) oder rejected: was Sie festgelegt haben, bleibt, wenn Sie erneut auf dieselbe Datei starten. Ungepaarte Bäume beider Seiten bleiben in den Layern 'field_trees' und 'measured_trees'. Einheiten: Meter, Zentimeter, Grad.</translation>
     </message>
     <message>
+      <source>measured trees: a tree layer, or CSV with tree_id, x, y, dbh_cm</source>
+      <translation>gemessene Bäume: ein Baumlayer oder eine CSV mit tree_id, x, y, dbh_cm</translation>
+    </message>
+    <message>
+      <source>Field</source>
+      <translation>Feldaufnahme</translation>
+    </message>
+    <message>
+      <source>field tally: plot_id, tree_id, azimuth_deg, distance_m (or easting, northing), dbh_cm</source>
+      <translation>Feldaufnahme: plot_id, tree_id, azimuth_deg, distance_m (oder easting, northing), dbh_cm</translation>
+    </message>
+    <message>
+      <source>plot centres: plot_id, easting, northing, epsg (or lon, lat), radius_m</source>
+      <translation>Flächenmittelpunkte: plot_id, easting, northing, epsg (oder lon, lat), radius_m</translation>
+    </message>
+    <message>
+      <source>pairs layer; pairs locked in an existing file are kept</source>
+      <translation>Paar-Layer; festgelegte Paare einer vorhandenen Datei bleiben erhalten</translation>
+    </message>
+    <message>
       <source>North</source>
       <translation>Nordrichtung</translation>
     </message>
@@ -1964,22 +2032,6 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>ein Paar muss exp(dies)-mal so wahrscheinlich sein wie die beste Paarung ohne es, sonst wird es nur vorgeschlagen</translation>
     </message>
     <message>
-      <source>measured trees: a tree layer, or CSV with tree_id, x, y, dbh_cm</source>
-      <translation>gemessene Bäume: ein Baumlayer oder eine CSV mit tree_id, x, y, dbh_cm</translation>
-    </message>
-    <message>
-      <source>Field</source>
-      <translation>Feldaufnahme</translation>
-    </message>
-    <message>
-      <source>field tally: plot_id, tree_id, azimuth_deg, distance_m (or easting, northing), dbh_cm</source>
-      <translation>Feldaufnahme: plot_id, tree_id, azimuth_deg, distance_m (oder easting, northing), dbh_cm</translation>
-    </message>
-    <message>
-      <source>plot centres: plot_id, easting, northing, epsg (or lon, lat), radius_m</source>
-      <translation>Flächenmittelpunkte: plot_id, easting, northing, epsg (oder lon, lat), radius_m</translation>
-    </message>
-    <message>
       <source>Trees DBH unit</source>
       <translation>BHD-Einheit der gemessenen Bäume</translation>
     </message>
@@ -1990,10 +2042,6 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
     <message>
       <source>CRS of measured trees in a CSV, or of a layer without one</source>
       <translation>KBS gemessener Bäume in einer CSV oder eines Layers ohne KBS</translation>
-    </message>
-    <message>
-      <source>pairs layer; pairs locked in an existing file are kept</source>
-      <translation>Paar-Layer; festgelegte Paare einer vorhandenen Datei bleiben erhalten</translation>
     </message>
     <message>
       <source>pairs layer</source>
@@ -2124,10 +2172,6 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Ordner</translation>
     </message>
     <message>
-      <source>the page to open</source>
-      <translation>die zu öffnende Seite</translation>
-    </message>
-    <message>
       <source>metrics.json</source>
       <translation>metrics.json</translation>
     </message>
@@ -2184,12 +2228,12 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Probeflächen: Mittelpunkt und radius_m (oder width_m, length_m) oder ein Polygonlayer; sonst gilt die ganze Umgrenzung als Vollaufnahme</translation>
     </message>
     <message>
-      <source>Boundary</source>
-      <translation>Bestandesgrenze</translation>
+      <source>Species</source>
+      <translation>Baumart</translation>
     </message>
     <message>
-      <source>the stand's outline: finds plots that reach over its edge</source>
-      <translation>der Umriss des Bestands: findet Probeflächen, die über seinen Rand reichen</translation>
+      <source>species of trees that have none: PLANTS symbol, FIA number or name (PITA, 131, Pinus taeda)</source>
+      <translation>Baumart der Bäume, die keine haben: PLANTS-Kürzel, FIA-Nummer oder Name (PITA, 131, Pinus taeda)</translation>
     </message>
     <message>
       <source>pairs layer of match-plots: species and status of the measured trees</source>
@@ -2200,12 +2244,24 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Feldaufnahme: Höhen der gepaarten Bäume; ohne --trees ist sie selbst die Baumliste</translation>
     </message>
     <message>
+      <source>Boundary</source>
+      <translation>Bestandesgrenze</translation>
+    </message>
+    <message>
+      <source>the stand's outline: finds plots that reach over its edge</source>
+      <translation>der Umriss des Bestands: findet Probeflächen, die über seinen Rand reichen</translation>
+    </message>
+    <message>
       <source>Units</source>
       <translation>Einheiten</translation>
     </message>
     <message>
       <source>units of the report</source>
       <translation>Einheiten des Berichts</translation>
+    </message>
+    <message>
+      <source>smallest DBH that counts</source>
+      <translation>kleinster BHD, der zählt</translation>
     </message>
     <message>
       <source>Class width [cm, or inches in US units]</source>
@@ -2216,16 +2272,24 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Breite einer BHD-Klasse (5 cm oder 2 Zoll, wo nicht angegeben)</translation>
     </message>
     <message>
-      <source>smallest DBH that counts</source>
-      <translation>kleinster BHD, der zählt</translation>
+      <source>Missing</source>
+      <translation>Fehlende</translation>
     </message>
     <message>
-      <source>Species</source>
-      <translation>Baumart</translation>
+      <source>stems seen but without a DBH: count each as the mean of its plot's measured trees, or leave them out (both results are told)</source>
+      <translation>Stämme, die gesehen, aber nicht gemessen wurden: jeden als Mittel der gemessenen Bäume seiner Fläche zählen oder auslassen (beide Ergebnisse werden genannt)</translation>
     </message>
     <message>
-      <source>species of trees that have none: PLANTS symbol, FIA number or name (PITA, 131, Pinus taeda)</source>
-      <translation>Baumart der Bäume, die keine haben: PLANTS-Kürzel, FIA-Nummer oder Name (PITA, 131, Pinus taeda)</translation>
+      <source>folder for the report and the tables</source>
+      <translation>Ordner für Bericht und Tabellen</translation>
+    </message>
+    <message>
+      <source>Heights</source>
+      <translation>Höhen</translation>
+    </message>
+    <message>
+      <source>heights of trees that have none: from a curve fitted to the measured ones, none at all, or from a published regional curve</source>
+      <translation>Höhen der Bäume, die keine haben: aus einer an die gemessenen angepassten Kurve, gar keine, oder aus einer veröffentlichten regionalen Kurve</translation>
     </message>
     <message>
       <source>Origin</source>
@@ -2236,20 +2300,16 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>wie der Bestand entstanden ist</translation>
     </message>
     <message>
-      <source>Missing</source>
-      <translation>Fehlende</translation>
+      <source>Stand ID</source>
+      <translation>Bestandeskennung</translation>
     </message>
     <message>
-      <source>stems seen but without a DBH: count each as the mean of its plot's measured trees, or leave them out (both results are told)</source>
-      <translation>Stämme, die gesehen, aber nicht gemessen wurden: jeden als Mittel der gemessenen Bäume seiner Fläche zählen oder auslassen (beide Ergebnisse werden genannt)</translation>
+      <source>name of the stand, in every file</source>
+      <translation>Name des Bestands, in jeder Datei</translation>
     </message>
     <message>
-      <source>Heights</source>
-      <translation>Höhen</translation>
-    </message>
-    <message>
-      <source>heights of trees that have none: from a curve fitted to the measured ones, none at all, or from a published regional curve</source>
-      <translation>Höhen der Bäume, die keine haben: aus einer an die gemessenen angepassten Kurve, gar keine, oder aus einer veröffentlichten regionalen Kurve</translation>
+      <source>CRS of trees in a CSV, or of a layer without one</source>
+      <translation>KBS der Bäume in einer CSV oder eines Layers ohne KBS</translation>
     </message>
     <message>
       <source>Height unit</source>
@@ -2336,14 +2396,6 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Brusthöhe der Höhenkurve, für eine Feldaufnahme (ein Baumlayer nennt seine eigene)</translation>
     </message>
     <message>
-      <source>Stand ID</source>
-      <translation>Bestandeskennung</translation>
-    </message>
-    <message>
-      <source>name of the stand, in every file</source>
-      <translation>Name des Bestands, in jeder Datei</translation>
-    </message>
-    <message>
       <source>FVS variant</source>
       <translation>FVS-Variante</translation>
     </message>
@@ -2358,14 +2410,6 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
     <message>
       <source>year of the inventory, for FVS</source>
       <translation>Jahr der Inventur, für FVS</translation>
-    </message>
-    <message>
-      <source>CRS of trees in a CSV, or of a layer without one</source>
-      <translation>KBS der Bäume in einer CSV oder eines Layers ohne KBS</translation>
-    </message>
-    <message>
-      <source>folder for the report and the tables</source>
-      <translation>Ordner für Bericht und Tabellen</translation>
     </message>
     <message>
       <source>the same as PDF</source>

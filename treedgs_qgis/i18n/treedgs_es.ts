@@ -436,6 +436,38 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>{name}, controlador {driver}</translation>
     </message>
     <message>
+      <source>{name}: the engine gets a copy of the layer '{layer}' ({count} features as it shows them).</source>
+      <translation>{name}: el motor recibe una copia de la capa '{layer}' ({count} objetos, tal como los muestra).</translation>
+    </message>
+    <message>
+      <source>{name}: {path} cannot be read as a layer; give a file that QGIS opens.</source>
+      <translation>{name}: {path} no se puede leer como capa; indique un archivo que QGIS abra.</translation>
+    </message>
+    <message>
+      <source>{name}: the layer '{layer}' has edits that are not saved; save or drop them first.</source>
+      <translation>{name}: la capa '{layer}' tiene cambios sin guardar; guárdelos o descártelos primero.</translation>
+    </message>
+    <message>
+      <source>{name}: all {count} features of '{layer}' are used, not only the {chosen} selected.</source>
+      <translation>{name}: se usan los {count} objetos de '{layer}', no solo los {chosen} seleccionados.</translation>
+    </message>
+    <message>
+      <source>{name}: the layer '{layer}' cannot be read; mend its source.</source>
+      <translation>{name}: la capa '{layer}' no se puede leer; corrija su origen.</translation>
+    </message>
+    <message>
+      <source>{name}: the layer '{layer}' is no file on this computer; save it as a GeoTIFF first.</source>
+      <translation>{name}: la capa '{layer}' no es un archivo de este equipo; guárdela primero como GeoTIFF.</translation>
+    </message>
+    <message>
+      <source>{name}: the layer '{layer}' is filtered, or a copy without its trees; give the pairs' file.</source>
+      <translation>{name}: la capa '{layer}' está filtrada o es una copia sin sus árboles; indique el archivo de los pares.</translation>
+    </message>
+    <message>
+      <source>{name}: the layer '{layer}' cannot be copied for the engine ({why}).</source>
+      <translation>{name}: la capa '{layer}' no se puede copiar para el motor ({why}).</translation>
+    </message>
+    <message>
       <source>Camera positions</source>
       <translation>Posiciones de las cámaras</translation>
     </message>
@@ -820,12 +852,28 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>nube de puntos: LAS, LAZ, COPC o texto con x y z por línea</translation>
     </message>
     <message>
+      <source>CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); only stems in them are measured, without it those of the whole cloud</source>
+      <translation>CSV de parcelas: plot_id, easting, northing, radius_m (o lon, lat); solo se miden los fustes dentro de ellas, sin ella los de toda la nube</translation>
+    </message>
+    <message>
       <source>terrain raster; without it the ground is found in the cloud</source>
       <translation>ráster del terreno; si falta, el suelo se busca en la nube</translation>
     </message>
     <message>
       <source>CRS of a cloud that holds none: EPSG:CODE, or 'local' for metres without a place on the map</source>
       <translation>SRC de una nube que no lo contiene: EPSG:CÓDIGO, o 'local' para metros sin lugar en el mapa</translation>
+    </message>
+    <message>
+      <source>tree layer</source>
+      <translation>capa de árboles</translation>
+    </message>
+    <message>
+      <source>Report</source>
+      <translation>Informe</translation>
+    </message>
+    <message>
+      <source>also write a report: map, each DBH, what the cloud did not show, cost</source>
+      <translation>escribir también un informe: mapa, cada DAP, lo que la nube no mostró, coste</translation>
     </message>
     <message>
       <source>Weights</source>
@@ -888,10 +936,6 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>semilla de las extracciones al azar</translation>
     </message>
     <message>
-      <source>tree layer</source>
-      <translation>capa de árboles</translation>
-    </message>
-    <message>
       <source>Only check the cloud, its CRS, density and DTM, memory and disk, and foretell the time; writes nothing</source>
       <translation>Solo comprueba la nube, su SRC, densidad y MDT, memoria y disco, y predice el tiempo; no escribe nada</translation>
     </message>
@@ -902,6 +946,10 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
     <message>
       <source>also write the stem points with tree_id</source>
       <translation>escribe también los puntos del tronco con tree_id</translation>
+    </message>
+    <message>
+      <source>the page to open</source>
+      <translation>la página que se abre</translation>
     </message>
     <message>
       <source>stem points</source>
@@ -968,8 +1016,8 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Planificador</translation>
     </message>
     <message>
-      <source>where plots run: local, tcp://host:8786 (a running Dask scheduler), slurm or pbs</source>
-      <translation>dónde se ejecutan las parcelas: local, tcp://host:8786 (un planificador Dask en marcha), slurm o pbs</translation>
+      <source>where plots run: local, tls://host:8786 (a running Dask scheduler), slurm or pbs</source>
+      <translation>dónde se ejecutan las parcelas: local, tls://host:8786 (un planificador Dask en marcha), slurm o pbs</translation>
     </message>
     <message>
       <source>Workers</source>
@@ -1024,8 +1072,8 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Panel en vivo</translation>
     </message>
     <message>
-      <source>Dask's live view: auto (a free port), off, or an address like :8787</source>
-      <translation>vista en vivo de Dask: auto (un puerto libre), off o una dirección como :8787</translation>
+      <source>Dask's live view, for this machine only: auto (a free port), off, or a port like :8787; what is given as host:port can be looked at by whoever reaches that host</source>
+      <translation>vista en vivo de Dask, solo para este equipo: auto (un puerto libre), off o un puerto como :8787; lo que se indique como host:port lo puede ver quien alcance ese host</translation>
     </message>
     <message>
       <source>Queue options</source>
@@ -1860,6 +1908,26 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Convierte rumbo y distancia en coordenadas (norte geográfico, de cuadrícula o magnético; distancia horizontal o inclinada; hasta el centro o la cara del tronco), desplaza y gira cada parcela entera sobre los árboles medidos y empareja uno a uno. El DAP nunca se usa para emparejar, así los pares pueden juzgarlo. Donde dos colocaciones encajan casi igual de bien, como en hileras plantadas, la parcela queda en sus manos: la capa 'suggested' muestra la mejor conjetura; ponga el estado de la parcela en ok, o dibuje dos pares en la capa 'pairs', y ejecute otra vez. En la capa 'pairs', ponga pair_status en ok, moved (tras arrastrar el extremo de una línea a otro árbol) o rejected: lo que usted fijó se conserva al ejecutar otra vez sobre el mismo archivo. Los árboles sin pareja de ambos lados quedan en las capas 'field_trees' y 'measured_trees'. Unidades: metros, centímetros, grados.</translation>
     </message>
     <message>
+      <source>measured trees: a tree layer, or CSV with tree_id, x, y, dbh_cm</source>
+      <translation>árboles medidos: una capa de árboles, o un CSV con tree_id, x, y, dbh_cm</translation>
+    </message>
+    <message>
+      <source>Field</source>
+      <translation>Datos de campo</translation>
+    </message>
+    <message>
+      <source>field tally: plot_id, tree_id, azimuth_deg, distance_m (or easting, northing), dbh_cm</source>
+      <translation>datos de campo: plot_id, tree_id, azimuth_deg, distance_m (o easting, northing), dbh_cm</translation>
+    </message>
+    <message>
+      <source>plot centres: plot_id, easting, northing, epsg (or lon, lat), radius_m</source>
+      <translation>centros de parcela: plot_id, easting, northing, epsg (o lon, lat), radius_m</translation>
+    </message>
+    <message>
+      <source>pairs layer; pairs locked in an existing file are kept</source>
+      <translation>capa de pares; los pares fijados en un archivo existente se conservan</translation>
+    </message>
+    <message>
       <source>North</source>
       <translation>Norte</translation>
     </message>
@@ -1964,22 +2032,6 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>un par debe ser exp(esto) veces tan probable como el mejor emparejamiento sin él, si no solo se propone</translation>
     </message>
     <message>
-      <source>measured trees: a tree layer, or CSV with tree_id, x, y, dbh_cm</source>
-      <translation>árboles medidos: una capa de árboles, o un CSV con tree_id, x, y, dbh_cm</translation>
-    </message>
-    <message>
-      <source>Field</source>
-      <translation>Datos de campo</translation>
-    </message>
-    <message>
-      <source>field tally: plot_id, tree_id, azimuth_deg, distance_m (or easting, northing), dbh_cm</source>
-      <translation>datos de campo: plot_id, tree_id, azimuth_deg, distance_m (o easting, northing), dbh_cm</translation>
-    </message>
-    <message>
-      <source>plot centres: plot_id, easting, northing, epsg (or lon, lat), radius_m</source>
-      <translation>centros de parcela: plot_id, easting, northing, epsg (o lon, lat), radius_m</translation>
-    </message>
-    <message>
       <source>Trees DBH unit</source>
       <translation>Unidad del DAP de los árboles medidos</translation>
     </message>
@@ -1990,10 +2042,6 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
     <message>
       <source>CRS of measured trees in a CSV, or of a layer without one</source>
       <translation>SRC de los árboles medidos en un CSV, o de una capa sin SRC</translation>
-    </message>
-    <message>
-      <source>pairs layer; pairs locked in an existing file are kept</source>
-      <translation>capa de pares; los pares fijados en un archivo existente se conservan</translation>
     </message>
     <message>
       <source>pairs layer</source>
@@ -2124,10 +2172,6 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>carpeta</translation>
     </message>
     <message>
-      <source>the page to open</source>
-      <translation>la página que se abre</translation>
-    </message>
-    <message>
       <source>metrics.json</source>
       <translation>metrics.json</translation>
     </message>
@@ -2184,12 +2228,12 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>parcelas: centro y radius_m (o width_m, length_m), o una capa de polígonos; si falta, todo el límite es un censo</translation>
     </message>
     <message>
-      <source>Boundary</source>
-      <translation>Límite</translation>
+      <source>Species</source>
+      <translation>Especie</translation>
     </message>
     <message>
-      <source>the stand's outline: finds plots that reach over its edge</source>
-      <translation>el contorno del rodal: detecta las parcelas que pasan de su borde</translation>
+      <source>species of trees that have none: PLANTS symbol, FIA number or name (PITA, 131, Pinus taeda)</source>
+      <translation>especie de los árboles que no la tienen: símbolo PLANTS, número FIA o nombre (PITA, 131, Pinus taeda)</translation>
     </message>
     <message>
       <source>pairs layer of match-plots: species and status of the measured trees</source>
@@ -2200,12 +2244,24 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>datos de campo: alturas de los árboles emparejados; sin --trees son ellos mismos la lista de árboles</translation>
     </message>
     <message>
+      <source>Boundary</source>
+      <translation>Límite</translation>
+    </message>
+    <message>
+      <source>the stand's outline: finds plots that reach over its edge</source>
+      <translation>el contorno del rodal: detecta las parcelas que pasan de su borde</translation>
+    </message>
+    <message>
       <source>Units</source>
       <translation>Unidades</translation>
     </message>
     <message>
       <source>units of the report</source>
       <translation>unidades del informe</translation>
+    </message>
+    <message>
+      <source>smallest DBH that counts</source>
+      <translation>menor DAP que cuenta</translation>
     </message>
     <message>
       <source>Class width [cm, or inches in US units]</source>
@@ -2216,16 +2272,24 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>amplitud de una clase diamétrica (5 cm o 2 pulgadas si no se da)</translation>
     </message>
     <message>
-      <source>smallest DBH that counts</source>
-      <translation>menor DAP que cuenta</translation>
+      <source>Missing</source>
+      <translation>Ausentes</translation>
     </message>
     <message>
-      <source>Species</source>
-      <translation>Especie</translation>
+      <source>stems seen but without a DBH: count each as the mean of its plot's measured trees, or leave them out (both results are told)</source>
+      <translation>troncos vistos pero sin DAP: contar cada uno como la media de los árboles medidos de su parcela, u omitirlos (se dicen ambos resultados)</translation>
     </message>
     <message>
-      <source>species of trees that have none: PLANTS symbol, FIA number or name (PITA, 131, Pinus taeda)</source>
-      <translation>especie de los árboles que no la tienen: símbolo PLANTS, número FIA o nombre (PITA, 131, Pinus taeda)</translation>
+      <source>folder for the report and the tables</source>
+      <translation>carpeta del informe y las tablas</translation>
+    </message>
+    <message>
+      <source>Heights</source>
+      <translation>Alturas</translation>
+    </message>
+    <message>
+      <source>heights of trees that have none: from a curve fitted to the measured ones, none at all, or from a published regional curve</source>
+      <translation>alturas de los árboles que no la tienen: de una curva ajustada a las medidas, ninguna, o de una curva regional publicada</translation>
     </message>
     <message>
       <source>Origin</source>
@@ -2236,20 +2300,16 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>cómo se originó el rodal</translation>
     </message>
     <message>
-      <source>Missing</source>
-      <translation>Ausentes</translation>
+      <source>Stand ID</source>
+      <translation>Identificador del rodal</translation>
     </message>
     <message>
-      <source>stems seen but without a DBH: count each as the mean of its plot's measured trees, or leave them out (both results are told)</source>
-      <translation>troncos vistos pero sin DAP: contar cada uno como la media de los árboles medidos de su parcela, u omitirlos (se dicen ambos resultados)</translation>
+      <source>name of the stand, in every file</source>
+      <translation>nombre del rodal, en cada archivo</translation>
     </message>
     <message>
-      <source>Heights</source>
-      <translation>Alturas</translation>
-    </message>
-    <message>
-      <source>heights of trees that have none: from a curve fitted to the measured ones, none at all, or from a published regional curve</source>
-      <translation>alturas de los árboles que no la tienen: de una curva ajustada a las medidas, ninguna, o de una curva regional publicada</translation>
+      <source>CRS of trees in a CSV, or of a layer without one</source>
+      <translation>SRC de los árboles en un CSV, o de una capa sin SRC</translation>
     </message>
     <message>
       <source>Height unit</source>
@@ -2336,14 +2396,6 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>altura del pecho de la curva de alturas, para datos de campo (una capa de árboles dice la suya)</translation>
     </message>
     <message>
-      <source>Stand ID</source>
-      <translation>Identificador del rodal</translation>
-    </message>
-    <message>
-      <source>name of the stand, in every file</source>
-      <translation>nombre del rodal, en cada archivo</translation>
-    </message>
-    <message>
       <source>FVS variant</source>
       <translation>Variante de FVS</translation>
     </message>
@@ -2358,14 +2410,6 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
     <message>
       <source>year of the inventory, for FVS</source>
       <translation>año del inventario, para FVS</translation>
-    </message>
-    <message>
-      <source>CRS of trees in a CSV, or of a layer without one</source>
-      <translation>SRC de los árboles en un CSV, o de una capa sin SRC</translation>
-    </message>
-    <message>
-      <source>folder for the report and the tables</source>
-      <translation>carpeta del informe y las tablas</translation>
     </message>
     <message>
       <source>the same as PDF</source>
