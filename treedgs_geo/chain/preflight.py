@@ -289,15 +289,17 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
         TreeDGSError: what would end the job.
     """
     from ..measure.cloud import point_weights
+    from ..pointcloud.cloud import usable
     from ..pointcloud.files import iter_cloud
     from ..terrain.dtm import read_dtm, require_coverage
+    from .dry_ground import LowPoints, check_ground
 
     findings = Findings(reporter)
     for target in filter(None, (settings.output, settings.stems_output)):
         _check_target(target, findings)
     count = 0
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    first = None
+    first, lowest = None, LowPoints()
     with reporter.stage("read cloud", 0.0, 0.8):
         for piece in iter_cloud(settings.input, crs=settings.crs):
             if not len(piece):
@@ -305,6 +307,7 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
             first = piece if first is None else first
             count += len(piece)
             low, high = np.minimum(low, piece.xyz.min(axis=0)), np.maximum(high, piece.xyz.max(axis=0))
+            lowest.add(piece.xyz[usable(piece)])
     if first is None:
         raise InputError(f"{settings.input}: holds no point, expected a point cloud.")
     point_weights(first, settings.weights)
@@ -320,10 +323,13 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
             f"{density:.0f} points a square metre are few: a stem needs about 100 points on its lower 3 m (drone LiDAR "
             "above 1,000 points a square metre); expect most stems to be missed or refused."
         )
+    dtm = None
     if settings.dtm is not None:
-        dtm = read_dtm(settings.dtm, first.horizontal_crs)
+        dtm = read_dtm(settings.dtm, first.crs, reporter)
         x, y = np.meshgrid(np.linspace(low[0], high[0], 12), np.linspace(low[1], high[1], 12))
         require_coverage(dtm, np.column_stack([x.ravel(), y.ravel()]), str(settings.dtm))
+    with reporter.stage("ground", 0.8, 0.98):
+        check_ground(lowest, settings.input, first.horizontal_crs, dtm, settings.dtm, findings.doubt, findings.problem)
     needs = Needs(
         seconds=3 + CLOUD_S_MILLION * count / 1e6 / max(min(cores(), 4) ** 0.5, 1),
         memory_gb=0.5 + 0.35 * count / 1e6,

@@ -11,7 +11,7 @@ from ..core.files import ensure_writable
 from ..core.progress import Reporter
 from ..core.settings import param
 from ..measure.options import MeasureOptions
-from .cloud_input import CloudSettings, load_cloud, load_ground, mark_uncertain_ground, tree_summary, with_ground_gap
+from .cloud_input import CloudSettings, load_cloud, load_ground, tree_summary
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +34,7 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
     from ..inventory.circle_layers import stem_slices
     from ..inventory.tree_layer import write_trees
     from ..measure.cloud import measure_cloud, point_weights
+    from ..measure.tree_ground import with_ground
     from ..pointcloud.file_crs import LOCAL_CRS
     from ..pointcloud.files import write_cloud
 
@@ -41,12 +42,11 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
     kept = None if settings.stems_output else ("intensity", "opacity", "gps_time")
     cloud = load_cloud(settings, reporter, kept)
     point_weights(cloud, settings.weights)  # a missing attribute is told before the work, not after
-    dtm, certain = load_ground(settings, cloud, reporter)
+    ground = load_ground(settings, cloud, reporter)
+    dtm = ground.dtm
     with reporter.stage("stems", 0.3, 0.95):
         trees, tree_id = measure_cloud(cloud, dtm, settings, reporter)
-    trees = with_ground_gap(trees, settings, cloud, dtm, reporter)
-    if not certain:
-        mark_uncertain_ground(trees)
+    trees = with_ground(trees, ground)
     if settings.stems_output is not None and (tree_id > 0).any():
         write_cloud(settings.stems_output, cloud.with_attribute("tree_id", tree_id).select(tree_id > 0))
     slices = stem_slices(cloud.xyz, tree_id, trees)
