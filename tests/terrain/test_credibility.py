@@ -14,8 +14,9 @@ from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.terrain.cloud_ground import given_ground, own_ground
 from treedgs_geo.terrain.credibility import NO_GROUND_M, GroundLayer
-from treedgs_geo.terrain.dtm import read_dtm
+from treedgs_geo.terrain.dtm import height_above, read_dtm
 from treedgs_geo.terrain.ground import dtm_from_cloud
+from treedgs_geo.terrain.sparse_ground import dtm_from_sparse, sparse_ground_se, with_gaps_filled
 
 STEMS = [(3.0, 3.0, 25.0), (8.0, 8.0, 35.0), (3.0, 9.0, 18.0), (9.0, 3.0, 22.0)]
 PLACES = np.array([stem[:2] for stem in STEMS])
@@ -139,6 +140,41 @@ def test_a_cloud_without_ground_says_nothing_about_a_model(cloud):
     for off in (-22.5, 22.5):
         with pytest.raises(InputError, match="lowest points lie"):
             given_ground(given(cloud, lambda x, y, z, off=off: z + off), left, "dtm", Reporter())
+
+
+def sparse_plot(rng, per_m2=10.0, rough_m=0.03):
+    """SfM-like points of a 30 x 30 m slope: litter, and stems and crowns above it."""
+    xy = rng.uniform(-15, 15, (int(900 * per_m2), 2))
+    z = 0.1 * xy[:, 0] + rng.normal(0, rough_m, len(xy))
+    z[::6] += rng.uniform(0.6, 15, len(z[::6]))
+    return np.column_stack([xy, z])
+
+
+def test_ground_from_photos_is_as_sure_as_the_points_near_the_stem():
+    points = sparse_plot(np.random.default_rng(6))
+    stems = np.array([[-8.0, -8.0], [8.0, 0.0], [0.0, 8.0]])
+    bare = points[np.hypot(points[:, 0] - 8, points[:, 1]) > 2.5]
+    shrubs = np.hypot(*(bare[:, :2] - (0.0, 8.0)).T) < 3
+    bare[shrubs, 2] += np.random.default_rng(7).uniform(0, 0.6, shrubs.sum())
+    clear, hidden, rough = sparse_ground_se(bare, dtm_from_sparse(bare), stems)
+    assert clear < 0.1 and 0.5 < hidden < 5 and 0.5 < rough < 5
+    outside = sparse_ground_se(points, dtm_from_sparse(points), np.array([[60.0, 0.0]]))
+    assert outside == [NO_GROUND_M]
+
+
+def test_a_given_model_is_as_unsure_as_it_is_off_the_photos_ground_at_the_stem():
+    points = sparse_plot(np.random.default_rng(8))
+    found = dtm_from_sparse(points)
+    x, _ = found.centres()
+    tilted = dataclasses.replace(found, heights=found.heights + 0.3 + 0.05 * x)
+    above = height_above(tilted, found)
+    stems = np.array([[-8.0, 1.0], [0.0, 0.0], [8.0, -3.0]])
+    np.testing.assert_allclose(sparse_ground_se(points, tilted, stems, above), [0.1, 0.3, 0.7], atol=0.06)
+    holes = dataclasses.replace(tilted, heights=np.where(x < -5, np.nan, tilted.heights))
+    filled, m2 = with_gaps_filled(holes, found, above)
+    assert m2 == pytest.approx(300, abs=20) and filled.height(-8.0, 1.0) == pytest.approx(-0.8 + above, abs=0.05)
+    assert filled.height(8.0, -3.0) == pytest.approx(0.8 + 0.7, abs=0.05)
+    assert with_gaps_filled(tilted, found, above) == (tilted, 0.0)
 
 
 def raster(path, values, nodata=None):

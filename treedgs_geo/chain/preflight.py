@@ -149,7 +149,7 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
         )
     with reporter.stage("plots and terrain", 0.7, 0.85):
         plots = read_plots(settings.plots, stations.crs) if settings.plots else []
-        dtm = read_dtm(settings.dtm, stations.crs) if settings.dtm else None
+        dtm = read_dtm(settings.dtm, stations.crs, reporter) if settings.dtm else None
         try:
             _check_cover(settings, plots, dtm, stations)
         except TreeDGSError as problem:

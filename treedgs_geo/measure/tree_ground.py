@@ -27,17 +27,17 @@ def with_ground(trees: list[Tree], ground: CloudGround) -> list[Tree]:
             for tree, se_m in zip(trees, ground.se_m(xy, clear_m), strict=True)]
 
 
-def with_ground_error(tree: Tree, ground_m: float) -> Tree:
+def with_ground_error(tree: Tree, ground_m: float, unsure_m: float = UNSURE_GROUND_M) -> Tree:
     """The tree with the error of the ground's height under it, and so of breast height, added to its own.
 
-    ground_m: standard error of that height. Above :data:`UNSURE_GROUND_M` the tree is to be checked, from
-    :data:`NO_GROUND_M` on it is refused: no ground, no breast height.
+    ground_m: standard error of that height. Above ``unsure_m`` the tree is to be checked, from :data:`NO_GROUND_M` on
+    it is refused: no ground, no breast height.
     """
     if ground_m >= NO_GROUND_M:
         reasons = _with_reason(tree.qc_reason, "no_ground")
         return replace(tree, qc_flag="reject", qc_reason=reasons).finish()
     tree = with_block_errors(tree, 0.0, ground_m)
-    if ground_m <= UNSURE_GROUND_M:
+    if ground_m <= unsure_m:
         return tree
     flag: Literal["ok", "check", "reject"] = "check" if tree.qc_flag == "ok" else tree.qc_flag
     return replace(tree, qc_flag=flag, qc_reason=_with_reason(tree.qc_reason, "no_ground"))
