@@ -6,6 +6,7 @@ import csv
 
 import numpy as np
 import pytest
+from affine import Affine
 from shared_data import needs_shared
 from stems_points.synthetic import plot_cloud, stem_points
 
@@ -21,6 +22,7 @@ from treedgs_geo.measure.trees import Tree, with_block_errors
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.stems.segment import SENSORS
+from treedgs_geo.terrain.dtm import Dtm
 from treedgs_geo.terrain.ground import dtm_from_cloud, flat_ground
 
 
@@ -209,3 +211,37 @@ def test_errors_that_a_plot_shares_widen_the_interval():
     assert with_block_errors(tree, 0.0, 0.0).dbh_lo_cm == pytest.approx(tree.dbh_lo_cm)
     refused = Tree(2, 0.0, 0.0, qc_flag="reject", qc_reason="few_views").finish()
     assert with_block_errors(refused, 0.01, 0.5) is refused
+
+
+def _cloud_of(stems, order):
+    """A cloud of stem points alone and its ids, the stems written in ``order`` (numbers into ``stems``)."""
+    xyz = np.concatenate([stems[k] for k in order])
+    ids = np.concatenate([np.full(len(stems[k]), place) for place, k in enumerate(order, start=1)])
+    return PointCloud(xyz, None, {"opacity": np.full(len(xyz), 0.6, np.float32)}), ids
+
+
+@pytest.mark.parametrize("case", [
+    {"method": "paper"}, {"method": "paper", "weights": "opacity"}, {"method": "paper", "fit": "cylinder"},
+    {"source": "splat", "weights": "opacity"}, {"fit": "cylinder"}])
+def test_a_tree_reads_the_same_alone_in_a_batch_reversed_and_in_another_order_of_points(case):
+    """Random draws belong to the tree: neighbours, ids and the file's order change nothing, to the last bit."""
+    rng = np.random.default_rng(8)
+    stems = []
+    for k, dbh in enumerate((18.0, 24.0, 31.0)):
+        points = stem_points(rng, dbh, 8500, 0.015, filled=True, taper_cm_m=0.2, low=0.0, high=4.5)
+        stems.append(points + (500000.0 + 3 * k, 4000000.0 + 0.37 * k, 0.0))
+    level = Dtm(np.zeros((40, 60)), Affine(1, 0, 499980, 0, -1, 4000020))
+    options = MeasureOptions(**case)
+
+    def read(order):
+        cloud, ids = _cloud_of(stems, order)
+        return dict(zip(order, (tree.dbh_cm for tree in measure_stems(cloud, ids, level, options)), strict=True))
+
+    batch = read([0, 1, 2])
+    assert all(value is not None for value in batch.values())
+    assert read([2, 1, 0]) == batch
+    assert read([1]) == {1: batch[1]}
+    stems = [points[::-1] for points in stems]
+    assert read([2]) == {2: batch[2]}
+    other = measure_stems(*_cloud_of(stems, [2]), level, MeasureOptions(**case, seed=5))
+    assert other[0].dbh_cm != batch[2]

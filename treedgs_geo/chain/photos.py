@@ -23,6 +23,7 @@ from ..geotags.sources import find_geotags
 from ..geotags.stations import Stations, read_stations_layer, write_stations
 from ..inventory.report import write_report
 from ..inventory.tree_layer import check_output, style_terrain, tree_table, write_trees
+from ..measure.tree_ground import with_ground_error
 from ..measure.trees import Tree, with_block_errors
 from ..reconstruction.cameras import View
 from ..reconstruction.model import FRAME, MODEL_FILES, load_points, load_views
@@ -38,7 +39,7 @@ from ..terrain.dtm import (
     require_same_heights,
     write_dtm,
 )
-from ..terrain.sparse_ground import dtm_from_sparse
+from ..terrain.sparse_ground import dtm_from_sparse, sparse_ground_se, with_gaps_filled
 from .facts import photo_facts
 from .planned import (
     LEAST_OBLIQUE,
@@ -58,6 +59,9 @@ if TYPE_CHECKING:
 
 #: A plot this far from the nearest photo lies elsewhere.
 MAX_AWAY_M = 500.0
+#: Photos see litter, grass and shrubs as ground, and a block may stand some decimetres off its DTM: trees are to be
+#: checked from this error of the ground's height on, m.
+PHOTO_UNSURE_M = 0.5
 
 
 def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, Any]:
@@ -79,7 +83,7 @@ def _run(settings: PhotosToDbhSettings, photos: list[Path], space: Workspace, st
     stations = _geotag(settings, photos, space, steps)
     space.record["crs"] = stations.crs.to_string()
     plots = read_plots(settings.plots, stations.crs) if settings.plots else []
-    dtm = read_dtm(settings.dtm, stations.crs) if settings.dtm else None
+    dtm = read_dtm(settings.dtm, stations.crs, steps.reporter) if settings.dtm else None
     _check_cover(settings, plots, dtm, stations)
     nothing = only_nadir(stations)
     if nothing:  # said now, not after the photos have been matched for nothing
@@ -95,7 +99,7 @@ def _run(settings: PhotosToDbhSettings, photos: list[Path], space: Workspace, st
     dtm = _ground(settings, dtm, frame, points, area, space, steps)
     trees: list[Tree] = []
     if not nothing:
-        trees = _measure(settings, frame, views, dtm, area, report, space, steps)
+        trees = _measure(settings, frame, views, points, dtm, area, report, space, steps)
         if not any(tree.qc_flag != "reject" for tree in trees):
             nothing = (
                 "no stem was found in the photos: none shows two edges of a trunk near the ground"
@@ -188,8 +192,14 @@ def _ground(
         seen = np.column_stack([x, y, found.heights.ravel()])
         seen = seen[np.isfinite(seen).all(axis=1)]
         require_same_heights(given, seen, str(settings.dtm))
-        write_dtm(path, given)
         above = height_above(given, found)
+        filled, gaps_m2 = with_gaps_filled(given, found, above)
+        write_dtm(path, filled)
+        if gaps_m2:
+            reporter.warn(
+                f"{settings.dtm}: has no height in {gaps_m2:.0f} m2 round the plots; the ground that the photos see "
+                "stands in there."
+            )
         if abs(above) > GROUND_WARN_M:
             reporter.warn(
                 f"{settings.dtm}: lies {above:+.2f} m from the ground that the photos see (median), expected within "
@@ -220,15 +230,19 @@ def _measure(
     settings: PhotosToDbhSettings,
     frame: LocalFrame,
     views: list[View],
+    points: np.ndarray,
     dtm: Dtm,
     area: Area,
     sfm: dict[str, Any],
     space: Workspace,
     steps: Steps,
 ) -> list[Tree]:
-    """Stems and diameters by the route asked for; kept as ``trees.json`` so that a resumed run skips it."""
+    """Stems and diameters by the route asked for; kept as ``trees.json`` so that a resumed run skips it.
+
+    points: (N, 3) sparse points, local: how well they show the ground under each tree counts in its error.
+    """
     scale_sd = sfm.get("scale_sd") or 0.0
-    ground_m = space.record["stages"]["ground"]["result"].get("above_photos_m", 0.0)
+    ground_m = space.record["stages"]["ground"]["result"].get("above_photos_m")
     kept = space.path("trees.json")
     fit = "paper" if settings.preset == "paper" and settings.fit == "auto" else settings.fit
 
@@ -254,7 +268,10 @@ def _measure(
                 paper=fit == "paper",
                 seed=settings.seed,
             )
-        trees = [with_block_errors(tree, scale_sd, ground_m) for tree in trees]
+        trees = [with_block_errors(tree, scale_sd, 0.0) for tree in trees]
+        places = np.array([[tree.x, tree.y] for tree in trees]).reshape(-1, 2)
+        ground_se = sparse_ground_se(frame.to_project(points), dtm, places, ground_m)
+        trees = [with_ground_error(tree, float(se), PHOTO_UNSURE_M) for tree, se in zip(trees, ground_se, strict=True)]
         write_json(kept, [asdict(tree) for tree in trees])
         return {"fit": "photos" if fit == "auto" else fit, "stems": len(trees), **told}
 

@@ -154,7 +154,7 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
         )
     with reporter.stage("plots and terrain", 0.7, 0.85):
         plots = read_plots(settings.plots, stations.crs) if settings.plots else []
-        dtm = read_dtm(settings.dtm, stations.crs) if settings.dtm else None
+        dtm = read_dtm(settings.dtm, stations.crs, reporter) if settings.dtm else None
         try:
             _check_cover(settings, plots, dtm, stations)
         except TreeDGSError as problem:
@@ -307,11 +307,12 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
     from ..pointcloud.survey import Survey
     from ..terrain.dtm import read_dtm, require_coverage
     from .cloud_plots import plots_under
+    from .dry_ground import LowPoints, check_ground
 
     findings = Findings(reporter)
     for target in filter(None, (settings.output, settings.stems_output, settings.report)):
         _check_target(target, findings)
-    survey = Survey()
+    survey, lowest = Survey(), LowPoints()
     first = None
     with reporter.stage("read cloud", 0.0, 0.8):
         for piece in iter_cloud(settings.input, crs=settings.crs):
@@ -320,7 +321,9 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
             if first is None:
                 check_place(piece.crs, piece.xyz, str(settings.input), reporter)
                 first = piece
-            survey.add(piece.xyz[usable(piece)])
+            xyz = piece.xyz[usable(piece)]
+            survey.add(xyz)
+            lowest.add(xyz)
     if first is None or not survey.n_points:
         raise InputError(f"{settings.input}: holds no usable point, expected a point cloud; check the file.")
     point_weights(first, settings.weights)
@@ -343,10 +346,15 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
             f"{density:.0f} points a square metre are few: a stem needs about 100 points on its lower 3 m (drone LiDAR "
             "above 1,000 points a square metre); expect most stems to be missed or refused."
         )
+    dtm = None
     if settings.dtm is not None:
-        dtm = read_dtm(settings.dtm, first.horizontal_crs)
+        dtm = read_dtm(settings.dtm, first.crs, reporter)
         x, y = np.meshgrid(np.linspace(low[0], high[0], 12), np.linspace(low[1], high[1], 12))
         require_coverage(dtm, np.column_stack([x.ravel(), y.ravel()]), str(settings.dtm))
+    with reporter.stage("ground", 0.8, 0.98):
+        xyz = lowest.points()
+        check_ground(xyz[extent.holds(xyz)], settings.input, first.horizontal_crs, dtm, settings.dtm, findings.doubt,
+                     findings.problem)
     needs = Needs(
         seconds=3 + CLOUD_S_MILLION * count / 1e6 / max(min(cores(), 4) ** 0.5, 1),
         memory_gb=0.5 + 0.35 * count / 1e6,

@@ -14,10 +14,8 @@ from ..core.settings import param
 
 if TYPE_CHECKING:
     from ..pointcloud.cloud import PointCloud
-    from ..terrain.dtm import Dtm
+    from ..terrain.cloud_ground import CloudGround
 
-#: A cut-out tree without ground is at most this wide; only then may its lowest points stand in for the ground.
-_SINGLE_TREE_M = 20.0
 #: Memory of a point while a cloud is read: coordinates twice, a few attributes.
 _POINT_BYTES = 60
 
@@ -81,15 +79,16 @@ def read_checked(path: Path, crs: str | None, reporter: Reporter, attributes: tu
     return cloud
 
 
-def load_ground(settings: CloudSettings, cloud: PointCloud, reporter: Reporter) -> tuple[Dtm, bool]:
-    """``(terrain model, certain)``: the user's DTM, or the ground in the cloud, or (one bare tree) its lowest points.
+def load_ground(settings: CloudSettings, cloud: PointCloud, reporter: Reporter) -> CloudGround:
+    """The ground under the cloud: the user's DTM held against what the cloud shows, the ground in the cloud, or (one
+    bare tree) its lowest points.
 
     Raises:
         InputError: the DTM does not cover the cloud or has other heights; no ground was found.
     """
     from ..pointcloud.cloud import thin, usable
-    from ..terrain.dtm import read_dtm, require_coverage, require_same_heights
-    from ..terrain.ground import dtm_from_cloud, flat_ground
+    from ..terrain.cloud_ground import found_ground, given_ground
+    from ..terrain.dtm import read_dtm, require_coverage
 
     good = usable(cloud)
     if not good.any():
@@ -97,54 +96,11 @@ def load_ground(settings: CloudSettings, cloud: PointCloud, reporter: Reporter) 
     cloud = cloud if good.all() else cloud.select(good)
     with reporter.stage("ground", 0.15, 0.3):
         if settings.dtm is not None:
-            dtm = read_dtm(settings.dtm, cloud.crs)
+            dtm = read_dtm(settings.dtm, cloud.crs, reporter)
             flat = cloud.xyz * (1.0, 1.0, 0.0)
             require_coverage(dtm, cloud.xyz[thin(flat, 1.0), :2], str(settings.dtm))
-            require_same_heights(dtm, cloud.xyz, str(settings.dtm))
-            return dtm, True
-        try:
-            return dtm_from_cloud(cloud.xyz, crs=cloud.horizontal_crs), True
-        except InputError:
-            span = (cloud.xyz.max(axis=0) - cloud.xyz.min(axis=0))[:2].max()
-            if span > _SINGLE_TREE_M:
-                raise
-            reporter.warn("No ground was found in this small cloud: heights are counted from its lowest points, "
-                          "and every tree is marked for checking (no_ground).")
-            return flat_ground(cloud.xyz, cloud.horizontal_crs), False
-
-
-def with_ground_gap(trees: list[Any], settings: CloudSettings, cloud: PointCloud, dtm: Dtm,
-                    reporter: Reporter) -> list[Any]:
-    """Trees whose intervals allow for the height of a given DTM above the ground that the cloud itself shows.
-
-    The cloud must hold its ground: stem points alone say nothing about a DTM.
-    """
-    from ..measure.trees import with_block_errors
-    from ..pointcloud.cloud import usable
-    from ..terrain.dtm import GROUND_WARN_M, height_above
-    from ..terrain.ground import dtm_from_cloud
-
-    if settings.dtm is None or not trees:
-        return trees
-    try:
-        seen = dtm_from_cloud(cloud.xyz[usable(cloud)], 1.0, crs=cloud.horizontal_crs)
-    except InputError:
-        reporter.info(f"{settings.dtm}: could not be checked, the cloud shows no ground of its own.")
-        return trees
-    above = height_above(dtm, seen)
-    if abs(above) > GROUND_WARN_M:
-        reporter.warn(
-            f"{settings.dtm}: lies {above:+.2f} m from the ground that the cloud shows (median), expected within "
-            f"{GROUND_WARN_M:g} m; breast height may be off by as much and the trees' intervals are widened by it: "
-            "check its datum, or leave --dtm out.")
-    return [with_block_errors(tree, 0.0, above) for tree in trees]
-
-
-def mark_uncertain_ground(trees: list[Any]) -> None:
-    """Flag every tree whose breast height rests on a guessed ground."""
-    for tree in trees:
-        tree.qc_reason = ",".join(filter(None, [tree.qc_reason, "no_ground"]))
-        tree.qc_flag = "check" if tree.qc_flag == "ok" else tree.qc_flag
+            return given_ground(dtm, cloud.xyz, str(settings.dtm), reporter)
+        return found_ground(cloud.xyz, cloud.horizontal_crs, str(settings.input), reporter)
 
 
 def tree_summary(trees: list[Any], reporter: Reporter) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import param
 from ..measure.options import MeasureOptions
-from .cloud_input import CloudSettings, load_cloud, load_ground, mark_uncertain_ground, tree_summary, with_ground_gap
+from .cloud_input import CloudSettings, load_cloud, load_ground, tree_summary
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,6 +31,7 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
     from ..inventory.tree_layer import check_output, write_trees
     from ..measure.cloud import measure_stems
     from ..measure.plausible import mark_odd_heights
+    from ..measure.tree_ground import with_ground, with_ground_error
     from ..pointcloud.file_crs import LOCAL_CRS
 
     check_output(settings.output)
@@ -40,16 +41,16 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
             f"{settings.input}: has no dimension {settings.id_field!r} (it has: {', '.join(cloud.attributes)}); "
             "run segment-stems first, or name the dimension with --id-field.")
     tree_id = np.asarray(cloud.attributes[settings.id_field]).astype(np.int64)
-    if settings.dtm is None and "height_m" in cloud.attributes:
-        dtm, certain = _ground_from_heights(cloud), True
-    else:
-        dtm, certain = load_ground(settings, cloud, reporter)
+    kept = settings.dtm is None and "height_m" in cloud.attributes
+    ground = _ground_from_heights(cloud) if kept else load_ground(settings, cloud, reporter)
+    dtm = ground.dtm
     with reporter.stage("measure stems", 0.3, 0.95):
         trees = measure_stems(cloud, tree_id, dtm, settings, reporter)
-    if (tree_id > 0).mean() < 0.5:
-        trees = with_ground_gap(trees, settings, cloud, dtm, reporter)
-    if not certain:
-        mark_uncertain_ground(trees)
+    if kept and "ground_se_m" in cloud.attributes:
+        se_m = np.asarray(cloud.attributes["ground_se_m"], float)
+        trees = [with_ground_error(tree, float(se_m[tree_id == tree.tree_id].max())) for tree in trees]
+    else:
+        trees = with_ground(trees, ground)
     mark_odd_heights(trees, cloud, dtm, reporter)
     slices = stem_slices(cloud.xyz, tree_id, trees)
     write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, slices, reporter)
@@ -60,6 +61,7 @@ def _ground_from_heights(cloud: Any) -> Any:
     """The ground that ``segment-stems`` used, rebuilt from the heights it wrote beside each point."""
     import numpy as np
 
+    from ..terrain.cloud_ground import CloudGround
     from ..terrain.surface import grid_ground
 
     height = np.asarray(cloud.attributes["height_m"], float)
@@ -69,7 +71,8 @@ def _ground_from_heights(cloud: Any) -> Any:
     origin = np.floor(foot.min(axis=0))
     grid = grid_ground(foot[::max(len(foot) // 200_000, 1)] - origin, 0.25, neighbours=12, bandwidth_m=0.3,
                        noise_m=0.02, reach_m=3.0, crs=cloud.horizontal_crs)
-    return grid.moved(origin)
+    dtm = grid.moved(origin)
+    return CloudGround(dtm, dtm)
 
 
 COMMAND = Command(

@@ -11,7 +11,7 @@ from ..core.files import ensure_writable
 from ..core.progress import Reporter
 from ..core.settings import param
 from ..measure.options import MeasureOptions
-from .cloud_input import CloudSettings, load_cloud, load_ground, mark_uncertain_ground, tree_summary, with_ground_gap
+from .cloud_input import CloudSettings, load_cloud, load_ground, tree_summary
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,6 +41,7 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
     from ..inventory.tree_layer import check_output, write_trees
     from ..measure.cloud import measure_cloud, point_weights
     from ..measure.plausible import mark_odd_heights
+    from ..measure.tree_ground import with_ground
     from ..pointcloud.file_crs import LOCAL_CRS
     from ..pointcloud.files import write_cloud
 
@@ -52,13 +53,12 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
     cloud = load_cloud(settings, reporter, kept)
     plots, cloud = cut_to_plots(settings, cloud, reporter)
     point_weights(cloud, settings.weights)  # a missing attribute is told before the work, not after
-    dtm, certain = load_ground(settings, cloud, reporter)
+    ground = load_ground(settings, cloud, reporter)
+    dtm = ground.dtm
     with reporter.stage("stems", 0.3, 0.95):
         trees, tree_id = measure_cloud(cloud, dtm, settings, reporter)
     trees, tree_id = trees_in_plots(trees, tree_id, plots, reporter)
-    trees = with_ground_gap(trees, settings, cloud, dtm, reporter)
-    if not certain:
-        mark_uncertain_ground(trees)
+    trees = with_ground(trees, ground)
     if settings.stems_output is not None and (tree_id > 0).any():
         write_cloud(settings.stems_output, cloud.with_attribute("tree_id", tree_id).select(tree_id > 0))
     mark_odd_heights(trees, cloud, dtm, reporter)

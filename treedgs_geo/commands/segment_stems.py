@@ -57,12 +57,14 @@ def run(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
 def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
     import numpy as np
 
+    from ..measure.tree_ground import USUAL_FOOT_M, stem_feet
     from ..pointcloud.cloud import usable
     from ..pointcloud.files import write_cloud
     from ..stems.segment import find_stems, label_points
 
     cloud = load_cloud(settings, reporter)
-    dtm, _ = load_ground(settings, cloud, reporter)
+    ground = load_ground(settings, cloud, reporter)
+    dtm = ground.dtm
     height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
     with reporter.stage("find stems", 0.3, 0.85):
         if settings.segmenter != "own":
@@ -82,6 +84,9 @@ def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
                 tree_id = _named(stems, field, reporter)[tree_id]
     labelled = cloud.with_attribute("tree_id", tree_id).with_attribute("height_m", height.astype(np.float32))
     labelled = labelled.with_attribute("stem_class", _stem_class(tree_id, height))
+    ids, feet = stem_feet(cloud.xyz, tree_id, height)
+    se_m = _by_id(ids, ground.se_m(feet, np.full(len(feet), USUAL_FOOT_M)), tree_id)
+    labelled = labelled.with_attribute("ground_se_m", se_m)
     with reporter.stage("write", 0.85, 1.0):
         if not settings.keep_all and count:
             labelled = labelled.select(tree_id > 0)
@@ -121,6 +126,16 @@ def _named(stems: Any, field: Any, reporter: Reporter) -> Any:
     return ids
 
 
+def _by_id(ids: Any, values: Any, tree_id: Any) -> Any:
+    """(N,) float32: the value of each point's tree, 0 where it has none."""
+    import numpy as np
+
+    if not len(ids):
+        return np.zeros(len(tree_id), np.float32)
+    place = np.clip(np.searchsorted(ids, tree_id), 0, len(ids) - 1)
+    return np.where(ids[place] == tree_id, np.asarray(values)[place], 0.0).astype(np.float32)
+
+
 def _stem_class(tree_id: Any, height: Any) -> Any:
     """(N,) uint8: 2 = stem (of another segmenter: its whole tree), 1 = ground, 0 = anything else."""
     import numpy as np
@@ -134,12 +149,14 @@ def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
 
     import numpy as np
 
+    from ..measure.tree_ground import USUAL_FOOT_M
     from ..pointcloud.cloud import horizontal
     from ..pointcloud.stream import copy_cloud
     from ..pointcloud.tiles import sort_into_tiles
     from ..stems.labelling import Labeller
     from ..stems.tiled import find_stems_tiled
-    from ..terrain.streamed import check_dtm, dtm_from_tiles
+    from ..terrain.cloud_ground import CloudGround
+    from ..terrain.streamed import check_dtm, dtm_from_tiles, layer_of_tiles
 
     with tempfile.TemporaryDirectory(dir=settings.output.parent, prefix=".tiles.") as name:
         folder = Path(name)
@@ -149,30 +166,35 @@ def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
         reporter.info(f"{store.n_points:,} usable points in {len(store.tiles)} tiles of {store.side_m:g} m.")
         with reporter.stage("ground", 0.1, 0.4):
             if settings.dtm is not None:
-                dtm = check_dtm(settings.dtm, store)
+                ground = check_dtm(settings.dtm, store, reporter)
             else:
                 dtm = dtm_from_tiles(store, folder, crs=horizontal(store.crs), reporter=reporter)
+                ground = CloudGround(dtm, own=dtm, layer=layer_of_tiles(store, dtm))
+            dtm = ground.dtm
         with reporter.stage("find stems", 0.4, 0.85):
             field = _field_stems(settings, horizontal(store.crs), store.low[:2], store.high[:2])
             stems = find_stems_tiled(store, dtm, settings, reporter, None if field is None else field.xy)
             labeller = Labeller(stems)
             names = None if field is None else _named(stems, field, reporter)
+            feet = np.array([stem.cone.centre(1.3) for stem in stems.stems]).reshape(-1, 2) + stems.origin
+            se_m = np.r_[0.0, ground.se_m(feet, np.full(len(feet), USUAL_FOOT_M))].astype(np.float32)
         tally = np.zeros(2, int)
         everything = settings.keep_all or not stems.stems
 
         def label(xyz: np.ndarray, _: Any) -> tuple[np.ndarray | None, dict[str, np.ndarray]]:
             height = xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1])
             tree_id = labeller(xyz, height)
+            unsure = se_m[tree_id]
             if names is not None:
                 tree_id = names[tree_id]
             tally[:] += len(xyz), int((tree_id > 0).sum())
             reporter.progress(min(tally[0] / max(store.n_points, 1), 1.0))
             added = {"tree_id": tree_id, "height_m": height.astype(np.float32),
-                     "stem_class": _stem_class(tree_id, height)}
+                     "stem_class": _stem_class(tree_id, height), "ground_se_m": unsure}
             return None if everything else tree_id > 0, added
 
         with reporter.stage("write", 0.85, 1.0):
-            kinds = {"tree_id": "int32", "height_m": "float32", "stem_class": "uint8"}
+            kinds = {"tree_id": "int32", "height_m": "float32", "stem_class": "uint8", "ground_se_m": "float32"}
             copy_cloud(settings.input, settings.output, label, kinds, settings.crs)
     return _summary(settings, reporter, len(stems.stems), int(tally[1]), stems.sensor)
 
@@ -195,7 +217,8 @@ COMMAND = Command(
         "Looks in the band from 0.5 to 5 m above ground for rings (or discs, for surface points of splats) that "
         "repeat over the height, fits a leaning, tapering cone to each, keeps what is empty inside, clean outside and "
         "continuous, and follows the axis upwards. No trained weights. The output carries tree_id (0 = no stem), "
-        "height_m and stem_class (0 other, 1 ground, 2 stem). --segmenter runs a program that you installed instead "
+        "height_m, stem_class (0 other, 1 ground, 2 stem) and ground_se_m (how sure the ground "
+        "under the tree is, 99 = not seen at all). --segmenter runs a program that you installed instead "
         "and checks that its labels belong to the points it was given. --field-stems gives known positions: near them "
         "weaker evidence is looked at, the stems found within 1 m carry the field's tree_id, and those not found are "
         "listed."),

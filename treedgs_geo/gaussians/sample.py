@@ -20,6 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..core.draws import own_seed
 from ..core.errors import InputError
 from ..core.progress import Reporter
 from ..reconstruction.cameras import View
@@ -57,13 +58,17 @@ def draw_candidates(field: GaussianField, samples: int, seed: int) -> tuple[np.n
     """eq:opacity_sampling: (P, 3) float64 points and (P,) int64 the Gaussian each came from.
 
     M Bernoulli(alpha) draws a Gaussian keep Binomial(M, alpha) points, so the count is drawn first and only kept
-    points are made.
+    points are made. Each group of the field (a stem) is seeded by itself: its points do not depend on the others.
     """
-    rng = np.random.default_rng(seed)
-    source = np.repeat(np.arange(len(field)), rng.binomial(samples, field.opacities.astype(float)))
-    offset = rng.standard_normal((len(source), 3)) * field.scales[source]
-    rotations = field.rotations
-    return field.means[source].astype(float) + np.einsum("pij,pj->pi", rotations[source], offset), source
+    sources, offsets = [np.empty(0, np.int64)], [np.empty((0, 3))]
+    for group in np.unique(field.groups):
+        own = np.flatnonzero(field.groups == group)
+        rng = np.random.default_rng(own_seed(seed, field.means[own]))
+        sources.append(np.repeat(own, rng.binomial(samples, field.opacities[own].astype(float))))
+        offsets.append(rng.standard_normal((len(sources[-1]), 3)))
+    source = np.concatenate(sources)
+    offset = np.concatenate(offsets) * field.scales[source]
+    return field.means[source].astype(float) + np.einsum("pij,pj->pi", field.rotations[source], offset), source
 
 
 def view_opacity(

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..core.crs import LocalFrame
+from ..core.draws import own_seed
 from ..core.errors import InputError
 from ..core.progress import Reporter
 from ..reconstruction.cameras import View
@@ -127,7 +128,7 @@ def fit_with_report(
 
     def work(stem: int) -> tuple[int, StemFit | None]:
         band = photos.band(stem)
-        return stem, None if band is None else _fit_one(stem, origins[stem], band, settings, options, dense, share)
+        return stem, None if band is None else _fit_one(origins[stem], band, settings, options, dense, share)
 
     fits: dict[int, StemFit] = {}
     with reporter.stage("fit stems", 0.15, 1.0), ThreadPoolExecutor(options.threads) as pool:
@@ -188,7 +189,6 @@ def fit_with_report(
 
 
 def _fit_one(
-    stem: int,
     origin: np.ndarray,
     band: Band,
     settings: FitSettings,
@@ -202,7 +202,7 @@ def _fit_one(
         points = local[band.volume.contains(local) & (local[:, 2] > 0.1)]
     settings = replace(
         settings,
-        seed=settings.seed + 1000003 * stem % (2**31 - 1),
+        seed=own_seed(settings.seed, origin) % 2**31,  # by the stem's place: neighbours found or not change nothing
         filter_m=options.value("smoothing_px") * band.pixel_m,
     )
     joint = JointSettings(bh_m=options.bh_m, high_m=min(options.band_m - 0.1, 2.9))

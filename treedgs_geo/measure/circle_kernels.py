@@ -72,7 +72,7 @@ def _mass_inside(x, y, w, cx, cy, limit):  # pragma: no cover - compiled
 
 
 @njit(cache=True, parallel=True)
-def _solid_batch(points, weights, starts, power, hypotheses, least, r_min, r_max, seed):  # pragma: no cover - compiled
+def _solid_batch(points, weights, starts, power, hypotheses, least, r_min, r_max, seeds):  # pragma: no cover - compiled
     slices = starts.shape[0] - 1
     out = np.full((slices, 3), np.nan)
     for s in prange(slices):
@@ -91,7 +91,7 @@ def _solid_batch(points, weights, starts, power, hypotheses, least, r_min, r_max
             continue
         # Counting in single precision: about the slice's mean that is a ten-thousandth of a millimetre.
         x, y, mass_of = q[:, 0].astype(np.float32), q[:, 1].astype(np.float32), (w / total).astype(np.float32)
-        state = seed * np.uint64(1000003) + np.uint64(s)
+        state = seeds[s]
         best = -1.0
         for _ in range(hypotheses):
             state, pick = _three(cumulative, state)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..core.draws import stream
 from .circle_kernels import _geometric, _mixture, _ring_consensus, _ring_score, _solid_batch
 
 _SECTORS = 24
@@ -70,17 +71,21 @@ def fit_circle(points: np.ndarray, weights: np.ndarray | None = None, method: st
 
 
 def fit_solid_circles(slices: Sequence[np.ndarray], weights: Sequence[np.ndarray], solid: SolidCircle,
-                      seed: int = 0) -> np.ndarray:
+                      seed: int | Sequence[int] = 0) -> np.ndarray:
     """Weighted solid-circle RANSAC in many slices at once: (S, 3) x, y, r; NaN where no hypothesis is valid.
+
+    seed: one a slice (0 to 2**64 - 1), or one number from which they are counted; a slice's circle depends on its own
+    points, weights and seed only.
 
     Exactly the four steps of sec:dbh_weighted: three indices drawn without replacement with probability proportional to
     weight; the circle through them; inliers inside the disc, hypotheses with an abnormal radius or fewer than
-    ``least_inliers`` of the points dropped; the largest (inlier weight) / r**power wins. Seeded per slice.
+    ``least_inliers`` of the points dropped; the largest (inlier weight) / r**power wins.
     """
+    seeds = [stream(int(seed), k) for k in range(len(slices))] if isinstance(seed, int | np.integer) else list(seed)
     thinned, kept = [], []
-    for number, (points, weight) in enumerate(zip(slices, weights, strict=True)):
+    for points, weight, own in zip(slices, weights, seeds, strict=True):
         if len(points) > solid.most_points:
-            pick = np.sort(np.random.default_rng(seed + number).choice(len(points), solid.most_points, replace=False))
+            pick = np.sort(np.random.default_rng(own).choice(len(points), solid.most_points, replace=False))
             points, weight = points[pick], weight[pick]
         thinned.append(np.ascontiguousarray(points, float))
         kept.append(np.ascontiguousarray(weight, float))
@@ -88,7 +93,7 @@ def fit_solid_circles(slices: Sequence[np.ndarray], weights: Sequence[np.ndarray
         return np.empty((0, 3))
     starts = np.concatenate([[0], np.cumsum([len(points) for points in thinned])]).astype(np.int64)
     return _solid_batch(np.concatenate(thinned), np.concatenate(kept), starts, solid.power, solid.hypotheses,
-                        solid.least_inliers, solid.r_min_m, solid.r_max_m, np.uint64(seed))
+                        solid.least_inliers, solid.r_min_m, solid.r_max_m, np.array(seeds, np.uint64))
 
 
 def hyper_circle(points: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray | None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from ..core.draws import own_order
 from ..core.errors import InputError
 from ..core.progress import Reporter
 from ..core.scale import ground_scale
@@ -204,6 +205,8 @@ def _measure_one(frame: _TreeFrame, group: np.ndarray, weights: np.ndarray | Non
     # Crown and ground points of other segmenters' trees do not belong to the stem's band.
     band = (points[:, 2] > 0.1) & (points[:, 2] < 6.0)
     points, weight = points[band], None if weight is None else weight[band]
+    if options.fit == "cylinder":
+        points = points[own_order(points)]
     # Every n-th point, not voxels: the few points within the bark must stay few against those on it.
     stride = max(len(points) // MOST_POINTS, 1)
     points, weight = points[::stride], None if weight is None else weight[::stride]

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..core.draws import own_order
 from ..pointcloud.cloud import thin
 
 
@@ -46,6 +47,7 @@ def fit_cylinder(points: np.ndarray, options: CylinderOptions | None = None, see
     options = options or CylinderOptions()
     points = points[(points[:, 2] >= options.low_m) & (points[:, 2] <= options.high_m)]
     points = points[np.isfinite(points).all(axis=1)]
+    points = points[own_order(points)]
     if options.voxel_m:
         points = points[thin(points, options.voxel_m)]
     if len(points) < options.sample:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..core.draws import own_order, own_seed, stream
 from .circles import SolidCircle, fit_solid_circles
 from .slices import slice_heights, slice_index
 from .taper import Taper, TaperRansac, taper_ransac
@@ -39,12 +40,13 @@ def measure_published(stems: list[tuple[np.ndarray, np.ndarray]], bh_m: float, o
                       seed: int = 0) -> list[PublishedResult]:
     """The published DBH of each stem: [(points (N, 3) with z = height above ground, weights (N,)), ...].
 
-    All stems' slices go through one compiled batch.
+    All stems' slices go through one compiled batch; a stem's draws are seeded by its own points, so that it reads the
+    same alone, among others, and in any order of stems or points.
     """
     options = options or PublishedOptions()
-    tables = _circles(stems, options, seed)
-    return [PublishedResult(table, taper_ransac(table[:, 0], table[:, 3], bh_m, options.taper, seed + number))
-            for number, table in enumerate(tables)]
+    stems, seeds = _in_own_order(stems, seed)
+    return [PublishedResult(table, taper_ransac(table[:, 0], table[:, 3], bh_m, options.taper, own))
+            for table, own in zip(_circles(stems, options, seeds), seeds, strict=True)]
 
 
 def measure_filled(stems: list[tuple[np.ndarray, np.ndarray]], bh_m: float, options: PublishedOptions | None = None,
@@ -52,9 +54,11 @@ def measure_filled(stems: list[tuple[np.ndarray, np.ndarray]], bh_m: float, opti
     """Solid circles along the axis and the taper RANSAC: [(result, (2,) axis slope), ...]; points and weights as above.
 
     A first pass gives the axis (median slope of the circle centres); the points are sheared along it for the second.
+    Draws are seeded as in :func:`measure_published`.
     """
     options = options or PublishedOptions(top_m=5.0, taper=TaperRansac(steepest_cm_m=2.5))
-    first = _circles(stems, options, seed)
+    stems, seeds = _in_own_order(stems, seed)
+    first = _circles(stems, options, seeds)
     slopes, sheared = [], []
     for (points, weight), table in zip(stems, first, strict=True):
         slope = _axis_slope(table)
@@ -63,12 +67,22 @@ def measure_filled(stems: list[tuple[np.ndarray, np.ndarray]], bh_m: float, opti
         slopes.append(slope)
         sheared.append((moved, weight))
     results = []
-    for table, slope in zip(_circles(sheared, options, seed), slopes, strict=True):
+    for table, slope, own in zip(_circles(sheared, options, seeds), slopes, seeds, strict=True):
         upright = float(np.cos(np.arctan(np.hypot(*slope))))
         table = table * (1.0, 1.0, 1.0, np.sqrt(upright))
-        taper = taper_ransac(table[:, 0], table[:, 3], bh_m, options.taper, seed) if len(table) else None
+        taper = taper_ransac(table[:, 0], table[:, 3], bh_m, options.taper, own) if len(table) else None
         results.append((PublishedResult(table, taper), slope))
     return results
+
+
+def _in_own_order(stems: list[tuple[np.ndarray, np.ndarray]],
+                  seed: int) -> tuple[list[tuple[np.ndarray, np.ndarray]], list[int]]:
+    """The stems, each with its points in an order that does not depend on the file, and the seed of each."""
+    ordered = []
+    for points, weight in stems:
+        order = own_order(points, weight)
+        ordered.append((points[order], weight[order]))
+    return ordered, [own_seed(seed, points) for points, _ in ordered]
 
 
 def _axis_slope(table: np.ndarray) -> np.ndarray:
@@ -80,20 +94,23 @@ def _axis_slope(table: np.ndarray) -> np.ndarray:
     return np.median((good[j, 1:3] - good[i, 1:3]) / (good[j, :1] - good[i, :1]), axis=0)
 
 
-def _circles(stems: list[tuple[np.ndarray, np.ndarray]], options: PublishedOptions, seed: int) -> list[np.ndarray]:
-    """Per stem (S, 4): height, x, y, diameter cm (NaN where no circle), all stems in one batch."""
-    flat, weights, owners, heights = [], [], [], []
+def _circles(stems: list[tuple[np.ndarray, np.ndarray]], options: PublishedOptions,
+             seeds: list[int]) -> list[np.ndarray]:
+    """Per stem (S, 4): height, x, y, diameter cm (NaN where no circle), all stems in one batch; one seed a stem."""
+    flat, weights, owners, heights, streams = [], [], [], [], []
     for number, (points, weight) in enumerate(stems):
         if len(points) == 0:
             continue
         centres = slice_heights(0.0, min(options.top_m, float(points[:, 2].max())), options.spacing_m)
-        for centre, index in zip(centres, slice_index(points[:, 2], centres, options.thickness_m), strict=True):
+        indices = slice_index(points[:, 2], centres, options.thickness_m)
+        for step, (centre, index) in enumerate(zip(centres, indices, strict=True)):
             if len(index) >= options.least_points:
+                streams.append(stream(seeds[number], step))
                 flat.append(points[index, :2])
                 weights.append(weight[index])
                 owners.append(number)
                 heights.append(centre)
-    circles = fit_solid_circles(flat, weights, options.circle, seed)
+    circles = fit_solid_circles(flat, weights, options.circle, streams)
     owner, height = np.asarray(owners, int), np.asarray(heights, float)
     table = np.column_stack([height, circles[:, :2], 200 * circles[:, 2]]) if len(circles) else np.empty((0, 4))
     return [table[owner == number] for number in range(len(stems))]

@@ -15,9 +15,11 @@ from ..core.errors import CRSError, InputError
 from ..core.files import atomic_path
 from ..core.frames import heights_named, vertical_of
 from ..core.frames import transform as convert
+from ..core.progress import Reporter
 from ..core.scale import zone_that_fits
 from ..pointcloud.cloud import horizontal
 from ..pointcloud.file_crs import same_place
+from .unmarked import unmarked_nodata
 
 if TYPE_CHECKING:
     from affine import Affine
@@ -178,12 +180,13 @@ def grid_over(xy_min: np.ndarray, xy_max: np.ndarray, resolution_m: float) -> tu
     return Affine(resolution_m, 0, west, 0, -resolution_m, south + rows * resolution_m), rows, cols
 
 
-def read_dtm(path: Path, crs: pyproj.CRS | None = None) -> Dtm:
+def read_dtm(path: Path, crs: pyproj.CRS | None = None, reporter: Reporter | None = None) -> Dtm:
     """Read a terrain raster to be asked in the project CRS.
 
     crs: the project CRS; a raster in another projected CRS is asked through a coordinate transformation, and when both
     name a vertical datum its heights are turned into the project's. A raster without CRS is taken to be in ``crs``.
-    Band 1 holds heights in metres; a second band described ``support`` is kept.
+    Band 1 holds heights in metres; a second band described ``support`` is kept. Numbers that stand for "nothing here"
+    without being declared so are unknown heights; what is not a usual one of those (0 among heights of 100 m) is said.
 
     Raises:
         InputError: not a raster, or no height in it. CRSError: geographic or not in metres.
@@ -207,6 +210,7 @@ def read_dtm(path: Path, crs: pyproj.CRS | None = None) -> Dtm:
     heights[~np.isfinite(heights) | np.isin(heights, _SILENT_NODATA) | (np.abs(heights) > 12_000)] = np.nan
     if nodata is not None:
         heights[heights == nodata] = np.nan
+    heights = _without_fillings(heights, abs(float(transform.a)), path, reporter or Reporter())
     if not np.isfinite(heights).any():
         raise InputError(f"{path}: holds no ground height (every cell is nodata); give a DTM with heights in metres.")
     if units in ("ft", "foot", "feet", "us survey foot", "us-ft"):
@@ -221,6 +225,20 @@ def read_dtm(path: Path, crs: pyproj.CRS | None = None) -> Dtm:
     other = horizontal(grid_crs) if differs else None
     dtm = Dtm(heights, transform, horizontal(crs) or grid_crs, support, grid_crs=other)
     return _same_vertical(dtm, grid_crs, crs, path)
+
+
+def _without_fillings(heights: np.ndarray, resolution_m: float, path: Path, reporter: Reporter) -> np.ndarray:
+    """The heights with unmarked filling values taken out, which is said."""
+    holes, values = unmarked_nodata(heights, resolution_m)
+    if not values:
+        return heights
+    left = np.where(holes, np.nan, heights)
+    low, high, said = np.nanmin(left), np.nanmax(left), " or ".join(f"{value:g}" for value in values)
+    reporter.warn(
+        f"{path}: {int(holes.sum())} of {heights.size} cells hold {said} m (or a blend with it) among heights of "
+        f"{low:.1f} to {high:.1f} m, and the file declares no nodata value for them: they are taken as unknown; set "
+        "the raster's nodata value.")
+    return left
 
 
 def _same_vertical(dtm: Dtm, own: pyproj.CRS | None, wanted: pyproj.CRS | None, path: Path) -> Dtm:

@@ -14,6 +14,8 @@ import pyproj
 from ..core.errors import InputError
 from ..core.progress import Reporter
 from ..pointcloud.tiles import TileStore
+from .cloud_ground import CloudGround
+from .credibility import GroundLayer
 from .dtm import Dtm, grid_over, read_dtm, require_coverage, require_same_heights
 from .ground import cloth_ground, lowest, recentred
 from .options import ClothSimulation
@@ -116,15 +118,30 @@ def _grid(store: TileStore, folder: Path, origin: np.ndarray, resolution_m: floa
     return Dtm(heights, transform, crs, support).moved_grid(origin)
 
 
-def check_dtm(path: Path, store: TileStore) -> Dtm:
-    """The user's DTM for a cloud in tiles, refused where it does not lie under the cloud or has other heights.
+def layer_of_tiles(store: TileStore, dtm: Dtm) -> GroundLayer:
+    """How well the tiles show the ground that was found in them."""
+    layer = GroundLayer.over(store.low, store.high)
+    for tile in store.tiles:
+        xyz = store.read(tile)[0]
+        layer.add(xyz, xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1]))
+    return layer
+
+
+def check_dtm(path: Path, store: TileStore, reporter: Reporter | None = None) -> CloudGround:
+    """The user's DTM for a cloud in tiles, refused where it does not lie under the cloud or has other heights; where it
+    knows no height, that is said.
 
     Raises:
         InputError, CRSError: see :func:`.dtm.read_dtm`, :func:`.dtm.require_coverage`,
             :func:`.dtm.require_same_heights`.
     """
-    dtm = read_dtm(path, store.crs)
+    reporter = reporter or Reporter()
+    dtm = read_dtm(path, store.crs, reporter)
     lows = np.concatenate([cell_quantile(store.read(tile)[0], 1.0, 0.0) for tile in store.tiles])
     require_coverage(dtm, lows[:, :2], str(path))
     require_same_heights(dtm, lows, str(path))
-    return dtm
+    unknown = int((~dtm.covers(lows[:, :2])).sum())
+    if unknown:
+        reporter.warn(f"{path}: has no height in {unknown} m2 of the ground under the cloud; no stem is found there; "
+                      "give a DTM without gaps, or leave --dtm out.")
+    return CloudGround(dtm, dtm)

@@ -1,0 +1,71 @@
+"""The dry run's look at the ground of a cloud: its lowest points only, the same questions as the run asks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pyproj
+
+from ..core.errors import InputError
+from ..core.progress import Reporter
+from ..pointcloud.cloud import thin
+from ..terrain.cloud_ground import found_ground, given_ground
+from ..terrain.dtm import Dtm
+
+#: Points up to here above the lowest of their square metre are kept, one a voxel of this side, metres.
+_ABOVE_M, _VOXEL_M = 1.0, 0.05
+#: Larger clouds (m2) are not looked at before the run: that would take as long as the run's own ground.
+_LARGEST_M2 = 20_000.0
+
+
+class LowPoints:
+    """The lowest points of a cloud that is read piece by piece."""
+
+    def __init__(self) -> None:
+        self._parts: list[np.ndarray] = []
+
+    def add(self, xyz: np.ndarray) -> None:
+        """(N, 3) more points."""
+        self._parts.append(_low(xyz))
+
+    def points(self) -> np.ndarray:
+        """(M, 3) the lowest points of all pieces."""
+        return _low(np.concatenate(self._parts)) if self._parts else np.empty((0, 3))
+
+
+def _low(xyz: np.ndarray) -> np.ndarray:
+    if not len(xyz):
+        return xyz
+    _, cell = np.unique(np.floor(xyz[:, :2]).astype(np.int64), axis=0, return_inverse=True)
+    lowest = np.full(cell.max() + 1, np.inf)
+    np.minimum.at(lowest, cell.ravel(), xyz[:, 2])
+    low = xyz[xyz[:, 2] < lowest[cell.ravel()] + _ABOVE_M]
+    return low[thin(low, _VOXEL_M)]
+
+
+class _Doubts(Reporter):
+    """Warnings as the dry run's doubts."""
+
+    def __init__(self, doubt: Callable[[str], None]) -> None:
+        super().__init__()
+        self._doubt = doubt
+
+    def warn(self, message: str) -> None:
+        self._doubt(message)
+
+
+def check_ground(xyz: np.ndarray, where: Path, crs: pyproj.CRS | None, given: Dtm | None, given_from: Path | None,
+                 doubt: Callable[[str], None], problem: Callable[[str], None]) -> None:
+    """Ask of the ground, by the (N, 3) lowest points, what the run will ask: what it would warn of goes to ``doubt``,
+    what would end it to ``problem``."""
+    if not len(xyz) or float(np.prod(np.ptp(xyz[:, :2], axis=0))) > _LARGEST_M2:
+        return
+    try:
+        if given is not None:
+            given_ground(given, xyz, str(given_from), _Doubts(doubt))
+        else:
+            found_ground(xyz, crs, str(where), _Doubts(doubt))
+    except InputError as refusal:
+        problem(str(refusal))

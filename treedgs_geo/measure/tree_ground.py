@@ -1,0 +1,61 @@
+"""What the ground under a tree, known more or less well, means for its diameter: interval, flag and reason."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from .trees import Tree, with_block_errors
+
+if TYPE_CHECKING:
+    from ..terrain.cloud_ground import CloudGround
+
+#: A ground whose height is less sure than this makes a tree one to check; one this unsure is no ground at all, m.
+UNSURE_GROUND_M, NO_GROUND_M = 0.25, 5.0
+#: A stem's foot takes up this much more than its radius at breast height (butt swell, lean), and so much in all where
+#: the radius is not known, metres.
+FOOT_M, USUAL_FOOT_M = 0.15, 0.30
+
+
+def with_ground(trees: list[Tree], ground: CloudGround) -> list[Tree]:
+    """Measured trees whose intervals and flags allow for how well the ground under each is known."""
+    xy = np.array([[tree.x, tree.y] for tree in trees]).reshape(-1, 2)
+    clear_m = np.array([USUAL_FOOT_M if tree.dbh_cm is None else tree.dbh_cm / 200 + FOOT_M for tree in trees])
+    return [with_ground_error(tree, float(se_m))
+            for tree, se_m in zip(trees, ground.se_m(xy, clear_m), strict=True)]
+
+
+def with_ground_error(tree: Tree, ground_m: float, unsure_m: float = UNSURE_GROUND_M) -> Tree:
+    """The tree with the error of the ground's height under it, and so of breast height, added to its own.
+
+    ground_m: standard error of that height. Above ``unsure_m`` the tree is to be checked, from :data:`NO_GROUND_M` on
+    it is refused: no ground, no breast height.
+    """
+    if ground_m >= NO_GROUND_M:
+        reasons = _with_reason(tree.qc_reason, "no_ground")
+        return replace(tree, qc_flag="reject", qc_reason=reasons).finish()
+    tree = with_block_errors(tree, 0.0, ground_m)
+    if ground_m <= unsure_m:
+        return tree
+    flag: Literal["ok", "check", "reject"] = "check" if tree.qc_flag == "ok" else tree.qc_flag
+    return replace(tree, qc_flag=flag, qc_reason=_with_reason(tree.qc_reason, "no_ground"))
+
+
+def _with_reason(reasons: str, reason: str) -> str:
+    return ",".join(dict.fromkeys([*filter(None, reasons.split(",")), reason]))
+
+
+def stem_feet(xyz: np.ndarray, tree_id: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """``(ids, (K, 2) places)`` of the trees in (N, 3) labelled points: median of each one's points below 2 m (of all,
+    where it has none there). height: (N,) above the ground."""
+    owned = np.flatnonzero(tree_id > 0)
+    order = owned[np.argsort(tree_id[owned], kind="stable")]
+    ids, starts = np.unique(tree_id[order], return_index=True)
+    places = []
+    for group in np.split(order, starts[1:]) if len(ids) else []:
+        with np.errstate(invalid="ignore"):
+            low = group[height[group] < 2.0]
+        places.append(np.median(xyz[low if len(low) else group, :2], axis=0))
+    return ids, np.array(places).reshape(-1, 2)

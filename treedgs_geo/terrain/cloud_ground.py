@@ -1,0 +1,210 @@
+"""The ground under a cloud and how far it can be trusted: a given terrain model against what the cloud shows itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NoReturn
+
+import numpy as np
+import pyproj
+
+from ..core.errors import InputError
+from ..core.progress import Reporter
+from .credibility import NO_GROUND_M, SEEN_SE_M, GroundLayer
+from .dtm import GROUND_WARN_M, Dtm
+from .ground import dtm_from_cloud, flat_ground
+from .surface import cell_quantile
+
+#: A given terrain model that lies farther than this from the ground that the cloud shows is not that cloud's.
+OTHER_HEIGHTS_M = 3.0
+#: Where the cloud shows no ground, its lowest points should still be on the stems that are measured, up to here, m.
+LOWER_STEM_M = 5.0
+#: So many places, 2 m apart, have to show ground before a given terrain model is judged by them.
+LEAST_PLACES = 3
+#: A bare tree: so wide at most, and at its foot (the lowest points, so high) no wider than this, m.
+_TREE_M, _FOOT_M, _FOOT_HEIGHT_M = 20.0, 3.0, 1.5
+#: The ground of one bare tree is where its lowest points are, to this standard error, m.
+LOWEST_SE_M = 0.5
+
+
+@dataclass(frozen=True)
+class CloudGround:
+    """dtm: what heights are counted from. given: the user's terrain model, if any. own, layer: the ground that the
+    cloud shows, and how well it does (``None``: it shows none). above_m: how far ``given`` lies above ``own`` (median
+    over the places that show ground). lowest: the ground is the lowest points of one bare tree."""
+
+    dtm: Dtm
+    given: Dtm | None = None
+    own: Dtm | None = None
+    layer: GroundLayer | None = None
+    above_m: float = 0.0
+    lowest: bool = False
+
+    @property
+    def shows_ground(self) -> bool:
+        """Whether the cloud shows a ground surface anywhere."""
+        return self.layer is not None and bool(self.layer.seen(self.layer.places()).any())
+
+    def se_m(self, xy: np.ndarray, clear_m: np.ndarray) -> np.ndarray:
+        """(K,) standard error of the ground's height at stems, metres; :data:`.credibility.NO_GROUND_M` where nothing
+        shows it. xy: (K, 2) places. clear_m: (K,) radius round each that its own foot takes up.
+
+        A given model is off by as much as it differs from the ground seen there, or from that of the whole cloud; a
+        cloud that shows no ground says nothing about it.
+        """
+        xy = np.asarray(xy, float).reshape(-1, 2)
+        if self.lowest:
+            return np.full(len(xy), LOWEST_SE_M)
+        if self.layer is None or self.own is None:
+            return np.zeros(len(xy)) if self.given is not None else np.full(len(xy), NO_GROUND_M)
+        seen = self.layer.without(xy, clear_m).se_m(xy)
+        if self.given is None:
+            return seen
+        given, used, own = (model.height(*xy.T) for model in (self.given, self.dtm, self.own))
+        gap = np.abs(given - own)
+        of_given = np.where((seen <= SEEN_SE_M) & np.isfinite(gap), gap, abs(self.above_m))
+        with np.errstate(invalid="ignore"):
+            from_own = np.isfinite(used) & ~(np.abs(used - given) < GROUND_WARN_M)
+        return np.where(from_own, seen, of_given)
+
+
+def own_ground(xyz: np.ndarray, crs: pyproj.CRS | None) -> CloudGround:
+    """The ground that (N, 3) points show, or for one bare tree its lowest points.
+
+    Raises:
+        InputError: none was found.
+    """
+    try:
+        dtm = dtm_from_cloud(xyz, crs=crs)
+    except InputError:
+        if not _bare_tree(xyz):
+            raise
+        return CloudGround(flat_ground(xyz, crs), lowest=True)
+    found = CloudGround(dtm, own=dtm, layer=GroundLayer.of(xyz, dtm))
+    if _bare_tree(xyz) and not found.shows_ground:
+        return CloudGround(flat_ground(xyz, crs), lowest=True)
+    return found
+
+
+def found_ground(xyz: np.ndarray, crs: pyproj.CRS | None, where: str, reporter: Reporter) -> CloudGround:
+    """:func:`own_ground` of the cloud named ``where``; what is missing of it is said.
+
+    Raises:
+        InputError: none was found.
+    """
+    ground = own_ground(xyz, crs)
+    if ground.lowest:
+        reporter.warn("No ground was found in this small cloud: heights are counted from its lowest points, and every "
+                      "tree is marked for checking (no_ground).")
+    elif not ground.shows_ground:
+        reporter.warn(f"{where}: shows no ground surface between the stems (its lowest metres may have been clipped or "
+                      "filtered out), so no breast height is known; give the cloud with its ground, or a DTM with "
+                      "--dtm.")
+    return ground
+
+
+def _bare_tree(xyz: np.ndarray) -> bool:
+    """Whether (N, 3) points are one tree without its surroundings: what lies lowest is one foot."""
+    if float((xyz.max(axis=0) - xyz.min(axis=0))[:2].max()) > _TREE_M:
+        return False
+    lowest = float(np.partition(xyz[:, 2], min(10, len(xyz) - 1))[min(10, len(xyz) - 1)])
+    foot = xyz[xyz[:, 2] < lowest + _FOOT_HEIGHT_M, :2]
+    return float(np.ptp(np.percentile(foot, [2, 98], axis=0), axis=0).max()) < _FOOT_M
+
+
+def given_ground(given: Dtm, xyz: np.ndarray, where: str, reporter: Reporter) -> CloudGround:
+    """A given terrain model (named ``where``) under (N, 3) points, held against the ground that they show.
+
+    Where it knows no height, or a clearly wrong one, the ground of the cloud stands in, so that no stem is lost there.
+
+    Raises:
+        InputError: its heights are not those of the cloud.
+    """
+    try:
+        found = own_ground(xyz, given.crs)
+    except InputError:
+        found = CloudGround(given, lowest=True)
+    if found.lowest:
+        _require_possible(given, xyz, where)
+        reporter.info(f"{where}: could not be checked, the cloud shows no ground of its own.")
+        return CloudGround(given, given)
+    assert found.layer is not None and found.own is not None
+    places = found.layer.places()
+    seen = found.layer.seen(places)
+    above = given.height(*places.T) - found.own.height(*places.T)
+    known = above[seen & np.isfinite(above)]
+    median = 0.0
+    if len(known) >= LEAST_PLACES:
+        same = np.abs(known) <= OTHER_HEIGHTS_M
+        if same.mean() < 0.5:
+            other = seen & ~(np.abs(above) <= OTHER_HEIGHTS_M)
+            _refuse_heights(places[other], given, found.own, 1 - float(same.mean()), where)
+        median = float(np.median(known[same]))
+        if abs(median) > GROUND_WARN_M:
+            reporter.warn(
+                f"{where}: lies {median:+.2f} m from the ground that the cloud shows (median), expected within "
+                f"{GROUND_WARN_M:g} m; breast height may be off by as much and the trees' intervals are widened by it: "
+                "check its datum, or leave --dtm out.")
+    else:
+        _require_possible(given, xyz, where)
+        reporter.info(f"{where}: could not be checked, the cloud shows too little ground of its own.")
+    mended, holes, wrong = _mended(given, found, places, seen)
+    if holes or wrong:
+        what = " and ".join(filter(None, [f"no height in {holes:.0f} m2" if holes else "",
+                                          f"a height more than {OTHER_HEIGHTS_M:g} m off in {wrong:.0f} m2"
+                                          if wrong else ""]))
+        reporter.warn(f"{where}: has {what} of the ground under the cloud; the ground that the cloud shows stands in "
+                      "there, and stems where it shows none have no_ground.")
+    return CloudGround(mended, given, found.own, found.layer, median)
+
+
+def _require_possible(given: Dtm, xyz: np.ndarray, where: str) -> None:
+    """Without ground of its own a cloud still has no points far under the ground, and some on lower stems.
+
+    Raises:
+        InputError: it has, or has not.
+    """
+    lows = cell_quantile(xyz, 1.0, 0.0)
+    above = lows[:, 2] - given.height(*lows[:, :2].T)
+    above = above[np.isfinite(above)]
+    lowest = float(np.percentile(above, 5)) if above.size else 0.0
+    if not -OTHER_HEIGHTS_M <= lowest <= LOWER_STEM_M:
+        raise InputError(
+            f"{where}: the cloud's lowest points lie {lowest:+.1f} m from this ground, expected -{OTHER_HEIGHTS_M:g} "
+            f"to {LOWER_STEM_M:g} m; bring both to one vertical datum (ellipsoid or geoid) and to metres, or leave "
+            "--dtm out.")
+
+
+def _refuse_heights(places: np.ndarray, given: Dtm, own: Dtm, share: float, where: str) -> NoReturn:
+    """Both heights at the (K, 2) places where they differ."""
+    theirs, ours = given.height(*places.T), own.height(*places.T)
+    known = np.isfinite(theirs)
+    low, high, gap = (float(np.median(part[known])) for part in (theirs, ours, theirs - ours))
+    raise InputError(
+        f"{where}: lies at {low:.1f} m where the cloud's own ground lies at {high:.1f} m ({gap:+.1f} m, at "
+        f"{100 * share:.0f} % of the places that show ground), expected within {OTHER_HEIGHTS_M:g} m; bring both to "
+        "one vertical datum (ellipsoid or geoid) and to metres, or leave --dtm out.")
+
+
+def _mended(given: Dtm, found: CloudGround, places: np.ndarray, seen: np.ndarray) -> tuple[Dtm, float, float]:
+    """``(model, m2 without a height, m2 with a wrong one)``: the given model as it is, or on the cloud's own grid with
+    the cloud's ground where the given one has none, or where the cloud shows ground at another height."""
+    from scipy.spatial import cKDTree
+
+    own = found.own
+    assert own is not None
+    x, y = (np.broadcast_to(part, own.heights.shape) for part in own.centres())
+    theirs = given.height(x, y)
+    holes = ~np.isfinite(theirs) & np.isfinite(own.heights)
+    with np.errstate(invalid="ignore"):
+        wrong = np.abs(theirs - own.heights) > OTHER_HEIGHTS_M
+    if wrong.any():
+        where = np.flatnonzero(wrong)
+        nearest = cKDTree(places).query(np.column_stack([x.ravel()[where], y.ravel()[where]]))[1]
+        wrong.ravel()[where] = seen[nearest]
+    bad = holes | wrong
+    if not bad.any():
+        return given, 0.0, 0.0
+    mended = replace(own, heights=np.where(bad, own.heights, theirs))
+    area = own.resolution_m**2
+    return mended, area * float(holes.sum()), area * float(wrong.sum())
