@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pyproj
 import pytest
+from affine import Affine
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -12,6 +13,7 @@ from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.errors import CRSError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.scale import check_lon_lat, check_place, ground_scale, local_scale, zone_that_fits
+from treedgs_geo.terrain.dtm import Dtm
 
 ARKANSAS = (-91.8, 33.6)
 #: Web Mercator as other programs write it: no EPSG code.
@@ -208,3 +210,15 @@ def test_the_local_frame_is_ground(code, tmp_path):
     again = LocalFrame.load(tmp_path / "frame.json")
     assert again.scale == frame.scale != 1.0
     np.testing.assert_allclose(again.to_local(ring @ np.eye(2, 3)), frame.to_local(ring @ np.eye(2, 3)))
+
+
+def test_a_terrain_model_is_asked_in_the_same_ground_metres():
+    """Ten kilometres from the origin a scale of 1.004 is 40 m: a slope shows it."""
+    heights = np.broadcast_to(100.0 + 0.5 * np.arange(400), (4, 400))
+    dtm = Dtm(heights.copy(), Affine(50.0, 0, 500_000.0, 0, -50.0, 3_700_100.0))
+    frame = LocalFrame(pyproj.CRS.from_epsg(32615), np.array([501_000.0, 3_700_000.0, 90.0]), 1.004)
+    local = np.array([[10_000.0, 5.0, 0.0], [-400.0, 20.0, 0.0]])
+    there = frame.to_project(local)
+    np.testing.assert_allclose(there[:, 0], [511_040.0, 500_598.4])
+    np.testing.assert_allclose(dtm.local(frame)(*local.T[:2]), dtm.height(*there.T[:2]) - 90.0)
+    assert dtm.local(frame)(10_000.0, 5.0) - dtm.shifted(frame.origin)(10_000.0, 5.0) == pytest.approx(0.4, abs=1e-6)
