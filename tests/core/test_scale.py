@@ -150,6 +150,8 @@ def test_a_map_that_stretches_names_the_scale_and_the_zone(text):
         ("EPSG:32615", (1e9, 1e9), "cannot lie"),
         ("EPSG:2154", (611_300.0, 3_718_400.0), "made for longitudes"),
         ("EPSG:32615", (611_337.0, 13_718_451.0), "."),
+        ("EPSG:32615", (1e300, -1e300), r"x 1e\+300, y -1e\+300\) cannot lie"),
+        ("+proj=airy +ellps=WGS84 +units=m +type=crs", (611_337.0, 371_845.0), "cannot lie"),
     ],
 )
 def test_coordinates_that_cannot_lie_in_the_crs(text, xy, words):
@@ -222,3 +224,10 @@ def test_a_terrain_model_is_asked_in_the_same_ground_metres():
     np.testing.assert_allclose(there[:, 0], [511_040.0, 500_598.4])
     np.testing.assert_allclose(dtm.local(frame)(*local.T[:2]), dtm.height(*there.T[:2]) - 90.0)
     assert dtm.local(frame)(10_000.0, 5.0) - dtm.shifted(frame.origin)(10_000.0, 5.0) == pytest.approx(0.4, abs=1e-6)
+
+
+def test_a_map_that_cannot_be_turned_back_or_of_another_planet_ends_with_a_sentence():
+    for text in ("+proj=airy +ellps=WGS84 +units=m +type=crs", "IAU_2015:49910",
+                 "+proj=gnom +lat_0=-40 +lon_0=90 +type=crs"):
+        with pytest.raises(CRSError, match=r"does not reach longitude -91.800, .*EPSG:32615"):
+            check_lon_lat(pyproj.CRS.from_user_input(text), *ARKANSAS, "--crs")
