@@ -133,6 +133,13 @@ def test_a_neighbouring_zone_is_told(tmp_path, capsys):
     assert run("pointcloud-to-dbh", "--input", tmp_path / "wrong.laz", "--dtm", tmp_path / "dtm.tif", "--output",
                tmp_path / "out.gpkg") == 2
     assert "it covers these coordinates in EPSG:32615" in capsys.readouterr().err
+    # Field stems as they stand in the neighbouring zone, without a word about it.
+    to_next = pyproj.Transformer.from_crs("EPSG:32614", "EPSG:32615", always_xy=True)
+    x, y = to_next.transform(*xyz[:, :2].mean(axis=0))
+    (tmp_path / "stems.csv").write_text(f"tree_id,x,y\n1,{x},{y}\n")
+    assert run("segment-stems", "--input", tmp_path / "wrong.laz", "--field-stems", tmp_path / "stems.csv", "--output",
+               tmp_path / "out.laz") == 2
+    assert "in EPSG:32615, WGS 84 / UTM zone 15N, they would" in capsys.readouterr().err
 
 
 def test_a_terrain_model_on_a_stretching_map_still_serves(tmp_path):
