@@ -12,6 +12,7 @@ import pytest
 import rasterio
 
 from treedgs_geo.cli import main
+from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.evaluation.accuracy import score_against_truth
 from treedgs_geo.inventory.tree_layer import read_trees
 
@@ -59,6 +60,11 @@ def test_the_layer_lies_where_the_plot_is(finished, simulated_plot):
     measured = trees[trees["dbh_cm"].notna()]
     assert (measured["dbh_lo_cm"] < measured["dbh_cm"]).all() and (measured["dbh_hi_cm"] > measured["dbh_cm"]).all()
     assert (trees.loc[trees["dbh_cm"].isna(), "qc_reason"] != "").all()
+
+
+def test_the_block_is_measured_in_ground_metres(finished):
+    """The plot lies 1.2 degrees from its zone's meridian: 0.025 % less on the map than on the ground."""
+    assert LocalFrame.load(finished / "work" / "sfm" / "frame.json").scale == pytest.approx(0.99974, abs=2e-5)
 
 
 def test_the_record_says_what_was_done(finished):

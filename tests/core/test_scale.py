@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pyproj
 import pytest
+from affine import Affine
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -12,6 +13,7 @@ from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.errors import CRSError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.scale import check_lon_lat, check_place, ground_scale, local_scale, zone_that_fits
+from treedgs_geo.terrain.dtm import Dtm
 
 ARKANSAS = (-91.8, 33.6)
 #: Web Mercator as other programs write it: no EPSG code.
@@ -148,6 +150,8 @@ def test_a_map_that_stretches_names_the_scale_and_the_zone(text):
         ("EPSG:32615", (1e9, 1e9), "cannot lie"),
         ("EPSG:2154", (611_300.0, 3_718_400.0), "made for longitudes"),
         ("EPSG:32615", (611_337.0, 13_718_451.0), "."),
+        ("EPSG:32615", (1e300, -1e300), r"x 1e\+300, y -1e\+300\) cannot lie"),
+        ("+proj=airy +ellps=WGS84 +units=m +type=crs", (611_337.0, 371_845.0), "cannot lie"),
     ],
 )
 def test_coordinates_that_cannot_lie_in_the_crs(text, xy, words):
@@ -208,3 +212,22 @@ def test_the_local_frame_is_ground(code, tmp_path):
     again = LocalFrame.load(tmp_path / "frame.json")
     assert again.scale == frame.scale != 1.0
     np.testing.assert_allclose(again.to_local(ring @ np.eye(2, 3)), frame.to_local(ring @ np.eye(2, 3)))
+
+
+def test_a_terrain_model_is_asked_in_the_same_ground_metres():
+    """Ten kilometres from the origin a scale of 1.004 is 40 m: a slope shows it."""
+    heights = np.broadcast_to(100.0 + 0.5 * np.arange(400), (4, 400))
+    dtm = Dtm(heights.copy(), Affine(50.0, 0, 500_000.0, 0, -50.0, 3_700_100.0))
+    frame = LocalFrame(pyproj.CRS.from_epsg(32615), np.array([501_000.0, 3_700_000.0, 90.0]), 1.004)
+    local = np.array([[10_000.0, 5.0, 0.0], [-400.0, 20.0, 0.0]])
+    there = frame.to_project(local)
+    np.testing.assert_allclose(there[:, 0], [511_040.0, 500_598.4])
+    np.testing.assert_allclose(dtm.local(frame)(*local.T[:2]), dtm.height(*there.T[:2]) - 90.0)
+    assert dtm.local(frame)(10_000.0, 5.0) - dtm.shifted(frame.origin)(10_000.0, 5.0) == pytest.approx(0.4, abs=1e-6)
+
+
+def test_a_map_that_cannot_be_turned_back_or_of_another_planet_ends_with_a_sentence():
+    for text in ("+proj=airy +ellps=WGS84 +units=m +type=crs", "IAU_2015:49910",
+                 "+proj=gnom +lat_0=-40 +lon_0=90 +type=crs"):
+        with pytest.raises(CRSError, match=r"does not reach longitude -91.800, .*EPSG:32615"):
+            check_lon_lat(pyproj.CRS.from_user_input(text), *ARKANSAS, "--crs")

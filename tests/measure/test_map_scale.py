@@ -48,7 +48,7 @@ def run(*arguments):
 
 @pytest.mark.parametrize("text", ["EPSG:3857", "EPSG:32662", "EPSG:3035", "EPSG:5070"])
 def test_a_stretching_map_is_refused_by_every_verb(text, tmp_path, capsys):
-    """Before: 25 and 40 cm read 30.1 and 48.2 on EPSG:3857, ``ok``."""
+    """Before: 25 and 40 cm read 30.1 and 48.5 on EPSG:3857, ``ok``."""
     cloud, out = made(tmp_path / "in.laz", text, 1), tmp_path / "out"
     for verb, ending, more in (("pointcloud-to-dbh", "gpkg", ()), ("pointcloud-to-dbh", "gpkg", ("--dry-run", "true")),
                                ("measure-dbh", "gpkg", ()), ("segment-stems", "laz", ()), ("terrain", "tif", ())):
@@ -133,6 +133,13 @@ def test_a_neighbouring_zone_is_told(tmp_path, capsys):
     assert run("pointcloud-to-dbh", "--input", tmp_path / "wrong.laz", "--dtm", tmp_path / "dtm.tif", "--output",
                tmp_path / "out.gpkg") == 2
     assert "it covers these coordinates in EPSG:32615" in capsys.readouterr().err
+    # Field stems as they stand in the neighbouring zone, without a word about it.
+    to_next = pyproj.Transformer.from_crs("EPSG:32614", "EPSG:32615", always_xy=True)
+    x, y = to_next.transform(*xyz[:, :2].mean(axis=0))
+    (tmp_path / "stems.csv").write_text(f"tree_id,x,y\n1,{x},{y}\n")
+    assert run("segment-stems", "--input", tmp_path / "wrong.laz", "--field-stems", tmp_path / "stems.csv", "--output",
+               tmp_path / "out.laz") == 2
+    assert "in EPSG:32615, WGS 84 / UTM zone 15N, they would" in capsys.readouterr().err
 
 
 def test_a_terrain_model_on_a_stretching_map_still_serves(tmp_path):

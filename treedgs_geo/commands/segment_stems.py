@@ -97,15 +97,21 @@ def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
 def _field_stems(settings: SegmentStemsSettings, crs: Any, low: Any, high: Any) -> Any:
     """The field stems in the cloud's CRS, ``None`` without a file; some of them have to stand in the cloud."""
     from ..core.errors import InputError
+    from ..core.scale import zone_that_fits
     from ..stems.seeds import MATCH_M, read_field_stems
 
     if settings.field_stems is None:
         return None
     field = read_field_stems(settings.field_stems, crs)
-    inside = ((field.xy >= low - MATCH_M) & (field.xy <= high + MATCH_M)).all(axis=1)
-    if not inside.any():
+
+    def inside(xy: Any) -> bool:
+        return bool(((xy >= low - MATCH_M) & (xy <= high + MATCH_M)).all(axis=1).any())
+
+    if not inside(field.xy):
+        zone = zone_that_fits(crs, field.xy, inside)
+        hint = f"; in EPSG:{zone.to_epsg()}, {zone.name}, they would" if zone is not None else ""
         raise InputError(f"{settings.field_stems}: none of its {len(field.xy)} stems stands in the cloud (the first "
-                         f"is at {field.xy[0, 0]:.1f}, {field.xy[0, 1]:.1f}); give positions in the cloud's CRS.")
+                         f"is at {field.xy[0, 0]:.1f}, {field.xy[0, 1]:.1f}{hint}); give positions in the cloud's CRS.")
     return field
 
 

@@ -91,7 +91,11 @@ def local_scale(crs: pyproj.CRS | None, x: float, y: float, height_m: float = 0.
     """
     if crs is None or not _is_on_earth(crs):
         return None
-    lon, lat = _to_own_degrees(crs, x + _STEP_M * np.array([0, 1, -1, 0, 0]), y + _STEP_M * np.array([0, 0, 0, 1, -1]))
+    try:
+        lon, lat = _to_own_degrees(crs, x + _STEP_M * np.array([0, 1, -1, 0, 0]),
+                                   y + _STEP_M * np.array([0, 0, 0, 1, -1]))
+    except pyproj.exceptions.ProjError:  # some projections of whole continents cannot be turned back
+        return None
     if not (np.isfinite(lon).all() and np.isfinite(lat).all()):
         return None
     earth = horizontal(crs).get_geod()
@@ -185,11 +189,12 @@ def check_place(crs: pyproj.CRS | None, xyz: np.ndarray, where: str, reporter: R
         raise CRSError(_stretched(where, crs, scale, _remedy(photos)))
     if reporter is None:
         return
-    name = horizontal(crs).name
+    name = _name(crs)
     if outside > 0 and area is not None:
+        corrected = f"; {_corrected(scale)}" if scale.stretch > NOTED_STRETCH else ""
         reporter.warn(f"{where}: lies at {_place(scale)}, {outside:.2g} degrees outside of the area of {name} "
-                      f"({area.text()}); {_corrected(scale)}: check that the CRS is right; if it is, "
-                      f"{_zone(scale)} suits the place better.")
+                      f"({area.text()}){corrected}; check that the CRS is right; if it is, {_zone(scale)} suits the "
+                      "place better.")
     elif scale.stretch > NOTED_STRETCH:
         reporter.warn(f"{where}: {name} changes lengths here; {_corrected(scale)}.")
 
@@ -197,8 +202,8 @@ def check_place(crs: pyproj.CRS | None, xyz: np.ndarray, where: str, reporter: R
 def _require_map_coordinates(crs: pyproj.CRS, x: float, y: float, scale: GridScale | None, area: Area | None,
                              outside_deg: float, where: str, photos: bool) -> None:
     """Degrees, local metres, exchanged axes and places far from the CRS's area are refused."""
-    name = horizontal(crs).name
-    digits = ".6g" if max(abs(x), abs(y)) < 1000 else ".0f"
+    name = _name(crs)
+    digits = ".0f" if 1e3 <= max(abs(x), abs(y)) < 1e8 else ".6g"
     found = f"{where}: its coordinates (x {x:{digits}}, y {y:{digits}})"
     remedy = _remedy(photos)
     local = "local metres need their place" if photos else (
@@ -231,7 +236,7 @@ def check_lon_lat(crs: pyproj.CRS, lon_deg: float, lat_deg: float, where: str) -
     Raises:
         CRSError: see above; the UTM zone of the place is named.
     """
-    area, name = area_of(crs), horizontal(crs).name
+    area, name = area_of(crs), _name(crs)
     there = GridScale(1.0, 1.0, lon_deg, lat_deg)
     remedy = _remedy(photos=True) if crs.is_projected else "give the frame of the geotags, for example EPSG:7912"
     if area is not None and area.outside_deg(lon_deg, lat_deg) > MARGIN_DEG:
@@ -239,8 +244,11 @@ def check_lon_lat(crs: pyproj.CRS, lon_deg: float, lat_deg: float, where: str) -
                        f"{' ' + _zone(there) if crs.is_projected else ''}.")
     if not _is_on_earth(crs):
         return
-    to_map = pyproj.Transformer.from_crs("EPSG:4326", horizontal(crs), always_xy=True)
-    scale = local_scale(crs, *to_map.transform(lon_deg, lat_deg))
+    try:
+        to_map = pyproj.Transformer.from_crs("EPSG:4326", horizontal(crs), always_xy=True)
+        scale = local_scale(crs, *to_map.transform(lon_deg, lat_deg))
+    except pyproj.exceptions.ProjError:  # another planet
+        scale = None
     if scale is None:
         raise CRSError(f"{where}: {name} does not reach {_place(there)}, where the photos were taken; {remedy} "
                        f"{_zone(there)}.")
@@ -269,8 +277,13 @@ def _is_on_earth(crs: pyproj.CRS) -> bool:
 
 
 def _stretched(where: str, crs: pyproj.CRS, scale: GridScale, remedy: str) -> str:
-    return (f"{where}: {horizontal(crs).name} is not made for measuring at {_place(scale)}: {scale.text()}, expected "
+    return (f"{where}: {_name(crs)} is not made for measuring at {_place(scale)}: {scale.text()}, expected "
             f"within {100 * LARGEST_STRETCH:g} %; {remedy} {_zone(scale)}.")
+
+
+def _name(crs: pyproj.CRS) -> str:
+    name = str(horizontal(crs).name)
+    return name if name not in ("unknown", "unnamed", "undefined", "") else "the CRS given (it has no name)"
 
 
 def _remedy(photos: bool) -> str:
@@ -323,7 +336,10 @@ def _to_degrees(wkt: str) -> pyproj.Transformer:
 
 
 def _to_wgs84(crs: pyproj.CRS, x: float, y: float) -> tuple[float, float]:
-    lon, lat = _to_degrees(horizontal(crs).to_wkt()).transform(x, y)
+    try:
+        lon, lat = _to_degrees(horizontal(crs).to_wkt()).transform(x, y)
+    except pyproj.exceptions.ProjError:  # another planet
+        lon, lat = np.inf, np.inf
     if not np.isfinite([lon, lat]).all():
         own = _to_own_degrees(crs, np.array([x]), np.array([y]))
         lon, lat = own[0][0], own[1][0]

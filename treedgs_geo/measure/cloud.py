@@ -112,7 +112,7 @@ def measure_stems(cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm, options: Mea
     trees = [_tree(int(tree), frame, measured, options)
              for tree, frame, measured in zip(ids, frames, results, strict=True)]
     _finish(cloud, height, trees, results, groups)
-    scale = ground_scale(cloud.crs, *np.median(cloud.xyz[owned], axis=0))
+    scale = ground_scale(cloud.crs, *np.median(cloud.xyz[owned[::max(len(owned) // 100_000, 1)]], axis=0))
     return [on_ground(tree, scale) for tree in trees]
 
 
