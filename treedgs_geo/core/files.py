@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from .errors import InputError, OutputError
+from .shortage import full_disk, no_room_for
 
 
 @contextmanager
@@ -21,7 +22,7 @@ def atomic_path(target: Path) -> Iterator[Path]:
     """Yield a temporary path beside ``target`` with the same suffix; renamed onto it only if the block succeeds.
 
     Raises:
-        OutputError: the folder cannot be made or written.
+        OutputError: the folder cannot be made or written, or the disk is full.
     """
     target = Path(target)
     ensure_writable(target)
@@ -35,6 +36,10 @@ def atomic_path(target: Path) -> Iterator[Path]:
             raise OutputError(f"{target}: nothing was written; this is a defect, please report it.")
         os.chmod(temporary, 0o666 & ~_umask())
         os.replace(temporary, target)
+    except Exception as problem:
+        if (full := no_room_for(target, temporary, problem)) is not None:
+            raise full from problem
+        raise
     finally:
         for leftover in target.parent.glob(temporary.name + "*"):
             leftover.unlink(missing_ok=True)
@@ -142,6 +147,23 @@ def no_empty_folders(targets: Iterable[Path]) -> Iterator[None]:
             with suppress(OSError):  # never made, a file, or not empty
                 folder.rmdir()
         raise
+
+
+def reserve(path: Path, size: int) -> None:
+    """Make a file of ``size`` bytes whose room on the disk is really there: writing into a mapped file that finds none
+    ends the process.
+
+    Raises:
+        OutputError: no room.
+    """
+    try:
+        with open(path, "wb") as stream:
+            if hasattr(os, "posix_fallocate"):
+                os.posix_fallocate(stream.fileno(), 0, max(size, 1))
+            else:
+                stream.truncate(max(size, 1))
+    except OSError as problem:
+        raise full_disk(path.parent, f"{size / 1e9:.1f} GB, {problem.strerror}") from None
 
 
 def write_json(target: Path, value: Any) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
 
@@ -114,7 +115,9 @@ def style_terrain(path: Path) -> None:
     """Put the hillshade style beside a terrain raster (``dtm.qml``), where QGIS looks; a user's own one stays."""
     beside = Path(path).with_suffix(".qml")
     if not beside.exists():
-        beside.write_text((files(__package__) / "styles" / "dtm.qml").read_text(encoding="utf-8"), encoding="utf-8")
+        style = (files(__package__) / "styles" / "dtm.qml").read_text(encoding="utf-8")
+        with suppress(OutputError), atomic_path(beside) as temporary:  # the raster is whole without it
+            temporary.write_text(style, encoding="utf-8")
 
 
 def save_style(geopackage: Path, layer: str, qml: str, geometry: str = "geom") -> None:
