@@ -19,8 +19,8 @@ from treedgs_geo.campaign.engine_process import explain
 from treedgs_geo.campaign.record import MOST_INTERRUPTIONS, RETRIES, Record
 from treedgs_geo.core import lease as leases
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.core.files import is_full
 from treedgs_geo.core.lease import Busy, Lease, Lost
+from treedgs_geo.core.shortage import is_full
 
 
 def test_only_one_of_many_takes_a_lease(tmp_path):

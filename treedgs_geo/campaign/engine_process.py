@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import Any
 
 from ..core.children import python_command
-from ..core.files import FULL_BYTES, free_bytes, is_full, remove_leftovers, write_json
+from ..core.files import FULL_BYTES, free_bytes, remove_leftovers, write_json
 from ..core.lease import HANDED
+from ..core.shortage import is_full
 
 #: What libraries read to know how many threads they may start.
 THREADS = ("TREEDGS_THREADS", "NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS",

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..core.errors import Incomplete, InputError, OutputError, TreeDGSError
-from ..core.files import is_full
 from ..core.lease import Busy, Lease
 from ..core.machine import cores
 from ..core.progress import Reporter
+from ..core.shortage import is_full
 from .clusters import QUEUES, Shape, memory_for_plots, open_crew, shape_of
 from .coordinate import Coordinator, Tally
 from .costs import CostModel, makespan, time_text

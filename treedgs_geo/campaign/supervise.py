@@ -18,8 +18,9 @@ from typing import Any
 
 from .. import __version__
 from ..core.errors import TreeDGSError
-from ..core.files import is_full, read_json
+from ..core.files import read_json
 from ..core.lease import Busy, Lease, Lost, host
+from ..core.shortage import is_full
 from .engine_process import Ending, EngineProcess
 from .inputs import content_key, input_files
 from .manifest import own_field, own_plots

@@ -7,7 +7,6 @@ import json
 import os
 import re
 import shutil
-import sqlite3
 import tempfile
 import time
 import unicodedata
@@ -18,14 +17,12 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from .errors import InputError, OutputError, TreeDGSError
+from .errors import InputError, OutputError
 from .lease import host, pid_space, started
+from .shortage import full_disk, full_disk_told
 
 #: Longest file name in bytes: file systems take 255, and SQLite and shapefiles add to it.
 LONGEST_NAME = 240
-#: How the system, GDAL, SQLite and Python each say that there is no room.
-_FULL = ("no space left", "disk quota", "disk is full", "disk full", "file too large", "errno 28", "errno 122",
-         "sqlite_full", "not enough space")
 #: A disk with less than this left counts as full when writing to it has failed.
 FULL_BYTES = 4_000_000
 #: ``.STEM.~PLACE-PID-RANDOM.SUFFIX``: a file that process PID is writing. PLACE: a host and its numbering of processes.
@@ -122,53 +119,12 @@ def _remove(path: Path) -> None:
             path.unlink()
 
 
-@contextmanager
-def full_disk_told(target: Path) -> Iterator[None]:
-    """Turn what libraries say about a full disk while ``target`` is written into one sentence.
-
-    Raises:
-        OutputError: the disk is full.
-    """
-    try:
-        yield
-    except TreeDGSError:
-        raise
-    except Exception as problem:
-        no_room = free_bytes(target) < FULL_BYTES or _files_are_limited()
-        if not (is_full(str(problem)) or _is_writing_error(problem) and no_room):
-            raise
-        raise OutputError(
-            f"{target}: cannot be written, the disk is full ({problem}); make room or choose another disk, and run "
-            "again."
-        ) from None
-
-
-def is_full(message: str) -> bool:
-    """Whether a message speaks of a full disk."""
-    low = message.lower()
-    return any(words in low for words in _FULL)
-
-
 def free_bytes(path: Path) -> int:
     """Room on the disk of ``path`` (or of the nearest folder that exists)."""
     for place in (Path(path), *Path(path).absolute().parents):
         with suppress(OSError):
             return shutil.disk_usage(place).free
     return 1 << 40
-
-
-def _files_are_limited() -> bool:
-    """Whether this process may write files of a limited size only (``ulimit -f``, as queues set it)."""
-    try:
-        import resource
-    except ModuleNotFoundError:
-        return False
-    return resource.getrlimit(resource.RLIMIT_FSIZE)[0] != resource.RLIM_INFINITY
-
-
-def _is_writing_error(problem: Exception) -> bool:
-    library = type(problem).__module__.split(".")[0]
-    return isinstance(problem, (OSError, sqlite3.Error)) or library in ("pyogrio", "rasterio", "laspy", "lazrs")
 
 
 @contextmanager
@@ -239,6 +195,23 @@ def no_empty_folders(targets: Iterable[Path]) -> Iterator[None]:
             with suppress(OSError):  # never made, a file, or not empty
                 folder.rmdir()
         raise
+
+
+def reserve(path: Path, size: int) -> None:
+    """Make a file of ``size`` bytes whose room on the disk is really there: writing into a mapped file that finds none
+    ends the process.
+
+    Raises:
+        OutputError: no room.
+    """
+    try:
+        with open(path, "wb") as stream:
+            if hasattr(os, "posix_fallocate"):
+                os.posix_fallocate(stream.fileno(), 0, max(size, 1))
+            else:
+                stream.truncate(max(size, 1))
+    except OSError as problem:
+        raise full_disk(path.parent, f"{size / 1e9:.1f} GB, {problem.strerror}") from None
 
 
 def write_json(target: Path, value: Any) -> None:

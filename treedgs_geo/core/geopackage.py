@@ -9,8 +9,9 @@ from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 
 from .errors import OutputError
-from .files import ensure_writable, full_disk_told, is_full, put_in_place, temporary_beside
+from .files import ensure_writable, put_in_place, temporary_beside
 from .geopackage_merge import ForeignLayer, check_layers, merge
+from .shortage import full_disk_told, is_full
 
 #: Seconds to wait for another program that reads or edits a GeoPackage.
 WAIT_S = 12.0

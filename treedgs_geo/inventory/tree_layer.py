@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
 
@@ -12,9 +13,10 @@ import pandas as pd
 import pyproj
 
 from ..core.errors import InputError, OutputError
-from ..core.files import atomic_path, ensure_writable, full_disk_told, temporary_beside
+from ..core.files import atomic_path, ensure_writable, temporary_beside
 from ..core.geopackage import atomic_geopackage, ensure_unlocked, save_style
 from ..core.progress import Reporter
+from ..core.shortage import full_disk_told
 from ..core.tables import safe_frame
 from ..measure.trees import TREE_FIELDS, Tree
 from .circle_layers import CIRCLES, SLICES, add_layers
@@ -135,8 +137,8 @@ def style_terrain(path: Path) -> None:
     """Put the hillshade style beside a terrain raster (``dtm.qml``), where QGIS looks; a user's own one stays."""
     beside = Path(path).with_suffix(".qml")
     if not beside.exists():
-        with atomic_path(beside) as temporary:
-            style = (files(__package__) / "styles" / "dtm.qml").read_text(encoding="utf-8")
+        style = (files(__package__) / "styles" / "dtm.qml").read_text(encoding="utf-8")
+        with suppress(OutputError), atomic_path(beside) as temporary:  # the raster is whole without it
             temporary.write_text(style, encoding="utf-8")
 
 

@@ -289,6 +289,10 @@ def write_dtm(path: Path, dtm: Dtm) -> None:
                     part = np.asarray(band[top:top + step])
                     target.write(np.where(np.isfinite(part), part, -9999.0).astype(np.float32), index,
                                  window=Window(0, top, cols, len(part)))
+        # GDAL writes the last blocks when it closes the file, and says nothing when there is no room for them.
+        with rasterio.open(temporary) as back:
+            for top in range(0, rows, step):
+                back.read(window=Window(0, top, cols, min(step, rows - top)))
 
 
 def require_coverage(dtm: Dtm, xy: np.ndarray, where: str, least: float = 0.5) -> None:

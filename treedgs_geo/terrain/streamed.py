@@ -12,6 +12,7 @@ import numpy as np
 import pyproj
 
 from ..core.errors import InputError
+from ..core.files import reserve
 from ..core.progress import Reporter
 from ..pointcloud.tiles import TileStore
 from .cloud_ground import CloudGround
@@ -87,8 +88,10 @@ def _gather(store: TileStore, folder: Path, kind: str, tile: tuple[int, int], lo
 def _grid(store: TileStore, folder: Path, origin: np.ndarray, resolution_m: float, crs: pyproj.CRS | None,
           reach_m: float, reporter: Reporter) -> Dtm:
     transform, rows, cols = grid_over(store.low[:2] - origin[:2], store.high[:2] - origin[:2], resolution_m)
-    heights = np.memmap(folder / "ground.f32", np.float32, "w+", shape=(rows, cols))
-    support = np.memmap(folder / "support.f32", np.float32, "w+", shape=(rows, cols))
+    for name in ("ground.f32", "support.f32"):
+        reserve(folder / name, 4 * rows * cols)
+    heights = np.memmap(folder / "ground.f32", np.float32, "r+", shape=(rows, cols))
+    support = np.memmap(folder / "support.f32", np.float32, "r+", shape=(rows, cols))
     # Cells of tiles without points are asked too: a gap in the cloud narrower than the reach is bridged.
     first = np.floor((store.low[:2] - store.origin) / store.side_m).astype(int)
     last = np.floor((store.high[:2] - store.origin) / store.side_m).astype(int)

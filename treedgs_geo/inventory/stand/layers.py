@@ -13,8 +13,9 @@ import numpy as np
 import pandas as pd
 import shapely
 
-from ...core.files import ensure_writable, full_disk_told, temporary_beside
+from ...core.files import ensure_writable, temporary_beside
 from ...core.geopackage import atomic_geopackage, save_style
+from ...core.shortage import full_disk_told
 from .survey import Stand
 
 PLOTS, TREES = "stand_plots", "stand_trees"
