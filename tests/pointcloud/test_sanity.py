@@ -155,6 +155,25 @@ def test_points_far_off_are_counted_and_left_out(tmp_path, capsys, monkeypatch, 
     assert max(max(shape) for shape in counts.values()) < 130, "the grid is that of the plot"
 
 
+@pytest.mark.parametrize("suffix", [".laz", ".txt"])
+def test_strays_are_in_no_output_by_either_road(tmp_path, capsys, monkeypatch, suffix):
+    xyz = np.vstack([[[1e6, 0, 0]], PLOT, [[0, -5e5, 0]]])
+    path = tmp_path / f"far{suffix}"
+    if suffix == ".txt":
+        np.savetxt(path, xyz, fmt="%.3f")
+    else:
+        write_las(path, xyz)
+    for limit in (10**7, 1000):
+        monkeypatch.setattr(tiles, "WHOLE_CLOUD_POINTS", limit)
+        told = sentence(capsys, "segment-stems", "--input", path, "--keep-all", "--output", tmp_path / "s.laz", code=0)
+        assert told.count("away from all others") == 1
+        sentence(capsys, "terrain", "--input", path, "--ground-points", tmp_path / "g.laz", "--output",
+                 tmp_path / "d.tif", code=0)
+        for name in ("s.laz", "g.laz"):
+            out = laspy.read(tmp_path / name).xyz
+            assert len(out) == len(PLOT) and np.abs(out - PLOT).max() < 0.002
+
+
 def test_two_groups_far_apart_are_not_strays():
     """Many points far off are no strays: what cannot be gridded is refused, what can is worked on as before."""
     xyz = np.vstack([PLOT, PLOT[::3] + (3e6, 0, 0)])

@@ -197,7 +197,7 @@ def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
             reporter.progress(min(tally[0] / max(store.n_points, 1), 1.0))
             added = {"tree_id": tree_id, "height_m": height.astype(np.float32),
                      "stem_class": _stem_class(tree_id, height), "ground_se_m": unsure}
-            return None if everything else tree_id > 0, added
+            return store.near(xyz) if everything else tree_id > 0, added
 
         with reporter.stage("write", 0.85, 1.0):
             kinds = {"tree_id": "int32", "height_m": "float32", "stem_class": "uint8", "ground_se_m": "float32"}

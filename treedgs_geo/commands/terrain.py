@@ -62,12 +62,13 @@ def run(settings: TerrainSettings, reporter: Reporter) -> dict[str, Any]:
         tally = np.zeros(2, int)
         with reporter.stage("write", 0.75, 1.0):
             if settings.ground_points is not None:
-                def classify(xyz: np.ndarray, read: Any) -> tuple[None, dict[str, np.ndarray]]:
+                def classify(xyz: np.ndarray, read: Any) -> tuple[np.ndarray | None, dict[str, np.ndarray]]:
+                    near = store.near(xyz)
                     height = xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1])
                     ground = np.abs(height) <= settings.ground_m
-                    tally[:] += len(xyz), int(ground.sum())
+                    tally[:] += len(xyz) if near is None else int(near.sum()), int(ground.sum())
                     reporter.progress(min(tally[0] / max(store.n_points, 1), 1.0))
-                    return None, {"classification": _classes(read("classification"), ground),
+                    return near, {"classification": _classes(read("classification"), ground),
                                   "height_m": height.astype(np.float32)}
 
                 copy_cloud(settings.input, settings.ground_points, classify, {"height_m": "float32"}, settings.crs)

@@ -63,6 +63,11 @@ def _reader(points: Any) -> Callable[[str], np.ndarray]:
     return lambda name: np.asarray(points[name])
 
 
+def _text_reader(piece: PointCloud) -> Callable[[str], np.ndarray]:
+    """What text does not hold is zero, as in the point format that it is written in."""
+    return lambda name: piece.attributes.get(name, np.zeros(len(piece), np.uint8))
+
+
 def _new_header(source: Any, added: dict[str, str]) -> Any:
     import laspy
 
@@ -90,7 +95,7 @@ def _copy_text(source: Path, target: Path, step: Step, added: dict[str, str], cr
             for piece in iter_text(source, own, _CHUNK):
                 if writer is None:
                     writer = laspy.open(temporary, "w", header=_text_header(piece, added))
-                mask, values = step(piece.xyz, piece.attributes.__getitem__)
+                mask, values = step(piece.xyz, _text_reader(piece))
                 kept = piece if mask is None else piece.select(mask)
                 out = laspy.ScaleAwarePointRecord.zeros(len(kept), header=writer.header)
                 out.x, out.y, out.z = kept.xyz.T
@@ -110,7 +115,7 @@ def _text_header(piece: PointCloud, added: dict[str, str]) -> Any:
     import laspy
 
     header = laspy.LasHeader(version="1.4", point_format=6)
-    header.scales, header.offsets = np.full(3, 1e-4), np.floor(piece.xyz[0])
+    header.scales, header.offsets = np.full(3, 1e-4), np.floor(np.median(piece.xyz, axis=0))
     if piece.crs is not None:
         header.add_crs(piece.crs, keep_compatibility=False)
     there = set(header.point_format.dimension_names)

@@ -132,12 +132,16 @@ class TileStore:
                 self._path(tile).unlink()
         self.low, self.high = np.maximum(self.low, extent.low), np.minimum(self.high, extent.high)
 
+    def near(self, xyz: np.ndarray) -> np.ndarray | None:
+        """(N,) bool: which of (N, 3) points are no strays; ``None`` where the cloud has none."""
+        return self.extent.holds(xyz) if self.extent is not None and self.extent.n_strays else None
+
     def _path(self, tile: tuple[int, int]) -> Path:
         return self.folder / f"{tile[0]}_{tile[1]}.points"
 
     def _decode(self, rows: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         xyz = rows["xyz"] * self.scale + self.offset
-        if self.extent is not None and self.extent.n_strays and not (near := self.extent.holds(xyz)).all():
+        if (near := self.near(xyz)) is not None and not near.all():
             rows, xyz = rows[near], xyz[near]
         return xyz, {name: np.ascontiguousarray(rows[name]) for name in self.extras}
 
