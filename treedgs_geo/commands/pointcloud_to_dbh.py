@@ -46,7 +46,7 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
     dtm = ground.dtm
     with reporter.stage("stems", 0.3, 0.95):
         trees, tree_id = measure_cloud(cloud, dtm, settings, reporter)
-    trees = with_ground(trees, ground)
+    trees = with_ground(trees, ground, cloud.xyz)
     if settings.stems_output is not None and (tree_id > 0).any():
         write_cloud(settings.stems_output, cloud.with_attribute("tree_id", tree_id).select(tree_id > 0))
     slices = stem_slices(cloud.xyz, tree_id, trees)

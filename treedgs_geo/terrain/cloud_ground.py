@@ -98,8 +98,8 @@ def found_ground(xyz: np.ndarray, crs: pyproj.CRS | None, where: str, reporter: 
                       "tree is marked for checking (no_ground).")
     elif not ground.shows_ground:
         reporter.warn(f"{where}: shows no ground surface between the stems (its lowest metres may have been clipped or "
-                      "filtered out), so no breast height is known; give the cloud with its ground, or a DTM with "
-                      "--dtm.")
+                      "filtered out), so breast height is unknown or unsure (no_ground); give the cloud with its "
+                      "ground, or a DTM with --dtm.")
     return ground
 
 
