@@ -62,6 +62,9 @@ def test_a_cloud_without_its_lowest_metres_has_no_ok_tree(xyz, tmp_path, capsys,
     assert main(["segment-stems", "--input", str(cloud), "--output", str(stems), "--log-format", "quiet"]) == 0
     table = read(tmp_path / "steps.gpkg", "measure-dbh", "--input", stems)
     assert (table["qc_flag"] == "reject").all()
+    false = tmp_path / "false.tif"
+    assert main(["terrain", "--input", str(cloud), "--output", str(false), "--log-format", "plain"]) == 0
+    assert "shows no ground surface" in capsys.readouterr().err
     # With a DTM the stems are back.
     dtm = tmp_path / "dtm.tif"
     write_dtm(dtm, dtm_from_cloud(xyz, crs=UTM))

@@ -71,6 +71,11 @@ class GroundLayer:
         for counts, chosen in ((self.ground, at_ground), (self.above, ~at_ground)):
             np.add.at(counts, (row[chosen], col[chosen]), 1)
 
+    @property
+    def area_m2(self) -> float:
+        """Area of the cells that are looked at."""
+        return float(self.open.sum()) * CELL_M**2
+
     def without(self, xy: np.ndarray, clear_m: np.ndarray) -> GroundLayer:
         """The same without the cells nearer than (K,) ``clear_m`` to (K, 2) stems: their feet are no ground."""
         left = self.open.copy()
