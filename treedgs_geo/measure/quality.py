@@ -21,7 +21,8 @@ REASONS: dict[str, tuple[str, str]] = {
     "wide_error": ("the estimated error is too large to be useful", "fly more photos or measure by hand"),
     "disagree": ("two measuring methods disagree", "check this tree by hand"),
     "unchecked": ("the published method has no check and no error of its own", "compare with the default method"),
-    "no_ground": ("no ground height is known at the tree", "give a DTM that covers the plot"),
+    "no_ground": ("the height of the ground at the tree is unknown or unsure",
+                  "give the cloud with its ground, or a DTM that fits it"),
     "edge": ("the tree stands at the edge of the data", "extend the survey beyond the plot"),
 }
 
