@@ -25,6 +25,8 @@ LEAST_PLACES = 3
 _TREE_M, _FOOT_M, _FOOT_HEIGHT_M = 20.0, 3.0, 1.5
 #: Radius of its stem at most, m.
 _STEM_M = 0.3
+#: A model this far above the lowest points of stems is above the ground, m.
+_SURE_BELOW_M = 0.3
 #: The ground of one bare tree is where its lowest points are, to this standard error, m.
 LOWEST_SE_M = 0.5
 
@@ -65,7 +67,7 @@ class CloudGround:
         given, used, own = (model.height(*xy.T) for model in (self.given, self.dtm, self.own))
         gap = np.abs(given - own)
         # Points that only stems have are above the ground, whatever hides it: a model above them is wrong.
-        below = np.nan_to_num(np.maximum(given - own, 0.0))
+        below = np.where(given - own > _SURE_BELOW_M, given - own, 0.0)
         of_given = np.where((seen <= SEEN_SE_M) & np.isfinite(gap), gap, np.maximum(abs(self.above_m), below))
         with np.errstate(invalid="ignore"):
             from_own = np.isfinite(used) & ~(np.abs(used - given) < GROUND_WARN_M)
