@@ -117,6 +117,9 @@ def test_a_ground_that_the_photos_contradict_is_told_and_widens_the_intervals(fi
     # Half a metre too high reads the taper's share thinner; the interval knows.
     wider = high.loc[both, "dbh_se_cm"] - right.loc[both, "dbh_se_cm"]
     assert len(both) >= 2 and (wider.median() > 0.1)
+    # A warning beside numbers that are ok would be none.
+    assert (high.loc[both, "qc_flag"] == "check").all() and high.loc[both, "qc_reason"].str.contains("no_ground").all()
+    assert not right["qc_reason"].fillna("").str.contains("no_ground").any()
 
 
 def test_another_breast_height_keeps_the_cameras(finished, simulated_plot, tmp_path, capsys):

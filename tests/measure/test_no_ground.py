@@ -6,7 +6,7 @@ import geopandas as gpd
 import numpy as np
 import pyproj
 import pytest
-from stems_points.synthetic import plot_cloud
+from stems_points.synthetic import plot_cloud, stem_points
 
 from treedgs_geo.cli import main
 from treedgs_geo.measure.tree_ground import with_ground_error
@@ -62,12 +62,35 @@ def test_a_cloud_without_its_lowest_metres_has_no_ok_tree(xyz, tmp_path, capsys,
     assert main(["segment-stems", "--input", str(cloud), "--output", str(stems), "--log-format", "quiet"]) == 0
     table = read(tmp_path / "steps.gpkg", "measure-dbh", "--input", stems)
     assert (table["qc_flag"] == "reject").all()
+    false = tmp_path / "false.tif"
+    assert main(["terrain", "--input", str(cloud), "--output", str(false), "--log-format", "plain"]) == 0
+    assert "shows no ground surface" in capsys.readouterr().err
     # With a DTM the stems are back.
     dtm = tmp_path / "dtm.tif"
     write_dtm(dtm, dtm_from_cloud(xyz, crs=UTM))
     table = read(tmp_path / "given.gpkg", "pointcloud-to-dbh", "--input", cloud, "--dtm", dtm)
     if cut < 2:
         np.testing.assert_allclose(table["dbh_cm"], [stem[2] for stem in STEMS], atol=1.0)
+
+
+def test_stems_whose_feet_show_are_measured_with_a_warning(tmp_path):
+    """Ground filtered out, the stems whole down to their swell: breast height to half a metre, not for sure."""
+    rng = np.random.default_rng(9)
+    parts = []
+    for x, y, dbh in STEMS:
+        points = stem_points(rng, dbh, 12_000, 0.004, low=0.15, high=6.0, taper_cm_m=0.9)
+        swell = 0.3 * dbh / 200 * np.exp(-points[:, 2] / 0.25)
+        angle = np.arctan2(points[:, 1], points[:, 0])
+        points[:, :2] += swell[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+        parts.append(points + (x, y, 0.0) + AT)
+    xyz = np.concatenate(parts)
+    table = read(tmp_path / "feet.gpkg", "pointcloud-to-dbh", "--input", write(tmp_path / "feet.laz", xyz))
+    assert (table["qc_flag"] == "check").all() and table["qc_reason"].str.contains("no_ground").all()
+    assert (table["dbh_lo_cm"] < [stem[2] for stem in STEMS]).all()
+    assert (table["dbh_hi_cm"] > [stem[2] for stem in STEMS]).all()
+    clipped = write(tmp_path / "clipped.laz", xyz[xyz[:, 2] > 1.2])
+    table = read(tmp_path / "clipped.gpkg", "pointcloud-to-dbh", "--input", clipped)
+    assert (table["qc_flag"] == "reject").all()
 
 
 def test_ground_that_shows_changes_nothing(whole, tmp_path, capsys):

@@ -137,6 +137,8 @@ def test_a_cloud_without_ground_says_nothing_about_a_model(cloud):
     left = cloud[cloud[:, 2] - ground_of(cloud) > 1.0]
     found = given_ground(given(cloud, lambda x, y, z: z), left, "dtm", Reporter())
     assert (found.se_m(PLACES, np.full(4, 0.3)) == 0).all()
+    above = given_ground(given(cloud, lambda x, y, z: z + 1.6), left, "dtm", Reporter())
+    assert (above.se_m(PLACES, np.full(4, 0.3)) > 0.3).all()  # stems reach below it
     for off in (-22.5, 22.5):
         with pytest.raises(InputError, match="lowest points lie"):
             given_ground(given(cloud, lambda x, y, z, off=off: z + off), left, "dtm", Reporter())

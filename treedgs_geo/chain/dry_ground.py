@@ -38,10 +38,11 @@ class LowPoints:
 def _low(xyz: np.ndarray) -> np.ndarray:
     if not len(xyz):
         return xyz
-    _, cell = np.unique(np.floor(xyz[:, :2]).astype(np.int64), axis=0, return_inverse=True)
+    column = np.floor(xyz[:, :2] - xyz[:, :2].min(axis=0)).astype(np.int64)
+    _, cell = np.unique(column[:, 0] * (column[:, 1].max() + 1) + column[:, 1], return_inverse=True)
     lowest = np.full(cell.max() + 1, np.inf)
-    np.minimum.at(lowest, cell.ravel(), xyz[:, 2])
-    low = xyz[xyz[:, 2] < lowest[cell.ravel()] + _ABOVE_M]
+    np.minimum.at(lowest, cell, xyz[:, 2])
+    low = xyz[xyz[:, 2] < lowest[cell] + _ABOVE_M]
     return low[thin(low, _VOXEL_M)]
 
 

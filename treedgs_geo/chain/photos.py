@@ -195,16 +195,16 @@ def _ground(
         above = height_above(given, found)
         filled, gaps_m2 = with_gaps_filled(given, found, above)
         write_dtm(path, filled)
-        if gaps_m2:
-            reporter.warn(
-                f"{settings.dtm}: has no height in {gaps_m2:.0f} m2 round the plots; the ground that the photos see "
-                "stands in there."
-            )
         if abs(above) > GROUND_WARN_M:
             reporter.warn(
                 f"{settings.dtm}: lies {above:+.2f} m from the ground that the photos see (median), expected within "
                 f"{GROUND_WARN_M:g} m; breast height may be off by as much and the trees' intervals are widened by it: "
                 "check its datum (where shrubs cover the ground, the photos see the shrubs)."
+            )
+        if gaps_m2:
+            reporter.warn(
+                f"{settings.dtm}: has no height in {gaps_m2:.0f} m2 round the plots; the ground that the photos see "
+                "stands in there."
             )
         return {"ground": str(settings.dtm), "above_photos_m": round(above, 3)}
 

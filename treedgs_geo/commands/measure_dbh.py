@@ -50,7 +50,7 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
         se_m = np.asarray(cloud.attributes["ground_se_m"], float)
         trees = [with_ground_error(tree, float(se_m[tree_id == tree.tree_id].max())) for tree in trees]
     else:
-        trees = with_ground(trees, ground)
+        trees = with_ground(trees, ground, cloud.xyz)
     mark_odd_heights(trees, cloud, dtm, reporter)
     slices = stem_slices(cloud.xyz, tree_id, trees)
     write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, slices, reporter)

@@ -58,7 +58,7 @@ def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]
     with reporter.stage("stems", 0.3, 0.95):
         trees, tree_id = measure_cloud(cloud, dtm, settings, reporter)
     trees, tree_id = trees_in_plots(trees, tree_id, plots, reporter)
-    trees = with_ground(trees, ground)
+    trees = with_ground(trees, ground, cloud.xyz)
     if settings.stems_output is not None and (tree_id > 0).any():
         write_cloud(settings.stems_output, cloud.with_attribute("tree_id", tree_id).select(tree_id > 0))
     mark_odd_heights(trees, cloud, dtm, reporter)

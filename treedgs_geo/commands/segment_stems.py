@@ -57,7 +57,7 @@ def run(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
 def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
     import numpy as np
 
-    from ..measure.tree_ground import USUAL_FOOT_M, stem_feet
+    from ..measure.tree_ground import stem_feet, stem_ground_se
     from ..pointcloud.cloud import usable
     from ..pointcloud.files import write_cloud
     from ..stems.segment import find_stems, label_points
@@ -84,8 +84,8 @@ def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
                 tree_id = _named(stems, field, reporter)[tree_id]
     labelled = cloud.with_attribute("tree_id", tree_id).with_attribute("height_m", height.astype(np.float32))
     labelled = labelled.with_attribute("stem_class", _stem_class(tree_id, height))
-    ids, feet = stem_feet(cloud.xyz, tree_id, height)
-    se_m = _by_id(ids, ground.se_m(feet, np.full(len(feet), USUAL_FOOT_M)), tree_id)
+    ids, feet, radius_m = stem_feet(cloud.xyz, tree_id, height)
+    se_m = _by_id(ids, stem_ground_se(ground, feet, radius_m, cloud.xyz), tree_id)
     labelled = labelled.with_attribute("ground_se_m", se_m)
     with reporter.stage("write", 0.85, 1.0):
         if not settings.keep_all and count:

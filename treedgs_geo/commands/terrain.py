@@ -13,6 +13,9 @@ from ..core.settings import param
 from ..terrain.options import ClothSimulation
 from .cloud_input import read_checked
 
+#: Points a square metre from which ground has to stand out somewhere; most airborne clouds have fewer.
+DENSE_M2 = 20.0
+
 
 @dataclass(frozen=True, kw_only=True)
 class TerrainSettings(ClothSimulation):
@@ -104,6 +107,8 @@ def _run_whole(settings: TerrainSettings, reporter: Reporter) -> dict[str, Any]:
         dtm = dtm_from_cloud(cloud.xyz[good], settings.resolution_m, settings, cloud.crs, ground=known)
     height = height_above_ground(cloud.xyz, dtm)
     ground = np.abs(height) <= settings.ground_m
+    if known is None:
+        _warn_of_no_ground(settings, cloud.xyz[good], dtm, reporter)
     with reporter.stage("write", 0.8, 1.0):
         if settings.ground_points is not None:
             classes = _classes(cloud.attributes.get("classification", np.zeros(len(cloud), np.uint8)), ground)
@@ -111,6 +116,17 @@ def _run_whole(settings: TerrainSettings, reporter: Reporter) -> dict[str, Any]:
                 "height_m", height.astype(np.float32)))
         write_dtm(settings.output, dtm)
     return _summary(settings, reporter, dtm, len(cloud), int(ground.sum()))
+
+
+def _warn_of_no_ground(settings: TerrainSettings, xyz: Any, dtm: Any, reporter: Reporter) -> None:
+    """A dense cloud in which no ground stands out has lost it: the model runs through the feet of what is left."""
+    from ..terrain.credibility import GroundLayer
+
+    layer = GroundLayer.of(xyz, dtm)
+    if len(xyz) > DENSE_M2 * layer.area_m2 and not layer.seen(layer.places()).any():
+        reporter.warn(f"{settings.input}: shows no ground surface (its lowest metres may have been clipped or filtered "
+                      "out): the terrain model runs through the lowest points that are left, do not measure heights "
+                      "or diameters above it.")
 
 
 def _classes(before: Any, ground: Any) -> Any:

@@ -23,6 +23,10 @@ LOWER_STEM_M = 5.0
 LEAST_PLACES = 3
 #: A bare tree: so wide at most, and at its foot (the lowest points, so high) no wider than this, m.
 _TREE_M, _FOOT_M, _FOOT_HEIGHT_M = 20.0, 3.0, 1.5
+#: Radius of its stem at most, m.
+_STEM_M = 0.3
+#: A model this far above the lowest points of stems is above the ground, m.
+_SURE_BELOW_M = 0.3
 #: The ground of one bare tree is where its lowest points are, to this standard error, m.
 LOWEST_SE_M = 0.5
 
@@ -50,7 +54,7 @@ class CloudGround:
         shows it. xy: (K, 2) places. clear_m: (K,) radius round each that its own foot takes up.
 
         A given model is off by as much as it differs from the ground seen there, or from that of the whole cloud; a
-        cloud that shows no ground says nothing about it.
+        cloud that shows no ground says nothing about it, unless its stems reach below it.
         """
         xy = np.asarray(xy, float).reshape(-1, 2)
         if self.lowest:
@@ -62,7 +66,9 @@ class CloudGround:
             return seen
         given, used, own = (model.height(*xy.T) for model in (self.given, self.dtm, self.own))
         gap = np.abs(given - own)
-        of_given = np.where((seen <= SEEN_SE_M) & np.isfinite(gap), gap, abs(self.above_m))
+        # Points that only stems have are above the ground, whatever hides it: a model above them is wrong.
+        below = np.where(given - own > _SURE_BELOW_M, given - own, 0.0)
+        of_given = np.where((seen <= SEEN_SE_M) & np.isfinite(gap), gap, np.maximum(abs(self.above_m), below))
         with np.errstate(invalid="ignore"):
             from_own = np.isfinite(used) & ~(np.abs(used - given) < GROUND_WARN_M)
         return np.where(from_own, seen, of_given)
@@ -74,16 +80,20 @@ def own_ground(xyz: np.ndarray, crs: pyproj.CRS | None) -> CloudGround:
     Raises:
         InputError: none was found.
     """
+    foot = _only_foot(xyz)
     try:
         dtm = dtm_from_cloud(xyz, crs=crs)
     except InputError:
-        if not _bare_tree(xyz):
+        if foot is None:
             raise
         return CloudGround(flat_ground(xyz, crs), lowest=True)
-    found = CloudGround(dtm, own=dtm, layer=GroundLayer.of(xyz, dtm))
-    if _bare_tree(xyz) and not found.shows_ground:
+    layer = GroundLayer.of(xyz, dtm)
+    if foot is None:
+        return CloudGround(dtm, own=dtm, layer=layer)
+    layer = layer.without(foot[None], np.array([_STEM_M]))
+    if layer.se_m(foot[None])[0] >= NO_GROUND_M:
         return CloudGround(flat_ground(xyz, crs), lowest=True)
-    return found
+    return CloudGround(dtm, own=dtm, layer=layer)
 
 
 def found_ground(xyz: np.ndarray, crs: pyproj.CRS | None, where: str, reporter: Reporter) -> CloudGround:
@@ -98,18 +108,19 @@ def found_ground(xyz: np.ndarray, crs: pyproj.CRS | None, where: str, reporter: 
                       "tree is marked for checking (no_ground).")
     elif not ground.shows_ground:
         reporter.warn(f"{where}: shows no ground surface between the stems (its lowest metres may have been clipped or "
-                      "filtered out), so no breast height is known; give the cloud with its ground, or a DTM with "
-                      "--dtm.")
+                      "filtered out), so breast height is unknown or unsure (no_ground); give the cloud with its "
+                      "ground, or a DTM with --dtm.")
     return ground
 
 
-def _bare_tree(xyz: np.ndarray) -> bool:
-    """Whether (N, 3) points are one tree without its surroundings: what lies lowest is one foot."""
+def _only_foot(xyz: np.ndarray) -> np.ndarray | None:
+    """(2,) where (N, 3) points have their foot if they are one tree with hardly any surroundings, else ``None``."""
     if float((xyz.max(axis=0) - xyz.min(axis=0))[:2].max()) > _TREE_M:
-        return False
+        return None
     lowest = float(np.partition(xyz[:, 2], min(10, len(xyz) - 1))[min(10, len(xyz) - 1)])
     foot = xyz[xyz[:, 2] < lowest + _FOOT_HEIGHT_M, :2]
-    return float(np.ptp(np.percentile(foot, [2, 98], axis=0), axis=0).max()) < _FOOT_M
+    wide = float(np.ptp(np.percentile(foot, [2, 98], axis=0), axis=0).max())
+    return np.median(foot, axis=0) if wide < _FOOT_M else None
 
 
 def given_ground(given: Dtm, xyz: np.ndarray, where: str, reporter: Reporter) -> CloudGround:

@@ -67,8 +67,8 @@ def sparse_ground_se(points: np.ndarray, dtm: Dtm, xy: np.ndarray, above_m: floa
     points nor model show any.
 
     points: (N, 3) sparse points, xy: (K, 2) stems, in the coordinates of ``dtm``. above_m: of a given model, how far
-    it lies above the points' ground (median of the plot); it is then off by what it differs from the points near a
-    stem, where they show bare ground, and by ``above_m`` elsewhere.
+    it lies above the points' ground (median of the plot); it is then off by what it differs from the points near it,
+    where they show bare ground, and by ``above_m`` elsewhere.
     """
     xy = np.asarray(xy, float).reshape(-1, 2)
     height = points[:, 2] - dtm.height(points[:, 0], points[:, 1]) + (above_m or 0.0)
