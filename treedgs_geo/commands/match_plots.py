@@ -49,10 +49,11 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
     from ..core.errors import CRSError
     from ..core.files import ensure_writable
     from ..core.plots import read_plots
-    from ..inventory.field_trees import drop_unplaced, place, read_field_trees
+    from ..inventory.field_trees import place, read_field_trees
     from ..inventory.match import match_plots, read_measured
     from ..inventory.pairs_layer import read_locked, write_pairs
     from ..inventory.turns import is_stuck, turn_advice
+    from ..inventory.unplaced import drop_unplaced
 
     ensure_writable(settings.output)
     crs = project_crs(settings.crs) if settings.crs else None
