@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
+import os
+import subprocess
 from html.parser import HTMLParser
 
 import geopandas as gpd
 import numpy as np
 import pandas as pd
 import pyproj
+import pytest
 from shapely.geometry import box
 
 from treedgs_geo.commands.stand_table import StandTableSettings, run
@@ -57,6 +61,22 @@ def make_survey(folder, seed=1):
     outline = gpd.GeoDataFrame(geometry=[box(EAST, NORTH, EAST + 100, NORTH + 100)], crs=CRS)
     outline.to_file(folder / "stand.gpkg")
     return folder
+
+
+def edit_in_qgis(script, path, edits):
+    """Run a PyQGIS script that edits the layer in ``path``; it prints SAVED when done."""
+    python = "/usr/bin/python3"
+    if subprocess.run([python, "-c", "import qgis.core"], capture_output=True).returncode:
+        pytest.skip("QGIS is not installed here; make setup installs it")
+    done = subprocess.run(
+        [python, "-c", script, str(path), json.dumps(edits)],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env={**os.environ, "QT_QPA_PLATFORM": "offscreen", "PYTHONPATH": "", "XDG_CONFIG_HOME": str(path.parent / "q")},
+    )
+    assert "SAVED" in done.stdout, done.stdout + done.stderr
+    return done.stdout
 
 
 def _settings(folder, out, more):

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
 
 import geopandas as gpd
 import numpy as np
 import pandas as pd
 import pyproj
 import pytest
-from inventory.stand_helpers import Ears, figures, report
+from inventory.stand_helpers import Ears, edit_in_qgis, figures, report
 from shared_data import needs_shared
 
 from treedgs_geo.commands import evaluate, match_plots
@@ -78,22 +76,6 @@ def score(folder):
     return json.loads((folder / "evaluation" / "metrics.json").read_text())
 
 
-def edit_in_qgis(path, edits):
-    """Edit with PyQGIS, as the attribute form and the vertex tool do."""
-    python = "/usr/bin/python3"
-    if subprocess.run([python, "-c", "import qgis.core"], capture_output=True).returncode:
-        pytest.skip("QGIS is not installed here; make setup installs it")
-    done = subprocess.run(
-        [python, "-c", QGIS_EDIT, str(path), json.dumps(edits)],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        env={**os.environ, "QT_QPA_PLATFORM": "offscreen", "PYTHONPATH": "", "XDG_CONFIG_HOME": str(path.parent / "q")},
-    )
-    assert "SAVED" in done.stdout, done.stdout + done.stderr
-    return done.stdout
-
-
 def test_pairs_edited_in_qgis_feed_evaluate_and_survive(paired):
     folder, data, match = paired
     path = folder / "pairs.gpkg"
@@ -103,7 +85,7 @@ def test_pairs_edited_in_qgis_feed_evaluate_and_survive(paired):
     confirmed, dragged, rejected = "1", "3", "7"
     # The other tree is one that no field tree is paired with: a stem outside the plot, or the rejected one's.
     other = before.loc[rejected].geometry.coords[-1]
-    said = edit_in_qgis(path, {confirmed: "ok", rejected: "rejected", dragged: list(other[:2])})
+    said = edit_in_qgis(QGIS_EDIT, path, {confirmed: "ok", rejected: "rejected", dragged: list(other[:2])})
     assert "graduatedSymbol" in said and "delta_cm" in said  # coloured by the difference of the DBHs
     edited = gpd.read_file(path, layer=PAIRS).set_index("field_id")
     assert edited.pair_status[[confirmed, rejected]].tolist() == ["ok", "rejected"]

@@ -203,5 +203,18 @@ def test_a_stem_read_as_thin_but_badly_seen_may_be_a_thin_tree(tmp_path):
     assert stand.n_thin == 1 and any("(tree 98)" in text for text in ears.infos)
     assert stand.trees["tree_id"][stand.missing["tree"].item()] == 99
     assert stand.missing["chance"].item() == pytest.approx(0.5 * NOTHING_KNOWN)
+    assert any("(1 read as thin: of the thinnest quarter)" in text for text in ears.warnings)
     added = (stand.estimates["ba"].mean - stand.other["ba"].mean) * AREA_HA
     assert 0 < added / stand.missing["chance"].item() < np.pi / 4e4 * np.quantile([t.dbh_cm for t in trees], 0.25) ** 2
+
+
+def test_what_is_written_in_the_layer_counts_before_the_crew_s(tmp_path):
+    """And where they differ, that is said."""
+    trees = stems(3)
+    trees[0].species, trees[1].status, trees[2].species = "ACRU", "live", "Pinus taeda"
+    survey(tmp_path, trees)
+    more = pair(tmp_path, [(t, t.dbh_cm, "dead" if k == 1 else "live") for k, t in enumerate(trees)])
+    stand, ears = figures(tmp_path, **more)
+    assert stand.trees["species"].tolist() == ["ACRU", *["PITA"] * 19] and not stand.trees["dead"].any()
+    (said,) = [text for text in ears.warnings if "differ on" in text]
+    assert "differ on 2 entries (tree 1: ACRU, crew PITA; tree 2: live, crew dead)" in said

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
 
 import geopandas as gpd
 import pandas as pd
 import pytest
-from inventory.stand_helpers import CRS, EAST, NORTH, Ears, figures, make_survey, report
+from inventory.stand_helpers import CRS, EAST, NORTH, Ears, edit_in_qgis, figures, make_survey, report
 
 from treedgs_geo.campaign.layer import write_layer
 from treedgs_geo.core.errors import InputError
@@ -39,22 +37,6 @@ print("SAVED")
 """
 
 
-def write_in_qgis(path, entries):
-    """Write ``tree_id -> {column: value}`` with PyQGIS."""
-    python = "/usr/bin/python3"
-    if subprocess.run([python, "-c", "import qgis.core"], capture_output=True).returncode:
-        pytest.skip("QGIS is not installed here; make setup installs it")
-    done = subprocess.run(
-        [python, "-c", QGIS_WRITE, str(path), json.dumps(entries)],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        env={**os.environ, "QT_QPA_PLATFORM": "offscreen", "PYTHONPATH": "", "XDG_CONFIG_HOME": str(path.parent / "q")},
-    )
-    assert "SAVED" in done.stdout, done.stdout + done.stderr
-    return done.stdout
-
-
 def trees(moved=0.0, ids=1, gone=()):
     """Five trees five metres apart."""
     return [
@@ -68,8 +50,8 @@ def test_what_is_written_in_qgis_stays_with_its_tree_in_the_next_run(tmp_path):
     path = write_trees(tmp_path / "trees.gpkg", trees(), CRS)
     first = read_trees(path)
     assert first[["species", "status", "note"]].isna().all().all()
-    said = write_in_qgis(
-        path, {"1": {"species": "PITA", "note": "ivy"}, "3": {"status": "dead"}, "5": {"species": "X"}}
+    said = edit_in_qgis(
+        QGIS_WRITE, path, {"1": {"species": "PITA", "note": "ivy"}, "3": {"status": "dead"}, "5": {"species": "X"}}
     )
     assert "STATUS ValueMap ['dead', 'live', 'not said']" in said and "Yours to write" in said
     ears = Ears()
@@ -130,7 +112,7 @@ def test_a_campaign_s_layer_keeps_it_too(tmp_path):
     ]
     path = tmp_path / "all.gpkg"
     write_layer(path, plots, "EPSG:6344")
-    write_in_qgis(path, {"100002": {"species": "ACRU", "status": "dead"}})
+    edit_in_qgis(QGIS_WRITE, path, {"100002": {"species": "ACRU", "status": "dead"}})
     ears = Ears()
     assert write_layer(path, plots, "EPSG:6344", ears) == 10
     table = gpd.read_file(path, layer=LAYER).set_index("tree_id")

@@ -51,10 +51,11 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
     from ..core.geopackage import ensure_unlocked
     from ..core.plots import read_plots
     from ..core.scale import check_place
-    from ..inventory.field_trees import drop_unplaced, place, read_field_trees
+    from ..inventory.field_trees import place, read_field_trees
     from ..inventory.match import match_plots, read_measured
     from ..inventory.pairs_layer import OWN_LAYERS, read_locked, write_pairs
     from ..inventory.turns import is_stuck, turn_advice
+    from ..inventory.unplaced import drop_unplaced
 
     ensure_writable(settings.output)
     ensure_unlocked(settings.output, OWN_LAYERS)

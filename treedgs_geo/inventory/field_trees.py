@@ -15,6 +15,7 @@ from ..core.plots import Plot
 from ..core.settings import param
 from ..core.tables import plain_cell, refuse_other_formats
 from .declination import declination_deg, parse_date
+from .unplaced import clear_unplaced, where_said
 
 #: What a column may be called (lower case, without blanks); the first is the name in our own files.
 NAMES = {
@@ -37,8 +38,6 @@ _TO_CM = {"cm": 1.0, "mm": 0.1, "m": 100.0, "in": 2.54}
 _TO_M = {"m": 1.0, "ft": 0.3048}
 #: Units of bearings: how many make a full circle.
 _CIRCLE = {"deg": 360.0, "gon": 400.0, "mil": 6400.0}
-#: Of a table's trees this share may lack a bearing or a distance; with more it is the table that is wrong.
-_MOST_UNPLACED = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,9 +125,9 @@ def read_field_trees(path: Path, protocol: FieldProtocol) -> pd.DataFrame:
 
     Returns:
         one row a tree: ``plot_id`` (or None), ``field_id`` (text), ``azimuth_deg`` and ``distance_m`` (horizontal, to
-        the pith) or ``x`` and ``y`` (m), all NaN where the row does not say them (:func:`drop_unplaced`), ``dbh_cm``
-        (NaN where not measured), ``status``, ``species``, ``line`` (in the file), ``lacks`` (what keeps the tree off
-        the map, empty for most).
+        the pith) or ``x`` and ``y`` (m), all NaN where the row does not say them (:func:`.unplaced.drop_unplaced`),
+        ``dbh_cm`` (NaN where not measured), ``status``, ``species``, ``line`` (in the file), ``lacks`` (what keeps the
+        tree off the map, empty for most).
 
     Raises:
         InputError: missing columns, values that are no numbers or impossible, a unit that is nowhere stated or
@@ -159,49 +158,13 @@ def read_field_trees(path: Path, protocol: FieldProtocol) -> pd.DataFrame:
     found["line"], found["lacks"] = np.arange(len(table)) + 2, ""
     if not polar:
         for axis in "xy":
-            found[axis] = _where_said(table, column[axis], found)
-        _clear_unplaced(path, found, ["x", "y"])
+            found[axis] = where_said(table, column[axis], found)
+        clear_unplaced(path, found, ["x", "y"])
         return found
     found["azimuth_deg"] = _degrees(path, table, column["azimuth"], found, protocol)
     found["distance_m"] = _horizontal_m(path, table, column, found, protocol)
-    _clear_unplaced(path, found, ["azimuth_deg", "distance_m"])
+    clear_unplaced(path, found, ["azimuth_deg", "distance_m"])
     return found
-
-
-def drop_unplaced(trees: pd.DataFrame, path: Path) -> tuple[pd.DataFrame, list[str]]:
-    """The trees that have a place, and a sentence about those that have none."""
-    lacking = trees[trees["lacks"] != ""]
-    if not len(lacking):
-        return trees, []
-    named = [f"line {row.line} (tree {row.field_id}: {row.lacks})" for row in lacking.head(10).itertuples()]
-    text = (
-        f"{path}: {len(lacking)} of {len(trees)} field trees left out of the pairing, as nothing says where they "
-        f"stand: {', '.join(named)}{', …' if len(lacking) > 10 else ''}; correct the table and run again."
-    )
-    return trees[trees["lacks"] == ""].reset_index(drop=True), [text]
-
-
-def _where_said(table: pd.DataFrame, name: str, found: pd.DataFrame) -> pd.Series:
-    """A column as float64; rows where it is empty or no number are noted in ``lacks``."""
-    cells = table[name]
-    values = pd.to_numeric(cells, errors="coerce").astype(float)
-    values = values.where(np.isfinite(values))
-    for row in np.flatnonzero(values.isna() & (found["lacks"] == "")):
-        text = cells.iloc[row]
-        found.loc[row, "lacks"] = f"{name} is empty" if pd.isna(text) else f"{name} is {text!r}"
-    return values
-
-
-def _clear_unplaced(path: Path, found: pd.DataFrame, columns: list[str]) -> None:
-    """Half a place is none; a table in which most trees lack theirs is refused."""
-    lacking = (found["lacks"] != "").to_numpy()
-    if lacking.mean() > _MOST_UNPLACED or lacking.all():
-        first = found[lacking].iloc[0]
-        raise InputError(
-            f"{path}, line {first['line']}: {first['lacks']}, expected a number; {int(lacking.sum())} of {len(found)} "
-            "rows are like this: correct them."
-        )
-    found.loc[lacking, columns] = np.nan
 
 
 def _degrees(path: Path, table: pd.DataFrame, name: str, found: pd.DataFrame, protocol: FieldProtocol) -> pd.Series:
@@ -209,7 +172,7 @@ def _degrees(path: Path, table: pd.DataFrame, name: str, found: pd.DataFrame, pr
     tail = name.rpartition("_")[2]
     named = tail if "_" in name and tail in _CIRCLE else "deg"
     unit = named if protocol.azimuth_unit == "auto" else protocol.azimuth_unit
-    circle, values = _CIRCLE[unit], _where_said(table, name, found)
+    circle, values = _CIRCLE[unit], where_said(table, name, found)
     bad = (values < 0) | (values > circle)
     if bad.any():
         word = {"deg": "degrees"}.get(unit, unit)
@@ -238,7 +201,7 @@ def _horizontal_m(
             f"{path}: column {name!r} does not say its unit; rename it distance_m or distance_ft, or give "
             "--distance-unit."
         )
-    distance = _where_said(table, name, found) * _TO_M[unit]
+    distance = where_said(table, name, found) * _TO_M[unit]
     bad = (distance < 0) | (distance > 200)
     if bad.any():
         raise InputError(
@@ -251,7 +214,7 @@ def _horizontal_m(
                 f"{path}: has no slope_deg or slope_pct column, which slope distances need; add it, or use "
                 "--distance horizontal."
             )
-        slope = _where_said(table, column["slope"], found)
+        slope = where_said(table, column["slope"], found)
         angle = np.radians(slope) if column["slope"] == "slope_deg" else np.arctan(slope / 100)
         if (np.abs(angle) > np.radians(60)).any():
             raise InputError(

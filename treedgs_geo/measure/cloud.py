@@ -23,6 +23,7 @@ from .cylinder import fit_cylinder
 from .heights import tree_heights
 from .opacity_cone import fit_opacity_cone
 from .options import MeasureOptions
+from .proportions import doubt_short_trees
 from .published import PublishedOptions, measure_filled, measure_published
 from .stem import StemMeasure, measure_points, rebased, refuse
 from .trees import Tree, on_ground
@@ -368,6 +369,7 @@ def _finish(cloud: PointCloud, height: np.ndarray, trees: list[Tree], results: l
             tree.qc_reason = ",".join(filter(None, [tree.qc_reason, "edge"]))
             tree.qc_flag = "check" if tree.qc_flag == "ok" else tree.qc_flag
         tree.finish()
+    doubt_short_trees(trees)
     _mark_touching(trees)
 
 

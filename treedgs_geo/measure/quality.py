@@ -18,6 +18,10 @@ REASONS: dict[str, tuple[str, str]] = {
     "merged": ("two stems may have been taken for one", "check the segmentation"),
     "too_small": ("the stem is thinner than the photos or points can resolve", "fly lower or scan closer"),
     "too_large": ("the fitted stem is thicker than the allowed maximum", "raise the maximum diameter if it is real"),
+    "too_short": (
+        "the tree is far shorter than the others of its diameter",
+        "check the diameter, and whether the top is broken",
+    ),
     "wide_error": ("the estimated error is too large to be useful", "fly more photos or measure by hand"),
     "disagree": ("two measuring methods disagree", "check this tree by hand"),
     "unchecked": ("the published method has no check and no error of its own", "compare with the default method"),

@@ -272,7 +272,9 @@ def missing_sentences(stand: Stand, units: str) -> list[str]:
     q, share = UNITS[units]["ba"], n / (n + stand.n_small + int((stand.rows["kind"] == "measured").sum()))
     if stand.treatment == "impute":
         what, other = "each counts as the mean of its plot's measured trees", "without them"
-        chance = float(stand.missing["chance"].sum())
+        chance, thin = float(stand.missing["chance"].sum()), int(stand.missing["thin"].sum())
+        if thin:
+            what += f" ({thin} read as thin: of the thinnest quarter)"
         if chance < n - 0.005:
             what += f", by the chance that it is a tree ({chance:.1f} trees in all)"
     else:
