@@ -18,7 +18,7 @@ from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.measure.photo_trees import to_trees
-from treedgs_geo.stems.area import Area, area_seen
+from treedgs_geo.stems.area import Area, _cover, area_seen
 from treedgs_geo.stems.photos.coarse import terminators
 from treedgs_geo.stems.photos.detect import N_BINS, lean_grid, rank_lut
 from treedgs_geo.stems.photos.find import split, stems_from_photos
@@ -183,6 +183,30 @@ def test_areas():
     assert area.bounds(1) == (-3, -4, 14, 4)
     pieces = split(Area.circle(0, 0, 40), 1.0)
     assert len(pieces) > 4 and all(box[2] - box[0] <= 26 for _, box in pieces)
+
+
+def test_overlapping_circles_are_searched_once_and_wholly():
+    area = Area.circles(np.array([[0, 0], [9, 0], [70, 5], [0.5, 0.5]]), np.array([30, 28, 9, 5]))
+    pieces = split(area, 1.0)
+    alone = sum(len(split(Area.circle(*c, r), 1.0)) for c, r in zip(area.centres, area.radii_m, strict=True))
+    assert len(pieces) < alone
+    ground = np.stack(np.meshgrid(np.arange(-40, 90, 0.25), np.arange(-40, 45, 0.25)), -1).reshape(-1, 2)
+    ground = ground[area.contains(ground, 0.5)]
+    boxes = np.array([box for _, box in pieces])
+    inside = [((ground >= box[:2] - 0.3) & (ground <= box[2:] + 0.3)).all(axis=1) for box in boxes]
+    assert np.any(inside, axis=0).all()
+
+
+@pytest.mark.parametrize("shape", [(24, 3000), (300, 300)])
+def test_all_ground_seen_is_searched(shape):
+    """A corridor of 3 km lost a fifth of its ground to a limit on the number of circles."""
+    seen = np.ones(shape, bool)
+    area = _cover(seen, np.arange(shape[1]) * 1.0, np.arange(shape[0]) * 1.0)
+    ground = np.argwhere(seen[4:-4, 4:-4])[::7, ::-1] + 4.0  # its rim is not
+    covered = np.zeros(len(ground), bool)
+    for centre, radius in zip(area.centres, area.radii_m, strict=True):
+        covered |= np.hypot(*(ground - centre).T) <= radius
+    assert covered.mean() > 0.995
 
 
 def test_area_without_plot(views):

@@ -123,9 +123,11 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     Raises:
         TreeDGSError: what would end the job: an input that cannot be used, an output that cannot be written, no disk.
     """
+    from ..core.errors import ReconstructionError
     from ..core.plots import read_plots
-    from ..geotags.photos import list_photos
+    from ..geotags.photos import list_photos, read_photo
     from ..geotags.reading import read_stations
+    from ..reconstruction.calibration import calibration_of
     from ..terrain.dtm import read_dtm
     from .photos import _check_cover
     from .planned import only_nadir, planned_ground, planned_views, search_ahead
@@ -162,6 +164,10 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     ground = planned_ground(stations, plots, dtm)
     options = PRESETS[settings.preset]
     nothing = only_nadir(stations)
+    try:
+        calibration_of([read_photo(stations.paths[0])])
+    except ReconstructionError as problem:
+        findings.problem(str(problem))
     if nothing:
         findings.problem(f"{settings.photos}: no DBH can be measured: {nothing}.")
     with reporter.stage("overlap", 0.85, 0.98):

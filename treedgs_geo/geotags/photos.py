@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +12,14 @@ from PIL import Image, UnidentifiedImageError
 
 from ..core.errors import InputError
 from ..core.progress import Reporter
+from .copies import find_copies
 from .gpstime import parse_datetime_unix
+from .xmp import gimbal_angles, read_xmp, uses_dji_pitch
 
 SUFFIXES = {".jpg", ".jpeg", ".tif", ".tiff", ".png"}
-_XMP_VALUE = re.compile(r'drone-dji:(\w+)\s*=\s*["\']([^"\']*)["\']|<drone-dji:(\w+)>([^<]*)</')
+#: Pictures that are none of these; said when a folder holds nothing else.
+_OTHER_PICTURES = {".dng", ".raw", ".arw", ".cr2", ".cr3", ".nef", ".heic", ".heif", ".webp", ".jp2", ".mp4", ".mov"}
+_WRITE_8_BIT = "write 8-bit JPEGs that keep the EXIF and XMP (a raw converter does) and give their folder"
 _SEQUENCE = re.compile(r"(\d{3,5})(?:_[A-Za-z]+)*$")
 
 
@@ -26,7 +30,8 @@ class Photo:
     name: path relative to the photo folder, with ``/``. sequence: the running number in the file name, -1 if none.
     local_time, utc: Unix seconds of the exposure, as the camera clock says and in UTC (when the zone is known).
     lon_deg, lat_deg, height_m: EXIF or XMP position. rtk_flag: DJI RtkFlag. sd: (3,) E, N, U metres from XMP RtkStd*.
-    focal_mm, focal_35mm: EXIF. dji: the XMP ``drone-dji`` fields as text.
+    focal_mm, focal_35mm: EXIF. plane_px_mm: (K,) pixels a millimetre of the focal plane, as EXIF says and, where its
+    unit is doubtful, as it may mean. dji: the XMP ``drone-dji`` fields as text. pix4d: the XMP ``Camera`` fields.
     """
 
     name: str
@@ -49,6 +54,8 @@ class Photo:
     focal_mm: float
     focal_35mm: float
     dji: dict[str, str]
+    pix4d: dict[str, str] = field(default_factory=dict)
+    plane_px_mm: tuple[float, ...] = ()
 
     @property
     def has_position(self) -> bool:
@@ -60,22 +67,25 @@ def read_photo(path: Path, name: str | None = None) -> Photo:
     """Read one photo's metadata.
 
     Raises:
-        InputError: not an image, or truncated before its header ends.
+        InputError: not an image, truncated before its header ends, or with more than 8 bits of grey.
     """
     try:
         with Image.open(path) as image:
+            if image.mode.startswith(("I", "F")):
+                bits = "32" if image.mode in ("I", "F") else "16"
+                raise InputError(f"{path}: holds {bits}-bit grey values, expected an 8-bit photo; {_WRITE_8_BIT}.")
             width, height = image.size
             exif = image.getexif()
             details, gps = dict(exif.get_ifd(0x8769)), dict(exif.get_ifd(0x8825))
             model = _text(exif.get(272, ""))
+            dji, pix4d = read_xmp(path, image)
     except Image.DecompressionBombError:
         raise InputError(
             f"{path}: claims more than {2 * (Image.MAX_IMAGE_PIXELS or 0) / 1e6:.0f} megapixels, expected a drone "
             "photo; remove it."
         ) from None
     except (UnidentifiedImageError, OSError, SyntaxError, ValueError) as problem:
-        raise InputError(f"{path}: cannot be read as a photo ({problem}); copy it again or remove it.") from None
-    dji = _read_dji(path)
+        raise InputError(_unreadable(path, problem)) from None
     local = parse_datetime_unix(_text(details.get(36867) or details.get(36868) or exif.get(306, "")))
     fraction = _text(details.get(37521) or details.get(37520) or "")
     if fraction.isdigit() and local == np.floor(local):
@@ -84,6 +94,9 @@ def read_photo(path: Path, name: str | None = None) -> Photo:
     if np.isnan(utc):
         utc = local - _zone_s(_text(details.get(36881) or details.get(36880) or ""))
     lon, lat, height_m = _position(gps, dji)
+    yaw, pitch, roll = (_number(dji.get(f"Gimbal{angle}Degree")) for angle in ("Yaw", "Pitch", "Roll"))
+    if np.isnan(pitch):
+        yaw, pitch, roll = gimbal_angles(pix4d, uses_dji_pitch([pix4d]))
     return Photo(
         name=name or path.name,
         path=path,
@@ -98,13 +111,15 @@ def read_photo(path: Path, name: str | None = None) -> Photo:
         height_m=height_m,
         rtk_flag=_number(dji.get("RtkFlag")),
         sd=np.array([_number(dji.get(key)) for key in ("RtkStdLon", "RtkStdLat", "RtkStdHgt")]),
-        yaw_deg=_number(dji.get("GimbalYawDegree")),
-        pitch_deg=_number(dji.get("GimbalPitchDegree")),
-        roll_deg=_number(dji.get("GimbalRollDegree")),
+        yaw_deg=yaw,
+        pitch_deg=pitch,
+        roll_deg=roll,
         relative_altitude_m=_number(dji.get("RelativeAltitude")),
         focal_mm=_number(details.get(37386)),
         focal_35mm=_number(details.get(41989)),
         dji=dji,
+        pix4d=pix4d,
+        plane_px_mm=_plane_px_mm(details, max(width, height)),
     )
 
 
@@ -121,6 +136,12 @@ def list_photos(folder: Path) -> list[Path]:
         p for p in folder.rglob("*") if p.suffix.lower() in SUFFIXES and p.is_file() and not p.name.startswith(".")
     )
     if not found:
+        others = Counter(p.suffix.lower() for p in folder.rglob("*") if p.suffix.lower() in _OTHER_PICTURES)
+        if others:
+            kind, count = others.most_common(1)[0]
+            raise InputError(
+                f"{folder}: holds {count} {kind} files and no {', '.join(sorted(SUFFIXES))}; {_WRITE_8_BIT}."
+            )
         raise InputError(
             f"{folder}: holds no photos ({', '.join(sorted(SUFFIXES))}); give the folder of the drone photos."
         )
@@ -128,21 +149,31 @@ def list_photos(folder: Path) -> list[Path]:
 
 
 def read_photos(folder: Path, reporter: Reporter | None = None) -> list[Photo]:
-    """Metadata of every usable photo in a folder; odd ones out (unreadable, another size or camera) are left out with
-    a warning.
+    """Metadata of every usable photo in a folder; odd ones out (unreadable, another size or camera) and copies are left
+    out with a warning.
 
     Raises:
         InputError: no folder, no photo, or none that can be read.
     """
     reporter = reporter or Reporter()
     photos: list[Photo] = []
+    refused: list[InputError] = []
     for path in list_photos(folder):
         try:
             photos.append(read_photo(path, path.relative_to(folder).as_posix()))
         except InputError as problem:
-            reporter.warn(f"Left out {problem}")
+            refused.append(problem)
     if not photos:
-        raise InputError(f"{folder}: none of its photos can be read; copy them again from the drone.")
+        raise InputError(f"None of the {len(refused)} photos can be used: {refused[0]}")
+    for refusal in refused:
+        reporter.warn(f"Left out {refusal}")
+    copies = find_copies(photos)
+    if copies:
+        some = shorten([f"{name} of {used}" for name, used in copies.items()], 3)
+        reporter.warn(
+            f"{len(copies)} of {len(photos)} photos are copies and were left out, each exposure is used once: {some}."
+        )
+        photos = [photo for photo in photos if photo.name not in copies]
     kinds = Counter((photo.model, photo.width, photo.height) for photo in photos)
     usual, count = kinds.most_common(1)[0]
     odd = [photo.name for photo in photos if (photo.model, photo.width, photo.height) != usual]
@@ -151,25 +182,44 @@ def read_photos(folder: Path, reporter: Reporter | None = None) -> list[Photo]:
             f"Left out {len(odd)} of {len(photos)} pictures that are not from the main camera "
             f"({usual[0] or 'unknown'}, {usual[1]} x {usual[2]} px): {shorten(odd)}."
         )
-    return [photo for photo in photos if photo.name not in set(odd)]
+    return _with_camera_angles([photo for photo in photos if photo.name not in set(odd)])
+
+
+def _with_camera_angles(photos: list[Photo]) -> list[Photo]:
+    """What the ``Camera`` angles mean is decided for all photos together."""
+    if not uses_dji_pitch([photo.pix4d for photo in photos]):
+        return photos
+    found = []
+    for photo in photos:
+        if np.isnan(_number(photo.dji.get("GimbalPitchDegree"))):
+            yaw, pitch, roll = gimbal_angles(photo.pix4d, True)
+            photo = replace(photo, yaw_deg=yaw, pitch_deg=pitch, roll_deg=roll)
+        found.append(photo)
+    return found
+
+
+def _unreadable(path: Path, problem: Exception) -> str:
+    """Why a file is no photo: what GDAL sees in a TIFF that Pillow cannot open, else Pillow's word."""
+    import warnings
+
+    import rasterio
+
+    if path.suffix.lower() in (".tif", ".tiff"):
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                with rasterio.open(path) as raster:
+                    bands, bits = raster.count, 8 * np.dtype(raster.dtypes[0]).itemsize
+            return (f"{path}: holds {bands} bands of {bits} bits, expected a photo of 3 bands (red, green, blue) of 8 "
+                    f"bits; {_WRITE_8_BIT}.")
+        except rasterio.errors.RasterioIOError:
+            pass
+    return f"{path}: cannot be read as a photo ({problem}); copy it again or remove it."
 
 
 def shorten(names: list[str], most: int = 5) -> str:
     """A few names for a message."""
     return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
-
-
-def _read_dji(path: Path) -> dict[str, str]:
-    """XMP ``drone-dji`` fields, written as attributes or as elements; empty when there are none."""
-    with open(path, "rb") as stream:
-        head = stream.read(1 << 19)
-    start, end = head.find(b"<x:xmpmeta"), head.find(b"</x:xmpmeta>")
-    if start < 0 or end < start:
-        return {}
-    found: dict[str, str] = {}
-    for attribute, value, element, content in _XMP_VALUE.findall(head[start:end].decode("utf-8", errors="replace")):
-        found.setdefault(attribute or element, (value or content).strip())
-    return found
 
 
 def _position(gps: dict, dji: dict[str, str]) -> tuple[float, float, float]:
@@ -185,6 +235,19 @@ def _position(gps: dict, dji: dict[str, str]) -> tuple[float, float, float]:
     if np.isnan(height):
         height = _number(gps.get(6)) * (-1 if gps.get(5) in (b"\x01", 1) else 1)
     return lon, lat, height
+
+
+def _plane_px_mm(details: dict, longer_px: int) -> tuple[float, ...]:
+    """Pixels a millimetre from FocalPlaneXResolution; the unit is often written wrong, so the others follow."""
+    resolution = _number(details.get(41486))
+    if not resolution > 0:
+        return ()
+    units = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
+    stated = units.get(int(np.nan_to_num(_number(details.get(41488)), nan=2)), 25.4)
+    # The tag belongs to the photo as it was taken; a reduced copy has fewer pixels.
+    taken = np.nanmax([_number(details.get(40962)), _number(details.get(40963)), -1.0])
+    shrunk = longer_px / taken if taken > 0 else 1.0
+    return tuple(resolution / mm * shrunk for mm in (stated, *(mm for mm in units.values() if mm != stated)))
 
 
 def _plausible(lon: float, lat: float) -> bool:

@@ -146,9 +146,11 @@ def _without_defects(photos: list[Photo], folder: Path, reporter: Reporter) -> l
         reporter.warn(f"Left out {len(names)} photos: each {reason}: {shorten(names)}.")
     kept = [photo for photo in photos if photo.path not in defects]
     if not kept:
+        reasons = sorted(set(defects.values()))
+        advice = ("write 8-bit JPEGs with the brightness stretched, keeping the EXIF" if "16 bits" in reasons[0]
+                  else "look at them, copy broken ones again from the drone, and fly again if it was the camera")
         raise InputError(
-            f"{folder}: none of its {len(photos)} photos is usable (blurred, empty or broken); "
-            "look at them and fly again."
+            f"{folder}: none of its {len(photos)} photos is usable (each {' or '.join(reasons)}); {advice}."
         )
     return kept
 

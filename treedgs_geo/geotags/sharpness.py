@@ -9,6 +9,7 @@ from PIL import Image
 
 #: A frame whose grey values spread less than this (standard deviation, of 255) shows nothing.
 BLANK_SPREAD = 4.0
+BLANK = "shows nothing (lens cap?)"
 #: Sharpness below this fraction of the set's median means blur; tuned on drone_agung_badframes and plot_a.
 BLUR_FRACTION = 0.25
 #: ... and below this it is blur whatever the rest looks like.
@@ -49,10 +50,16 @@ def find_defects(paths: list[Path]) -> dict[Path, str]:
             found[path] = "cannot be decoded"
     for path, (spread, _) in detail.items():
         if spread < BLANK_SPREAD:
-            found[path] = "shows nothing (lens cap?)"
+            found[path] = "holds 16 bits of which the upper 8 show nothing" if is_16_bit(path) else BLANK
     sharp = [value for path, (_, value) in detail.items() if path not in found]
     usual = float(np.median(sharp)) if sharp else 0.0
     for path, (_, value) in detail.items():
         if path not in found and value < max(BLUR_FRACTION * usual, BLUR_FLOOR):
             found[path] = "is blurred"
     return found
+
+
+def is_16_bit(path: Path) -> bool:
+    """True for a picture with more than 8 bits a channel."""
+    with Image.open(path) as image:
+        return any("16" in str(part) for part in image.tile[0][3:] if part is not None) if image.tile else False

@@ -34,7 +34,8 @@ SENSOR_WIDTHS_MM = {
 class Calibration:
     """First guess of the intrinsics.
 
-    source: dewarp (factory calibration in XMP), xmp (nominal), sensor (data sheet), exif35 (35 mm equivalent).
+    source: dewarp (factory calibration in XMP), xmp (nominal), pix4d (XMP Camera, millimetres), sensor (data sheet),
+    exif35 (35 mm equivalent), plane (FocalPlaneXResolution).
     tolerance: largest believable relative error of the focal length.
     """
 
@@ -68,22 +69,81 @@ def calibration_of(photos: list[Photo]) -> Calibration:
     focal = _number(photo.dji.get("CalibratedFocalLength"))
     if 0.3 * width < focal < 20 * width:
         return Calibration(Camera(width, height, focal, focal, cx, cy), "xmp", 0.04)
+    longer = max(width, height)
+    guesses = {"sensor": _from_sensor(photo), "exif35": _from_35mm(photo)}
+    guesses["pix4d"] = _from_pix4d(photo, guesses["exif35"])
+    guesses["plane"] = _from_plane(photo)
+    for source, tolerance in _TOLERANCES.items():
+        focal = guesses[source]
+        if 0.1 * longer < focal < 20 * longer:
+            return Calibration(Camera(width, height, focal, focal, cx, cy), source, tolerance)
+    raise ReconstructionError(_unknown_focal(photo))
+
+
+#: Largest believable relative error of what EXIF and XMP say in millimetres, the most trustworthy first.
+_TOLERANCES = {"pix4d": 0.05, "sensor": 0.05, "exif35": 0.10, "plane": 0.07}
+#: No drone's sensor is smaller or wider, millimetres.
+_SENSOR_MM = (2.0, 60.0)
+
+
+def _from_sensor(photo: Photo) -> float:
     sensor = SENSOR_WIDTHS_MM.get(photo.model)
     if sensor and abs(photo.focal_mm / sensor[1] - 1) < 0.05:
-        focal = photo.focal_mm / sensor[0] * max(width, height)
-        return Calibration(Camera(width, height, focal, focal, cx, cy), "sensor", 0.05)
-    if photo.focal_35mm > 5:
-        # The equivalent is defined by the diagonal of the whole sensor, which is 4:3 (or 3:2) where the photo is 16:9.
-        long_side, short_side = max(width, height), min(width, height)
-        diagonal = float(
-            np.hypot(long_side, max(short_side, 0.75 * long_side if long_side / short_side > 1.6 else short_side))
+        return photo.focal_mm / sensor[0] * max(photo.width, photo.height)
+    return float("nan")
+
+
+def _from_35mm(photo: Photo) -> float:
+    if not photo.focal_35mm > 5:
+        return float("nan")
+    # The equivalent is defined by the diagonal of the whole sensor, which is 4:3 (or 3:2) where the photo is 16:9.
+    long_side, short_side = max(photo.width, photo.height), min(photo.width, photo.height)
+    diagonal = float(
+        np.hypot(long_side, max(short_side, 0.75 * long_side if long_side / short_side > 1.6 else short_side))
+    )
+    return photo.focal_35mm / 43.267 * diagonal
+
+
+def _from_plane(photo: Photo) -> float:
+    """FocalLength times FocalPlaneXResolution, in the first unit that gives a sensor that exists."""
+    return next((photo.focal_mm * px_mm for px_mm in photo.plane_px_mm if _is_sensor(photo, px_mm)), float("nan"))
+
+
+def _from_pix4d(photo: Photo, exif35_px: float) -> float:
+    """Pix4D's PerspectiveFocalLength (mm) in pixels: by the focal plane's resolution, the data sheet, the 35 mm
+    equivalent, or twice the principal point."""
+    focal = _number(photo.pix4d.get("PerspectiveFocalLength"))
+    if not focal > 0 or "fisheye" in photo.pix4d.get("ModelType", "").lower():
+        return float("nan")
+    longer = max(photo.width, photo.height)
+    sensor = SENSOR_WIDTHS_MM.get(photo.model)
+    middle = max((_number(part) for part in photo.pix4d.get("PrincipalPoint", "").split(",")), default=float("nan"))
+    scales = [*photo.plane_px_mm, longer / sensor[0] if sensor else np.nan, exif35_px / photo.focal_mm,
+              longer / (2 * middle) if middle > 0 else np.nan]
+    for px_mm in scales:
+        # What contradicts the 35 mm equivalent grossly was written in another unit.
+        if _is_sensor(photo, px_mm) and not abs(focal * px_mm / exif35_px - 1) > 0.15:
+            return focal * px_mm
+    return float("nan")
+
+
+def _is_sensor(photo: Photo, px_mm: float) -> bool:
+    return bool(px_mm > 0 and _SENSOR_MM[0] < max(photo.width, photo.height) / px_mm < _SENSOR_MM[1])
+
+
+def _unknown_focal(photo: Photo) -> str:
+    focal = photo.focal_mm if photo.focal_mm > 0 else _number(photo.pix4d.get("PerspectiveFocalLength"))
+    if focal > 0:
+        return (
+            f"{photo.path}: says a focal length of {focal:g} mm and nothing about the sensor's size (no "
+            f"FocalLengthIn35mmFilm or FocalPlaneXResolution; model {photo.model or 'unknown'!r} is not in the table); "
+            "write the 35 mm equivalent into the photos, for example 'exiftool -FocalLengthIn35mmFormat=24 FOLDER'."
         )
-        focal = photo.focal_35mm / 43.267 * diagonal
-        return Calibration(Camera(width, height, focal, focal, cx, cy), "exif35", 0.10)
-    raise ReconstructionError(
-        f"{photo.path}: neither EXIF nor XMP tells the focal length (no CalibratedFocalLength, "
-        f"FocalLengthIn35mmFilm or known camera; "
-        f"model {photo.model or 'unknown'!r}); use the photos as the drone wrote them."
+    return (
+        f"{photo.path}: neither EXIF nor XMP says the focal length (no CalibratedFocalLength, FocalLength or "
+        f"FocalLengthIn35mmFilm; model {photo.model or 'unknown'!r}): an editor or messenger may have removed it; use "
+        "the photos as the drone wrote them, or write it into them, for example 'exiftool "
+        "-FocalLengthIn35mmFormat=24 FOLDER'."
     )
 
 

@@ -96,25 +96,27 @@ def _window(view: View, ground_z: float, x: np.ndarray, y: np.ndarray) -> tuple[
 
 
 def _cover(seen: np.ndarray, x: np.ndarray, y: np.ndarray) -> Area:
-    """Greedy cover of the True cells by inscribed circles, largest first."""
+    """Greedy cover of the True cells by inscribed circles, largest first, down to three cells of radius."""
     from scipy.ndimage import distance_transform_edt
 
     centres: list[tuple[float, float]] = []
     radii: list[float] = []
-    left = np.pad(seen, 1)
-    depth = distance_transform_edt(left)
-    gx, gy = np.meshgrid(np.r_[x[0], x, x[-1]], np.r_[y[0], y, y[-1]])
+    depth = distance_transform_edt(np.pad(seen, 1))
     cell = float(x[1] - x[0]) if len(x) > 1 else 1.0
-    while len(centres) < 200:
-        best = np.where(left, depth, 0.0)
-        peak = int(best.argmax())
-        if best.flat[peak] < 1:
+    x0, y0 = float(x[0]) - cell, float(y[0]) - cell
+    best = depth.copy()
+    while True:
+        row, column = np.unravel_index(int(best.argmax()), best.shape)
+        reach = float(best[row, column])
+        if reach < 1:
             break
-        radius = float(best.flat[peak]) * cell
-        centre = gx.flat[peak], gy.flat[peak]
-        centres.append(centre)
-        radii.append(radius)
-        left &= np.hypot(gx - centre[0], gy - centre[1]) > radius
-        if radius < 3 * cell:
+        centres.append((x0 + column * cell, y0 + row * cell))
+        radii.append(reach * cell)
+        if reach < 3:
             break
+        rows = slice(max(int(row - reach), 0), int(row + reach) + 2)
+        columns = slice(max(int(column - reach), 0), int(column + reach) + 2)
+        part = best[rows, columns]
+        i, j = np.ogrid[rows.start:rows.start + part.shape[0], columns.start:columns.start + part.shape[1]]
+        part[np.hypot(i - row, j - column) <= reach] = 0.0
     return Area.circles(np.array(centres).reshape(-1, 2), np.array(radii))
