@@ -23,6 +23,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
+from .environment import find_program
 from .exits import explain_exit
 from .words import tr
 
@@ -159,7 +160,7 @@ def find_engine(setting: str = "", modules: Iterable[str] = ()) -> Engine:
             except EngineMissing as problem:
                 problems.append(str(problem))
     for name in ("python3", "python"):
-        found = shutil.which(name, path=child_environment().get("PATH"))
+        found = find_program(name)
         if found:
             try:
                 _check(Path(found), "PATH", modules)

@@ -38,6 +38,14 @@ class SetupError(Exception):
 Runner = Callable[[list], int]
 
 
+def find_program(name: str) -> str | None:
+    """Absolute path of a program on the PATH (or the path itself); never one of the current folder, which an empty
+    entry of the PATH means and where Windows looks first."""
+    places = [place for place in os.environ.get("PATH", "").split(os.pathsep) if os.path.isabs(place)]
+    found = shutil.which(name, path=os.pathsep.join(places))
+    return found if found and os.path.isabs(found) else None
+
+
 def requirements() -> list[str]:
     """The pinned ranges, torch first."""
     lines = REQUIREMENTS.read_text(encoding="utf-8").splitlines()
@@ -71,7 +79,7 @@ def find_python(wanted: str = "") -> str:
         return wanted
     names = ["python3.12", "python3.11", "python3.10", "python3", "/usr/bin/python3", "python3.13", "python"]
     for name in names:
-        found = shutil.which(name)
+        found = find_program(name)
         if found and usable_python(found):
             return found
     raise SetupError(

@@ -5,12 +5,12 @@ Standard library only. The limits are those of the locked version of NVIDIA Warp
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
 
+from .environment import find_program
 from .words import tr
 
 #: Driver of CUDA 12 (525 for Linux, 528 for Windows); GeForce GTX 9xx; room for the field of one plot.
@@ -28,7 +28,7 @@ class Choice:
 
 def ask() -> tuple[int | None, str]:
     """Exit code and answer of ``nvidia-smi``; ``None`` where there is no such program or it does not answer."""
-    program = shutil.which("nvidia-smi")
+    program = find_program("nvidia-smi")
     if program is None:
         return None, ""
     extra = {"creationflags": subprocess.CREATE_NO_WINDOW} if sys.platform == "win32" else {}

@@ -67,6 +67,20 @@ def test_a_child_of_a_console_script_is_isolated_and_sees_what_its_parent_sees(h
     assert done.stdout.split() == ["0", "True"], done.stderr
 
 
+def test_programs_are_not_taken_from_the_current_folder(tmp_path, monkeypatch):
+    """An empty entry of the PATH means the current folder."""
+    from treedgs_geo.core.children import find_program
+
+    (tmp_path / "exiftool").write_text("#!/bin/sh\n")
+    (tmp_path / "exiftool").chmod(0o755)
+    monkeypatch.chdir(tmp_path)
+    for path in (os.pathsep, f".{os.pathsep}", "", os.pathsep.join(["", "/nowhere"])):
+        monkeypatch.setenv("PATH", path)
+        assert find_program("exiftool") is None, path
+    monkeypatch.setenv("PATH", os.pathsep.join(["", str(tmp_path)]))
+    assert find_program("exiftool") == str(tmp_path / "exiftool"), "named by the user"
+
+
 def test_typed_with_m(hostile):
     """``python -m treedgs_geo`` there: only what Python itself needs for -m comes too early to be kept out."""
     for name in ("runpy", "treedgs_geo"):

@@ -228,6 +228,24 @@ def test_every_library_is_locked_with_hashes(shell):
     assert len(locked.lock_hash()) == 10 and shell("engine").managed_environment().name.endswith(locked.lock_hash())
 
 
+def test_what_is_needed_first_stands_first(qgis):
+    """The dialog of the stand table, and layer inputs where a layer can be chosen."""
+    done = qgis.python("""
+from qgis.core import QgsProcessingParameterDefinition as D
+for name in ("standtable", "pointcloudtodbh", "photostodbh", "matchplots", "reconstruct"):
+    shown = [d for d in provider.algorithm(name).parameterDefinitions() if not d.isDestination()]
+    print("SHOWN", name, [d.name() for d in shown if not d.flags() & D.FlagAdvanced][:6])
+    print("KINDS", name, {d.name(): d.type() for d in shown if d.type() in ("vector", "raster")})
+""")
+    said = dict(line[6:].split(" ", 1) for line in done.stdout.splitlines() if line.startswith("SHOWN"))
+    kinds = dict(line[6:].split(" ", 1) for line in done.stdout.splitlines() if line.startswith("KINDS"))
+    assert said["standtable"] == "['TREES', 'PLOTS', 'SPECIES', 'PAIRS', 'FIELD', 'BOUNDARY']", done.stderr
+    assert said["pointcloudtodbh"].startswith("['INPUT', 'PLOTS', 'DTM', 'CRS'")
+    assert said["matchplots"].startswith("['TREES', 'FIELD', 'PLOTS', 'NORTH'")
+    assert kinds["standtable"] == str(dict.fromkeys(("TREES", "PLOTS", "PAIRS", "BOUNDARY"), "vector"))
+    assert kinds["photostodbh"] == kinds["reconstruct"] == kinds["pointcloudtodbh"] == "{'DTM': 'raster'}"
+
+
 def test_make_setup_adds_its_own_locked_list(shell, tmp_path):
     """The tests' libraries, hashed too; nothing twice, so that the engine's versions are those of setupengine."""
     from packaging.requirements import Requirement

@@ -1,4 +1,5 @@
-"""Child processes in Python that import what this process imports, and nothing from the folder they are started in.
+"""Child processes: programs of the system, and Python that imports what this process imports; nothing of either is
+taken from the folder they are started in.
 
 ``python -m`` and ``python -c`` look for modules in the current folder first: a ``json.py`` that came with the data
 would be executed. Python 3.11 can be told not to, 3.10 cannot except in isolated mode (``-I``), which also takes away
@@ -7,6 +8,8 @@ would be executed. Python 3.11 can be told not to, 3.10 cannot except in isolate
 
 from __future__ import annotations
 
+import os
+import shutil
 import sys
 from pathlib import Path
 from typing import Any
@@ -29,6 +32,14 @@ def import_path() -> list[str]:
     """This process's import path with the library on it, without entries that mean the current folder."""
     kept = [entry for entry in sys.path if Path(entry).is_absolute()]
     return kept if ROOT in kept else [ROOT, *kept]
+
+
+def find_program(name: str) -> str | None:
+    """Absolute path of a program on the PATH; never one of the current folder, which an empty entry of the PATH means
+    and where Windows looks first."""
+    places = [place for place in os.environ.get("PATH", "").split(os.pathsep) if os.path.isabs(place)]
+    found = shutil.which(name, path=os.pathsep.join(places))
+    return found if found and os.path.isabs(found) else None
 
 
 def isolate_workers() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import shutil
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pyproj
 
+from ..core.children import find_program
 from ..core.errors import GeotagError, MissingComponentError
 from ..core.progress import Reporter
 
@@ -79,7 +79,7 @@ def solve(files: list[Path], base: Path | None, base_position: str | None, folde
         raise GeotagError(f"{rover.path}: has no navigation file (.nav, .yyN, .yyP) beside it, expected the broadcast "
                           "orbits; put the base's or the drone's navigation RINEX into the folder.")
     lat, lon, height = _base_position(station, base_position, reporter)
-    program = shutil.which("rnx2rtkp")
+    program = find_program("rnx2rtkp")
     if program is None:
         raise MissingComponentError(f"{rover.path}: RINEX needs RTKLIB's rnx2rtkp, which was not found; install the "
                                     "Debian package rtklib, or give the solution (.pos).")

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pyproj
 
+from ..core.children import find_program
 from ..core.crs import horizontal
 from ..core.errors import GeotagError, InputError, MissingComponentError, OutputError
 from ..core.files import atomic_folder
@@ -46,7 +47,7 @@ def write_tagged_copies(stations: Stations, target: Path, reporter: Reporter) ->
     Raises:
         MissingComponentError: ExifTool is not installed. GeotagError: it refused. OutputError: not enough room.
     """
-    program = shutil.which("exiftool")
+    program = find_program("exiftool")
     if program is None:
         raise MissingComponentError(f"{target}: writing tags needs ExifTool, which was not found; install the Debian "
                                     "package libimage-exiftool-perl.")
