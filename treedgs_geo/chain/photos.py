@@ -11,7 +11,7 @@ import pyproj
 
 from ..core import workspace as names
 from ..core.crs import LocalFrame
-from ..core.errors import InputError
+from ..core.errors import InputError, OutputError
 from ..core.files import read_json, write_json
 from ..core.geopackage import is_whole, move_aside
 from ..core.plots import Plot, read_plots
@@ -299,9 +299,12 @@ def _write(
         write_trees(settings.output, trees, crs)
         copy = space.path(names.TREES)
         if settings.output.resolve() != copy.resolve():
-            if copy.exists() and not is_whole(copy, LAYER):
-                reporter.warn(f"{copy}: was damaged and is kept as {move_aside(copy).name}.")
-            write_trees(copy, trees, crs)
+            try:
+                if copy.exists() and not is_whole(copy, LAYER):
+                    reporter.warn(f"{copy}: was damaged and is kept as {move_aside(copy).name}.")
+                write_trees(copy, trees, crs)
+            except OutputError as problem:  # the result itself is written
+                reporter.warn(str(problem))
         stages = {name: entry for name, entry in space.record["stages"].items() if name != "write"}
         megapixels = sum(view.camera.width * view.camera.height for view in views) / 1e6
         facts = {

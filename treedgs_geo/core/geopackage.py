@@ -84,11 +84,22 @@ def is_whole(path: Path, layer: str) -> bool:
 
 
 def move_aside(path: Path) -> Path:
-    """Rename a damaged file, for whoever wants to rescue something from it; returns the new name."""
+    """Rename a damaged file, for whoever wants to rescue something from it; returns the new name.
+
+    Raises:
+        OutputError: another program holds it.
+    """
+    try:
+        with closing(sqlite3.connect(path, timeout=WAIT_S, isolation_level=None)) as connection:
+            connection.execute("BEGIN IMMEDIATE")
+            connection.rollback()
+    except sqlite3.Error as problem:
+        if "locked" in str(problem) or "busy" in str(problem):
+            raise OutputError(_sentence(path, problem)) from None
     number = 1
     while (kept := path.with_name(f"{path.stem}.damaged{number}{path.suffix}")).exists():
         number += 1
-    path.replace(kept)
+    put_in_place(path, kept)
     for ending in ("-wal", "-shm", "-journal"):
         Path(f"{path}{ending}").unlink(missing_ok=True)
     return kept
