@@ -16,6 +16,7 @@ import pytest
 from treedgs_geo.campaign.clusters import Shape, queue_arguments, shape_of
 from treedgs_geo.campaign.costs import CostModel, fit, makespan
 from treedgs_geo.campaign.engine_process import explain
+from treedgs_geo.campaign.inputs import input_files
 from treedgs_geo.campaign.record import MOST_INTERRUPTIONS, RETRIES, Record
 from treedgs_geo.core import lease as leases
 from treedgs_geo.core.errors import InputError
@@ -161,3 +162,14 @@ def test_exits_are_put_into_words(tmp_path):
     assert explain(2, "x is missing.") == ("input", "x is missing.") and explain(1, "")[0] == "defect"
     assert is_full("[Errno 28] No space left on device") and not is_full("a spaceless line")
     assert not list(Path(tmp_path).iterdir())
+
+
+def test_geotags_in_subfolders_and_beside_the_photos_count_as_inputs(tmp_path):
+    (tmp_path / "photos").mkdir()
+    (tmp_path / "ppk" / "rover").mkdir(parents=True)
+    for name in ("photos/a.jpg", "photos/flight_Timestamp.MRK", "ppk/rover/flight.pos", "ppk/notes.pdf"):
+        (tmp_path / name).write_text(name)
+    for given in ("ppk", "ppk/rover/flight.pos"):
+        found = input_files("photos", {"photos": str(tmp_path / "photos"), "geotags": str(tmp_path / given)}, "", "")
+        assert {str(path.relative_to(tmp_path)) for path in found} == {
+            "photos/a.jpg", "photos/flight_Timestamp.MRK", "ppk/rover/flight.pos"}

@@ -13,10 +13,12 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import psutil
 import pytest
 from campaign_support import differences, may_make_hosts, two_hosts
 from child_processes import words_of
+from PIL import Image
 from small_campaign import ROOT, Ended, make_cloud, start, write_manifest
 
 from treedgs_geo.campaign.engine_process import THREADS
@@ -182,6 +184,31 @@ def test_a_broken_plot_and_one_that_crashes(clouds, tmp_path):
     again = Ended(start(manifest, workspace))
     assert again.code == 5
     assert (again.result["n_run"], again.result["n_kept"], again.result["n_failed"]) == (1, 2, 1)
+
+
+def test_a_damaged_plot_is_measured_again(clouds, tmp_path):
+    """Its layer cut off: said, set aside, made again; the others are kept."""
+    manifest, workspace = write_manifest(tmp_path / "m.csv", rows_for(clouds, 2)), tmp_path / "w"
+    assert Ended(start(manifest, workspace)).code == 0
+    layer = workspace / "plots" / "p1" / "trees.gpkg"
+    before, whole = read_trees(layer), layer.read_bytes()
+    layer.write_bytes(whole[: len(whole) // 2])
+    again = Ended(start(manifest, workspace))
+    assert again.code == 0 and (again.result["n_run"], again.result["n_kept"]) == (1, 1), again.messages
+    assert f"{layer}: is missing or damaged; p1 is measured again." in again.said("warn")
+    assert read_trees(layer)["dbh_cm"].equals(before["dbh_cm"]) and (layer.parent / "trees.damaged1.gpkg").exists()
+
+
+def test_a_photo_plot_runs_under_its_supervisors_lease(tmp_path):
+    """The engine works in the folder that its supervisor holds: what is wrong is said, not that somebody is there."""
+    for n in range(4):
+        pixels = np.random.default_rng(n).integers(0, 255, (60, 80, 3), np.uint8)
+        (tmp_path / "photos").mkdir(exist_ok=True)
+        Image.fromarray(pixels).save(tmp_path / "photos" / f"DJI_{n:04}.JPG")
+    manifest = write_manifest(tmp_path / "m.csv", [{"plot_id": "a", "photos": tmp_path / "photos", "crs": "EPSG:6344"}])
+    ended = Ended(start(manifest, tmp_path / "w"))
+    told = " ".join(ended.said("warn"))
+    assert ended.code == 2 and "none of the 4 photos has a GPS position" in told and "another run" not in told, told
 
 
 def test_a_full_disk(clouds, tmp_path):

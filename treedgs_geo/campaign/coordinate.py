@@ -18,7 +18,7 @@ from ..core.lease import Busy, Lease
 from ..core.progress import Reporter
 from .clusters import Crew
 from .costs import time_text
-from .places import RECORD
+from .places import RECORD, TREES
 from .progress import Board
 from .record import ELSEWHERE, RETRIES, Record
 from .state import Campaign, Plan, job_of
@@ -126,6 +126,8 @@ class Coordinator:
                     self._count(record.result)
                     self.board.settled(index)
                     continue
+                if record.status == "done" and not record.has_trees():
+                    self.reporter.warn(f"{folder / TREES}: is missing or damaged; {job['plot_id']} is measured again.")
                 peaks = [a.get("peak_gb", 0) for a in record.attempts if a.get("outcome") == "memory"]
                 if peaks:
                     # It needed more than foreseen: declared from what was seen, doubled each time.

@@ -74,9 +74,19 @@ def input_files(route: str, values: dict[str, Any], plots: str, field: str) -> l
     places = ("photos", "geotags", "dtm") if route == "photos" else ("input", "dtm")
     for name in places:
         if values.get(name):
-            found += _below(Path(values[name]), deep=name == "photos")
+            found += _geotag_files(values) if name == "geotags" else _below(Path(values[name]), deep=name == "photos")
     found += [Path(name) for name in (plots, field) if name]
     return list(dict.fromkeys(found))
+
+
+def _geotag_files(values: dict[str, Any]) -> list[Path]:
+    """The files that the positions come from; whatever lies there when they are of no use (the run says why)."""
+    from ..geotags.sources import find_geotags
+
+    try:
+        return find_geotags(Path(values["geotags"]), Path(values["photos"])).all()
+    except InputError:
+        return _below(Path(values["geotags"]), deep=False)
 
 
 def content_key(files: list[Path]) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..core.files import write_json
+from ..core.geopackage import is_whole
 from .places import RECORD, TREES
 
 #: A plot that fails is tried again at most this often.
@@ -52,12 +53,16 @@ class Record:
 
     def is_done(self, key: str) -> bool:
         """Finished with the same inputs and settings, and the trees are still there."""
-        return self.status == "done" and self.key == key and (self.folder / TREES).exists()
+        return self.status == "done" and self.key == key and self.has_trees()
 
     def is_unchanged(self, stamp: str, settings: str) -> bool:
         """Finished, and nothing about its files and settings looks different: no need to read them."""
         return (self.status == "done" and self.stamp == stamp and self.key.split(":")[0] == settings
-                and (self.folder / TREES).exists())
+                and self.has_trees())
+
+    def has_trees(self) -> bool:
+        """The plot's layer is there and whole."""
+        return is_whole(self.folder / TREES, "trees")
 
     def counts(self, key: str, series: int) -> tuple[int, int]:
         """``(failed, cut short)`` attempts of this key in this series of starts."""

@@ -19,12 +19,13 @@ from typing import Any
 from .. import __version__
 from ..core.errors import TreeDGSError
 from ..core.files import read_json
+from ..core.geopackage import move_aside
 from ..core.lease import Busy, Lease, Lost, host
 from ..core.shortage import is_full
 from .engine_process import Ending, EngineProcess
 from .inputs import content_key, input_files
 from .manifest import own_field, own_plots
-from .places import CAMPAIGN, LOG, PROGRESS
+from .places import CAMPAIGN, LOG, PROGRESS, TREES
 from .record import Record
 
 #: Seconds to wait for a lease whose holder may be dying just now.
@@ -83,6 +84,8 @@ def _run(job: dict[str, Any], folder: Path, lease: Lease, orphaned: threading.Ev
     try:
         record.save()
         lease.check()
+        if (folder / TREES).exists() and not record.has_trees():
+            move_aside(folder / TREES)
         ending = _engine(job, folder, lease, orphaned)
     except (Lost, OSError, TreeDGSError) as trouble:
         ending = Ending("disk" if is_full(str(trouble)) else "interrupted", str(trouble))

@@ -10,8 +10,9 @@ import numpy as np
 
 from ..core import workspace as names
 from ..core.crs import LocalFrame
-from ..core.errors import InputError
+from ..core.errors import InputError, OutputError
 from ..core.files import read_json, write_json
+from ..core.geopackage import is_whole, move_aside
 from ..core.plots import Plot, read_plots
 from ..core.progress import Reporter
 from ..core.scale import zone_that_fits
@@ -22,7 +23,7 @@ from ..geotags.reading import read_stations
 from ..geotags.sources import find_geotags
 from ..geotags.stations import Stations, read_stations_layer, write_stations
 from ..inventory.report import write_report
-from ..inventory.tree_layer import check_output, style_terrain, tree_table, write_trees
+from ..inventory.tree_layer import LAYER, check_output, style_terrain, tree_table, write_trees
 from ..measure.tree_ground import with_ground_error
 from ..measure.trees import Tree, with_block_errors
 from ..reconstruction.cameras import View
@@ -329,8 +330,14 @@ def _write(
         if trees and all(tree.plot_id is None for tree in trees) and plots:
             reporter.warn("All stems found stand outside the plots; check the plot centres.")
         write_trees(settings.output, trees, crs, reporter=reporter)
-        if settings.output.resolve() != space.path(names.TREES).resolve():
-            write_trees(space.path(names.TREES), trees, crs)
+        copy = space.path(names.TREES)
+        if settings.output.resolve() != copy.resolve():
+            try:
+                if copy.exists() and not is_whole(copy, LAYER):
+                    reporter.warn(f"{copy}: was damaged and is kept as {move_aside(copy).name}.")
+                write_trees(copy, trees, crs)
+            except OutputError as problem:  # the result itself is written
+                reporter.warn(str(problem))
         stages = {name: entry for name, entry in space.record["stages"].items()
                   if name != "write" and (sfm or name == "geotag")}
         megapixels = sum(view.camera.width * view.camera.height for view in views) / 1e6

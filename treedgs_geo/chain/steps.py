@@ -11,6 +11,7 @@ from typing import Any
 from .. import __version__
 from ..core.errors import TreeDGSError
 from ..core.files import fingerprint
+from ..core.geopackage import move_aside
 from ..core.progress import Reporter
 from ..core.workspace import Workspace
 
@@ -96,7 +97,7 @@ class Steps:
                 readable()
         except TreeDGSError as trouble:
             problem = str(trouble)
-            aside = "".join(f" The file is kept as {_move_aside(path).name}." for path in outputs)
+            aside = "".join(f" The file is kept as {move_aside(path).name}." for path in outputs)
         if problem:
             self.reporter.warn(f"{problem.rstrip('.')}; the stage {name} is done again.{aside}")
         return not problem
@@ -105,17 +106,6 @@ class Steps:
     def run_id(self) -> str:
         """Names the run by its inputs and settings so far: the same inputs give the same id."""
         return self._run
-
-
-def _move_aside(path: Path) -> Path:
-    """Out of the way, for whoever edited it."""
-    number = 1
-    while (kept := path.with_name(f"{path.stem}.damaged{number}{path.suffix}")).exists():
-        number += 1
-    path.replace(kept)
-    for ending in ("-wal", "-shm", "-journal"):
-        Path(f"{path}{ending}").unlink(missing_ok=True)
-    return kept
 
 
 def _hash(*parts: Any) -> str:

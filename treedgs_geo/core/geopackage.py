@@ -72,6 +72,40 @@ def ensure_unlocked(target: Path, own: OwnLayers | None = None) -> None:
         raise OutputError(_sentence(target, problem)) from None
 
 
+def is_whole(path: Path, layer: str) -> bool:
+    """Whether a GeoPackage can be read to its end and has the layer."""
+    try:
+        if not _is_database(path):
+            return False
+        with closing(sqlite3.connect(path, timeout=WAIT_S)) as connection:
+            connection.execute(f'SELECT count(*) FROM "{layer}"').fetchone()
+            return connection.execute("PRAGMA quick_check").fetchone() == ("ok",)
+    except sqlite3.Error as problem:
+        return "locked" in str(problem)  # somebody works on it, so it can be read
+
+
+def move_aside(path: Path) -> Path:
+    """Rename a damaged file, for whoever wants to rescue something from it; returns the new name.
+
+    Raises:
+        OutputError: another program holds it.
+    """
+    try:
+        with closing(sqlite3.connect(path, timeout=WAIT_S, isolation_level=None)) as connection:
+            connection.execute("BEGIN IMMEDIATE")
+            connection.rollback()
+    except sqlite3.Error as problem:
+        if "locked" in str(problem) or "busy" in str(problem):
+            raise OutputError(_sentence(path, problem)) from None
+    number = 1
+    while (kept := path.with_name(f"{path.stem}.damaged{number}{path.suffix}")).exists():
+        number += 1
+    put_in_place(path, kept)
+    for ending in ("-wal", "-shm", "-journal"):
+        Path(f"{path}{ending}").unlink(missing_ok=True)
+    return kept
+
+
 def save_style(geopackage: Path, layer: str, qml: str, geometry: str = "geom") -> None:
     """Store ``qml`` as the layer's default style inside the GeoPackage, where QGIS looks for it."""
     with closing(sqlite3.connect(geopackage, timeout=WAIT_S)) as connection, connection:

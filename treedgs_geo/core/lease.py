@@ -86,7 +86,11 @@ class Lease:
             match = _NAME.fullmatch(old.name)
             if match and int(match.group(1)) < lease.number:
                 old.unlink(missing_ok=True)
-        lease.check()
+        try:
+            lease.check()
+        except Lost:  # somebody came and went while we looked
+            lease.free()
+            raise Busy(_holder(lease._file)) from None
         return lease
 
     def _exclusive(self, text: str) -> None:
