@@ -24,6 +24,9 @@ UNKNOWN_UTM = ('PROJCS["field",GEOGCS["field",DATUM["unknown",SPHEROID["GRS80",6
                'PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]],PROJECTION["Transverse_Mercator"],'
                'PARAMETER["latitude_of_origin",0],PARAMETER["central_meridian",-93],PARAMETER["scale_factor",0.9996],'
                'PARAMETER["false_easting",500000],PARAMETER["false_northing",0],UNIT["metre",1]]')
+#: A code that is none, and one of another country.
+MADE_UP = UNKNOWN_UTM[:-1] + ',AUTHORITY["EPSG","999999"]]'
+STOLEN = UNKNOWN_UTM[:-1] + ',AUTHORITY["EPSG","2154"]]'
 LOCAL = 'LOCAL_CS["local metres",UNIT["metre",1]]'
 
 
@@ -106,7 +109,7 @@ def test_every_place_of_a_utm_zone_is_taken_without_a_word(zone, off_deg, lat, h
      ("EPSG:31254", (10.5, 47.2)), ("EPSG:32756", (151.2, -33.9)), ("EPSG:3067", (30.0, 62.0)),
      ("EPSG:2056", (8.0, 47.0)), ("EPSG:3031", (0.0, -71.0)), ("EPSG:32701", (-179.5, -17.0)),
      ("EPSG:3035", (10.0, 51.0)), ("EPSG:31983", (-45.0, -22.0)), ("EPSG:6677", (139.8, 36.0)),
-     ("EPSG:5514", (15.0, 49.5)), (UNKNOWN_UTM, ARKANSAS),
+     ("EPSG:5514", (15.0, 49.5)), (UNKNOWN_UTM, ARKANSAS), (MADE_UP, ARKANSAS), (STOLEN, ARKANSAS),
      ("+proj=utm +zone=33 +ellps=bessel +towgs84=577,90,464,5.1,1.5,5.3,2.4 +type=crs", (15.0, 48.0))],
 )
 def test_what_is_made_for_a_place_is_taken_there_without_a_word(text, place):

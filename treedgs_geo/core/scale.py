@@ -10,6 +10,7 @@ name or not. The height adds R / (R + h), the surveyors' elevation factor.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
@@ -149,12 +150,14 @@ def _area(wkt: str) -> Area | None:
 def _in_database(crs: pyproj.CRS) -> pyproj.CRS | None:
     """The EPSG's own entry of a CRS that came from a file, as old WKT, without its area."""
     named = crs.to_json_dict().get("id") or {}
-    # A match that is less certain than 90 has the parameters, but another country's datum and area.
-    for code in (named.get("code") if named.get("authority") == "EPSG" else None, crs.to_epsg(min_confidence=90)):
-        known = pyproj.CRS.from_epsg(code) if code is not None else None
-        if known is not None and (known.name == crs.name or code != named.get("code")):
-            return known
-    return None
+    if named.get("authority") == "EPSG":
+        with suppress(pyproj.exceptions.CRSError):  # a code that somebody made up
+            known = pyproj.CRS.from_epsg(named["code"])
+            if known.name == crs.name:
+                return known
+    # A match that is less certain has the parameters, but another country's datum and area.
+    code = crs.to_epsg(min_confidence=90)
+    return pyproj.CRS.from_epsg(code) if code is not None else None
 
 
 def check_place(crs: pyproj.CRS | None, xyz: np.ndarray, where: str, reporter: Reporter | None = None,
