@@ -14,7 +14,7 @@ import pyproj
 from ..core.errors import InputError, OutputError
 from ..core.files import atomic_geopackage, atomic_path, ensure_unlocked, ensure_writable
 from ..core.progress import Reporter
-from ..core.tables import safe_frame
+from ..core.tables import refuse_other_formats, safe_frame
 from ..measure.trees import TREE_FIELDS, Tree
 from .circle_layers import add_layers
 from .written import read_written
@@ -106,6 +106,7 @@ def read_trees(path: Path) -> gpd.GeoDataFrame:
         InputError: not readable, or not a tree layer.
     """
     path = Path(path)
+    refuse_other_formats(path, layers=True)
     try:
         layer = {"layer": LAYER} if path.suffix.lower() == ".gpkg" else {}
         table = gpd.read_file(path, engine="pyogrio", **layer)
