@@ -49,9 +49,10 @@ def refuse_other_formats(path: Path, layers: bool = False) -> None:
         if head[offset : offset + len(mark)] == mark:
             kind = kind or what
     if kind and (not layers or "Access" in kind):
+        wanted = "a CSV table or a map layer" if layers else "a CSV table"
         raise InputError(
-            f"{path}: is {kind}, expected a CSV table{' or a map layer' if layers else ''}; export its table of trees or plots as CSV (comma-separated, "
-            "UTF-8) and give that file."
+            f"{path}: is {kind}, expected {wanted}; export its table of trees or plots as CSV (comma-separated, UTF-8) "
+            "and give that file."
         )
 
 
