@@ -20,7 +20,8 @@ from treedgs_geo.core.tables import SafeWriter, plain_cell, refuse_other_formats
 from treedgs_geo.evaluation.experiments import _table
 from treedgs_geo.inventory.field_trees import read_table
 from treedgs_geo.inventory.match import read_measured
-from treedgs_geo.inventory.tree_layer import write_trees
+from treedgs_geo.inventory.stand.sample import read_sample
+from treedgs_geo.inventory.tree_layer import read_trees, write_trees
 from treedgs_geo.measure.trees import Tree
 from treedgs_geo.simulation.files import write_csv
 
@@ -116,3 +117,8 @@ def test_other_formats_are_named(tmp_path, name, head, says):
         with pytest.raises(InputError, match=f"{says}.*export its table") as told:
             read(path)
         assert str(path) in str(told.value)
+    if "Access" in says:
+        with pytest.raises(InputError, match="or a map layer; export its table"):
+            read_trees(path)
+        with pytest.raises(InputError, match="an Access database.*export its table"):
+            read_sample(path, UTM)

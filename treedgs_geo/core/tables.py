@@ -30,8 +30,10 @@ _ENDINGS = {
 _RUN = ("=", "+", "-", "@", "\t", "\r", "\n")
 
 
-def refuse_other_formats(path: Path) -> None:
+def refuse_other_formats(path: Path, layers: bool = False) -> None:
     """Refuse what is no CSV by its ending or its first bytes; a file that cannot be read is left to the reader.
+
+    layers: a map layer would do as well; only Access databases are refused.
 
     Raises:
         InputError: what it is, and what to do.
@@ -46,10 +48,11 @@ def refuse_other_formats(path: Path) -> None:
     for offset, mark, what in _OTHERS:
         if head[offset : offset + len(mark)] == mark:
             kind = kind or what
-    if kind:
+    if kind and (not layers or "Access" in kind):
+        wanted = "a CSV table or a map layer" if layers else "a CSV table"
         raise InputError(
-            f"{path}: is {kind}, expected a CSV table; export its table of trees or plots as CSV (comma-separated, "
-            "UTF-8) and give that file."
+            f"{path}: is {kind}, expected {wanted}; export its table of trees or plots as CSV (comma-separated, UTF-8) "
+            "and give that file."
         )
 
 

@@ -17,7 +17,7 @@ from ..core.files import atomic_path, ensure_writable, temporary_beside
 from ..core.geopackage import atomic_geopackage, ensure_unlocked, save_style
 from ..core.progress import Reporter
 from ..core.shortage import full_disk_told
-from ..core.tables import safe_frame
+from ..core.tables import refuse_other_formats, safe_frame
 from ..measure.trees import TREE_FIELDS, Tree
 from .circle_layers import CIRCLES, SLICES, add_layers
 from .written import read_written
@@ -122,6 +122,7 @@ def read_trees(path: Path) -> gpd.GeoDataFrame:
         InputError: not readable, or not a tree layer.
     """
     path = Path(path)
+    refuse_other_formats(path, layers=True)
     try:
         layer = {"layer": LAYER} if path.suffix.lower() == ".gpkg" else {}
         table = gpd.read_file(path, engine="pyogrio", **layer)

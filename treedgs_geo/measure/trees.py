@@ -81,13 +81,13 @@ def with_block_errors(tree: Tree, scale_sd: float, ground_m: float) -> Tree:
         return tree
     taper_cm_m = USUAL_TAPER_CM_M if tree.taper_cm_m is None else tree.taper_cm_m
     shared_cm = float(np.hypot(scale_sd * tree.dbh_cm, taper_cm_m * ground_m))
-    tree = replace(tree, dbh_se_cm=float(np.hypot(tree.dbh_se_cm, shared_cm)))
-    if tree.dbh_lo_cm is not None and tree.dbh_hi_cm is not None:
+    dbh_cm, low_cm, high_cm = tree.dbh_cm, tree.dbh_lo_cm, tree.dbh_hi_cm
+    if low_cm is not None and high_cm is not None:
         # An interval need not be symmetrical (a rival explanation on one side): each side is widened by itself.
-        below, above = (float(np.hypot(side, HALF_WIDTH_SE * shared_cm))
-                        for side in (tree.dbh_cm - tree.dbh_lo_cm, tree.dbh_hi_cm - tree.dbh_cm))
-        tree = replace(tree, dbh_lo_cm=max(tree.dbh_cm - below, 0.0), dbh_hi_cm=tree.dbh_cm + above)
-    return tree.finish()
+        below, above = (float(np.hypot(side, HALF_WIDTH_SE * shared_cm)) for side in (dbh_cm - low_cm, high_cm - dbh_cm))
+        low_cm, high_cm = max(dbh_cm - below, 0.0), dbh_cm + above
+    se_cm = float(np.hypot(tree.dbh_se_cm, shared_cm))
+    return replace(tree, dbh_se_cm=se_cm, dbh_lo_cm=low_cm, dbh_hi_cm=high_cm).finish()
 
 
 def on_ground(tree: Tree, scale: float) -> Tree:

@@ -16,6 +16,7 @@ from shapely.geometry import Point, box
 from shapely.geometry.base import BaseGeometry
 
 from ...core.errors import CRSError, InputError
+from ...core.tables import refuse_other_formats
 from ..field_trees import read_table
 
 #: How a tree of a plot that reaches over the stand's boundary counts.
@@ -69,6 +70,7 @@ def read_sample(path: Path, crs: pyproj.CRS | None, along: str = "horizontal", o
         InputError: file, line and what is wrong. CRSError: no CRS to place the plots in.
     """
     path = Path(path)
+    refuse_other_formats(path, layers=path.suffix.lower() != ".csv")
     table = read_table(path) if path.suffix.lower() == ".csv" else _read_layer(path, crs)
     if "plot_id" not in table:
         other = next((name for name in ("plot", "plotid", "plot_no") if name in table), None)
