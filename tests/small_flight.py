@@ -11,12 +11,24 @@ import numpy as np
 import pyproj
 from PIL import Image
 
+from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags.gpstime import WEEK_S, utc_to_gps
 from treedgs_geo.simulation.photo_files import write_jpeg
 
 START_UTC = float(calendar.timegm((2026, 3, 12, 15, 15, 0)))
 CRS = "EPSG:6344"
 _TO_DEGREES = pyproj.Transformer.from_crs("EPSG:6344", "EPSG:6318", always_xy=True)
+
+
+class Listening(Reporter):
+    """Keeps the warnings."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.warnings: list[str] = []
+
+    def warn(self, message: str) -> None:
+        self.warnings.append(message)
 
 
 @dataclass

@@ -2,29 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from shared_data import needs_shared
-from small_flight import CRS, Flight, lines, move_epochs, write_photos, write_solution
+from small_flight import CRS, Flight, Listening, lines, move_epochs, write_photos, write_solution
 
 from treedgs_geo.core.crs import lonlat_to_project, suggest_utm
 from treedgs_geo.core.errors import GeotagError
-from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags import read_stations, read_stations_layer, write_stations
 from treedgs_geo.geotags.rtklib import read_pos
 from treedgs_geo.geotags.steps import path_offsets
 from treedgs_geo.geotags.trajectory import trusted_quality
-
-
-class Listening(Reporter):
-    def __init__(self) -> None:
-        super().__init__()
-        self.warnings: list[str] = []
-
-    def warn(self, message: str) -> None:
-        self.warnings.append(message)
 
 
 def _read(folder: Path, warnings: list[str] | None = None, geotags: Path | None = None):
@@ -75,6 +66,24 @@ def test_a_step_that_lasts_keeps_the_longer_part(tmp_path: Path) -> None:
     stations = _read(tmp_path, warnings)
     assert stations.quality == ["fix"] * 30 + ["exif"] * 10
     assert np.abs(stations.xyz - flight.camera).max() < 0.5 and "their own GPS position" in warnings[0]
+
+
+@pytest.mark.parametrize("shift", [(12.0, 0.0, 0.0), (40.0, 30.0, 0.0), (0.0, 0.0, 100.0)])
+def test_the_longer_part_is_not_believed_against_the_photos(tmp_path: Path, shift: tuple[float, float, float]) -> None:
+    rng = np.random.default_rng(8)
+    flight, pos = _flight(tmp_path, exif_error=rng.normal([1.0, -1.5, 0.0], [0.3, 0.3, 1.0], (40, 3)))
+    move_epochs(pos, flight.utc[13] - 0.9, flight.utc[-1] + 99, shift)
+    stations = _read(tmp_path)
+    assert stations.quality == ["fix"] * 13 + ["exif"] * 27
+    assert np.linalg.norm(stations.xyz - flight.camera, axis=1).max() < 5
+
+
+def test_a_mrk_without_positions(tmp_path: Path) -> None:
+    flight, _ = _flight(tmp_path)
+    mrk = tmp_path / "ppk" / "flight_Timestamp.MRK"
+    mrk.write_text(re.sub(r"[-\d.]+,Lat\t[-\d.]+,Lon\t[-\d.]+,Ellh", "0.0,Lat\t0.0,Lon\t0.0,Ellh", mrk.read_text()))
+    warnings: list[str] = []
+    assert _read(tmp_path, warnings).counts() == {"fix": 40} and not warnings
 
 
 def test_a_jump_without_any_gps_in_the_photos(tmp_path: Path) -> None:

@@ -11,11 +11,10 @@ import pytest
 import rasterio
 from PIL import Image
 from shared_data import needs_shared
-from small_flight import CRS, Flight, lines, write_photos
+from small_flight import CRS, Flight, Listening, lines, write_photos
 
 from treedgs_geo.cli import main
 from treedgs_geo.core.errors import InputError, ReconstructionError
-from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags import read_stations
 from treedgs_geo.geotags.photos import read_photo, read_photos
 from treedgs_geo.reconstruction.calibration import calibration_of
@@ -29,15 +28,6 @@ _PIX4D = """%Image::ExifTool::UserDefined = ('Image::ExifTool::XMP::Main' => {
   PerspectiveFocalLength => { Writable => 'real' }, PrincipalPoint => { }, ModelType => { });
 1;
 """
-
-
-class Listening(Reporter):
-    def __init__(self) -> None:
-        super().__init__()
-        self.warnings: list[str] = []
-
-    def warn(self, message: str) -> None:
-        self.warnings.append(message)
 
 
 def _photo(path: Path, *tags: str, size: tuple[int, int] = (4000, 3000)) -> Path:

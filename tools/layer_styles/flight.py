@@ -33,6 +33,7 @@ STATIONS = {
     "pitch_deg": ("double", "Pitch [°]"),
     "roll_deg": ("double", "Roll [°]"),
     "rel_alt_m": ("double", "Height above take-off [m]"),
+    "note": ("string", "Note"),
 }
 
 

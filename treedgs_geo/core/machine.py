@@ -32,17 +32,17 @@ def free_memory() -> float:
 
         own = psutil.Process().memory_info()
         for limit, used in ((resource.RLIMIT_AS, own.vms), (resource.RLIMIT_DATA, getattr(own, "data", own.rss))):
-            most = resource.getrlimit(limit)[0]
-            if most != resource.RLIM_INFINITY:
-                free.append(float(most - used))
+            soft = resource.getrlimit(limit)[0]
+            if soft != resource.RLIM_INFINITY:
+                free.append(float(soft - used))
     except ImportError:  # Windows
         pass
     try:
-        most, used = ((_CGROUP / f"memory.{name}").read_text().strip() for name in ("max", "current"))
+        most, current = ((_CGROUP / f"memory.{name}").read_text().strip() for name in ("max", "current"))
         cache = sum(int(line.split()[1]) for line in (_CGROUP / "memory.stat").read_text().splitlines()
                     if line.startswith(("inactive_file ", "active_file ")))
         if most != "max":
-            free.append(float(int(most) - int(used) + cache))
+            free.append(float(int(most) - int(current) + cache))
     except (OSError, ValueError):
         pass
     return max(min(free), 0.0)

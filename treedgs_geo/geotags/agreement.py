@@ -16,6 +16,7 @@ from ..core.scale import zone_that_fits
 from .gpstime import describe_utc
 from .photos import shorten
 from .stations import Stations
+from .trajectory import FLOAT_FLOOR_M, SINGLE_FLOOR_M
 
 #: Geotags whose median distance to the photos' own GPS is larger belong to other photos, metres.
 MAX_MEDIAN_DISTANCE_M = 15.0
@@ -45,7 +46,8 @@ def check_agreement(
     """
     exif, mark = (np.linalg.norm((stations.xyz - other)[:, :2], axis=1) for other in (own.xyz, marked))
     across = np.nan_to_num(np.where(np.isfinite(exif), exif, mark))
-    known = np.isfinite(exif)
+    off_m = _believed_side(stations, own, marked, off_m)
+    known = np.isfinite(exif) & (off_m == 0)
     if known.any() and np.median(exif[known]) > MAX_MEDIAN_DISTANCE_M:
         zone = zone_that_fits(stations.crs, stations.xyz[known, :2], lambda xy: bool(
             np.median(np.hypot(*(xy - own.xyz[known, :2]).T)) <= MAX_MEDIAN_DISTANCE_M))
@@ -59,7 +61,8 @@ def check_agreement(
         _within_flight(stations.xyz[:, 2] - own.xyz[:, 2], stations, off_m),
         _within_flight(stations.xyz[:, 2] - stations.relative_altitude_m, stations, off_m),
     ))
-    _note_heights(stations, own, marked, source, reporter)
+    if stations.is_placed.any():
+        _note_heights(stations, own, np.where(off_m[:, None] > 0, np.nan, marked), source, reporter)
     found = replace(stations, xyz=stations.xyz.copy(), sd=stations.sd.copy(), quality=list(stations.quality),
                     notes=list(stations.notes or [""] * len(stations)))
     away = np.fmax(across, height)
@@ -70,6 +73,22 @@ def check_agreement(
     _set_aside(found, lost, np.fmax(away, off_m), reporter)
     _widen(found, (away > DISTRUST_M) & ~lost & ~jumped, away, reporter)
     return found
+
+
+def _believed_side(stations: Stations, own: Stations, marked: np.ndarray, off_m: np.ndarray) -> np.ndarray:
+    """(N,) jumps; the path believes its longer part, unless MRK or EXIF lie with the shorter one."""
+    jumped = off_m > OWN_BETTER_M
+    from_mark = np.linalg.norm(stations.xyz - marked, axis=1)
+    from_exif = np.linalg.norm((stations.xyz - own.xyz)[:, :2], axis=1)
+    away = np.where(np.isfinite(from_mark), from_mark, from_exif)
+    known = np.isfinite(away)
+    if not (jumped & known).any() or not (~jumped & known).any():
+        return off_m
+    size = float(np.median(off_m[jumped]))
+    right = away < 0.4 * off_m
+    if np.mean(right[jumped & known]) < 0.8 or np.median(away[~jumped & known]) < 0.6 * size:
+        return off_m
+    return np.where(jumped, np.where(right, 0.0, off_m), np.where(stations.is_placed, size, 0.0))
 
 
 def _nearest(distances) -> np.ndarray:  # noqa: ANN001
@@ -102,6 +121,9 @@ def _replace_jumped(
     swapped = [i for i in rows if off_m[i] > OWN_BETTER_M and own.is_placed[i]]
     for i in rows:
         found.notes[i] = f"antenna path jumps by {off_m[i]:.1f} m"
+        found.sd[i] = np.maximum(np.maximum(found.sd[i], FLOAT_FLOOR_M), off_m[i])
+        if found.quality[i] != "none":
+            found.quality[i] = "float" if off_m[i] < SINGLE_FLOOR_M[0] else "single"
     for i in swapped:
         found.xyz[i], found.sd[i], found.quality[i] = own.xyz[i] + shift, own.sd[i], own.quality[i]
         found.notes[i] += ", own GPS used"
@@ -111,7 +133,7 @@ def _replace_jumped(
         f"{source}: the antenna's path jumps by up to {off_m[rows].max():.1f} m, faster than a drone can fly "
         f"({span}): {len(rows)} photos there are not fixed any more"
         + (f", {len(swapped)} of them take their own GPS position" if swapped else "")
-        + f" ({shorten([found.names[i] for i in rows])}); the longer part of the path is believed: process the "
+        + f" ({shorten([found.names[i] for i in rows])}); the other part of the path is believed: process the "
         "PPK again."
     )
 

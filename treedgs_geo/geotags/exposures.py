@@ -120,7 +120,7 @@ def antenna_at(
     for solution, mask in zip(solutions, covered, strict=True):
         xyz[mask], sd[mask], off_m[mask] = solution.xyz[mask], solution.sd[mask], solution.off_m[mask]
         quality = [new if use else old for new, old, use in zip(solution.quality, quality, mask, strict=True)]
-    convergence = np.radians(_convergence(crs, marks))
+    convergence = np.radians(_convergence(crs, tracks[0]))
     east, north, up = marks.offset_enu[rows].T
     # The lever arm is in true east and north; the project grid is turned by the meridian convergence.
     xyz += np.column_stack(
@@ -133,5 +133,5 @@ def antenna_at(
     return Interpolated(xyz, sd, quality, off_m)
 
 
-def _convergence(crs: pyproj.CRS, marks: Marks) -> float:
-    return grid_convergence_deg(crs, float(np.median(marks.lon_deg)), float(np.median(marks.lat_deg)))
+def _convergence(crs: pyproj.CRS, track: Trajectory) -> float:
+    return grid_convergence_deg(crs, float(np.median(track.lon_deg)), float(np.median(track.lat_deg)))

@@ -38,7 +38,7 @@ def interpolate(trajectory: Trajectory, xyz: np.ndarray, gps_s: np.ndarray, max_
     A straight line between 5 Hz epochs errs by a centimetre when the drone brakes at 2 m/s2. The quality is the worse
     of the two
     neighbouring epochs. A gap of more than ``max_gap_s`` counts as float (the path is guessed), of more than 10 s as
-    no position. Where the path has jumped (:mod:`.steps`) nothing is fixed, and the standard deviation is the jump.
+    no position. Where the path has jumped (:mod:`.steps`), ``off_m`` says so (:mod:`.agreement` judges it).
 
     Args:
         trajectory: T epochs. xyz: (T, 3) the same in project coordinates. gps_s: (N,) instants, GPS seconds.
@@ -77,10 +77,7 @@ def interpolate(trajectory: Trajectory, xyz: np.ndarray, gps_s: np.ndarray, max_
         worst = int(np.max(believed[pair])) if (believed[pair] > 0).all() else 5
         spread = trajectory.sd[pair]
         own_sd = np.max(spread, axis=0) if np.isfinite(spread).all() else np.zeros(3)
-        if off_m[i] > 0:
-            floor = np.maximum(FLOAT_FLOOR_M, off_m[i])
-            quality[i] = "float" if off_m[i] < SINGLE_FLOOR_M[0] else "single"
-        elif worst == FIX and gap[i] <= max_gap_s:
+        if worst == FIX and gap[i] <= max_gap_s:
             quality[i], floor = "fix", FIX_FLOOR_M
         elif worst in (FIX, FLOAT, 6):
             quality[i], floor = "float", FLOAT_FLOOR_M

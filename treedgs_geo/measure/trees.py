@@ -84,7 +84,8 @@ def with_block_errors(tree: Tree, scale_sd: float, ground_m: float) -> Tree:
     dbh_cm, low_cm, high_cm = tree.dbh_cm, tree.dbh_lo_cm, tree.dbh_hi_cm
     if low_cm is not None and high_cm is not None:
         # An interval need not be symmetrical (a rival explanation on one side): each side is widened by itself.
-        below, above = (float(np.hypot(side, HALF_WIDTH_SE * shared_cm)) for side in (dbh_cm - low_cm, high_cm - dbh_cm))
+        below, above = (float(np.hypot(side, HALF_WIDTH_SE * shared_cm))
+                        for side in (dbh_cm - low_cm, high_cm - dbh_cm))
         low_cm, high_cm = max(dbh_cm - below, 0.0), dbh_cm + above
     se_cm = float(np.hypot(tree.dbh_se_cm, shared_cm))
     return replace(tree, dbh_se_cm=se_cm, dbh_lo_cm=low_cm, dbh_hi_cm=high_cm).finish()

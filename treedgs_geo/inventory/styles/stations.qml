@@ -530,6 +530,13 @@
         </config>
       </editWidget>
     </field>
+    <field name="note" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Photo" field="name" index="0"/>
@@ -545,6 +552,7 @@
     <alias name="Pitch [°]" field="pitch_deg" index="10"/>
     <alias name="Roll [°]" field="roll_deg" index="11"/>
     <alias name="Height above take-off [m]" field="rel_alt_m" index="12"/>
+    <alias name="Note" field="note" index="13"/>
   </aliases>
   <defaults>
     <default expression="" field="name" applyOnUpdate="0"/>
@@ -560,6 +568,7 @@
     <default expression="" field="pitch_deg" applyOnUpdate="0"/>
     <default expression="" field="roll_deg" applyOnUpdate="0"/>
     <default expression="" field="rel_alt_m" applyOnUpdate="0"/>
+    <default expression="" field="note" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="name" notnull_strength="0" constraints="0"/>
@@ -575,6 +584,7 @@
     <constraint unique_strength="0" exp_strength="0" field="pitch_deg" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="roll_deg" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="rel_alt_m" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="note" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="name" exp=""/>
@@ -590,6 +600,7 @@
     <constraint desc="" field="pitch_deg" exp=""/>
     <constraint desc="" field="roll_deg" exp=""/>
     <constraint desc="" field="rel_alt_m" exp=""/>
+    <constraint desc="" field="note" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
