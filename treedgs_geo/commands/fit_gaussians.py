@@ -71,7 +71,8 @@ def _fit(settings: FitGaussiansSettings, space: Workspace, reporter: Reporter) -
     dense_file = settings.dense or space.path(names.DENSE)
     dense = read_dense(dense_file, frame) if settings.dense or dense_file.exists() else None
     target = space.path(names.FIELD)
-    with space.running("fit-gaussians", fingerprint([dtm_file, seeds_file]), to_json(settings)) as result:
+    read = [dtm_file, seeds_file, *([dense_file] if dense is not None else [])]
+    with space.running("fit-gaussians", fingerprint(read), to_json(settings)) as result:
         field, report = fit_with_report(views, frame, ground, seeds, dense, settings, reporter)
         write_field(target, field, frame)
         result.update(

@@ -17,7 +17,7 @@ from .tracks import Block
 FRAME = "frame.json"
 REPORT = "report.json"
 #: COLMAP's files of a model.
-MODEL_FILES = ("cameras.bin", "images.bin", "points3D.bin")
+MODEL_FILES = ("cameras.bin", "images.bin", "points3D.bin", "rigs.bin", "frames.bin")
 
 
 @dataclass(frozen=True)
