@@ -84,6 +84,17 @@ def test_units_of_heights_that_could_be_trees(tmp_path, capsys):
     assert kinds(PLOT * (1, 1, 2)) == []
 
 
+def test_birds_and_noise_in_the_air_are_no_tall_trees():
+    rng = np.random.default_rng(2)
+    many = np.vstack([PLOT + rng.normal(0, 0.01, PLOT.shape) for _ in range(5)])
+    for share in (0.0005, 0.008):
+        count = int(share * len(many))
+        assert count >= 50
+        air = np.column_stack([rng.uniform(0, 12, (count, 2)), rng.uniform(20, 95, count)])
+        assert kinds(np.vstack([many, air])) == []
+    assert kinds(np.vstack([PLOT, [[1e300, -1e300, 0]]])) == [("strays", False)]
+
+
 def test_stems_in_a_cloud_with_heights_in_feet_are_all_marked(tmp_path, capsys):
     """Trees of 15 m, 49 m in feet: height alone could be right, the ratio to the diameters is not."""
     rng = np.random.default_rng(8)

@@ -21,6 +21,8 @@ from .survey import Extent, Survey
 REMARKED_M, TALL_M, IMPOSSIBLE_M = 55.0, 75.0, 130.0
 #: So many points, and this share of all, have to be that high (birds, wires and multipath are not the stand).
 TALL_POINTS, TALL_SHARE, IMPOSSIBLE_SHARE = 20, 1e-4, 5e-3
+#: This share of all points lies above this part of such a height, in a stand.
+CARRIED, CARRIED_SHARE = 0.6, 0.02
 #: Below this the cloud is a slice, below the second a thin layer: stems are looked for from 0.5 to 5 m.
 SLICE_M, THIN_M = 0.6, 2.0
 #: No cloud is wider; below this density (points a square metre) one wider than a kilometre shows no stem.
@@ -175,9 +177,11 @@ def _degrees(extent: Extent, scale: np.ndarray | None) -> str:
 
 
 def tall_share(above: np.ndarray, limit_m: float, slack_m: float = 0.0) -> float:
-    """Share of (N,) heights above ground beyond a limit, 0 where they are too few to be a stand's."""
+    """Share of (N,) heights above ground beyond a limit; 0 where they are too few to be a stand's, or no crowns below
+    carry them (birds, wires, noise in the air)."""
     count = int((above > limit_m + slack_m).sum())
-    return count / len(above) if count >= TALL_POINTS else 0.0
+    carried = np.mean(above > CARRIED * limit_m) >= CARRIED_SHARE if count else False
+    return count / len(above) if count >= TALL_POINTS and carried else 0.0
 
 
 def _tall(up: Ground, points: np.ndarray, path: Path) -> Finding | None:
@@ -189,7 +193,7 @@ def _tall(up: Ground, points: np.ndarray, path: Path) -> Finding | None:
         return Finding("tall", f"{path}: its points reach {top:,.0f} m above the ground below them{unit}, expected "
                        f"trees in metres (none reaches {IMPOSSIBLE_M:.0f} m); convert x, y and z to metres.", True)
     if tall_share(up.above, REMARKED_M, up.cell_m) >= TALL_SHARE:
-        top = float(np.percentile(up.above, 99.9))
+        top = float(np.partition(up.above, -TALL_POINTS)[-TALL_POINTS])
         marked = ("; every tree is marked for checking (odd_heights)"
                   if tall_share(up.above, TALL_M, up.cell_m) >= TALL_SHARE else "")
         return Finding("tall", f"{path}: its trees are {top:.0f} m tall, as few stands on earth are; if heights are "

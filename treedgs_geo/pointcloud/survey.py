@@ -13,6 +13,8 @@ STEP_M = 10.0
 GAP_XY_M, GAP_Z_M, GAP_SPANS = 200.0, 100.0, 2.0
 #: Points far off that are at most this share of all, or this many, are strays; more are a second group.
 STRAY_SHARE, FEW_STRAYS = 0.01, 5
+#: Steps from zero that are told apart.
+_FARTHEST = 1e15
 #: Points that the sample holds at most, and half as many at least in a cloud of more.
 SAMPLE_POINTS = 400_000
 
@@ -58,7 +60,7 @@ class Survey:
             return
         self._low, self._high = np.minimum(self._low, xyz.min(axis=0)), np.maximum(self._high, xyz.max(axis=0))
         for axis in range(3):
-            step, count = _counted(np.floor(xyz[:, axis] / STEP_M).astype(np.int64))
+            step, count = _counted(np.floor(np.clip(xyz[:, axis] / STEP_M, -_FARTHEST, _FARTHEST)).astype(np.int64))
             known, before = self._steps[axis]
             both, place = np.unique(np.concatenate([known, step]), return_inverse=True)
             total = np.bincount(place, np.concatenate([before, count]), len(both)).astype(np.int64)
