@@ -93,6 +93,22 @@ def test_stems_whose_feet_show_are_measured_with_a_warning(tmp_path):
     assert (table["qc_flag"] == "reject").all()
 
 
+def test_one_bare_tree_is_measured_from_its_foot_and_refused_without_it(tmp_path):
+    rng = np.random.default_rng(10)
+    points = stem_points(rng, 30.0, 16_000, 0.004, low=0.02, high=8.0, taper_cm_m=0.9)
+    swell = 0.045 * np.exp(-points[:, 2] / 0.25)
+    angle = np.arctan2(points[:, 1], points[:, 0])
+    points[:, :2] += swell[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    for name, cut, flag in (("whole", 0.0, "check"), ("clipped", 2.0, "reject")):
+        path = write(tmp_path / f"{name}.laz", points[points[:, 2] > cut] + (3.0, 3.0, 0.0) + AT)
+        out = tmp_path / f"{name}.gpkg"
+        assert main(["pointcloud-to-dbh", "--input", str(path), "--output", str(out), "--log-format", "quiet"]) == 0
+        table = gpd.read_file(out, layer="trees")
+        assert list(table["qc_flag"]) == [flag] and "no_ground" in table["qc_reason"][0]
+        if flag == "check":
+            assert table["dbh_lo_cm"][0] < 30.0 < table["dbh_hi_cm"][0]
+
+
 def test_ground_that_shows_changes_nothing(whole, tmp_path, capsys):
     table = read(tmp_path / "trees.gpkg", "pointcloud-to-dbh", "--input", whole)
     assert (table["qc_flag"] == "ok").all() and "no_ground" not in capsys.readouterr().err

@@ -15,15 +15,17 @@ from .circles import fit_circle
 _LOWEST_M, _ABOVE_M, _RING_M = 0.05, (1.0, 1.6), 0.15
 #: A ring with so many points, over so much of the circumference, and with this share of the points on it, is one.
 _LEAST_POINTS, _LEAST_ARC_DEG, _LEAST_SHARE = 60, 240.0, 0.5
-#: The lowest ring of a swollen foot over what the stem above it would have there. Terrestrial clouds: 1.14 to 1.18
-#: (whole, or with the ground filtered out), 0.95 to 0.99 (clipped 0.5 to 2 m above the ground).
-SWOLLEN = 1.07
-#: So many stems have to show it, one way or the other.
+#: The lowest ring of a swollen foot over what the stem above it would have there, and that of a stem which surely does
+#: not begin there. Terrestrial clouds: 1.14 to 1.18 (medians of plots, whole or with the ground filtered out), 0.9 to
+#: 1.05 (clipped 0.5 to 4 m above the ground).
+SWOLLEN, STRAIGHT = 1.07, 1.055
+#: So many stems of a plot have to show it.
 LEAST_STEMS = 3
 
 
-def feet_show(xyz: np.ndarray, height: np.ndarray, xy: np.ndarray, radius_m: np.ndarray) -> bool:
-    """Whether the stems swell at their lowest points: the median of the stems that show rings there.
+def foot_swell(xyz: np.ndarray, height: np.ndarray, xy: np.ndarray, radius_m: np.ndarray) -> tuple[float, int]:
+    """``(swell, stems)``: how much wider stems are at their lowest points than the stem above would be there (median,
+    NaN where none shows rings), and how many show it.
 
     xyz: (N, 3) points, height: (N,) metres above the surface through the stems' lowest points. xy, radius_m: (K, 2)
     places and (K,) radii of the stems at breast height above it, NaN where a stem has none.
@@ -41,7 +43,7 @@ def feet_show(xyz: np.ndarray, height: np.ndarray, xy: np.ndarray, radius_m: np.
         expected = lower + (upper - lower) * (_LOWEST_M - _ABOVE_M[0]) / (_ABOVE_M[1] - _ABOVE_M[0])
         if np.isfinite(foot + expected):
             ratios.append(foot / expected)
-    return len(ratios) >= LEAST_STEMS and float(np.median(ratios)) >= SWOLLEN
+    return (float(np.median(ratios)) if ratios else np.nan), len(ratios)
 
 
 def _ring(points: np.ndarray, radius: float) -> float:

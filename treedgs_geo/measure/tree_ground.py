@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from .foot import feet_show
+from .foot import LEAST_STEMS, STRAIGHT, SWOLLEN, foot_swell
 from .trees import Tree, with_block_errors
 
 if TYPE_CHECKING:
@@ -35,11 +35,13 @@ def stem_ground_se(ground: CloudGround, xy: np.ndarray, radius_m: np.ndarray, xy
     points. :data:`NO_GROUND_M` and more: no ground is known."""
     se_m = ground.se_m(xy, np.where(np.isfinite(radius_m), radius_m + FOOT_M, USUAL_FOOT_M))
     lost = se_m >= NO_GROUND_M
-    if ground.given is None and lost.any():
-        height = xyz[:, 2] - ground.dtm.height(xyz[:, 0], xyz[:, 1])
-        if feet_show(xyz, height, xy, radius_m):
-            return np.where(lost, FEET_SE_M, se_m)
-    return se_m
+    if ground.given is not None or not (ground.lowest or lost.any()):
+        return se_m
+    height = xyz[:, 2] - ground.dtm.height(xyz[:, 0], xyz[:, 1])
+    swell, stems = foot_swell(xyz, height, xy, radius_m)
+    if ground.lowest and swell < STRAIGHT:
+        return np.full(len(xy), NO_GROUND_M)
+    return np.where(lost, FEET_SE_M, se_m) if stems >= LEAST_STEMS and swell >= SWOLLEN else se_m
 
 
 def with_ground_error(tree: Tree, ground_m: float, unsure_m: float = UNSURE_GROUND_M) -> Tree:
