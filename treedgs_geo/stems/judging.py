@@ -20,7 +20,8 @@ class Stem:
     """A found stem. cone: local frame (see :class:`StemMap`), heights above ground. rows, arc_deg, inside, clutter:
     the evidence. pieces: cones that follow the axis upwards, by height. refused: why it is seen but
     not measurable (a key of the list of reasons), empty for a clean ring. noise_m: spread of the cloud's
-    bark, where it could be measured."""
+    bark, where it could be measured. at_seed: nothing was found
+    there, the place was given."""
 
     cone: Cone
     score: float
@@ -32,6 +33,7 @@ class Stem:
     pieces: tuple[Cone, ...] = ()
     refused: str = ""
     noise_m: float | None = None
+    at_seed: bool = False
 
 
 def best_stem(cones: list[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions,

@@ -22,6 +22,10 @@ LISTED_SHARP, LISTED_SHARP_ARC, LISTED_POINTS = 0.2, 0.6, 2
 #: Candidates looked at, and distance from the bark of stems within which a candidate is part of them, m.
 MOST_LISTED, BESIDE_M = 200, 0.15
 
+#: A found stem whose bark is closer than this to a given place answers for it; height that is looked at, and radii that
+#: cones are started from where none is, m.
+SEED_M, SEED_AT_M, SEED_RADII_M = 0.3, 1.5, (0.06, 0.12, 0.2)
+
 
 def axis_row(cone: Cone) -> np.ndarray:
     """(9,) for :func:`stands_at`."""
@@ -103,3 +107,45 @@ def _reason(cone: Cone, seen: Evidence, sensor: Sensor, options: SegmentOptions)
         return "short_arc" if seen.sharp >= LISTED_SHARP_ARC else ""
     thin = THICK * cone.radius(1.3) < cone.sigma <= AS_ALL * sensor.noise_m
     return "too_small" if thin else "occluded"
+
+
+def at_seeds(points: np.ndarray, tree: Nearby, weights: np.ndarray | None, free: np.ndarray, seeds: np.ndarray,
+             axes: np.ndarray, sensor: Sensor, options: SegmentOptions) -> list[Stem]:
+    """An answer for each of (K, 2) places given where no stem was found within ``SEED_M``: a stem after all, where a
+    cone started at the place itself is one, or the reason why there is none (``at_seed``)."""
+    low, high = options.low_m - 0.1, min(options.high_m, 4.25)
+    inside = (seeds >= tree.low - SEED_M).all(axis=1) & (seeds <= tree.points[:, :2].max(axis=0) + SEED_M).all(axis=1)
+    answers: list[Stem] = []
+    for place in seeds[inside]:
+        if stands_at(axes, place[0], place[1], SEED_AT_M, 1.0, 0.0, SEED_M):
+            continue
+        near = tree.within(place, REACH_M, low, high)
+        near = near[free[near]]
+        weight = None if weights is None else weights[near]
+        cones = [cone for radius in SEED_RADII_M for cone in
+                 fit_candidate(points[near], weight, place, SEED_AT_M, radius, sensor, options)
+                 if np.hypot(*(cone.centre(SEED_AT_M) - place)) < SEED_M + cone.radius(SEED_AT_M)]
+        stem = best_stem(cones, points[near], sensor, options)
+        if stem is not None and not stands_at(axes, *stem.cone.centre(SEED_AT_M), SEED_AT_M, 1.0, 0.0, BESIDE_M):
+            answers.append(stem)
+            axes = np.vstack([axes, axis_row(stem.cone)])
+            continue
+        there = Cone(float(place[0]), float(place[1]), 0.0, 0.0, 0.05, 0.0, SEED_AT_M)
+        answers.append(Stem(there, 0.0, 0.0, 0.0, 0.0, 0.0, len(near), at_seed=True,
+                            refused=_reason_at(cones, points[near], place, sensor, options)))
+    return answers
+
+
+def _reason_at(cones: list[Cone], near: np.ndarray, place: np.ndarray, sensor: Sensor, options: SegmentOptions) -> str:
+    """Why (N, 3) points around a given place show no stem."""
+    close = np.count_nonzero(np.hypot(*(near[:, :2] - place).T) < SEED_M + SEED_RADII_M[-1])
+    if close < LISTED_POINTS * sensor.least_points:
+        return "few_points"
+    seen = [weigh(cone, near, sensor, options) for cone in cones
+            if 0.015 < cone.radius(1.3) <= options.max_dbh_cm / 200]
+    best = max(seen, key=lambda one: one.rows * one.cells * one.sharp, default=None)
+    if best is None or best.rows < options.min_rows:
+        return "occluded"
+    if best.arc_deg < options.min_arc_deg:
+        return "short_arc"
+    return "not_round" if best.inside > 0.35 else "occluded"

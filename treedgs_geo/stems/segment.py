@@ -20,12 +20,13 @@ from ..terrain.dtm import Dtm
 from ..terrain.ground import height_above_ground
 from .candidates import find_candidates
 from .evidence import stands_at
+from .forks import without_limbs
 from .growing import REACH_M, fit_candidate, follow_up
 from .judging import Stem, best_stem
 from .nearby import Nearby
 from .noise import LEAST_RINGS, measured_noise
 from .options import SegmentOptions
-from .refused import Rejected, axis_row, listed, not_round
+from .refused import Rejected, at_seeds, axis_row, listed, not_round
 from .sensors import SENSORS, Sensor, settled, tolerance
 
 _TILE_M, _BUFFER_M = 30.0, 1.5
@@ -33,11 +34,20 @@ _TILE_M, _BUFFER_M = 30.0, 1.5
 
 @dataclass(frozen=True)
 class StemMap:
-    """Stems of a cloud: ``origin`` (2,) is added to the cones' xy for project coordinates; index + 1 = tree_id."""
+    """Stems of a cloud: ``origin`` (2,) is added to the cones' xy for project coordinates; index + 1 = tree_id.
+    unseen: given places (seeds) where none was found, with the reason."""
 
     stems: tuple[Stem, ...]
     origin: np.ndarray
     sensor: str
+    unseen: tuple[Stem, ...] = ()
+
+    @classmethod
+    def of(cls, found: list[Stem], origin: np.ndarray, sensor: str) -> StemMap:
+        """In a stable order, north to south."""
+        found = sorted(found, key=lambda stem: (-round(stem.cone.y, 1), stem.cone.x))
+        return cls(tuple(stem for stem in found if not stem.at_seed), origin, sensor,
+                   tuple(stem for stem in found if stem.at_seed))
 
 
 def segment_stems(cloud: PointCloud, dtm: Dtm, options: SegmentOptions | None = None,
@@ -70,8 +80,7 @@ def find_stems(cloud: PointCloud, dtm: Dtm, options: SegmentOptions | None = Non
         points, weights = points[kept], None if weights is None else weights[kept]
     seeds = None if seeds_xy is None else np.asarray(seeds_xy, float) - origin
     found = _search(points, weights, sensor, options, reporter, seeds) if len(points) else []
-    found.sort(key=lambda stem: (-round(stem.cone.y, 1), stem.cone.x))
-    return StemMap(tuple(found), origin, source)
+    return StemMap.of(found, origin, source)
 
 
 @njit(cache=True)
@@ -179,6 +188,10 @@ def _search_tile(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
         if not sensor.solid:
             axes = np.array([axis_row(stem.cone) for stem in found]).reshape(-1, 9)
             found += listed(points, tree, free, rejected, axes, sensor, options)
+        found = without_limbs(found, points, tree, sensor, min(options.high_m, 4.25))
+    if seeds is not None and follow:
+        axes = np.array([axis_row(stem.cone) for stem in found]).reshape(-1, 9)
+        found += at_seeds(points, tree, weights, free, seeds, axes, sensor, options)
     return found
 
 

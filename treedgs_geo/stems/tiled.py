@@ -41,9 +41,7 @@ def find_stems_tiled(store: TileStore, dtm: Dtm, options: SegmentOptions | None 
                 if ((foot > low + 0.7) & (foot < high - 0.7)).all():
                     found.append(stem)
         reporter.progress((number + 1) / len(corners))
-    stems = _without_doubles(found)
-    stems.sort(key=lambda stem: (-round(stem.cone.y, 1), stem.cone.x))
-    return StemMap(tuple(stems), origin, source)
+    return StemMap.of(_without_doubles(found), origin, source)
 
 
 def _slab(store: TileStore, dtm: Dtm, origin: np.ndarray, low: np.ndarray, high: np.ndarray,
