@@ -6,7 +6,7 @@ import pytest
 from treedgs_geo.measure.bow import follow_axis, is_bowed
 from treedgs_geo.measure.stem import measure_points
 from treedgs_geo.stems.cone import Cone
-from treedgs_geo.stems.segment import SENSORS
+from treedgs_geo.stems.sensors import SENSORS
 
 
 def bowed(rng, bow, n=350, noise=0.010, r=0.15):

@@ -15,7 +15,7 @@ from treedgs_geo.measure.intensity import range_normalised, scanner_track
 from treedgs_geo.measure.stem import measure_points
 from treedgs_geo.measure.taper import taper_line
 from treedgs_geo.pointcloud.cloud import PointCloud
-from treedgs_geo.stems.segment import SENSORS
+from treedgs_geo.stems.sensors import SENSORS
 
 R = 0.125
 

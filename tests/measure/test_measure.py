@@ -21,7 +21,7 @@ from treedgs_geo.measure.taper import TaperRansac, taper_line, taper_ransac
 from treedgs_geo.measure.trees import Tree, with_block_errors
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import read_cloud
-from treedgs_geo.stems.segment import SENSORS
+from treedgs_geo.stems.sensors import SENSORS
 from treedgs_geo.terrain.dtm import Dtm
 from treedgs_geo.terrain.ground import dtm_from_cloud, flat_ground
 

@@ -11,7 +11,7 @@ from treedgs_geo.measure.cylinder import fit_cylinder
 from treedgs_geo.measure.ellipse import fit_ellipse
 from treedgs_geo.measure.stem import measure_points
 from treedgs_geo.stems.cone import Cone, fit_cone
-from treedgs_geo.stems.segment import SENSORS
+from treedgs_geo.stems.sensors import SENSORS
 
 DBH = 25.0
 

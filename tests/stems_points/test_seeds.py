@@ -10,7 +10,7 @@ from treedgs_geo.cli import main
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import read_cloud, write_cloud
-from treedgs_geo.stems.seeds import MATCH_M, name_stems, read_field_stems
+from treedgs_geo.stems.seeds import MATCH_M, answer_stems, name_stems, read_field_stems
 from treedgs_geo.stems.segment import find_stems
 from treedgs_geo.terrain.ground import dtm_from_cloud
 
@@ -63,6 +63,46 @@ def test_seeds_find_faint_stems_and_invent_none(tmp_path):
             foot = stem.cone.centre(1.37) + found.origin
             assert np.hypot(*(np.array(places) - foot).T).min() < 0.1
     assert seeded > bare
+
+
+def test_exact_places_get_an_answer_each_and_no_neighbour_is_named(tmp_path, capsys):
+    """Positions exact to centimetres: a stem 0.9 m from a field stem's place is another one."""
+    rng = np.random.default_rng(4)
+    xyz = plot_cloud(rng, STEMS)
+    # Bark of half a quarter of a stem, and twigs without a stem.
+    sliver = np.column_stack([8 + 0.15 * np.cos(t := rng.uniform(0, 0.7, 150)), 2 + 0.15 * np.sin(t),
+                              100.5 + rng.uniform(0.3, 4.5, 150)])
+    twigs = np.column_stack([rng.normal((1.2, 6), 0.2, (300, 2)), 100.4 + rng.uniform(0.3, 4, 300)])
+    cloud, dtm = PointCloud(np.vstack([xyz, sliver, twigs])), dtm_from_cloud(xyz)
+    rows = [(70, 2.02, 2.51), (12, 6.01, 2.98), (31, 9.48, 8.03), (5, 4.0, 9.9), (6, 8.15, 2.05), (7, 1.2, 6.0)]
+    field = read_field_stems(table(tmp_path / "f.csv", rows))
+    stems = find_stems(cloud, dtm, seeds_xy=field.xy)
+    answers = answer_stems(stems, field)
+    assert [one.answer for one in answers][:4] == ["found", "found", "found", "missing"]
+    assert answers[3].reason == "few_points" and answers[3].gap_m == pytest.approx(0.9, abs=0.05)
+    assert all(one.answer in ("missing", "refused") and one.reason in ("short_arc", "occluded", "few_points")
+               for one in answers[4:])
+    ids, missing = name_stems(stems, field)
+    assert 5 not in ids and "5" in missing
+    # The same through the command, with the table beside the output.
+    write_cloud(tmp_path / "c.laz", cloud)
+    words = ["segment-stems", "--input", str(tmp_path / "c.laz"), "--crs", "local", "--output"]
+    assert main([*words, str(tmp_path / "s.laz"), "--field-stems", str(tmp_path / "f.csv")]) == 0
+    assert "3 of 6 field stems found" in "".join(capsys.readouterr())
+    import pandas as pd
+
+    answered = pd.read_csv(tmp_path / "s_field.csv").set_index("tree_id")
+    assert answered.loc[5, "answer"] == "missing" and "too few stem points" in answered.loc[5, "why"]
+    assert not {5, 6, 7} & set(np.unique(read_cloud(tmp_path / "s.laz", crs="local").attributes["tree_id"]))
+
+
+def test_a_far_pair_between_two_stems_is_unsure(tmp_path):
+    """Positions half a metre off: a place as near to one stem as to the next names neither."""
+    xyz = plot_cloud(np.random.default_rng(6), [*STEMS, (6.0, 4.2, 24.0)])
+    rows = [(1, 2.5, 2.5), (2, 9.5, 8.5), (3, 4.0, 9.45), (4, 6.0, 3.6)]
+    field = read_field_stems(table(tmp_path / "f.csv", rows))
+    answers = answer_stems(find_stems(PointCloud(xyz), dtm_from_cloud(xyz)), field)
+    assert [one.answer for one in answers] == ["found", "found", "found", "unsure"]
 
 
 def test_seeds_end_to_end(tmp_path, capsys):

@@ -13,6 +13,8 @@ from ..core.settings import param
 from ..stems.options import SegmentOptions
 from .cloud_input import CloudSettings, load_cloud, load_ground
 
+#: A field stem found this far off is named in the log, metres.
+FAR_M = 0.5
 #: Points this near the terrain are ground in ``stem_class``, metres.
 GROUND_M = 0.12
 
@@ -66,6 +68,7 @@ def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
     ground = load_ground(settings, cloud, reporter)
     dtm = ground.dtm
     height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
+    answers: dict[str, Any] = {}
     with reporter.stage("find stems", 0.3, 0.85):
         if settings.segmenter != "own":
             from ..stems.external import segment_external
@@ -79,9 +82,8 @@ def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
                                  cloud.xyz[:, :2].max(axis=0))
             places = None if field is None else field.xy
             stems = find_stems(cloud.select(usable(cloud)), dtm, settings, reporter, places)
-            tree_id, count, source = label_points(cloud.xyz, height, stems), len(stems.stems), stems.sensor
-            if field is not None:
-                tree_id = _named(stems, field, reporter)[tree_id]
+            ids, answers = _named(stems, field, settings, reporter)
+            tree_id, count, source = ids[label_points(cloud.xyz, height, stems)], int((ids > 0).sum()), stems.sensor
     labelled = cloud.with_attribute("tree_id", tree_id).with_attribute("height_m", height.astype(np.float32))
     labelled = labelled.with_attribute("stem_class", _stem_class(tree_id, height))
     ids, feet, radius_m = stem_feet(cloud.xyz, tree_id, height)
@@ -91,7 +93,7 @@ def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
         if not settings.keep_all and count:
             labelled = labelled.select(tree_id > 0)
         write_cloud(settings.output, labelled)
-    return _summary(settings, reporter, count, int((tree_id > 0).sum()), source)
+    return {**_summary(settings, reporter, count, int((tree_id > 0).sum()), source), **answers}
 
 
 def _field_stems(settings: SegmentStemsSettings, crs: Any, low: Any, high: Any) -> Any:
@@ -115,21 +117,62 @@ def _field_stems(settings: SegmentStemsSettings, crs: Any, low: Any, high: Any) 
     return field
 
 
-def _named(stems: Any, field: Any, reporter: Reporter) -> Any:
-    """New ids by old ones; says what was not found and where names were replaced by numbers."""
-    from ..stems.seeds import name_stems
+def _named(stems: Any, field: Any, settings: SegmentStemsSettings, reporter: Reporter) -> tuple[Any, dict[str, Any]]:
+    """New ids by old ones (0 = seen, but refused), and of field stems the counts and the table of their answers."""
+    import numpy as np
 
-    ids, missing = name_stems(stems, field)
+    from ..stems.seeds import answer_stems, named
+
+    ids, answers = np.arange(len(stems.stems) + 1, dtype=np.int32), []
+    if field is not None:
+        answers = answer_stems(stems, field)
+        ids, _ = named(stems, field, answers)
+    seen = np.array([False, *(stem.refused not in ("", "not_round") for stem in stems.stems)])
+    ids[seen] = 0
+    if field is None:
+        ids[~seen] = np.arange(len(ids) - seen.sum())
+    if seen.any():
+        reasons = ", ".join(sorted({stem.refused for stem in stems.stems if stem.refused not in ("", "not_round")}))
+        reporter.info(f"{seen.sum()} more are seen, but cannot be measured ({reasons}); their points carry no tree_id.")
+    return ids, _answered(field, answers, settings, reporter) if field is not None else {}
+
+
+def _answered(field: Any, answers: Any, settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
+    """Says what became of each field stem; writes the table beside the output."""
     if field.counted:
         pairs = list(zip(field.names, field.ids, strict=True))
         some = ", ".join(f"{name} = {number}" for name, number in pairs[:3])
         reporter.info(f"The field stems' names are no whole numbers: tree_id counts them as in the file ({some} ...).")
-    found = len(field.names) - len(missing)
-    reporter.info(f"{found} of {len(field.names)} field stems found.")
-    if missing:
-        listed = ", ".join(missing[:8]) + (" ..." if len(missing) > 8 else "")
-        reporter.warn(f"No stem was found within 1 m of {len(missing)} field stems: {listed}.")
-    return ids
+    by = {kind: [one for one in answers if one.answer == kind] for kind in ("found", "unsure", "refused", "missing")}
+    reporter.info(f"{len(by['found'])} of {len(answers)} field stems found.")
+    words = {"unsure": "have a stem near that may be another's", "refused": "are seen, but cannot be measured",
+             "missing": "were not found at their places"}
+    for kind, text in words.items():
+        if by[kind]:
+            listed = ", ".join(f"{one.name} ({one.reason or f'{one.gap_m:.2f} m'})" for one in by[kind][:8])
+            reporter.warn(f"{len(by[kind])} field stems {text}: {listed}{' ...' if len(by[kind]) > 8 else ''}.")
+    far = [one for one in by["found"] if one.gap_m >= FAR_M]
+    if far:
+        listed = ", ".join(f"{one.name} ({one.gap_m:.2f} m)" for one in far[:8])
+        reporter.warn(f"{len(far)} field stems are found {FAR_M:g} m off or more, check their names: {listed}.")
+    table = settings.output.with_name(f"{settings.output.stem}_field.csv")
+    _write_answers(table, field, answers)
+    return {"field_table": str(table), "field_stems": {kind: len(ones) for kind, ones in by.items()}}
+
+
+def _write_answers(path: Path, field: Any, answers: Any) -> None:
+    """One line a field stem: tree_id, name, place, answer, reason and its words, distance."""
+    import pandas as pd
+
+    from ..core.files import atomic_path
+    from ..core.tables import safe_frame
+    from ..measure.quality import explain
+
+    rows = [{"tree_id": int(number), "name": one.name, "x": xy[0], "y": xy[1], "answer": one.answer,
+             "qc_reason": one.reason, "why": explain(one.reason), "gap_m": one.gap_m}
+            for number, xy, one in zip(field.ids, field.xy, answers, strict=True)]
+    with atomic_path(path) as temporary:
+        safe_frame(pd.DataFrame(rows)).to_csv(temporary, index=False, float_format="%.3f")
 
 
 def _by_id(ids: Any, values: Any, tree_id: Any) -> Any:
@@ -181,18 +224,16 @@ def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
             field = _field_stems(settings, horizontal(store.crs), store.low[:2], store.high[:2])
             stems = find_stems_tiled(store, dtm, settings, reporter, None if field is None else field.xy)
             labeller = Labeller(stems)
-            names = None if field is None else _named(stems, field, reporter)
+            names, answers = _named(stems, field, settings, reporter)
             feet = np.array([stem.cone.centre(1.3) for stem in stems.stems]).reshape(-1, 2) + stems.origin
             se_m = np.r_[0.0, ground.se_m(feet, np.full(len(feet), USUAL_FOOT_M))].astype(np.float32)
         tally = np.zeros(2, int)
-        everything = settings.keep_all or not stems.stems
+        everything = settings.keep_all or not (names > 0).any()
 
         def label(xyz: np.ndarray, _: Any) -> tuple[np.ndarray | None, dict[str, np.ndarray]]:
             height = xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1])
-            tree_id = labeller(xyz, height)
-            unsure = se_m[tree_id]
-            if names is not None:
-                tree_id = names[tree_id]
+            stem_number = labeller(xyz, height)
+            unsure, tree_id = se_m[stem_number], names[stem_number]
             tally[:] += len(xyz), int((tree_id > 0).sum())
             reporter.progress(min(tally[0] / max(store.n_points, 1), 1.0))
             added = {"tree_id": tree_id, "height_m": height.astype(np.float32),
@@ -202,7 +243,7 @@ def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
         with reporter.stage("write", 0.85, 1.0):
             kinds = {"tree_id": "int32", "height_m": "float32", "stem_class": "uint8", "ground_se_m": "float32"}
             copy_cloud(settings.input, settings.output, label, kinds, settings.crs)
-    return _summary(settings, reporter, len(stems.stems), int(tally[1]), stems.sensor)
+    return {**_summary(settings, reporter, int((names > 0).sum()), int(tally[1]), stems.sensor), **answers}
 
 
 def _summary(settings: SegmentStemsSettings, reporter: Reporter, n_stems: int, n_points: int,
@@ -226,12 +267,14 @@ COMMAND = Command(
         "height_m, stem_class (0 other, 1 ground, 2 stem) and ground_se_m (how sure the ground "
         "under the tree is, 99 = not seen at all). --segmenter runs a program that you installed instead "
         "and checks that its labels belong to the points it was given. --field-stems gives known positions: near them "
-        "weaker evidence is looked at, the stems found within 1 m carry the field's tree_id, and those not found are "
-        "listed."),
+        "weaker evidence is looked at, and the stems found carry the field's tree_id: pairs are one to one, as near as "
+        "the positions are exact, 1 m at most. OUTPUT_field.csv answers for each: found, unsure (the stem near it may "
+        "be another's), refused or missing, with the reason."),
     settings=SegmentStemsSettings,
     run=run,
     example="treedgs segment-stems --input plot.laz --dtm dtm.tif --output stems.laz",
     expert=("low_m", "high_m", "max_dbh_cm", "max_lean_deg"),
     outputs={"output": "stem points with tree_id and height_m", "n_stems": "stems found",
-             "n_stem_points": "points on stems", "source": "settings used: uls, tls, splat, or the segmenter"},
+             "n_stem_points": "points on stems", "field_table": "what was found of each field stem",
+             "source": "settings used: uls, tls, splat, or the segmenter"},
 )

@@ -14,7 +14,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from ..stems.cone import Cone, fit_cone
 from ..stems.cone_kernels import TAPER_PRIOR
-from ..stems.segment import Sensor
+from ..stems.sensors import Sensor
 from .section_kernels import near_bark
 
 #: Distance of the short cones and half of their length, m.

@@ -15,7 +15,8 @@ from ..pointcloud.cloud import PointCloud, extent
 from ..stems.cone import Cone
 from ..stems.nearby import Nearby
 from ..stems.options import SegmentOptions
-from ..stems.segment import SENSORS, Sensor, StemMap, find_stems, guess_sensor, label_points
+from ..stems.segment import StemMap, find_stems, guess_sensor, label_points
+from ..stems.sensors import SENSORS, Sensor
 from ..terrain.dtm import Dtm
 from ..terrain.ground import height_above_ground
 from .circles import SolidCircle
@@ -216,9 +217,10 @@ def _measure_one(frame: _TreeFrame, group: np.ndarray, weights: np.ndarray | Non
     start = None
     stem = stems.stems[tree - 1] if stems is not None else None
     if stem is not None and stems is not None:
-        if not stem.round:
-            return refuse("not_round", points=len(points))
+        if stem.refused:
+            return refuse(stem.refused, cone=rebased(stem.cone, frame.origin - stems.origin, 0.0), points=len(points))
         start = rebased(stem.cone, frame.origin - stems.origin, 0.0)
+        sensor = sensor.at_noise(stem.noise_m or 0.0)
     measured = measure_points(points, weight, sensor, options.bh_m, segment_options(options), start,
                               around.near(frame)[::stride])
     thick = measured.dbh_cm is not None and measured.dbh_cm > SHOULD_GO_ON_CM

@@ -89,6 +89,18 @@ def thin(xyz: np.ndarray, cell_m: float) -> np.ndarray:
     return _first_of_each(np.ascontiguousarray(xyz, dtype=float), low, cell_m, span)
 
 
+def thin_crowded(xyz: np.ndarray, cell_m: float, most: int) -> np.ndarray:
+    """Index, sorted, of at most ``most`` points a voxel of side ``cell_m`` (lattice at zero), spread over their order.
+
+    Unlike :func:`thin` it leaves the proportions within a voxel as they are: what is dense stays dense."""
+    if len(xyz) <= most:
+        return np.arange(len(xyz))
+    low, high = extent(xyz)
+    first = np.floor(low / cell_m)
+    span = (np.floor(high / cell_m) - first).astype(np.int64) + 1
+    return _spread(np.ascontiguousarray(xyz, dtype=float), first * cell_m, cell_m, span, most)
+
+
 def extent(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(K,) minimum and (K,) maximum of (N, K) points, column by column: many times faster than ``min(axis=0)``."""
     if points.ndim == 2 and points.dtype == np.float64 and len(points):
@@ -115,6 +127,50 @@ def _extent(points):  # pragma: no cover - compiled
 
 
 @njit(cache=True)
+def _slot(table, key):  # pragma: no cover - compiled
+    """Where ``key`` is, or is to be put, in an open hash table of keys (-1 = free)."""
+    size = table.shape[0]
+    place = np.int64((np.uint64(key) * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(20)) & (size - 1)
+    while table[place] >= 0 and table[place] != key:
+        place = (place + 1) & (size - 1)
+    return place
+
+
+@njit(cache=True)
+def _voxel(point, low, cell_m, span):  # pragma: no cover - compiled
+    key = np.int64(np.floor((point[0] - low[0]) / cell_m))
+    for axis in (1, 2):
+        key = key * span[axis] + np.int64(np.floor((point[axis] - low[axis]) / cell_m))
+    return key
+
+
+@njit(cache=True)
+def _spread(xyz, low, cell_m, span, most):  # pragma: no cover - compiled
+    """Indices of at most ``most`` points a voxel, evenly over each voxel's points in their order."""
+    n = xyz.shape[0]
+    size = 16
+    while size < 2 * n and size < 4 * span[0] * span[1] * span[2]:
+        size *= 2
+    table, there, seen = np.full(size, -1, np.int64), np.zeros(size, np.int64), np.zeros(size, np.int64)
+    place = np.empty(n, np.int64)
+    for m in range(n):
+        key = _voxel(xyz[m], low, cell_m, span)
+        place[m] = _slot(table, key)
+        table[place[m]] = key
+        there[place[m]] += 1
+    kept = np.empty(n, np.int64)
+    count = 0
+    for m in range(n):
+        k = place[m]
+        share = min(most / there[k], 1.0)
+        if np.floor((seen[k] + 1) * share + 1e-9) > np.floor(seen[k] * share + 1e-9):
+            kept[count] = m
+            count += 1
+        seen[k] += 1
+    return kept[:count].copy()
+
+
+@njit(cache=True)
 def _first_of_each(xyz, low, cell_m, span):  # pragma: no cover - compiled
     """Indices of the points that are the first in their voxel: a hash table with open addressing."""
     n = xyz.shape[0]
@@ -125,12 +181,8 @@ def _first_of_each(xyz, low, cell_m, span):  # pragma: no cover - compiled
     kept = np.empty(n, np.int64)
     count = 0
     for m in range(n):
-        key = np.int64(np.floor((xyz[m, 0] - low[0]) / cell_m))
-        for axis in (1, 2):
-            key = key * span[axis] + np.int64(np.floor((xyz[m, axis] - low[axis]) / cell_m))
-        place = np.int64((np.uint64(key) * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(20)) & (size - 1)
-        while table[place] >= 0 and table[place] != key:
-            place = (place + 1) & (size - 1)
+        key = _voxel(xyz[m], low, cell_m, span)
+        place = _slot(table, key)
         if table[place] < 0:
             table[place] = key
             kept[count] = m

@@ -17,6 +17,8 @@ from ..pointcloud.cloud import extent
 _CELL_M = 0.05
 _LAYER_M = 0.5
 _STEP_M = 0.1
+#: A voxel counts wholly from this share of the points of the fullest within so many cells.
+_FULL, _BESIDE = 0.15, 4
 RADII_M = (0.04, 0.06, 0.09, 0.12, 0.16, 0.20, 0.25, 0.31, 0.38, 0.46)
 
 
@@ -81,21 +83,37 @@ def find_candidates(points: np.ndarray, weights: np.ndarray | None, low_m: float
 
 @njit(cache=True)
 def _occupied(points, bottom, origin, shape):  # pragma: no cover - compiled
-    """The voxels of the layer above ``bottom`` that hold points, counted a column: image of ``shape``."""
-    levels = np.zeros(shape, np.uint16)
-    first = int(np.floor(bottom / _STEP_M)) - 1
+    """The voxels of the layer above ``bottom`` that hold points, counted a column: image of ``shape``. A voxel that
+    holds far less than the fullest beside it (stray points of a dense scan) counts for less."""
+    levels = int(round(_LAYER_M / _STEP_M)) + 1
+    count = np.zeros((shape[0], shape[1], levels), np.uint32)
+    first = int(np.floor(bottom / _STEP_M))
     for m in range(points.shape[0]):
         z = points[m, 2]
         if bottom <= z < bottom + _LAYER_M:
             i, j = int((points[m, 0] - origin[0]) / _CELL_M), int((points[m, 1] - origin[1]) / _CELL_M)
-            levels[i, j] |= np.uint16(1) << np.uint16(int(np.floor(z / _STEP_M)) - first)
-    image = np.zeros(shape, np.float32)
+            count[i, j, min(max(int(np.floor(z / _STEP_M)) - first, 0), levels - 1)] += np.uint32(1)
+    fullest = np.zeros(shape, np.float32)
     for i in range(shape[0]):
         for j in range(shape[1]):
-            bits = levels[i, j]
-            while bits:
-                bits &= bits - np.uint16(1)
-                image[i, j] += 1
+            for k in range(levels):
+                fullest[i, j] = max(fullest[i, j], np.float32(count[i, j, k]))
+    image = np.zeros(shape, np.float32)
+    along = np.zeros(shape, np.float32)
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            for n in range(max(j - _BESIDE, 0), min(j + _BESIDE + 1, shape[1])):
+                along[i, j] = max(along[i, j], fullest[i, n])
+    for i in range(shape[0]):
+        for j in range(shape[1]):
+            if fullest[i, j] == 0:
+                continue
+            most = np.float32(0)
+            for n in range(max(i - _BESIDE, 0), min(i + _BESIDE + 1, shape[0])):
+                most = max(most, along[n, j])
+            full = max(np.float32(_FULL) * most, np.float32(1))
+            for k in range(levels):
+                image[i, j] += min(np.float32(count[i, j, k]) / full, np.float32(1))
     return image
 
 

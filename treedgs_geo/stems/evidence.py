@@ -1,4 +1,4 @@
-"""What points say for and against a cone, counted by voxels of its surface."""
+"""What points say for and against a cone, counted by cells of its surface."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from .cone_kernels import distance
 
 ROW_M = 0.25
 SECTORS = 24
+#: Rows, sectors and cells with less than this share of the usual number of points hold strays and no bark.
+FAINT = 0.05
 
 
 @njit(cache=True)
@@ -26,10 +28,13 @@ def stands_at(axes, x, y, h, share, least_m, beyond_m):  # pragma: no cover - co
 @njit(cache=True)
 def count_evidence(band, vector, h_ref, tolerance, noise, solid, lowest, rows,
                    need):  # pragma: no cover - compiled
-    """Points on the bark, share of rows with ``need`` of them, their arc in degrees, and voxels (row x sector) with
-    points on it, inside, just outside, within twice the noise and within two to six times the noise."""
-    seen = np.zeros((5, rows, SECTORS), np.bool_)
-    per_row = np.zeros(rows, np.int64)
+    """Points on the bark, share of rows that show it, their arc in degrees, and in units of cells (row x sector): cells
+    with bark, what lies inside, just outside, within twice the noise and within two to six times the noise.
+
+    A cell counts for as much as its points are of the bark's there (or of the usual bark cell, where that holds more),
+    at most for one: neither a dense side outvotes the rest, nor does a stray point weigh more where there are more
+    points. Cells and rows with less than ``FAINT`` of the usual number are strays; ``need`` points make a row."""
+    count = np.zeros((5, rows, SECTORS))
     for m in range(band.shape[0]):
         h = band[m, 2]
         e = distance(band[m, 0], band[m, 1], h, vector, h_ref)
@@ -42,19 +47,45 @@ def count_evidence(band, vector, h_ref, tolerance, noise, solid, lowest, rows,
                           band[m, 0] - vector[0] - (vector[2] + 0.5 * vector[6] * t) * t)
         sector = int(np.floor((turn + np.pi) / (2 * np.pi) * SECTORS)) % SECTORS
         if e < tolerance if solid else away < tolerance:
-            per_row[row] += 1
-            seen[0, row, sector] = True
+            count[0, row, sector] += 1
         if e < -tolerance - 0.01 and not solid:
-            seen[1, row, sector] = True
+            count[1, row, sector] += 1
         if tolerance <= e < tolerance + 0.10:
-            seen[2, row, sector] = True
+            count[2, row, sector] += 1
         if away < 2 * noise:
-            seen[3, row, sector] = True
+            count[3, row, sector] += 1
         elif away < 6 * noise:
-            seen[4, row, sector] = True
-    arc = 0.0
-    for sector in range(SECTORS):
-        if seen[0, :, sector].any():
-            arc += 360 / SECTORS
-    cells, inside, outside, sharp, blurred = seen[0].sum(), seen[1].sum(), seen[2].sum(), seen[3].sum(), seen[4].sum()
-    return per_row.sum(), (per_row >= need).mean(), arc, cells, inside, outside, sharp, blurred
+            count[4, row, sector] += 1
+    per_row, per_sector = count[0].sum(axis=1), count[0].sum(axis=0)
+    points = per_row.sum()
+    if points == 0:
+        return 0, 0.0, 0.0, 0, 0.0, 0.0, 0.0, 0.0
+    share = (per_row >= max(need, FAINT * usual(per_row))).mean()
+    arc = 360 / SECTORS * (per_sector >= max(1.0, FAINT * usual(per_sector))).sum()
+    typical = usual(count[0].ravel())
+    least = max(1.0, FAINT * typical)
+    cells = 0
+    counted = np.zeros(5)
+    mean = 0.0
+    for row in range(rows):
+        for sector in range(SECTORS):
+            if count[0, row, sector] >= least:
+                cells += 1
+                mean += count[0, row, sector]
+    mean /= max(cells, 1)
+    for row in range(rows):
+        for sector in range(SECTORS):
+            here = max(count[0, row, sector], mean)
+            for kind in range(1, 5):
+                counted[kind] += min(count[kind, row, sector] / here, 1.0)
+    return int(points), share, arc, cells, counted[1], counted[2], counted[3], counted[4]
+
+
+@njit(cache=True)
+def usual(count):  # pragma: no cover - compiled
+    """The number of points in the cell of a typical point: the mean of ``count`` (K,) weighted by itself."""
+    total, square = 0.0, 0.0
+    for n in count:
+        total += n
+        square += n * n
+    return square / total if total > 0 else 0.0

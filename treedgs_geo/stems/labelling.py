@@ -6,7 +6,8 @@ import numpy as np
 from numba import njit
 
 from .cone_kernels import distance
-from .segment import SENSORS, StemMap, _tolerance
+from .segment import StemMap
+from .sensors import SENSORS, tolerance
 
 _CELL_M = 0.5
 
@@ -32,7 +33,7 @@ class Labeller:
                 first = np.floor((middle - reach) / _CELL_M).astype(int)
                 last = np.floor((middle + reach) / _CELL_M).astype(int)
                 cells += [(i, j, len(rows)) for i in range(first[0], last[0] + 1) for j in range(first[1], last[1] + 1)]
-                rows.append([*piece.vector, piece.h_ref, low, high, *middle, reach, _tolerance(piece, sensor), number])
+                rows.append([*piece.vector, piece.h_ref, low, high, *middle, reach, tolerance(piece, sensor), number])
         self.pieces = np.array(rows, float).reshape(-1, 16)
         table = np.array(cells, np.int64).reshape(-1, 3)
         self.low = table[:, :2].min(axis=0) if len(table) else np.zeros(2, np.int64)

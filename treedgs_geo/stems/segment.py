@@ -15,69 +15,39 @@ from numba import njit
 from scipy.spatial import cKDTree
 
 from ..core.progress import Reporter
-from ..pointcloud.cloud import PointCloud, extent, thin
+from ..pointcloud.cloud import PointCloud, extent
 from ..terrain.dtm import Dtm
 from ..terrain.ground import height_above_ground
 from .candidates import find_candidates
-from .cone import Cone, fit_cone
-from .cone_kernels import TAPER_PRIOR, grow
-from .evidence import ROW_M, count_evidence, stands_at
+from .evidence import stands_at
+from .forks import without_limbs
+from .growing import REACH_M, fit_candidate, follow_up
+from .judging import Stem, best_stem
 from .nearby import Nearby
+from .noise import LEAST_RINGS, measured_noise
 from .options import SegmentOptions
+from .refused import Rejected, at_seeds, axis_row, listed, not_round
+from .sensors import SENSORS, Sensor, settled, tolerance
 
 _TILE_M, _BUFFER_M = 30.0, 1.5
-_REACH_M = 0.75
-#: Points that a candidate's cone is fitted to at most.
-MOST_FITTED = 3000
-#: A candidate's layer, half of its thickness, m, and the prior sd of its lean.
-_LAYER_M, _LAYER_LEAN_SD = 0.8, 0.08
-
-
-@dataclass(frozen=True)
-class Sensor:
-    """What a kind of cloud looks like: noise floor and cap on bark, thinning, points needed, filled stems or shells,
-    the usual noise, and whether standard errors were calibrated on such clouds with known diameters."""
-
-    floor_m: float
-    cap_m: float
-    thin_m: float
-    least_points: int
-    solid: bool
-    noise_m: float
-    calibrated: bool = False
-
-
-SENSORS = {
-    "tls": Sensor(0.004, 0.02, 0.015, 60, False, 0.010),
-    "uls": Sensor(0.007, 0.025, 0.0, 16, False, 0.012, calibrated=True),
-    "splat": Sensor(0.010, 0.05, 0.015, 40, True, 0.03),
-}
-
-
-@dataclass(frozen=True)
-class Stem:
-    """A found stem. cone: local frame (see :class:`StemMap`), heights above ground. rows, arc_deg, inside, clutter:
-    the evidence. pieces: cones that follow the axis upwards, by height. round: False = a stem by what is above it,
-    but no ring at breast height (buttresses, a fork): seen, not measurable."""
-
-    cone: Cone
-    score: float
-    rows: float
-    arc_deg: float
-    inside: float
-    clutter: float
-    points: int
-    pieces: tuple[Cone, ...] = ()
-    round: bool = True
 
 
 @dataclass(frozen=True)
 class StemMap:
-    """Stems of a cloud: ``origin`` (2,) is added to the cones' xy for project coordinates; index + 1 = tree_id."""
+    """Stems of a cloud: ``origin`` (2,) is added to the cones' xy for project coordinates; index + 1 = tree_id.
+    unseen: given places (seeds) where none was found, with the reason."""
 
     stems: tuple[Stem, ...]
     origin: np.ndarray
     sensor: str
+    unseen: tuple[Stem, ...] = ()
+
+    @classmethod
+    def of(cls, found: list[Stem], origin: np.ndarray, sensor: str) -> StemMap:
+        """In a stable order, north to south."""
+        found = sorted(found, key=lambda stem: (-round(stem.cone.y, 1), stem.cone.x))
+        return cls(tuple(stem for stem in found if not stem.at_seed), origin, sensor,
+                   tuple(stem for stem in found if stem.at_seed))
 
 
 def segment_stems(cloud: PointCloud, dtm: Dtm, options: SegmentOptions | None = None,
@@ -105,13 +75,12 @@ def find_stems(cloud: PointCloud, dtm: Dtm, options: SegmentOptions | None = Non
     weights = None if weights is None else np.clip(np.asarray(weights, float)[slab], 0.02, 1.0)
     source = options.source if options.source != "auto" else guess_sensor(cloud, points, options)
     sensor = SENSORS[source]
-    if sensor.thin_m and len(points):
-        kept = thin(points, sensor.thin_m)
+    if len(points):
+        kept = settled(points, sensor)
         points, weights = points[kept], None if weights is None else weights[kept]
     seeds = None if seeds_xy is None else np.asarray(seeds_xy, float) - origin
     found = _search(points, weights, sensor, options, reporter, seeds) if len(points) else []
-    found.sort(key=lambda stem: (-round(stem.cone.y, 1), stem.cone.x))
-    return StemMap(tuple(found), origin, source)
+    return StemMap.of(found, origin, source)
 
 
 @njit(cache=True)
@@ -161,10 +130,6 @@ def search_points(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor
     return _without_doubles(_search_tile(points, weights, sensor, options or SegmentOptions(), follow=False))
 
 
-def _tolerance(cone: Cone, sensor: Sensor) -> float:
-    return max(3 * cone.sigma, 0.02, 2 * sensor.floor_m)
-
-
 def _search(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, options: SegmentOptions,
             reporter: Reporter, seeds: np.ndarray | None = None) -> list[Stem]:
     """Tile by tile with a buffer; what two tiles both find is kept once."""
@@ -193,144 +158,41 @@ def _search_tile(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
                                  options.high_m, sensor.solid, options.max_dbh_cm / 200, near=seeds)
     tree = Nearby(points)
     free = np.ones(len(points), bool)
+    if not sensor.solid:
+        noise = measured_noise(points, tree, weights, candidates, sensor, options, LEAST_RINGS if follow else 1)
+        sensor = sensor if noise is None else sensor.at_noise(noise)
     found: list[Stem] = []
     axes = np.empty((0, 9))
-    rejected: list[_Rejected] = []
+    rejected: list[Rejected] = []
     low, high = options.low_m - 0.1, min(options.high_m, 4.25)
     for xy, h, radius in zip(candidates.xy, candidates.height, candidates.radius, strict=True):
         if stands_at(axes, xy[0], xy[1], h, 0.8, 0.05, 0.0):
             continue
-        near = tree.within(xy, _REACH_M + radius, low, high)
+        near = tree.within(xy, REACH_M + radius, low, high)
         near = near[free[near]]
-        cones = _fit_candidate(points[near], None if weights is None else weights[near], xy, h, radius, sensor,
+        cones = fit_candidate(points[near], None if weights is None else weights[near], xy, h, radius, sensor,
                                options)
-        stem = _best(cones, points[near], sensor, options)
+        stem = best_stem(cones, points[near], sensor, options)
         if stem is None:
-            rejected.append(_Rejected(xy, float(h), float(radius), len(near), cones))
+            rejected.append(Rejected(xy, float(h), float(radius), len(near), cones))
             continue
         if any(_same(stem, other) for other in found):
             continue
         residual = stem.cone.residuals(points[near])
-        free[near[residual < _tolerance(stem.cone, sensor)]] = False
-        pieces = _follow(points, tree, weights, stem.cone, sensor, options) if follow else ()
+        free[near[residual < tolerance(stem.cone, sensor)]] = False
+        pieces = follow_up(points, tree, weights, stem.cone, sensor, options) if follow else ()
         found.append(replace(stem, pieces=pieces))
-        axes = np.vstack([axes, _axis(stem.cone)])
+        axes = np.vstack([axes, axis_row(stem.cone)])
     if follow:
-        found += _not_round(points, tree, weights, free, rejected, axes, sensor, options)
+        found += not_round(points, tree, weights, free, rejected, axes, sensor, options)
+        if not sensor.solid:
+            axes = np.array([axis_row(stem.cone) for stem in found]).reshape(-1, 9)
+            found += listed(points, tree, free, rejected, axes, sensor, options)
+        found = without_limbs(found, points, tree, sensor, min(options.high_m, 4.25))
+    if seeds is not None and follow:
+        axes = np.array([axis_row(stem.cone) for stem in found]).reshape(-1, 9)
+        found += at_seeds(points, tree, weights, free, seeds, axes, sensor, options)
     return found
-
-
-def _axis(cone: Cone) -> np.ndarray:
-    """(9,) for :func:`stands_at`."""
-    return np.r_[cone.vector, cone.h_ref]
-
-
-@dataclass(frozen=True)
-class _Rejected:
-    """A candidate that was no clean ring, and the cones fitted to the ``points`` free points around it."""
-
-    xy: np.ndarray
-    height: float
-    radius: float
-    points: int
-    cones: list[Cone]
-
-
-def _not_round(points: np.ndarray, tree: Nearby, weights: np.ndarray | None, free: np.ndarray,
-               rejected: list[_Rejected], axes: np.ndarray, sensor: Sensor,
-               options: SegmentOptions) -> list[Stem]:
-    """Trees whose lower stem is no ring (buttresses, forks): bark in every row there, and a clean stem above it."""
-    loose = replace(options, min_rows=0.85)
-    low, high = options.low_m - 0.1, min(options.high_m, 4.25)
-    kept: list[Stem] = []
-    for one in rejected[:200]:
-        h = one.height
-        if stands_at(axes, one.xy[0], one.xy[1], h, 1.0, 0.0, 0.6):
-            continue
-        near = tree.within(one.xy, _REACH_M + one.radius, low, high)
-        near = near[free[near]]
-        cones = one.cones if len(near) == one.points else _fit_candidate(
-            points[near], None if weights is None else weights[near], one.xy, h, one.radius, sensor, loose)
-        stem = _best(cones, points[near], sensor, loose, strict=False)
-        if stem is None or stem.points < 4 * sensor.least_points:
-            continue
-        pieces = _follow(points, tree, weights, stem.cone, sensor, options)
-        if len(pieces) >= 5 and np.median([piece.sigma for piece in pieces]) < 0.9 * sensor.cap_m:
-            kept.append(replace(stem, pieces=pieces, round=False))
-            axes = np.vstack([axes, _axis(stem.cone)])
-    return kept
-
-
-def _best(cones: list[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions,
-          strict: bool = True) -> Stem | None:
-    """The cone with the highest score of those that are a stem (:func:`judge`)."""
-    best: Stem | None = None
-    for cone in cones:
-        stem = judge(cone, near, sensor, options, strict)
-        if stem is not None and (best is None or stem.score > best.score):
-            best = stem
-    return best
-
-
-def _fit_candidate(near: np.ndarray, weights: np.ndarray | None, xy: np.ndarray, h: float, radius: float,
-                   sensor: Sensor, options: SegmentOptions) -> list[Cone]:
-    """Cones grown from the candidate's layer to the whole band of (N, 3) points, from several starting radii."""
-    if np.count_nonzero(np.abs(near[:, 2] - h) < _LAYER_M) < 6 or len(near) < sensor.least_points:
-        return []
-    # A few thousand points settle a fit; the judging counts them all.
-    stride = max(len(near) // MOST_FITTED, 1)
-    some = np.ascontiguousarray(near[::stride])
-    weight = np.ones(len(some)) if weights is None else np.ascontiguousarray(weights[::stride])
-    fits = grow(some, weight, xy, h, radius, _LAYER_M, sensor.floor_m, sensor.cap_m, _LAYER_LEAN_SD,
-                float(np.tan(np.radians(options.max_lean_deg))), 6)
-    grown = []
-    for vector, covariance, sigma in zip(*fits, strict=True):
-        x, y, dx, dy, r, taper, _, _ = vector.tolist()
-        cone = Cone(x, y, dx, dy, r, taper, float(h), float(sigma), covariance)
-        grown.append(_solid_radius(cone, near, weights) if sensor.solid else cone)
-    return grown
-
-
-def judge(cone: Cone, band: np.ndarray, sensor: Sensor, options: SegmentOptions, strict: bool = True) -> Stem | None:
-    """The evidence that (N, 3) ``band`` points give for a cone, or ``None`` when it is no stem.
-
-    strict: it has to be a clean ring; otherwise only bark in enough rows is asked for."""
-    if not 0.015 < cone.radius(1.3) <= options.max_dbh_cm / 200:
-        return None
-    rows = int(np.ceil((min(options.high_m, 4.25) - options.low_m) / ROW_M))
-    need = 1 if sensor.least_points < 30 else 4
-    # Counted by voxels of row and sector, so that one dense side does not outvote the rest.
-    on, share, arc, cells, inner, outer, core, fringe = count_evidence(
-        np.ascontiguousarray(band), cone.vector, cone.h_ref, _tolerance(cone, sensor), sensor.noise_m, sensor.solid,
-        options.low_m, rows, need)
-    if on < sensor.least_points:
-        return None
-    inner, outer = inner / cells, outer / cells
-    if share < options.min_rows or arc < options.min_arc_deg or strict and (inner > 0.35 or outer > 1.2):
-        return None
-    # Sharpness decides between fits: cells with bark within the sensor's noise against cells with points near it.
-    score = share * (core - 0.5 * fringe - inner * cells)
-    # Few points have to be the cleaner: nothing inside, hardly anything around.
-    pure = score >= max(0.5 * share * cells, 18) or score >= max(0.6 * share * cells, 10) and inner + outer < 0.2
-    # Rough bark or a noisy scanner: not sharp, but empty inside, clean outside and continuous.
-    clean = inner <= 0.04 and outer <= 0.2 and share >= 0.85 and arc >= 150
-    if strict and (not (pure or clean or sensor.solid) or cone.sigma > 0.35 * cone.radius(1.3)):
-        return None
-    return Stem(cone, float(score), share, float(arc), float(inner), float(outer), int(on))
-
-
-def _solid_radius(cone: Cone, points: np.ndarray, weights: np.ndarray | None) -> Cone:
-    """Radius of a filled stem: the largest mass within r over r (eq:weighted_score with p = 1, centre known)."""
-    distance = cone.residuals(points) + cone.radius(points[:, 2])
-    near = distance < 0.8
-    order = np.argsort(distance[near])
-    mass = np.cumsum(np.ones(near.sum()) if weights is None else weights[near][order])
-    r = distance[near][order]
-    usable = r > 0.03
-    if not usable.any():
-        return cone
-    best = float(r[usable][np.argmax(mass[usable] / r[usable])])
-    return replace(cone, r=best - cone.taper * 0.0)
 
 
 def _same(one: Stem, other: Stem) -> bool:
@@ -353,32 +215,3 @@ def _without_doubles(stems: list[Stem]) -> list[Stem]:
     for number, stem in enumerate(stems):
         kept[number] = not any(kept[other] and _same(stem, stems[other]) for other in near[number] if other < number)
     return [stem for stem, keep in zip(stems, kept, strict=True) if keep]
-
-
-def _follow(points: np.ndarray, tree: Nearby, weights: np.ndarray | None, cone: Cone, sensor: Sensor,
-            options: SegmentOptions) -> tuple[Cone, ...]:
-    """Cones of 1.5 m length every metre above the band, as long as there is bark where the axis leads."""
-    pieces: list[Cone] = []
-    current = cone
-    h = 4.75
-    while h < options.grow_m - 0.75:
-        middle = current.centre(h)
-        near = tree.within(middle, float(current.radius(h)) + 0.15, h - 0.75, h + 0.75)
-        if len(near) < sensor.least_points // 3:
-            break
-        near = near[::max(len(near) // MOST_FITTED, 1)]
-        start = Cone(float(middle[0]), float(middle[1]), current.dx, current.dy, float(current.radius(h)),
-                     TAPER_PRIOR, h, current.sigma)
-        piece = fit_cone(points[near], start, None if weights is None else weights[near], (0.03,),
-                         sensor.floor_m, sensor.cap_m, lean_sd=0.1)
-        if piece is None or np.hypot(piece.x - middle[0], piece.y - middle[1]) > 0.10:
-            break
-        if not 0.75 < piece.r / start.r < 1.2 or piece.r < 0.015:
-            break
-        residual = np.abs(piece.residuals(points[near]))
-        if (residual < _tolerance(piece, sensor)).mean() < 0.3:
-            break
-        pieces.append(piece)
-        current = piece
-        h += 1.0
-    return tuple(pieces)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from ..core.progress import Reporter
-from ..pointcloud.cloud import PointCloud, thin
+from ..pointcloud.cloud import PointCloud
 from ..pointcloud.tiles import TileStore
 from ..terrain.dtm import Dtm
+from .judging import Stem
 from .options import SegmentOptions
-from .segment import _BUFFER_M, _TILE_M, SENSORS, Stem, StemMap, _search_tile, _without_doubles, guess_sensor
+from .segment import _BUFFER_M, _TILE_M, StemMap, _search_tile, _without_doubles, guess_sensor
+from .sensors import SENSORS, settled
 
 #: Tiles looked at, evenly spread, to tell what made the cloud.
 _GUESS_TILES = 16
@@ -29,8 +31,8 @@ def find_stems_tiled(store: TileStore, dtm: Dtm, options: SegmentOptions | None 
     for number, corner in enumerate(corners):
         low, high = corner * _TILE_M - _BUFFER_M, (corner + 1) * _TILE_M + _BUFFER_M
         points, weights = _slab(store, dtm, origin, low, high, options)
-        if sensor.thin_m and len(points):
-            kept = thin(points, sensor.thin_m)
+        if len(points):
+            kept = settled(points, sensor)
             points, weights = points[kept], None if weights is None else weights[kept]
         if len(points):
             for stem in _search_tile(points, weights, sensor, options, seeds=seeds):
@@ -39,9 +41,7 @@ def find_stems_tiled(store: TileStore, dtm: Dtm, options: SegmentOptions | None 
                 if ((foot > low + 0.7) & (foot < high - 0.7)).all():
                     found.append(stem)
         reporter.progress((number + 1) / len(corners))
-    stems = _without_doubles(found)
-    stems.sort(key=lambda stem: (-round(stem.cone.y, 1), stem.cone.x))
-    return StemMap(tuple(stems), origin, source)
+    return StemMap.of(_without_doubles(found), origin, source)
 
 
 def _slab(store: TileStore, dtm: Dtm, origin: np.ndarray, low: np.ndarray, high: np.ndarray,
