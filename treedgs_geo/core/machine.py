@@ -38,11 +38,11 @@ def free_memory() -> float:
     except ImportError:  # Windows
         pass
     try:
-        most, current = ((_CGROUP / f"memory.{name}").read_text().strip() for name in ("max", "current"))
+        allowed, taken = ((_CGROUP / f"memory.{name}").read_text().strip() for name in ("max", "current"))
         cache = sum(int(line.split()[1]) for line in (_CGROUP / "memory.stat").read_text().splitlines()
                     if line.startswith(("inactive_file ", "active_file ")))
-        if most != "max":
-            free.append(float(int(most) - int(current) + cache))
+        if allowed != "max":
+            free.append(float(int(allowed) - int(taken) + cache))
     except (OSError, ValueError):
         pass
     return max(min(free), 0.0)
