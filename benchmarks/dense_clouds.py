@@ -27,15 +27,18 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[1]
-SHARES = (1.0, 0.5, 0.25, 1 / 16, 1 / 64)
+SHARES = (1.0, 0.25, 1 / 16, 1 / 64)
 MATCH_M = 0.3
-#: Places in ``SHARES`` that dendromatics, which takes a minute on a dense cloud, is run on.
-THEIR_SHARES = (0, 3)
-#: Noise and drift of the generated scans, m; walks past them and degrees that each sees: the last two are single scans.
+#: Places in ``SHARES`` of generated and real clouds that dendromatics, slow on dense ones, is run on.
+THEIR_SHARES = {"g": (1, 2), "r": (0,)}
+#: Noise and drift of the generated scans, m; walks past them and degrees that each sees: the last is a single scan.
 SCANS = {"SLAM, usual": {}, "SLAM, thick": {"noise_m": 0.022, "drift_m": 0.015, "dbh_cm": (13.0, 30.0)},
          "SLAM, no drift": {"drift_m": 0.0},
-         "single scan, 165 deg": {"noise_m": 0.005, "drift_m": 0.0, "walks": 1, "ghosts": 0.005},
-         "single scan, 150 deg": {"noise_m": 0.005, "drift_m": 0.0, "walks": 1, "seen_deg": 150.0, "ghosts": 0.005}}
+         "single scan": {"noise_m": 0.005, "drift_m": 0.0, "walks": 1, "seen_deg": 150.0, "ghosts": 0.005}}
+#: Stems, metres, points on a stem of 20 cm: half a million points in all.
+SIZE = {"stems": 12, "size_m": 10.0, "bark": 20_000, "shrubs": 11, "saplings": 5}
+#: How many of the shares real clouds are measured at.
+REAL_SHARES = 2
 REAL = {"lidar_treels/pine_plot.laz": "lidar_treels/derived_circles_pine_plot.csv",
         "lidar_treeiso/LPine1_demo.laz": "lidar_treeiso/derived_circles.csv", "lidar_treels/pine.laz": None,
         "lidar_treels/spruce.laz": None, "lidar_itsme/tree_1_pc.txt": None, "lidar_itsme/tree_2_pc.txt": None,
@@ -44,8 +47,8 @@ REAL = {"lidar_treels/pine_plot.laz": "lidar_treels/derived_circles_pine_plot.cs
         "plot_h": None}
 
 
-def ours(folder: Path, code: Path) -> None:
-    """``*.npy`` of the folder measured by the code in ``code``: FILE.json beside each. The first is done twice."""
+def ours(folder: Path, out: Path, code: Path) -> None:
+    """``*.npy`` of the folder measured by the code in ``code``: FILE.json in ``out``. The first is done twice."""
     sys.path.insert(0, str(code))
     from treedgs_geo.measure.cloud import MeasureOptions, measure_cloud
     from treedgs_geo.pointcloud.cloud import PointCloud
@@ -63,19 +66,20 @@ def ours(folder: Path, code: Path) -> None:
         record = {"cpu_seconds": time.process_time() - began, "trees": [
             {"x": t.x, "y": t.y, "dbh_cm": t.dbh_cm, "lo": t.dbh_lo_cm, "hi": t.dbh_hi_cm, "flag": t.qc_flag,
              "reason": t.qc_reason} for t in trees]}
-        file.with_suffix(".json").write_text(json.dumps(record))
+        (out / f"{file.stem}.json").write_text(json.dumps(record))
 
 
-def theirs(folder: Path, python: str) -> None:
+def theirs(folder: Path, out: Path, python: str) -> None:
     """The same by dendromatics with its defaults, of the shares in ``THEIR_SHARES``."""
     for file in sorted(folder.glob("*.npy")):
-        if int(file.stem.rsplit("-", 1)[-1]) not in THEIR_SHARES:
+        if int(file.stem.rsplit("-", 1)[-1]) not in THEIR_SHARES[file.stem[0]]:
             continue
-        words = [python, str(ROOT / "benchmarks" / "run_dendromatics.py"), str(file), str(file.with_suffix(".json"))]
+        record = out / f"{file.stem}.json"
+        words = [python, str(ROOT / "benchmarks" / "run_dendromatics.py"), str(file), str(record)]
         try:
             subprocess.run(words, check=True, capture_output=True, timeout=120)
         except subprocess.SubprocessError:
-            file.with_suffix(".json").write_text(json.dumps({"cpu_seconds": None, "trees": [], "note": "gave up"}))
+            record.write_text(json.dumps({"cpu_seconds": None, "trees": [], "note": "gave up"}))
 
 
 def compare(found: dict, truth: np.ndarray | None) -> dict:
@@ -131,22 +135,22 @@ def pooled(parts: list[dict]) -> dict:
             "cpu_s": round(sum(spent), 2) if spent else None}
 
 
-def generated(folder: Path, seeds: list[int], most: int) -> dict[str, np.ndarray]:
+def generated(folder: Path, seeds: list[int]) -> dict[str, np.ndarray]:
     """Clouds of every scan, seed and share in the folder; their truths by the names of the files."""
     from mobile_clouds import MobileScan, mobile_cloud
 
     truths = {}
     for number, scan in enumerate(SCANS.values()):
         for seed in seeds:
-            cloud = mobile_cloud(seed, MobileScan(**scan))
-            for k, share in enumerate(SHARES[:most]):
+            cloud = mobile_cloud(seed, MobileScan(**{**SIZE, **scan}))
+            for k, share in enumerate(SHARES):
                 name = f"g{number}-{seed}-{k}"
                 np.save(folder / f"{name}.npy", cloud.thinned(share))
                 truths[name] = cloud.trees
     return truths
 
 
-def real(folder: Path, data: Path, most: int) -> dict[str, np.ndarray | None]:
+def real(folder: Path, data: Path) -> dict[str, np.ndarray | None]:
     from treedgs_geo.pointcloud.files import read_cloud
 
     truths: dict[str, np.ndarray | None] = {}
@@ -161,7 +165,7 @@ def real(folder: Path, data: Path, most: int) -> dict[str, np.ndarray | None]:
             with open(data / name / "truth" / "trees.csv", encoding="utf-8") as stream:
                 truth = np.array([[float(r[k]) for k in ("E_bh", "N_bh", "dbh_cm")] for r in csv.DictReader(stream)])
         order = np.random.default_rng(0).permutation(len(xyz))
-        for k, share in enumerate(SHARES[:most]):
+        for k, share in enumerate(SHARES[:REAL_SHARES]):
             np.save(folder / f"r{number:02d}-{k}.npy", xyz[np.sort(order[:int(len(xyz) * share)])])
             truths[f"r{number:02d}-{k}"] = truth
     return truths
@@ -172,10 +176,9 @@ def main() -> None:
     parser.add_argument("--data", type=Path, help="folder with lidar_* and plot_* folders; without it only generated")
     parser.add_argument("--before", type=Path, help="folder with a former version of this repository")
     parser.add_argument("--their-python", help="interpreter of an environment with dendromatics")
-    parser.add_argument("--seeds", type=int, nargs="+", default=[31, 33])
-    parser.add_argument("--shares", type=int, default=len(SHARES), help="how many of the shares, densest first")
+    parser.add_argument("--seeds", type=int, nargs="+", default=[31])
     parser.add_argument("--output", type=Path)
-    parser.add_argument("--code", nargs=2, type=Path, help=argparse.SUPPRESS)
+    parser.add_argument("--code", nargs=3, type=Path, help=argparse.SUPPRESS)
     args = parser.parse_args()
     if args.code:
         ours(*args.code)
@@ -183,33 +186,38 @@ def main() -> None:
     sys.path.insert(0, str(ROOT))
     codes = {"now": ROOT, **({"before": args.before} if args.before else {})}
     record: dict = {"machine": f"{platform.machine()}, {os.cpu_count()} cores", "python": platform.python_version(),
-                    "seeds": args.seeds, "tuned_on": "even seeds", "scans": SCANS, "shares": SHARES[:args.shares],
+                    "seeds": args.seeds, "tuned_on": "even seeds", "scans": SCANS, "size": SIZE, "shares": SHARES,
                     "generated": {}, "real": {}}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        truths: dict = generated(folder, args.seeds, args.shares)
+        truths: dict = generated(folder, args.seeds)
         if args.data:
-            truths |= real(folder, args.data, args.shares)
+            truths |= real(folder, args.data)
+        # Side by side, so that a busy machine slows all of them alike.
+        running = []
+        for who, code in codes.items():
+            (folder / who).mkdir()
+            running.append(subprocess.Popen([sys.executable, __file__, "--code", str(folder), str(folder / who),
+                                             str(code)], env={**os.environ, "PYTHONPATH": str(code)}))
+        if args.their_python:
+            (folder / "dendromatics").mkdir()
+            theirs(folder, folder / "dendromatics", args.their_python)
+        if any(process.wait() for process in running):
+            raise SystemExit("a measuring process ended with an error")
         for who in [*codes, *(["dendromatics"] if args.their_python else [])]:
-            if who == "dendromatics":
-                theirs(folder, args.their_python)
-            else:
-                environment = {**os.environ, "PYTHONPATH": str(codes[who])}
-                subprocess.run([sys.executable, __file__, "--code", str(folder), str(codes[who])], check=True,
-                               env=environment)
-            shares = [k for k in range(args.shares) if who != "dendromatics" or k in THEIR_SHARES]
-            figures = {name: compare(json.loads((folder / f"{name}.json").read_text()), truth)
-                       for name, truth in truths.items() if int(name.rsplit("-", 1)[-1]) in shares}
+            figures = {name: compare(json.loads((folder / who / f"{name}.json").read_text()), truth)
+                       for name, truth in truths.items() if (folder / who / f"{name}.json").exists()}
             for number, scan in enumerate(SCANS):
-                for k, share in ((k, SHARES[k]) for k in shares):
-                    parts = [figures[f"g{number}-{seed}-{k}"] for seed in args.seeds]
-                    record["generated"].setdefault(scan, {}).setdefault(f"{share:.4g}", {})[who] = pooled(parts)
-                    print(who, scan, f"{share:.4g}", json.dumps(pooled(parts)), flush=True)
+                for k, share in enumerate(SHARES):
+                    parts = [figures[name] for seed in args.seeds if (name := f"g{number}-{seed}-{k}") in figures]
+                    if parts:
+                        record["generated"].setdefault(scan, {}).setdefault(f"{share:.4g}", {})[who] = pooled(parts)
+                        print(who, scan, f"{share:.4g}", json.dumps(pooled(parts)), flush=True)
             for number, cloud in enumerate(REAL if args.data else ()):
-                for k, share in ((k, SHARES[k]) for k in shares):
-                    found = figures[f"r{number:02d}-{k}"]
-                    record["real"].setdefault(cloud, {}).setdefault(f"{share:.4g}", {})[who] = found
-                    print(who, cloud, f"{share:.4g}", json.dumps(found), flush=True)
+                for k, share in enumerate(SHARES):
+                    if (name := f"r{number:02d}-{k}") in figures:
+                        record["real"].setdefault(cloud, {}).setdefault(f"{share:.4g}", {})[who] = figures[name]
+                        print(who, cloud, f"{share:.4g}", json.dumps(figures[name]), flush=True)
     if args.output:
         args.output.write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")
 

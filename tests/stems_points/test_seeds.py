@@ -148,3 +148,15 @@ def test_a_file_that_is_no_layer_is_refused(tmp_path):
     (tmp_path / "f.gpkg").write_bytes(b"no layer")
     with pytest.raises(InputError, match="cannot be read"):
         read_field_stems(tmp_path / "f.gpkg")
+
+
+def test_field_stems_get_an_answer_in_a_cloud_without_stems_and_beside_a_taken_one(tmp_path):
+    field = read_field_stems(table(tmp_path / "f.csv", [(1, 5.0, 5.0), (2, 100.0, 5.0)]))
+    xyz = plot_cloud(np.random.default_rng(0), [], shrubs=10)
+    answers = answer_stems(find_stems(PointCloud(xyz), dtm_from_cloud(xyz), seeds_xy=field.xy), field)
+    assert [(one.answer, one.reason) for one in answers] == [("missing", "few_points")] * 2
+    xyz = plot_cloud(np.random.default_rng(0), STEMS)
+    field = read_field_stems(table(tmp_path / "g.csv", [(k, x, y) for k, (x, y, _) in enumerate(STEMS, 1)]
+                                   + [(9, 6.2, 3.2)]))
+    answers = answer_stems(find_stems(PointCloud(xyz), dtm_from_cloud(xyz), seeds_xy=field.xy), field)
+    assert [one.answer for one in answers] == ["found"] * 4 + ["missing"] and answers[4].reason == "merged"

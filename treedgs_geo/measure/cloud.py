@@ -37,6 +37,8 @@ USUAL_TAPER_CM_M = 1.0
 MOST_POINTS = 8000
 #: Stems thicker than this are expected to be seen above the band too, in a cloud that reaches the crowns.
 SHOULD_GO_ON_CM = 18.0
+#: Bark in fewer rows than this, with more than this share of points just outside it, is veiled.
+VEILED_ROWS, VEILED_CLUTTER = 0.85, 0.25
 #: Error of stems that their points fill: what splat samples of rendered plots gave (sd, and share of the diameter).
 FILLED_SE_CM, FILLED_SE_SHARE = 2.0, 0.07
 #: The same where inside and outside are told by opacity: RMSE 1.9 cm on 37 stems of two rendered plots.
@@ -224,8 +226,9 @@ def _measure_one(frame: _TreeFrame, group: np.ndarray, weights: np.ndarray | Non
     measured = measure_points(points, weight, sensor, options.bh_m, segment_options(options), start,
                               around.near(frame)[::stride])
     thick = measured.dbh_cm is not None and measured.dbh_cm > SHOULD_GO_ON_CM
-    if stem is not None and around.has_crowns and thick and len(stem.pieces) < 2:
-        # A thick stem goes on above the band; a stump, a log or a shrub does not.
+    veiled = stem is not None and stem.rows < VEILED_ROWS and stem.clutter > VEILED_CLUTTER
+    if stem is not None and (veiled or around.has_crowns and thick and len(stem.pieces) < 2):
+        # A thick stem goes on above the band; a stump, a log or a shrub does not. Twigs hide a sapling's bark.
         flag = "check" if measured.flag == "ok" else measured.flag
         measured = replace(measured, flag=flag, reasons=tuple(dict.fromkeys([*measured.reasons, "occluded"])))
     return measured

@@ -39,6 +39,8 @@ FLOOR_CM, FLOOR_SHARE = 0.25, 0.010
 #: walks with a mobile scanner drift, the walls of a stem do not lie where the stem is, however many points show them
 #: (even seeds of ``benchmarks/dense_clouds.py``).
 DRIFT_SHARE = 0.25
+#: The same of half rings, share of the shape's error on top of it, below this arc.
+HALF_RING, HALF_RING_DEG = 0.75, 200.0
 #: What of each part counts in the error of drone LiDAR (``benchmarks/interval_coverage.py``): the fit at the noise the
 #: points have, its clutter, the shape that shows, the slices, the noise itself (half-hit rims lie outside the bark), a
 #: share of the diameter, and a floor, cm: flight lines are off by a centimetre each, one side of the bark against the
@@ -237,7 +239,9 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
     # Points scatter to all sides: the mean distance from the axis of a ring as thick as this is too large.
     curve_se = 100 * noise ** 2 / radius
     parts = (fit_se, clutter_se, curve_se, shape_se, 0.5 * height_se, FLOOR_CM, FLOOR_SHARE * dbh)
-    told_parts = (*parts, DRIFT_SHARE * 200 * noise)
+    # Half a ring does not show an oval section's other half.
+    hidden_se = HALF_RING * shape_se if arc < HALF_RING_DEG else 0.0
+    told_parts = (*parts, DRIFT_SHARE * 200 * noise, hidden_se)
     # Doubts go by this cautious sum for every kind of cloud; the error that is told is calibrated where it could be.
     se, told_se = float(np.sqrt(np.square(parts).sum())), float(np.sqrt(np.square(told_parts).sum()))
     if sensor.calibrated:

@@ -17,6 +17,9 @@ MATCH_M = 1.0
 GATE_SHARE, LEAST_GATE_M, LEAST_PAIRS = 3.0, 0.3, 3
 #: From this distance on, m, a pair is unsure where another stem is less than this many times as far.
 FAR_M, UNSURE_SHARE = 0.5, 1.5
+#: An answer of the search is a place's own within the first; a tree of another field stem takes the place up to this
+#: distance from its bark, m.
+SAME_PLACE_M, TAKEN_M = 0.1, 0.35
 _X, _Y = ("x", "easting", "e"), ("y", "northing", "n")
 
 
@@ -138,9 +141,7 @@ def answer_stems(stems: StemMap, field: FieldStems, bh_m: float = 1.3) -> list[A
     for j, name in enumerate(field.names):
         i = partner.get(j)
         if i is None or gap[i, j] > gate:
-            at = np.linalg.norm(unseen - field.xy[j], axis=1) if len(unseen) else np.array([np.inf])
-            known = at.min() < 0.1
-            reason = stems.unseen[int(at.argmin())].refused if known else "occluded"
+            reason = _reason_missing(stems, field.xy[j], unseen, gap[:, j])
             answers.append(Answer(name, "missing", reason, None if i is None else float(gap[i, j])))
             continue
         found, near = stems.stems[i], float(gap[i, j])
@@ -149,6 +150,16 @@ def answer_stems(stems: StemMap, field: FieldStems, bh_m: float = 1.3) -> list[A
         answers.append(Answer(name, "refused" if found.refused else "unsure" if unsure else "found", found.refused,
                               near, i))
     return answers
+
+
+def _reason_missing(stems: StemMap, place: np.ndarray, unseen: np.ndarray, gap: np.ndarray) -> str:
+    """Why none was found at (2,) ``place``: what the search says of it; another field stem's tree stands there; or the
+    cloud has no points there at all."""
+    at = np.linalg.norm(unseen - place, axis=1)
+    if len(at) and at.min() < SAME_PLACE_M:
+        return stems.unseen[int(at.argmin())].refused
+    radii = np.array([float(stem.cone.radius(1.3)) for stem in stems.stems])
+    return "merged" if (gap < radii + TAKEN_M).any() else "few_points"
 
 
 def name_stems(stems: StemMap, field: FieldStems, bh_m: float = 1.3) -> tuple[np.ndarray, list[str]]:
