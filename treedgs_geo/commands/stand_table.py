@@ -65,7 +65,7 @@ class StandTableSettings(FieldProtocol):
         kind="choice",
         choices=("impute", "exclude"),
         help="stems seen but without a DBH: count each, by its chance of being a tree, as the mean of its plot's "
-        "measured trees, or leave them out (both results are told)",
+        "measured trees, or leave them out (both results are reported)",
     )
     heights: str = param(
         "fitted",

@@ -816,6 +816,10 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>gemeinsamer Boden benachbarter Fotos, % (Probelauf)</translation>
     </message>
     <message>
+      <source>tiles that are searched for stems (dry run)</source>
+      <translation>Kacheln, in denen nach Stämmen gesucht wird (Probelauf)</translation>
+    </message>
+    <message>
       <source>foretold time, s (dry run)</source>
       <translation>vorhergesagte Zeit, s (Probelauf)</translation>
     </message>
@@ -996,8 +1000,8 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Viele Probeflächen aus einer Tabelle, auf diesem Rechner oder einem Cluster: ein Baumlayer, ein Bericht.</translation>
     </message>
     <message>
-      <source>One row of the table is one plot, from photos or from a point cloud. All rows are checked before anything starts. Plots run side by side, as many as memory and cores carry, each in a folder of its own; a plot that fails is tried again at most twice and then reported, the others go on. A second start runs only what is missing or whose inputs or settings have changed. Writes one trees layer with plot ids, campaign.html and plots.csv (trees, refusals and reasons, seconds, memory, accuracy where field trees are given). With --predict it only says how long it will take.</source>
-      <translation>Eine Zeile der Tabelle ist eine Probefläche, aus Fotos oder einer Punktwolke. Alle Zeilen werden geprüft, bevor etwas beginnt. Die Flächen laufen nebeneinander, so viele Speicher und Kerne tragen, jede in einem eigenen Ordner; eine gescheiterte wird höchstens zweimal wiederholt und dann gemeldet, die anderen laufen weiter. Ein zweiter Start führt nur aus, was fehlt oder wessen Eingaben oder Einstellungen sich geändert haben. Schreibt einen Baumlayer mit Flächenkennungen, campaign.html und plots.csv (Bäume, Ablehnungen und Gründe, Sekunden, Speicher, Genauigkeit, wo Feldbäume vorliegen). Mit --predict sagt es nur, wie lange es dauern wird.</translation>
+      <source>One row of the table is one plot, from photos or from a point cloud. All rows are checked before anything starts. Plots run side by side, as many as memory and cores carry, each in a folder of its own; a plot that fails is tried again at most twice and then reported, the others go on. A second start runs only what is missing or whose inputs or settings have changed. Writes one trees layer with plot ids, campaign.html and plots.csv (trees, refusals and reasons, seconds, memory, accuracy where field trees are given). Where plots failed it ends with an error (exit code 5) although layer and report are written. With --predict it only says how long it will take.</source>
+      <translation>Eine Zeile der Tabelle ist eine Probefläche, aus Fotos oder einer Punktwolke. Alle Zeilen werden geprüft, bevor etwas beginnt. Die Flächen laufen nebeneinander, so viele Speicher und Kerne tragen, jede in einem eigenen Ordner; eine gescheiterte wird höchstens zweimal wiederholt und dann gemeldet, die anderen laufen weiter. Ein zweiter Start führt nur aus, was fehlt oder wessen Eingaben oder Einstellungen sich geändert haben. Schreibt einen Baumlayer mit Flächenkennungen, campaign.html und plots.csv (Bäume, Ablehnungen und Gründe, Sekunden, Speicher, Genauigkeit, wo Feldbäume vorliegen). Wo Flächen gescheitert sind, endet es mit einem Fehler (Exit-Code 5), obwohl Layer und Bericht geschrieben sind. Mit --predict sagt es nur, wie lange es dauern wird.</translation>
     </message>
     <message>
       <source>Manifest</source>
@@ -1772,8 +1776,8 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Stämme in einer Punktwolke finden und jedem Punkt die Kennung seines Baums geben.</translation>
     </message>
     <message>
-      <source>Looks in the band from 0.5 to 5 m above ground for rings (or discs, for surface points of splats) that repeat over the height, fits a leaning, tapering cone to each, keeps what is empty inside, clean outside and continuous, and follows the axis upwards. No trained weights. The output carries tree_id (0 = no stem), height_m and stem_class (0 other, 1 ground, 2 stem). --segmenter runs a program that you installed instead and checks that its labels belong to the points it was given. --field-stems gives known positions: near them weaker evidence is looked at, the stems found within 1 m carry the field's tree_id, and those not found are listed.</source>
-      <translation>Sucht im Band von 0,5 bis 5 m über dem Boden nach Ringen (oder Scheiben, bei Oberflächenpunkten von Splats), die sich über die Höhe wiederholen, passt an jeden einen geneigten, sich verjüngenden Kegel an, behält, was innen leer, außen sauber und durchgehend ist, und folgt der Achse nach oben. Keine gelernten Gewichte. Die Ausgabe trägt tree_id (0 = kein Stamm), height_m und stem_class (0 anderes, 1 Boden, 2 Stamm). --segmenter führt stattdessen ein von Ihnen installiertes Programm aus und prüft, dass seine Kennungen zu den übergebenen Punkten gehören. --field-stems gibt bekannte Positionen: in ihrer Nähe genügen schwächere Anzeichen, Stämme im Umkreis von 1 m tragen die tree_id des Felds, und die nicht gefundenen werden genannt.</translation>
+      <source>Looks in the band from 0.5 to 5 m above ground for rings (or discs, for surface points of splats) that repeat over the height, fits a leaning, tapering cone to each, keeps what is empty inside, clean outside and continuous, and follows the axis upwards. No trained weights. The output carries tree_id (0 = no stem), height_m, stem_class (0 other, 1 ground, 2 stem) and ground_se_m (how sure the ground under the tree is, 99 = not seen at all). --segmenter runs a program that you installed instead and checks that its labels belong to the points it was given. --field-stems gives known positions: near them weaker evidence is looked at, and the stems found carry the field's tree_id: pairs are one to one, as near as the positions are exact, 1 m at most. OUTPUT_field.csv answers for each: found, unsure (the stem near it may be another's), refused or missing, with the reason.</source>
+      <translation>Sucht im Band von 0,5 bis 5 m über dem Boden nach Ringen (oder Scheiben, bei Oberflächenpunkten von Splats), die sich über die Höhe wiederholen, passt an jeden einen geneigten, sich verjüngenden Kegel an, behält, was innen leer, außen sauber und durchgehend ist, und folgt der Achse nach oben. Keine gelernten Gewichte. Die Ausgabe trägt tree_id (0 = kein Stamm), height_m, stem_class (0 anderes, 1 Boden, 2 Stamm) und ground_se_m (wie sicher der Boden unter dem Baum ist, 99 = gar nicht zu sehen). --segmenter führt stattdessen ein von Ihnen installiertes Programm aus und prüft, dass seine Kennungen zu den übergebenen Punkten gehören. --field-stems gibt bekannte Positionen: in ihrer Nähe genügen schwächere Anzeichen, und die gefundenen Stämme tragen die tree_id des Felds: Paare sind eins zu eins, so nah, wie die Positionen genau sind, höchstens 1 m. AUSGABE_field.csv antwortet für jeden: found, unsure (der Stamm daneben kann ein anderer sein), refused oder missing, mit dem Grund.</translation>
     </message>
     <message>
       <source>Low [m]</source>
@@ -1866,6 +1870,10 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
     <message>
       <source>points on stems</source>
       <translation>Punkte auf Stämmen</translation>
+    </message>
+    <message>
+      <source>what was found of each field stem</source>
+      <translation>was von jedem Feldstamm gefunden wurde</translation>
     </message>
     <message>
       <source>settings used: uls, tls, splat, or the segmenter</source>
@@ -1968,12 +1976,20 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Entfernung bis zur Mitte des Stamms oder bis zu seiner Vorderseite (der halbe BHD kommt dazu)</translation>
     </message>
     <message>
+      <source>Azimuth unit</source>
+      <translation>Einheit der Richtungswinkel</translation>
+    </message>
+    <message>
+      <source>unit of the bearings: degrees, gon (400 a circle) or mil (6400); auto: from a name like azimuth_gon, else degrees</source>
+      <translation>Einheit der Richtungswinkel: Grad, Gon (400 im Kreis) oder Mil (6400); auto: nach einem Namen wie azimuth_gon, sonst Grad</translation>
+    </message>
+    <message>
       <source>DBH unit</source>
       <translation>Einheit des BHD</translation>
     </message>
     <message>
-      <source>unit of a DBH column that does not say it (auto: from a name like dbh_cm)</source>
-      <translation>Einheit einer BHD-Spalte, die sie nicht nennt (auto: aus einem Namen wie dbh_cm)</translation>
+      <source>unit of the DBH column (auto: from a name like dbh_cm)</source>
+      <translation>Einheit der BHD-Spalte (auto: nach einem Namen wie dbh_cm)</translation>
     </message>
     <message>
       <source>Distance unit</source>
@@ -2066,6 +2082,10 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
     <message>
       <source>plots left to a hand check</source>
       <translation>Probeflächen, die von Hand zu prüfen sind</translation>
+    </message>
+    <message>
+      <source>plots that fit best at the largest turn searched</source>
+      <translation>Flächen, die bei der größten gesuchten Drehung am besten passen</translation>
     </message>
     <message>
       <source>Evaluate DBH accuracy</source>
@@ -2276,8 +2296,8 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Fehlende</translation>
     </message>
     <message>
-      <source>stems seen but without a DBH: count each as the mean of its plot's measured trees, or leave them out (both results are told)</source>
-      <translation>Stämme, die gesehen, aber nicht gemessen wurden: jeden als Mittel der gemessenen Bäume seiner Fläche zählen oder auslassen (beide Ergebnisse werden genannt)</translation>
+      <source>stems seen but without a DBH: count each, by its chance of being a tree, as the mean of its plot's measured trees, or leave them out (both results are reported)</source>
+      <translation>Stämme, die gesehen, aber nicht gemessen wurden: jeden nach der Wahrscheinlichkeit, dass er ein Baum ist, als Mittel der gemessenen Bäume seiner Fläche zählen oder auslassen (beide Ergebnisse werden angegeben)</translation>
     </message>
     <message>
       <source>folder for the report and the tables</source>
@@ -3088,6 +3108,14 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>den größten Durchmesser erhöhen, wenn er echt ist</translation>
     </message>
     <message>
+      <source>the tree is far shorter than the others of its diameter</source>
+      <translation>der Baum ist viel niedriger als die anderen seines Durchmessers</translation>
+    </message>
+    <message>
+      <source>check the diameter, and whether the top is broken</source>
+      <translation>Durchmesser prüfen, und ob der Wipfel gebrochen ist</translation>
+    </message>
+    <message>
       <source>the estimated error is too large to be useful</source>
       <translation>der geschätzte Fehler ist zu groß, um nützlich zu sein</translation>
     </message>
@@ -3112,12 +3140,20 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>mit dem Standardverfahren vergleichen</translation>
     </message>
     <message>
-      <source>no ground height is known at the tree</source>
-      <translation>am Baum ist keine Bodenhöhe bekannt</translation>
+      <source>the height of the ground at the tree is unknown or unsure</source>
+      <translation>die Höhe des Bodens am Baum ist unbekannt oder unsicher</translation>
     </message>
     <message>
-      <source>give a DTM that covers the plot</source>
-      <translation>ein Geländemodell angeben, das die Probefläche abdeckt</translation>
+      <source>give the cloud with its ground, or a DTM that fits it</source>
+      <translation>die Punktwolke mit ihrem Boden angeben, oder ein Geländemodell, das zu ihr passt</translation>
+    </message>
+    <message>
+      <source>the trees are taller than trees of their diameter are: heights may be in feet</source>
+      <translation>die Bäume sind höher, als Bäume ihres Durchmessers sind: die Höhen können in Fuß sein</translation>
+    </message>
+    <message>
+      <source>check the unit of the cloud's heights and measure again</source>
+      <translation>die Einheit der Höhen in der Punktwolke prüfen und neu messen</translation>
     </message>
     <message>
       <source>the tree stands at the edge of the data</source>
@@ -3584,8 +3620,28 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Lauf</translation>
     </message>
     <message>
+      <source>Live or dead</source>
+      <translation>Lebend oder tot</translation>
+    </message>
+    <message>
       <source>seen, no DBH</source>
       <translation>gesehen, kein BHD</translation>
+    </message>
+    <message>
+      <source>Yours to write</source>
+      <translation>Von Ihnen zu schreiben</translation>
+    </message>
+    <message>
+      <source>Measured</source>
+      <translation>Gemessen</translation>
+    </message>
+    <message>
+      <source>not said</source>
+      <translation>nicht angegeben</translation>
+    </message>
+    <message>
+      <source>live</source>
+      <translation>lebend</translation>
     </message>
   </context>
 </TS>

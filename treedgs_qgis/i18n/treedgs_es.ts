@@ -816,6 +816,10 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>suelo común de fotos vecinas, % (ensayo)</translation>
     </message>
     <message>
+      <source>tiles that are searched for stems (dry run)</source>
+      <translation>teselas en las que se buscan troncos (ensayo)</translation>
+    </message>
+    <message>
       <source>foretold time, s (dry run)</source>
       <translation>tiempo previsto, s (ensayo)</translation>
     </message>
@@ -996,8 +1000,8 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Muchas parcelas de una tabla, en este equipo o en un clúster: una capa de árboles, un informe.</translation>
     </message>
     <message>
-      <source>One row of the table is one plot, from photos or from a point cloud. All rows are checked before anything starts. Plots run side by side, as many as memory and cores carry, each in a folder of its own; a plot that fails is tried again at most twice and then reported, the others go on. A second start runs only what is missing or whose inputs or settings have changed. Writes one trees layer with plot ids, campaign.html and plots.csv (trees, refusals and reasons, seconds, memory, accuracy where field trees are given). With --predict it only says how long it will take.</source>
-      <translation>Una fila de la tabla es una parcela, a partir de fotos o de una nube de puntos. Todas las filas se comprueban antes de empezar. Las parcelas van en paralelo, tantas como permitan memoria y núcleos, cada una en su carpeta; la que falla se repite como mucho dos veces y luego se comunica, las demás siguen. Un segundo inicio solo ejecuta lo que falta o aquello cuyas entradas o ajustes cambiaron. Escribe una capa de árboles con identificador de parcela, campaign.html y plots.csv (árboles, rechazos y motivos, segundos, memoria, exactitud donde hay árboles de campo). Con --predict solo dice cuánto tardará.</translation>
+      <source>One row of the table is one plot, from photos or from a point cloud. All rows are checked before anything starts. Plots run side by side, as many as memory and cores carry, each in a folder of its own; a plot that fails is tried again at most twice and then reported, the others go on. A second start runs only what is missing or whose inputs or settings have changed. Writes one trees layer with plot ids, campaign.html and plots.csv (trees, refusals and reasons, seconds, memory, accuracy where field trees are given). Where plots failed it ends with an error (exit code 5) although layer and report are written. With --predict it only says how long it will take.</source>
+      <translation>Una fila de la tabla es una parcela, a partir de fotos o de una nube de puntos. Todas las filas se comprueban antes de empezar. Las parcelas van en paralelo, tantas como permitan memoria y núcleos, cada una en su carpeta; la que falla se repite como mucho dos veces y luego se comunica, las demás siguen. Un segundo inicio solo ejecuta lo que falta o aquello cuyas entradas o ajustes cambiaron. Escribe una capa de árboles con identificador de parcela, campaign.html y plots.csv (árboles, rechazos y motivos, segundos, memoria, exactitud donde hay árboles de campo). Donde fallaron parcelas termina con un error (código de salida 5), aunque la capa y el informe estén escritos. Con --predict solo dice cuánto tardará.</translation>
     </message>
     <message>
       <source>Manifest</source>
@@ -1772,8 +1776,8 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Buscar troncos en una nube de puntos y dar a cada punto el identificador de su árbol.</translation>
     </message>
     <message>
-      <source>Looks in the band from 0.5 to 5 m above ground for rings (or discs, for surface points of splats) that repeat over the height, fits a leaning, tapering cone to each, keeps what is empty inside, clean outside and continuous, and follows the axis upwards. No trained weights. The output carries tree_id (0 = no stem), height_m and stem_class (0 other, 1 ground, 2 stem). --segmenter runs a program that you installed instead and checks that its labels belong to the points it was given. --field-stems gives known positions: near them weaker evidence is looked at, the stems found within 1 m carry the field's tree_id, and those not found are listed.</source>
-      <translation>Busca en la banda de 0,5 a 5 m sobre el suelo anillos (o discos, en puntos de superficie de splats) que se repitan con la altura, ajusta a cada uno un cono inclinado con ahusamiento, conserva lo que es vacío por dentro, limpio por fuera y continuo, y sigue el eje hacia arriba. Sin pesos aprendidos. La salida lleva tree_id (0 = ningún tronco), height_m y stem_class (0 otro, 1 suelo, 2 tronco). --segmenter ejecuta en su lugar un programa que usted instaló y comprueba que sus etiquetas correspondan a los puntos entregados. --field-stems da posiciones conocidas: cerca de ellas se miran indicios más débiles, los troncos hallados a menos de 1 m llevan el tree_id de campo, y se nombran los no hallados.</translation>
+      <source>Looks in the band from 0.5 to 5 m above ground for rings (or discs, for surface points of splats) that repeat over the height, fits a leaning, tapering cone to each, keeps what is empty inside, clean outside and continuous, and follows the axis upwards. No trained weights. The output carries tree_id (0 = no stem), height_m, stem_class (0 other, 1 ground, 2 stem) and ground_se_m (how sure the ground under the tree is, 99 = not seen at all). --segmenter runs a program that you installed instead and checks that its labels belong to the points it was given. --field-stems gives known positions: near them weaker evidence is looked at, and the stems found carry the field's tree_id: pairs are one to one, as near as the positions are exact, 1 m at most. OUTPUT_field.csv answers for each: found, unsure (the stem near it may be another's), refused or missing, with the reason.</source>
+      <translation>Busca en la banda de 0,5 a 5 m sobre el suelo anillos (o discos, en puntos de superficie de splats) que se repitan con la altura, ajusta a cada uno un cono inclinado con ahusamiento, conserva lo que es vacío por dentro, limpio por fuera y continuo, y sigue el eje hacia arriba. Sin pesos aprendidos. La salida lleva tree_id (0 = ningún tronco), height_m, stem_class (0 otro, 1 suelo, 2 tronco) y ground_se_m (lo seguro que es el suelo bajo el árbol, 99 = no se ve). --segmenter ejecuta en su lugar un programa que usted instaló y comprueba que sus etiquetas correspondan a los puntos entregados. --field-stems da posiciones conocidas: cerca de ellas se miran indicios más débiles, y los troncos hallados llevan el tree_id de campo: las parejas son de uno a uno, tan cercanas como exactas sean las posiciones, 1 m como máximo. SALIDA_field.csv responde por cada uno: found, unsure (el tronco cercano puede ser de otro), refused o missing, con el motivo.</translation>
     </message>
     <message>
       <source>Low [m]</source>
@@ -1866,6 +1870,10 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
     <message>
       <source>points on stems</source>
       <translation>puntos en troncos</translation>
+    </message>
+    <message>
+      <source>what was found of each field stem</source>
+      <translation>qué se halló de cada tronco de campo</translation>
     </message>
     <message>
       <source>settings used: uls, tls, splat, or the segmenter</source>
@@ -1968,12 +1976,20 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>distancia al centro del tronco o a su cara más cercana (se suma la mitad del DAP)</translation>
     </message>
     <message>
+      <source>Azimuth unit</source>
+      <translation>Unidad de los acimuts</translation>
+    </message>
+    <message>
+      <source>unit of the bearings: degrees, gon (400 a circle) or mil (6400); auto: from a name like azimuth_gon, else degrees</source>
+      <translation>unidad de los rumbos: grados, gon (400 por círculo) o mil (6400); auto: según un nombre como azimuth_gon, si no grados</translation>
+    </message>
+    <message>
       <source>DBH unit</source>
       <translation>Unidad del DAP</translation>
     </message>
     <message>
-      <source>unit of a DBH column that does not say it (auto: from a name like dbh_cm)</source>
-      <translation>unidad de una columna de DAP que no la dice (auto: de un nombre como dbh_cm)</translation>
+      <source>unit of the DBH column (auto: from a name like dbh_cm)</source>
+      <translation>unidad de la columna de DAP (auto: según un nombre como dbh_cm)</translation>
     </message>
     <message>
       <source>Distance unit</source>
@@ -2066,6 +2082,10 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
     <message>
       <source>plots left to a hand check</source>
       <translation>parcelas pendientes de revisión manual</translation>
+    </message>
+    <message>
+      <source>plots that fit best at the largest turn searched</source>
+      <translation>parcelas que encajan mejor con el mayor giro buscado</translation>
     </message>
     <message>
       <source>Evaluate DBH accuracy</source>
@@ -2276,8 +2296,8 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Ausentes</translation>
     </message>
     <message>
-      <source>stems seen but without a DBH: count each as the mean of its plot's measured trees, or leave them out (both results are told)</source>
-      <translation>troncos vistos pero sin DAP: contar cada uno como la media de los árboles medidos de su parcela, u omitirlos (se dicen ambos resultados)</translation>
+      <source>stems seen but without a DBH: count each, by its chance of being a tree, as the mean of its plot's measured trees, or leave them out (both results are reported)</source>
+      <translation>troncos vistos pero sin DAP: contar cada uno, según la probabilidad de que sea un árbol, como la media de los árboles medidos de su parcela, u omitirlos (se dan ambos resultados)</translation>
     </message>
     <message>
       <source>folder for the report and the tables</source>
@@ -3088,6 +3108,14 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>suba el diámetro máximo si es real</translation>
     </message>
     <message>
+      <source>the tree is far shorter than the others of its diameter</source>
+      <translation>el árbol es mucho más bajo que los demás de su diámetro</translation>
+    </message>
+    <message>
+      <source>check the diameter, and whether the top is broken</source>
+      <translation>comprobar el diámetro y si la copa está rota</translation>
+    </message>
+    <message>
       <source>the estimated error is too large to be useful</source>
       <translation>el error estimado es demasiado grande para ser útil</translation>
     </message>
@@ -3112,12 +3140,20 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>compare con el método por defecto</translation>
     </message>
     <message>
-      <source>no ground height is known at the tree</source>
-      <translation>no se conoce la altura del suelo en el árbol</translation>
+      <source>the height of the ground at the tree is unknown or unsure</source>
+      <translation>la altura del suelo en el árbol es desconocida o insegura</translation>
     </message>
     <message>
-      <source>give a DTM that covers the plot</source>
-      <translation>dé un MDT que cubra la parcela</translation>
+      <source>give the cloud with its ground, or a DTM that fits it</source>
+      <translation>dé la nube con su suelo, o un MDT que encaje con ella</translation>
+    </message>
+    <message>
+      <source>the trees are taller than trees of their diameter are: heights may be in feet</source>
+      <translation>los árboles son más altos que los de su diámetro: las alturas pueden estar en pies</translation>
+    </message>
+    <message>
+      <source>check the unit of the cloud's heights and measure again</source>
+      <translation>compruebe la unidad de las alturas de la nube y mida de nuevo</translation>
     </message>
     <message>
       <source>the tree stands at the edge of the data</source>
@@ -3584,8 +3620,28 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Ejecución</translation>
     </message>
     <message>
+      <source>Live or dead</source>
+      <translation>Vivo o muerto</translation>
+    </message>
+    <message>
       <source>seen, no DBH</source>
       <translation>visto, sin DAP</translation>
+    </message>
+    <message>
+      <source>Yours to write</source>
+      <translation>Para escribir usted</translation>
+    </message>
+    <message>
+      <source>Measured</source>
+      <translation>Medido</translation>
+    </message>
+    <message>
+      <source>not said</source>
+      <translation>sin indicar</translation>
+    </message>
+    <message>
+      <source>live</source>
+      <translation>vivo</translation>
     </message>
   </context>
 </TS>
