@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import Any, ClassVar
 
 from qgis.core import (
@@ -77,7 +78,7 @@ def _in_order(details: QgsProcessingContext.LayerDetails, sources: list[str], ra
         details.layerSortKey = rank
 
 
-def stack(project: QgsProject, sources: list[str]) -> None:
+def stack(project: QgsProject, sources: Sequence[str]) -> None:
     """Put the layers of ``sources`` (bottom first) into this order, each group of the layer tree by itself."""
     rank = {source: number for number, source in enumerate(sources)}
     groups: dict[int, tuple[QgsLayerTreeGroup, list[QgsLayerTreeNode]]] = {}
@@ -105,13 +106,13 @@ class DefaultStyle(QgsProcessingLayerPostProcessorInterface):
     _kept: ClassVar[list[DefaultStyle]] = []
 
     #: The layers it belongs to, bottom first.
-    sources: ClassVar[tuple[str, ...]] = ()
+    sources: tuple[str, ...] = ()
 
     @classmethod
     def make(cls, sources: list[str] | None = None) -> DefaultStyle:
         """A new one for each layer."""
         made = cls()
-        made.sources = sources or []
+        made.sources = tuple(sources or ())
         cls._kept = [*cls._kept[-40:], made]
         return made
 

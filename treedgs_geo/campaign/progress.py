@@ -43,7 +43,8 @@ class Board:
         error = f", RMSE {accuracy['rmse_cm']:.2f} cm on {accuracy['n']}" if accuracy.get("rmse_cm") is not None else ""
         self.reporter.info(
             f"{tally.settled:>{len(str(len(self.plan)))}}/{len(self.plan)}  {plot_id}: {result['n_measured']} of "
-            f"{result['n_trees']} stems measured, {time_text(result['seconds'])}, {result['peak_gb']:.2f} GB{error}")
+            f"the {result['n_trees']} stems found measured, {time_text(result['seconds'])}, "
+            f"{result['peak_gb']:.2f} GB{error}")
 
     def left_s(self, slots: int) -> float | None:
         """Seconds left, or None before the first plot has ended."""
@@ -73,8 +74,8 @@ class Board:
         self.reporter.progress(min((self._settled + partly * mean) / self._total, 1.0), message)
         lines = [
             f"{message}; {tally.done} done now, {tally.kept} done before, {tally.failed} failed, "
-            f"{tally.retried} retries, {tally.interrupted} interruptions; {tally.measured} of {tally.trees} stems "
-            "measured",
+            f"{tally.retried} retries, {tally.interrupted} interruptions; {tally.measured} of the {tally.trees} stems "
+            "found measured",
             f"workers: {slots} plots at once at {self.crew.address}; dashboard: {self.crew.dashboard or 'off'}; "
             f"{time.strftime('%Y-%m-%d %H:%M:%S')}", ""]
         lines += [f"{plot:<24.24} {stage:<28.28} {spent:>8} {memory:>9}  {place}"

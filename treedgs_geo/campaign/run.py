@@ -210,7 +210,7 @@ def _write(
     fitted.save(workspace / COSTS)
     ratio = f", {seconds / forecast.seconds:.2f} times the forecast" if not tally.kept and tally.done else ""
     status = (f"{counts['done']} of {len(plan)} plots measured, {counts['failed']} failed; "
-              f"{tally.measured} of {n_trees} stems have a DBH")
+              f"{tally.measured} of the {n_trees} stems found have a DBH")
     reasons = ", ".join(f"{n} {name}" for name, n in sorted(tally.reasons.items(), key=lambda item: -item[1]))
     facts = {
         "result": status + ".", "trees layer": str(output), "refused because": reasons or "none",
