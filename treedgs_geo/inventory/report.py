@@ -66,7 +66,7 @@ def draw_stem_map(trees: gpd.GeoDataFrame, plots: list[Plot], title: str = "") -
     for _, tree in trees.iterrows():
         at = tree["x"] - origin[0], tree["y"] - origin[1]
         text = f"{tree['dbh_cm']:.1f}" if pd.notna(tree["dbh_cm"]) else "–"
-        near = {"textcoords": "offset points", "zorder": 4, "annotation_clip": True}
+        near: dict[str, Any] = {"textcoords": "offset points", "zorder": 4, "annotation_clip": True}
         beside = 3 + (tree["dbh_cm"] if pd.notna(tree["dbh_cm"]) else 12) / 4.4
         axes.annotate(str(tree["tree_id"]), at, xytext=(beside, 1), fontsize=8, fontweight="bold", **near)
         axes.annotate(text, at, xytext=(beside, -7), fontsize=7, color="0.3", **near)
