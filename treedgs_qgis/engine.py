@@ -35,6 +35,8 @@ PLUGIN_ROOT = Path(__file__).resolve().parents[1]
 GRACE_S = 1.2
 #: Seconds the engine may take to end after closing its output.
 CLOSING_S = 20
+#: Seconds that lines of an engine which has ended may take to arrive.
+LAST_WORDS_S = 1.0
 #: The engine's exit code for a mistake of its own: the only one whose log is worth naming.
 DEFECT = 1
 #: How many job folders (logs) are kept.
@@ -363,15 +365,18 @@ def stream(process: subprocess.Popen, is_cancelled: Callable[[], bool]) -> Gener
     ]
     for reader in readers:
         reader.start()
-    still_open = len(readers)
+    still_open, ended = len(readers), 0.0
     try:
         while still_open and not is_cancelled():
             try:
                 item = lines.get(timeout=0.1)
             except queue.Empty:
                 # A grandchild that outlives the engine may hold the pipes open: the engine's own end is what counts.
+                # What it said last may still be on its way on a busy machine, and says why it ended.
                 if process.poll() is not None:
-                    break
+                    ended = ended or time.monotonic()
+                    if time.monotonic() - ended > LAST_WORDS_S:
+                        break
                 continue
             if item is None:
                 still_open -= 1
