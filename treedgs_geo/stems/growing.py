@@ -18,6 +18,8 @@ REACH_M = 0.75
 MOST_FITTED = 3000
 #: A candidate's layer, half of its thickness, m, and the prior sd of its lean.
 _LAYER_M, _LAYER_LEAN_SD = 0.8, 0.08
+#: Candidates up to this radius that give no cone are started again from beside them, to these sides.
+THIN_M, _SIDES = 0.09, np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 
 
 def fit_candidate(near: np.ndarray, weights: np.ndarray | None, xy: np.ndarray, h: float, radius: float,
@@ -29,10 +31,16 @@ def fit_candidate(near: np.ndarray, weights: np.ndarray | None, xy: np.ndarray, 
     stride = max(len(near) // MOST_FITTED, 1)
     some = np.ascontiguousarray(near[::stride])
     weight = np.ones(len(some)) if weights is None else np.ascontiguousarray(weights[::stride])
-    fits = grow(some, weight, xy, h, radius, _LAYER_M, sensor.floor_m, sensor.cap_m, _LAYER_LEAN_SD,
-                float(np.tan(np.radians(options.max_lean_deg))), 6)
+    steepest = float(np.tan(np.radians(options.max_lean_deg)))
+    fits = list(zip(*grow(some, weight, xy, h, radius, _LAYER_M, sensor.floor_m, sensor.cap_m, _LAYER_LEAN_SD,
+                          steepest, 6), strict=True))
+    if not fits and not sensor.solid and radius <= THIN_M:
+        # The vote for a thin half ring lies on its bark: its centre is a radius away to some side.
+        for step in _SIDES:
+            fits += zip(*grow(some, weight, xy + radius * step, h, radius, _LAYER_M, sensor.floor_m, sensor.cap_m,
+                              _LAYER_LEAN_SD, steepest, 6), strict=True)
     grown = []
-    for vector, covariance, sigma in zip(*fits, strict=True):
+    for vector, covariance, sigma in fits:
         x, y, dx, dy, r, taper, _, _ = vector.tolist()
         cone = Cone(x, y, dx, dy, r, taper, float(h), float(sigma), covariance)
         grown.append(_solid_radius(cone, near, weights) if sensor.solid else cone)
