@@ -133,3 +133,32 @@ def test_a_second_chain_in_a_workspace_is_refused_and_a_killed_one_gives_way(fli
         third.communicate()
     assert third.returncode == 130
     assert not list((flight / "work").glob("lease.000??[0-9]"))
+
+
+def test_a_harmed_output_is_named_made_again_and_what_follows_only_if_it_came_out_otherwise(tmp_path):
+    def run(ground: str) -> tuple[list[str], str, str]:
+        done, said = [], io.StringIO()
+
+        def stage(name: str, content: str):
+            def work(_) -> dict:
+                done.append(name)
+                (tmp_path / f"{name}.bin").write_text(content)
+                return {}
+            return work
+
+        with Workspace.held(tmp_path) as space:
+            steps = Steps(space, PlainReporter(said))
+            for name, content in (("reconstruct", "r"), ("ground", ground), ("measure", "m")):
+                steps.run(name, {}, [], [tmp_path / f"{name}.bin"], stage(name, content))
+            return done, said.getvalue(), steps.run_id
+
+    first, _, run_id = run("g")
+    assert first == ["reconstruct", "ground", "measure"] and run("g")[0] == []
+    (tmp_path / "ground.bin").write_text("harmed")
+    again, said, same = run("g")
+    assert again == ["ground"] and same == run_id
+    assert f"{tmp_path / 'ground.bin'}: is not as the run left it (damaged or changed); the stage ground" in said
+    (tmp_path / "ground.bin").unlink()
+    again, said, same = run("otherwise")
+    assert again == ["ground", "measure"] and same == run_id and "ground.bin: is missing" in said
+    assert run("otherwise")[0] == []
