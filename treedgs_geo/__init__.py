@@ -5,4 +5,4 @@ geotags -> reconstruction -> gaussians -> stems -> measure -> inventory -> evalu
 with ``core``, ``terrain`` and ``pointcloud`` below them all.
 """
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
