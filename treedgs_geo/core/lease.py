@@ -178,7 +178,7 @@ def _highest(folder: Path) -> tuple[int, bool]:
     found: list[tuple[int, bool]] = []
     try:
         names = os.listdir(folder)
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         return 0, True
     for name in names:
         match = _NAME.fullmatch(name)
