@@ -252,6 +252,7 @@ def test_large_square_plots_of_many_species(tmp_path):
         ({"plots": None, "boundary": None}, InputError, "Give --plots"),
         ({"trees": None, "field": "plots.csv", "pairs": "trees.gpkg"}, InputError, "--pairs"),
         ({"plots": "far.csv"}, InputError, "no plot is left"),
+        ({"plots": "local.csv"}, InputError, "local metres by their size"),
         ({"plots": "twice.csv"}, InputError, "line 3: plot_id 'a' appears twice"),
         ({"plots": "bad.csv"}, InputError, "line 2: radius_m is 'ten'"),
         ({"plots": "none.csv"}, InputError, "has no size"),
@@ -263,7 +264,8 @@ def test_large_square_plots_of_many_species(tmp_path):
 def test_mistakes_are_told_before_anything_is_written(tmp_path, change, error, message):
     folder = make_survey(tmp_path)
     head = "plot_id,easting,northing,radius_m,epsg\n"
-    (folder / "far.csv").write_text(head + "a,1000,1000,10,\n")
+    (folder / "far.csv").write_text(head + "a,600000,3700000,10,\n")
+    (folder / "local.csv").write_text(head + "a,1000,1000,10,\n")
     (folder / "twice.csv").write_text(head + "a,611340,3718430,10,\na,611350,3718430,10,\n")
     (folder / "bad.csv").write_text(head + "a,611340,3718430,ten,\n")
     (folder / "none.csv").write_text("plot_id,easting,northing\na,611340,3718430\n")

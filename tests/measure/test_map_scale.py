@@ -72,7 +72,7 @@ def test_coordinates_that_are_not_of_the_crs_are_refused(dry, tmp_path, capsys):
     xyz = plot_cloud(np.random.default_rng(1), STEMS)
     for name, moved, crs, words in (
         ("local.laz", xyz + (-196, 20, 0), "EPSG:32615", "local metres by their size"),
-        ("degrees.laz", xyz * (1e-5, 1e-5, 1) + (-91.8, 33.6, 0), "EPSG:6344", "longitude and latitude"),
+        ("degrees.laz", xyz * (1e-5, 1e-5, 1) + (-91.8, 33.6, 0), "EPSG:6344", "degrees"),
         ("swapped.laz", (xyz + (611_300, 3_718_400, 0))[:, [1, 0, 2]], "EPSG:32615", "exchanged"),
         ("france.laz", xyz + (611_300, 3_718_400, 0), "EPSG:2154", "made for longitudes"),
     ):

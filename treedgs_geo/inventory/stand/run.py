@@ -178,7 +178,7 @@ def _read_plots(settings: Any, trees: TreeList, reporter: Reporter) -> tuple[lis
             trees.trees["plot_id"] = "stand"
         return [census(boundary, "stand")], boundary
     plots = read_sample(settings.plots, trees.crs, settings.plot_size, on_map=not trees.from_field)
-    check_place(trees.crs, np.array([[plot.x, plot.y] for plot in plots]), str(settings.plots))
+    check_place(trees.crs, np.array([[plot.x, plot.y] for plot in plots]), str(settings.plots), photos=True)
     moved = [plot.plot_id for plot in plots if plot.plot_id in trees.centres and plot.shape == "circle"]
     if moved:
         from dataclasses import replace
