@@ -78,7 +78,7 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str, reporter:
 
             qml = (files("treedgs_geo.inventory") / "styles" / "trees.qml").read_text(encoding="utf-8")
             save_style(temporary, LAYER, qml)
-    written.tell(reporter)
+    written.report(reporter)
     return total
 
 

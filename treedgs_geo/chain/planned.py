@@ -1,4 +1,4 @@
-"""What geotags and gimbal angles foretell before any photo is matched: where the photos look, and how large the search
+"""What geotags and gimbal angles say before any photo is matched: where the photos look, and how large the search
 for stems will be."""
 
 from __future__ import annotations

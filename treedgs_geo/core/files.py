@@ -19,7 +19,7 @@ from typing import Any
 
 from .errors import InputError, OutputError
 from .lease import host, pid_space, started
-from .shortage import full_disk, full_disk_told
+from .shortage import full_disk, reporting_full_disk
 
 #: Longest file name in bytes: file systems take 255, and SQLite and shapefiles add to it.
 LONGEST_NAME = 240
@@ -40,7 +40,7 @@ def atomic_path(target: Path) -> Iterator[Path]:
     """
     target = Path(target)
     ensure_writable(target)
-    with temporary_beside(target) as temporary, full_disk_told(target):
+    with temporary_beside(target) as temporary, reporting_full_disk(target):
         yield temporary
         put_in_place(temporary, target)
 
@@ -136,7 +136,7 @@ def atomic_folder(target: Path) -> Iterator[Path]:
     """
     target = Path(target)
     ensure_writable(target / "x")
-    with temporary_beside(target) as temporary, full_disk_told(target):
+    with temporary_beside(target) as temporary, reporting_full_disk(target):
         temporary.mkdir()
         yield temporary
         if target.exists():

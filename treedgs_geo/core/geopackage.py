@@ -11,7 +11,7 @@ from pathlib import Path
 from .errors import OutputError
 from .files import ensure_writable, put_in_place, temporary_beside
 from .geopackage_merge import ForeignLayer, check_layers, merge
-from .shortage import full_disk_told, is_full
+from .shortage import is_full, reporting_full_disk
 
 #: Seconds to wait for another program that reads or edits a GeoPackage.
 WAIT_S = 12.0
@@ -38,7 +38,7 @@ def atomic_geopackage(target: Path, own: OwnLayers) -> Iterator[Path]:
     target = Path(target)
     ensure_writable(target)
     _check_path(target)
-    with temporary_beside(target) as temporary, full_disk_told(target):
+    with temporary_beside(target) as temporary, reporting_full_disk(target):
         yield temporary
         if temporary.exists():
             _check_whole(temporary)

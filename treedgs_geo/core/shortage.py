@@ -50,7 +50,7 @@ def full_disk(where: object, detail: str) -> OutputError:
 
 
 @contextmanager
-def full_disk_told(target: Path) -> Iterator[None]:
+def reporting_full_disk(target: Path) -> Iterator[None]:
     """Turn what libraries say about a full disk while ``target`` is written into one sentence; they often do not say
     so. To be left before what was written is removed.
 

@@ -183,7 +183,7 @@ def _note_heights(stations: Stations, own: Stations, marked: np.ndarray, source:
     reporter.warn(
         f"{source}: its heights are {apart:+.0f} m (median) from those of {whose}, expected within {DISTRUST_M:.0f} m; "
         "the base station's height may be wrong or above sea level: no height in the result can be compared with a "
-        "terrain model until that is mended."
+        "terrain model until that is corrected."
     )
 
 

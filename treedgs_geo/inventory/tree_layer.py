@@ -16,7 +16,7 @@ from ..core.errors import InputError, OutputError
 from ..core.files import atomic_path, ensure_writable, temporary_beside
 from ..core.geopackage import atomic_geopackage, ensure_unlocked, save_style
 from ..core.progress import Reporter
-from ..core.shortage import full_disk_told
+from ..core.shortage import reporting_full_disk
 from ..core.tables import refuse_other_formats, safe_frame
 from ..measure.trees import TREE_FIELDS, Tree
 from .circle_layers import CIRCLES, SLICES, add_layers
@@ -111,7 +111,7 @@ def write_trees(
             if driver == "GPKG":
                 save_style(temporary, LAYER, (files(__package__) / "styles" / "trees.qml").read_text(encoding="utf-8"))
                 add_layers(temporary, table, slices)
-    written.tell(reporter)
+    written.report(reporter)
     return path
 
 
@@ -145,7 +145,7 @@ def style_terrain(path: Path) -> None:
 
 def _write_shapefile(path: Path, table: gpd.GeoDataFrame) -> None:
     """A shapefile is several files: written together in a folder beside the target, then moved one by one."""
-    with temporary_beside(path) as folder, full_disk_told(path):
+    with temporary_beside(path) as folder, reporting_full_disk(path):
         folder.mkdir()
         table.to_file(
             folder / path.name,

@@ -57,7 +57,7 @@ class Written:
                     table.iloc[j, table.columns.get_loc(name)] = self.entries[name].iloc[k]
         return table
 
-    def tell(self, reporter: Reporter | None) -> None:
+    def report(self, reporter: Reporter | None) -> None:
         """Say what was kept, and what found no tree again."""
         if reporter is None or not len(self.entries):
             return

@@ -159,14 +159,14 @@ def given_ground(given: Dtm, xyz: np.ndarray, where: str, reporter: Reporter) ->
     else:
         _require_possible(given, xyz, where)
         reporter.info(f"{where}: could not be checked, the cloud shows too little ground of its own.")
-    mended, holes, wrong = _mended(given, found, places, seen)
+    completed, holes, wrong = _completed(given, found, places, seen)
     if holes or wrong:
         what = " and ".join(filter(None, [f"no height in {holes:.0f} m2" if holes else "",
                                           f"a height more than {OTHER_HEIGHTS_M:g} m off in {wrong:.0f} m2"
                                           if wrong else ""]))
         reporter.warn(f"{where}: has {what} of the ground under the cloud; the ground that the cloud shows stands in "
                       "there, and stems where it shows none have no_ground.")
-    return CloudGround(mended, given, found.own, found.layer, median)
+    return CloudGround(completed, given, found.own, found.layer, median)
 
 
 def _require_possible(given: Dtm, xyz: np.ndarray, where: str) -> None:
@@ -197,7 +197,7 @@ def _refuse_heights(places: np.ndarray, given: Dtm, own: Dtm, share: float, wher
         "one vertical datum (ellipsoid or geoid) and to metres, or leave --dtm out.")
 
 
-def _mended(given: Dtm, found: CloudGround, places: np.ndarray, seen: np.ndarray) -> tuple[Dtm, float, float]:
+def _completed(given: Dtm, found: CloudGround, places: np.ndarray, seen: np.ndarray) -> tuple[Dtm, float, float]:
     """``(model, m2 without a height, m2 with a wrong one)``: the given model as it is, or on the cloud's own grid with
     the cloud's ground where the given one has none, or where the cloud shows ground at another height."""
     from scipy.spatial import cKDTree
@@ -216,6 +216,6 @@ def _mended(given: Dtm, found: CloudGround, places: np.ndarray, seen: np.ndarray
     bad = holes | wrong
     if not bad.any():
         return given, 0.0, 0.0
-    mended = replace(own, heights=np.where(bad, own.heights, theirs))
+    completed = replace(own, heights=np.where(bad, own.heights, theirs))
     area = own.resolution_m**2
-    return mended, area * float(holes.sum()), area * float(wrong.sum())
+    return completed, area * float(holes.sum()), area * float(wrong.sum())

@@ -15,7 +15,7 @@ import shapely
 
 from ...core.files import ensure_writable, temporary_beside
 from ...core.geopackage import atomic_geopackage, save_style
-from ...core.shortage import full_disk_told
+from ...core.shortage import reporting_full_disk
 from .survey import Stand
 
 PLOTS, TREES = "stand_plots", "stand_trees"
@@ -106,7 +106,7 @@ def write_shapefiles(folder: Path, stand: Stand) -> list[Path]:
             continue
         target = Path(folder) / f"{name}.shp"
         ensure_writable(target)
-        with temporary_beside(target) as scratch, full_disk_told(target):
+        with temporary_beside(target) as scratch, reporting_full_disk(target):
             scratch.mkdir()
             _write(layer, scratch / target.name, driver="ESRI Shapefile", encoding="UTF-8")
             for part in scratch.iterdir():
