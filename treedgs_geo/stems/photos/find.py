@@ -15,6 +15,7 @@ from .backdrop import Backdrop, cut_silhouette, make_backdrop
 from .carving import carved_seeds
 from .detect import Detector, Seed, lean_grid
 from .fine import NO_STEMS
+from .mixture import UNSURE_REFUSED
 from .options import PhotoStemOptions
 from .plumb import make_map
 from .stack import GroundGrid, PhotoStack, load_stack
@@ -70,7 +71,15 @@ def stems_from_photos(
             f"stems in the photos ({index + 1} of {len(tiles)})", index / len(tiles), (index + 1) / len(tiles)
         ):
             found += _tile(views, ground, area, tile, box, options, reporter)
-    return merge(found)
+    return [without_open_diameter(fit) for fit in merge(found)]
+
+
+def without_open_diameter(fit: StemFit) -> StemFit:
+    """Refused, if its explanations leave the diameter open. To be asked at the end: a place that is explained, however
+    unsure its diameter, is not to be explained again by another seed."""
+    if not fit.measured or np.isnan(fit.lo_cm) or fit.se_cm <= UNSURE_REFUSED * fit.dbh_cm:
+        return fit
+    return replace(fit, flag="reject", reasons=(*fit.reasons, "wide_error"))
 
 
 def split(area: Area, margin_m: float) -> list[tuple[Area, tuple[float, float, float, float]]]:

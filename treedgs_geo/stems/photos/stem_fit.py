@@ -15,7 +15,7 @@ from .coarse_kernels import SEEN_MEAN_Z, SEEN_PRIOR, Z_CAP
 from .detect import Seed
 from .fine import NO_STEMS, FineFit, refine
 from .foot import breast_height, moved
-from .mixture import PAIR_SE_CM, UNSURE, UNSURE_REFUSED, Others
+from .mixture import PAIR_SE_CM, UNSURE, Others
 from .options import PhotoStemOptions
 from .outline import settle
 from .stack import GroundGrid, PhotoStack
@@ -295,8 +295,6 @@ class Fitter:
         if others is not None and flag == "check" and UNSURE & set(reasons):
             mixture = others.mixture(dbh, se)
             se, (low_cm, high_cm) = mixture.error_cm(dbh), mixture.interval_cm(dbh)
-            if se > UNSURE_REFUSED * dbh:
-                flag, reasons = "reject", (*reasons, "wide_error")
         return StemFit(
             axis=axis,
             r0=r0,
