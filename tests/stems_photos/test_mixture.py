@@ -11,8 +11,10 @@ from treedgs_geo.core.intervals import HALF_WIDTH_SE
 from treedgs_geo.measure.trees import Tree, with_block_errors
 from treedgs_geo.stems.photos.choice import Choice, Explanation
 from treedgs_geo.stems.photos.coarse import Mode
+from treedgs_geo.stems.photos.find import merge, without_open_diameter
 from treedgs_geo.stems.photos.fine import FineFit
 from treedgs_geo.stems.photos.mixture import PAIR_SE_CM, Mixture, Others
+from treedgs_geo.stems.photos.stem_fit import StemFit
 from treedgs_geo.stems.photos.strips import Axis
 from treedgs_geo.stems.photos.verdict import GAIN_DOUBTFUL, GAIN_MERGED, companion_share
 
@@ -79,3 +81,31 @@ def test_errors_that_a_plot_shares_widen_each_side_by_itself():
     assert wide.dbh_se_cm == pytest.approx(np.hypot(3.0, 0.6))
     same = with_block_errors(replace(tree), 0.0, 0.0)
     assert (same.dbh_lo_cm, same.dbh_hi_cm) == (29.0, 37.0)
+
+
+def fitted(dbh_cm: float, llr: float, gain: float = 0.0, flag: str = "ok", x: float = 0.0) -> StemFit:
+    axis = Axis(np.array([x, 2.0]), np.zeros(2), np.zeros(2), 1.0, 1.37)
+    return StemFit(axis, dbh_cm / 200, -0.0045, dbh_cm, 0.5, flag, ("merged",) if gain > GAIN_DOUBTFUL else (), 100.0, llr,
+                   20.0, 8, 7.0, 250.0, 0.5, dbh_cm, np.ones(9), gain=gain)
+
+
+def test_two_stems_explain_a_place_better_than_one_and_are_not_the_better_stem_for_that():
+    one, pair = fitted(16.9, 183.0, 46.0, "check"), fitted(30.8, 190.0, 75.0, "check", x=0.05)
+    assert merge([pair, one]) == [one] == merge([one, pair])
+
+
+def test_a_rival_from_another_seed_is_in_the_interval():
+    better, rival, beside = fitted(30.0, 120.0), fitted(34.0, 100.0, x=0.02), fitted(25.0, 110.0, x=1.0)
+    kept = merge([rival, beside, better])
+    assert len(kept) == 2 and kept[1] == beside
+    assert kept[0].dbh_cm == 30.0 and kept[0].flag == "check" and "ambiguous" in kept[0].reasons
+    assert kept[0].hi_cm > 33.0 and kept[0].se_cm == pytest.approx(np.hypot(0.5, 2.0))
+    assert merge([better, fitted(34.0, 80.0)]) == [better] and merge([better, fitted(30.5, 110.0)]) == [better]
+
+
+def test_a_diameter_that_stays_open_is_refused_at_the_end():
+    open_one = replace(fitted(30.0, 120.0, flag="check"), se_cm=5.0, lo_cm=20.0, hi_cm=31.0)
+    assert without_open_diameter(open_one).flag == "reject" and "wide_error" in without_open_diameter(open_one).reasons
+    narrow = replace(open_one, se_cm=4.0)
+    assert without_open_diameter(narrow) is narrow
+    assert without_open_diameter(fitted(30.0, 120.0)).flag == "ok"

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...core.crs import LocalFrame
+from ...core.intervals import HALF_WIDTH_SE
 from ...core.progress import Reporter
 from ...reconstruction.cameras import View
 from ..area import Area
@@ -22,6 +23,7 @@ from .stack import GroundGrid, PhotoStack, load_stack
 from .stem_fit import Fitter, Prior, StemFit, build_null
 from .strips import Axis
 from .sun import sun_azimuths
+from .verdict import GAIN_MERGED
 
 #: Widest piece of ground searched at once, metres (bounds memory).
 TILE_M = 26.0
@@ -30,6 +32,8 @@ REACH_BELOW = 22.0
 MOST_SEEDS = 90
 #: Seeds are this far apart (m), and a lean costs them this much (log likelihood units per (m/m)^2).
 APART_M, LEAN_COST = 0.4, 60.0
+#: Explanations of one stem from two seeds whose edge scores are closer than this are rivals (log likelihood units).
+RIVAL_LLR = 30.0
 #: Two looks at one stem: as far apart in lean (tangent) and in diameter (share), at most.
 SAME_LEAN, SAME_DBH = 0.09, 0.04
 #: Local maxima this close are looked at for second stems within the next distance of a found one, and at most so many.
@@ -312,10 +316,25 @@ def _random_places(tile: Area, rng: np.random.Generator, n: int = 16) -> np.ndar
 
 
 def merge(fits: list[StemFit]) -> list[StemFit]:
-    """One entry a stem: measured ones first, best first; what overlaps a better one is dropped."""
+    """One entry a stem: measured ones first, best first; what overlaps a better one is dropped. One that is nearly as
+    good and reads another diameter widens the error of the better one by half of the difference."""
     kept: list[StemFit] = []
-    for fit in sorted(fits, key=lambda f: (not f.measured, -f.llr)):
-        near = [np.hypot(*(fit.axis.p - k.axis.p)) < 0.7 * (fit.r0 + k.r0) + 0.05 for k in kept]
-        if not any(near):
+    for fit in sorted(fits, key=lambda f: (not f.measured, -single_llr(f))):
+        near = [n for n, k in enumerate(kept) if np.hypot(*(fit.axis.p - k.axis.p)) < 0.7 * (fit.r0 + k.r0) + 0.05]
+        if not near:
             kept.append(fit)
+            continue
+        best = kept[near[0]]
+        apart = abs(fit.dbh_cm - best.dbh_cm)
+        rival = fit.measured and single_llr(fit) > single_llr(best) - RIVAL_LLR
+        if rival and apart > max(1.0, SAME_DBH * best.dbh_cm):
+            se = float(np.hypot(best.se_cm, 0.5 * apart))
+            low, high = best.dbh_cm - HALF_WIDTH_SE * se, best.dbh_cm + HALF_WIDTH_SE * se
+            reasons = tuple(dict.fromkeys([*best.reasons, "ambiguous"]))
+            kept[near[0]] = replace(best, flag="check", reasons=reasons, se_cm=se, lo_cm=max(low, 0.0), hi_cm=high)
     return kept
+
+
+def single_llr(fit: StemFit) -> float:
+    """Edge score of the best single stem at the place: two stems explain any place better than one."""
+    return fit.llr - fit.gain if fit.gain > GAIN_MERGED else fit.llr
