@@ -86,8 +86,8 @@ def test_errors_that_a_plot_shares_widen_each_side_by_itself():
 def fitted(dbh_cm: float, llr: float, gain: float = 0.0, flag: str = "ok", x: float = 0.0) -> StemFit:
     axis = Axis(np.array([x, 2.0]), np.zeros(2), np.zeros(2), 1.0, 1.37)
     reasons = ("merged",) if gain > GAIN_DOUBTFUL else ()
-    return StemFit(axis, dbh_cm / 200, -0.0045, dbh_cm, 0.5, flag, reasons, 100.0, llr, 20.0, 8, 7.0, 250.0, 0.5, dbh_cm,
-                   np.ones(9), gain=gain)
+    return StemFit(axis, dbh_cm / 200, -0.0045, dbh_cm, 0.5, flag, reasons, 100.0, llr, 20.0, 8, 7.0, 250.0, 0.5,
+                   dbh_cm, np.ones(9), gain=gain)
 
 
 def test_two_stems_explain_a_place_better_than_one_and_are_not_the_better_stem_for_that():
