@@ -10,10 +10,12 @@ demo: setup  ## the main job on a small simulated plot, through qgis_process
 	@$(PYTHON) tools/demo.py
 
 test: setup  ## style check, then all tests; real QGIS is driven
+	@$(PYTHON) -m ruff format --quiet --check .
 	@$(PYTHON) -m ruff check --quiet .
 	@$(PYTHON) -m pytest -q
 
 lint: setup  ## style and types
+	@$(PYTHON) -m ruff format --check .
 	@$(PYTHON) -m ruff check .
 	@$(PYTHON) -m mypy
 

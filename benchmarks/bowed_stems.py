@@ -36,15 +36,21 @@ def main() -> None:
     parser.add_argument("--scratch", type=Path, required=True, help="where the plots are kept")
     parser.add_argument("--output", type=Path)
     args = parser.parse_args()
-    record: dict = {"machine": f"{platform.machine()}, {os.cpu_count()} cores", "version": __version__,
-                    "seeds": SEEDS, "bow_cm": {}}
+    record: dict = {
+        "machine": f"{platform.machine()}, {os.cpu_count()} cores",
+        "version": __version__,
+        "seeds": SEEDS,
+        "bow_cm": {},
+    }
     for bow in factor("sweep").levels:
         parts = []
         for seed in SEEDS:
             folder = args.scratch / f"bow_{bow:g}_{seed}"
             if not (folder / "truth" / "config.json").exists():
-                simulate_plot(SimulateSettings(output=folder, seed=seed, sweep_cm=bow, **{**BASE, **PHOTOS}),
-                              make_reporter("quiet"))
+                simulate_plot(
+                    SimulateSettings(output=folder, seed=seed, sweep_cm=bow, **{**BASE, **PHOTOS}),
+                    make_reporter("quiet"),
+                )
             parts.append(measure(folder))
         rows = [row for found, _ in parts for row in found]
         result = figures(rows, sum(count for _, count in parts))

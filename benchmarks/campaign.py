@@ -44,8 +44,19 @@ RESULTS = ROOT / "docs" / "results"
 
 def campaign(manifest: Path, workspace: Path, *more: str, **run) -> subprocess.Popen:
     """``treedgs campaign`` running."""
-    command = [sys.executable, "-m", "treedgs_geo", "campaign", "--manifest", str(manifest), "--workspace",
-               str(workspace), "--log-format", "json", *more]
+    command = [
+        sys.executable,
+        "-m",
+        "treedgs_geo",
+        "campaign",
+        "--manifest",
+        str(manifest),
+        "--workspace",
+        str(workspace),
+        "--log-format",
+        "json",
+        *more,
+    ]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=ROOT, **run)
 
 
@@ -95,10 +106,35 @@ def alone(manifest: Path, folder: Path) -> dict[str, Path]:
             if row["cloud"]:
                 verb = ["pointcloud-to-dbh", "--input", row["cloud"]]
             else:
-                verb = ["photos-to-dbh", "--photos", row["photos"], "--geotags", row["geotags"],
-                        "--plots", row["plots"], "--workspace", str(folder / row["plot_id"])]
-            subprocess.run([sys.executable, "-m", "treedgs_geo", *verb, "--crs", row["crs"], "--output", str(layer),
-                            "--log-format", "quiet"], check=True, env=environment, cwd=ROOT, stdout=subprocess.DEVNULL)
+                verb = [
+                    "photos-to-dbh",
+                    "--photos",
+                    row["photos"],
+                    "--geotags",
+                    row["geotags"],
+                    "--plots",
+                    row["plots"],
+                    "--workspace",
+                    str(folder / row["plot_id"]),
+                ]
+            subprocess.run(
+                [
+                    sys.executable,
+                    "-m",
+                    "treedgs_geo",
+                    *verb,
+                    "--crs",
+                    row["crs"],
+                    "--output",
+                    str(layer),
+                    "--log-format",
+                    "quiet",
+                ],
+                check=True,
+                env=environment,
+                cwd=ROOT,
+                stdout=subprocess.DEVNULL,
+            )
     return layers
 
 
@@ -111,9 +147,13 @@ def same(given: argparse.Namespace) -> dict:
         result, seconds = timed(manifest, given.scratch / "same", "--workers", str(given.workers))
     began = time.monotonic()
     layers = alone(manifest, given.scratch / "alone")
-    return {"campaign": result, "seconds": seconds and round(seconds, 1),
-            "one_by_one_s": round(time.monotonic() - began, 1), "plots": len(layers),
-            "differences": differences(Path(result["output"]), layers)}
+    return {
+        "campaign": result,
+        "seconds": seconds and round(seconds, 1),
+        "one_by_one_s": round(time.monotonic() - began, 1),
+        "plots": len(layers),
+        "differences": differences(Path(result["output"]), layers),
+    }
 
 
 def killed(given: argparse.Namespace) -> dict:
@@ -149,9 +189,13 @@ def killed(given: argparse.Namespace) -> dict:
     if len(single) != result["n_plots"] and not calm.exists():
         timed(manifest, given.scratch / "same", "--workers", str(given.workers))
     by_one = len(single) == result["n_plots"]
-    return {"campaign": result, "killed": victims, "left_over": leftovers(workspace),
-            "compared_with": "one by one" if by_one else "the undisturbed campaign",
-            "differences": differences(workspace / "trees.gpkg", single if by_one else calm)}
+    return {
+        "campaign": result,
+        "killed": victims,
+        "left_over": leftovers(workspace),
+        "compared_with": "one by one" if by_one else "the undisturbed campaign",
+        "differences": differences(workspace / "trees.gpkg", single if by_one else calm),
+    }
 
 
 def pick(coordinator: int, draw: random.Random) -> tuple[str, psutil.Process | None]:
@@ -190,10 +234,14 @@ def speedup(given: argparse.Namespace) -> dict:
             _, spent = timed(manifest, workspace, "--workers", str(workers), "--dashboard", "off")
             seconds[workers].append(round(spent, 2))
             stages[workers].append(plots_stage(workspace))
-    return {"plots": sum(1 for _ in open(manifest, encoding="utf-8")) - 1, "seconds": seconds, "plots_stage_s": stages,
-            "speedup_whole_command": round(min(seconds[1]) / min(seconds[2]), 2),
-            "speedup_plots": round(min(stages[1]) / min(stages[2]), 2),
-            "load_before": os.getloadavg()[0]}
+    return {
+        "plots": sum(1 for _ in open(manifest, encoding="utf-8")) - 1,
+        "seconds": seconds,
+        "plots_stage_s": stages,
+        "speedup_whole_command": round(min(seconds[1]) / min(seconds[2]), 2),
+        "speedup_plots": round(min(stages[1]) / min(stages[2]), 2),
+        "load_before": os.getloadavg()[0],
+    }
 
 
 def plots_stage(workspace: Path) -> float:
@@ -210,8 +258,12 @@ def memory(given: argparse.Namespace) -> dict:
     """Peak of the coordinating process with few and many rows; each in a fresh process."""
     found = {}
     for rows in (10, 1000):
-        done = subprocess.run([sys.executable, __file__, "coordinator", "--rows", str(rows), "--scratch",
-                               str(given.scratch)], stdout=subprocess.PIPE, text=True, check=True)
+        done = subprocess.run(
+            [sys.executable, __file__, "coordinator", "--rows", str(rows), "--scratch", str(given.scratch)],
+            stdout=subprocess.PIPE,
+            text=True,
+            check=True,
+        )
         found[str(rows)] = json.loads(done.stdout.strip().splitlines()[-1])
     few, many = found["10"]["peak_mb"], found["1000"]["peak_mb"]
     return {"rows": found, "growth_mb": round(many - few, 1), "growth_kb_a_row": round(1000 * (many - few) / 990, 2)}
@@ -228,10 +280,17 @@ def coordinator(given: argparse.Namespace) -> dict:
     began = time.monotonic()
     from treedgs_geo.core.progress import Reporter
 
-    result = run_campaign(CampaignSettings(manifest=manifest, workspace=folder / "work", workers=2, dashboard="auto"),
-                          Reporter(), function=idle_plot)
-    return {"plots": result["n_done"], "trees": result["n_trees"], "seconds": round(time.monotonic() - began, 1),
-            "peak_mb": round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, 1)}
+    result = run_campaign(
+        CampaignSettings(manifest=manifest, workspace=folder / "work", workers=2, dashboard="auto"),
+        Reporter(),
+        function=idle_plot,
+    )
+    return {
+        "plots": result["n_done"],
+        "trees": result["n_trees"],
+        "seconds": round(time.monotonic() - began, 1),
+        "peak_mb": round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024, 1),
+    }
 
 
 def hosts(given: argparse.Namespace) -> dict:
@@ -246,8 +305,11 @@ def hosts(given: argparse.Namespace) -> dict:
     with open(workspace / "plots.csv", newline="", encoding="utf-8-sig") as stream:
         for row in csv.DictReader(stream):
             used[row["host"]] = used.get(row["host"], 0) + 1
-    return {"campaign": there, "plots_by_host": used,
-            "differences": differences(workspace / "trees.gpkg", Path(result["output"]))}
+    return {
+        "campaign": there,
+        "plots_by_host": used,
+        "differences": differences(workspace / "trees.gpkg", Path(result["output"])),
+    }
 
 
 def main() -> int:
@@ -273,8 +335,13 @@ def main() -> int:
     if given.job == "coordinator":
         print(json.dumps(found))
         return 0
-    found = {"job": given.job, "version": __version__, "seed": given.seed, "machine": {
-        "cores": psutil.cpu_count(), "python": platform.python_version(), "machine": platform.machine()}, **found}
+    found = {
+        "job": given.job,
+        "version": __version__,
+        "seed": given.seed,
+        "machine": {"cores": psutil.cpu_count(), "python": platform.python_version(), "machine": platform.machine()},
+        **found,
+    }
     print(json.dumps(found, indent=1))
     if not given.no_record:
         write_json(RESULTS / f"campaign_{given.job}.json", portable(found, given.scratch))

@@ -47,14 +47,34 @@ def thin(plot: Path, scratch: Path, steps: list[int]) -> int:
         name = f"{plot.name}_{len(photos[::step])}"
         circle = (plot / "plots.csv").read_text(encoding="utf-8").replace(plot.name, name)
         (scratch / f"{name}.csv").write_text(circle, encoding="utf-8")
-        rows.append({"plot_id": name, "photos": folder, "geotags": plot.resolve(), "plots": scratch / f"{name}.csv",
-                     "crs": "EPSG:6344"})
+        rows.append(
+            {
+                "plot_id": name,
+                "photos": folder,
+                "geotags": plot.resolve(),
+                "plots": scratch / f"{name}.csv",
+                "crs": "EPSG:6344",
+            }
+        )
     with open(scratch / "plots.csv", "w", newline="", encoding="utf-8") as stream:
         writer = csv.DictWriter(stream, list(rows[0]))
         writer.writeheader()
         writer.writerows(rows)
-    return subprocess.run([sys.executable, "-m", "treedgs_geo", "campaign", "--manifest", str(scratch / "plots.csv"),
-                           "--workspace", str(scratch / "work"), "--workers", "2"], cwd=ROOT).returncode
+    return subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "treedgs_geo",
+            "campaign",
+            "--manifest",
+            str(scratch / "plots.csv"),
+            "--workspace",
+            str(scratch / "work"),
+            "--workers",
+            "2",
+        ],
+        cwd=ROOT,
+    ).returncode
 
 
 def runs_of(folders: list[Path]) -> list[dict]:
@@ -70,9 +90,16 @@ def runs_of(folders: list[Path]) -> list[dict]:
                     continue
                 sizes = ("photos", "megapixels", "points_m", "n_trees", "disk_gb")
                 numbers = {name: float(row[name]) for name in sizes}
-                found.append({"plot_id": row["plot_id"], "route": row["route"], "attempts": len(attempts),
-                              "seconds": round(sum(attempt["cpu_s"] for attempt in attempts), 2),
-                              "memory_gb": max(attempt["peak_gb"] for attempt in attempts), **numbers})
+                found.append(
+                    {
+                        "plot_id": row["plot_id"],
+                        "route": row["route"],
+                        "attempts": len(attempts),
+                        "seconds": round(sum(attempt["cpu_s"] for attempt in attempts), 2),
+                        "memory_gb": max(attempt["peak_gb"] for attempt in attempts),
+                        **numbers,
+                    }
+                )
     return found
 
 
@@ -81,17 +108,21 @@ def check(runs: list[dict], features: tuple[str, ...]) -> dict:
     errors: dict[str, list[float]] = {name: [] for name in MEASURES}
     sums = {name: [0.0, 0.0] for name in MEASURES}
     for left in range(len(runs)):
-        entry = fit(runs[:left] + runs[left + 1:], features)
+        entry = fit(runs[:left] + runs[left + 1 :], features)
         x = np.array([1.0, *(runs[left][name] for name in features)])
         for name in MEASURES:
             predicted = max(float(x @ np.array(entry[name])), 1e-6)
             errors[name].append(predicted / runs[left][name])
             sums[name][0] += predicted
             sums[name][1] += runs[left][name]
-    return {name: {"median_factor": round(float(np.exp(np.median(np.abs(np.log(values))))), 2),
-                   "worst_factor": round(float(np.exp(np.max(np.abs(np.log(values))))), 2),
-                   "sum_error_pct": round(100 * (sums[name][0] / sums[name][1] - 1), 1)}
-            for name, values in errors.items()}
+    return {
+        name: {
+            "median_factor": round(float(np.exp(np.median(np.abs(np.log(values))))), 2),
+            "worst_factor": round(float(np.exp(np.max(np.abs(np.log(values))))), 2),
+            "sum_error_pct": round(100 * (sums[name][0] / sums[name][1] - 1), 1),
+        }
+        for name, values in errors.items()
+    }
 
 
 def main() -> int:
@@ -107,8 +138,11 @@ def main() -> int:
     if given.thin:
         return thin(given.thin, given.scratch, given.steps)
     runs = runs_of(given.runs)
-    found: dict = {"version": __version__, "machine": {
-        "cores": os.cpu_count(), "python": platform.python_version(), "machine": platform.machine()}, "routes": {}}
+    found: dict = {
+        "version": __version__,
+        "machine": {"cores": os.cpu_count(), "python": platform.python_version(), "machine": platform.machine()},
+        "routes": {},
+    }
     routes = CostModel.load().routes
     for route, features in FEATURES.items():
         mine = [run for run in runs if run["route"] == route]
@@ -126,9 +160,14 @@ def main() -> int:
         need = model.predict(route, TYPICAL[route])
         hours = 10_000 * need.seconds / 3600
         found["routes"][route]["ten_thousand_plots"] = {
-            "plot": TYPICAL[route], "seconds_a_plot": round(need.seconds), "core_hours": round(hours),
-            "days_on_8_cores": round(hours / 8 / 24, 1), "hours_on_500_cores": round(hours / 500, 1),
-            "declared_gb_a_plot": round(need.memory_gb, 2), "disk_gb": round(10_000 * need.disk_gb)}
+            "plot": TYPICAL[route],
+            "seconds_a_plot": round(need.seconds),
+            "core_hours": round(hours),
+            "days_on_8_cores": round(hours / 8 / 24, 1),
+            "hours_on_500_cores": round(hours / 500, 1),
+            "declared_gb_a_plot": round(need.memory_gb, 2),
+            "disk_gb": round(10_000 * need.disk_gb),
+        }
     found["runs"] = runs
     print(json.dumps({name: value for name, value in found.items() if name != "runs"}, indent=1))
     write_json(ROOT / "docs" / "results" / "campaign_costs.json", found)

@@ -26,8 +26,17 @@ DENSITIES = (400.0, 700.0, 1000.0, 1400.0)
 
 def cloud_plot(folder: Path, seed: int) -> SimulateSettings:
     """A plot whose cloud is used; its photos are as few and small as the simulator allows."""
-    return SimulateSettings(output=folder, preset="test", seed=seed, photos=10, image_width=320, image_height=240,
-                            gsd_cm=2.5, samples=1, lidar_density_m2=DENSITIES[seed % len(DENSITIES)])
+    return SimulateSettings(
+        output=folder,
+        preset="test",
+        seed=seed,
+        photos=10,
+        image_width=320,
+        image_height=240,
+        gsd_cm=2.5,
+        samples=1,
+        lidar_density_m2=DENSITIES[seed % len(DENSITIES)],
+    )
 
 
 def photo_plot(folder: Path, seed: int) -> SimulateSettings:
@@ -53,10 +62,17 @@ def main() -> int:
             settings = (cloud_plot if is_cloud else photo_plot)(folder, seed)
             simulate_plot(settings, make_reporter("quiet"))
             print(name, flush=True)
-        rows.append({
-            "plot_id": name, "cloud": f"{name}/lidar/{name}_uls.laz" if is_cloud else "",
-            "photos": "" if is_cloud else f"{name}/images", "geotags": "" if is_cloud else name,
-            "crs": EPSG, "field": f"{name}/field_trees.csv", "plots": f"{name}/plots.csv"})
+        rows.append(
+            {
+                "plot_id": name,
+                "cloud": f"{name}/lidar/{name}_uls.laz" if is_cloud else "",
+                "photos": "" if is_cloud else f"{name}/images",
+                "geotags": "" if is_cloud else name,
+                "crs": EPSG,
+                "field": f"{name}/field_trees.csv",
+                "plots": f"{name}/plots.csv",
+            }
+        )
     with open(given.output / "plots.csv", "w", newline="", encoding="utf-8") as stream:
         writer = csv.DictWriter(stream, list(rows[0]))
         writer.writeheader()

@@ -87,11 +87,34 @@ def idle_plot(job: dict[str, Any]) -> dict[str, Any]:
     folder = Path(job["folder"])
     folder.mkdir(parents=True, exist_ok=True)
     shutil.copy(_three_trees(folder.parents[1]), folder / "trees.gpkg")
-    attempt = {"series": job["series"], "key": f"{job['settings']}:0", "outcome": "done", "began": time.time(),
-               "seconds": 0.1, "peak_gb": 0.1}
-    Record(folder, f"{job['settings']}:0", job["stamp"], "done", [attempt], {
-        "n_trees": 3, "n_measured": 3, "n_rejected": 0, "reasons": {}, "mean_dbh_cm": 30.0, "bounds": None,
-        "seconds": 0.1, "peak_gb": 0.1, "host": "idle", "accuracy": None, "warnings": []}).save()
+    attempt = {
+        "series": job["series"],
+        "key": f"{job['settings']}:0",
+        "outcome": "done",
+        "began": time.time(),
+        "seconds": 0.1,
+        "peak_gb": 0.1,
+    }
+    Record(
+        folder,
+        f"{job['settings']}:0",
+        job["stamp"],
+        "done",
+        [attempt],
+        {
+            "n_trees": 3,
+            "n_measured": 3,
+            "n_rejected": 0,
+            "reasons": {},
+            "mean_dbh_cm": 30.0,
+            "bounds": None,
+            "seconds": 0.1,
+            "peak_gb": 0.1,
+            "host": "idle",
+            "accuracy": None,
+            "warnings": [],
+        },
+    ).save()
     return {"outcome": "done", "seconds": 0.1}
 
 
@@ -104,8 +127,21 @@ def _three_trees(workspace: Path) -> Path:
         from treedgs_geo.inventory.tree_layer import write_trees
         from treedgs_geo.measure.trees import Tree
 
-        trees = [Tree(tree_id=n, x=500000.0 + n, y=3700000.0, z_ground=40.0, dbh_cm=30.0, dbh_se_cm=0.5, bh_m=1.37,
-                      method="circle", qc_flag="ok", qc_reason="").finish() for n in (1, 2, 3)]
+        trees = [
+            Tree(
+                tree_id=n,
+                x=500000.0 + n,
+                y=3700000.0,
+                z_ground=40.0,
+                dbh_cm=30.0,
+                dbh_se_cm=0.5,
+                bh_m=1.37,
+                method="circle",
+                qc_flag="ok",
+                qc_reason="",
+            ).finish()
+            for n in (1, 2, 3)
+        ]
         write_trees(target, trees, pyproj.CRS.from_epsg(6344))
     return target
 
@@ -129,6 +165,7 @@ def two_hosts(logs: Path, memory_gb: float = 4.0) -> Iterator[str]:
     net, names = "10.213.77", ("tdg-host-a", "tdg-host-b")
     running: list[subprocess.Popen] = []
     with contextlib.ExitStack() as stack:
+
         def undo(*words: str) -> None:
             stack.callback(lambda: _ip(*words, check=False))
 
@@ -147,15 +184,37 @@ def two_hosts(logs: Path, memory_gb: float = 4.0) -> Iterator[str]:
 
         def start(title: str, command: list[str], **more: str) -> None:
             log = stack.enter_context(open(logs / f"{title}.log", "w", encoding="utf-8"))
-            running.append(subprocess.Popen(command, stdout=log, stderr=log, cwd=logs, start_new_session=True,
-                                            env={**os.environ, **more}))
+            running.append(
+                subprocess.Popen(
+                    command, stdout=log, stderr=log, cwd=logs, start_new_session=True, env={**os.environ, **more}
+                )
+            )
 
         stack.callback(lambda: [_end(process) for process in running])
         address = f"tcp://{net}.1:8797"
         start("scheduler", [*dask, "--host", f"{net}.1", "--port", "8797", "--no-dashboard"])
         for name in names:
-            start(name, ["ip", "netns", "exec", name, *worker, address, "--nthreads", "1", "--memory-limit", "0",
-                         "--resources", f"memory_gb={memory_gb}", "--no-dashboard", "--name", name], TREEDGS_HOST=name)
+            start(
+                name,
+                [
+                    "ip",
+                    "netns",
+                    "exec",
+                    name,
+                    *worker,
+                    address,
+                    "--nthreads",
+                    "1",
+                    "--memory-limit",
+                    "0",
+                    "--resources",
+                    f"memory_gb={memory_gb}",
+                    "--no-dashboard",
+                    "--name",
+                    name,
+                ],
+                TREEDGS_HOST=name,
+            )
         _wait_for(address, len(names))
         yield address
 
@@ -181,5 +240,3 @@ def _end(process: subprocess.Popen) -> None:
 
 def _ip(*words: str, check: bool = True) -> subprocess.CompletedProcess:
     return subprocess.run(["ip", *words], check=check, capture_output=True, text=True)
-
-

@@ -66,10 +66,17 @@ def main() -> None:
     single = time.perf_counter() - began
     error = 200 * (circles[:, 2] - radii)
     record = {
-        "machine": f"{platform.machine()}, {os.cpu_count()} cores", "python": platform.python_version(),
-        "version": __version__, "seed": args.seed, "stems": args.stems, "slices_each": args.slices,
-        "hypotheses": args.hypotheses, "points": int(sum(map(len, points))), "threads": threads,
-        "seconds": [round(value, 2) for value in seconds], "seconds_one_thread": round(single, 2),
+        "machine": f"{platform.machine()}, {os.cpu_count()} cores",
+        "python": platform.python_version(),
+        "version": __version__,
+        "seed": args.seed,
+        "stems": args.stems,
+        "slices_each": args.slices,
+        "hypotheses": args.hypotheses,
+        "points": int(sum(map(len, points))),
+        "threads": threads,
+        "seconds": [round(value, 2) for value in seconds],
+        "seconds_one_thread": round(single, 2),
         "same_with_one_thread": bool(np.array_equal(circles, alone, equal_nan=True)),
         "fitted_share": round(float(np.isfinite(error).mean()), 4),
         "median_error_cm": round(float(np.nanmedian(error)), 2),

@@ -32,19 +32,31 @@ MATCH_M = 0.3
 #: Places in ``SHARES`` of generated and real clouds that dendromatics, slow on dense ones, is run on.
 THEIR_SHARES = {"g": (1, 2), "r": (0,)}
 #: Noise and drift of the generated scans, m; walks past them and degrees that each sees: the last is a single scan.
-SCANS = {"SLAM, usual": {}, "SLAM, thick": {"noise_m": 0.022, "drift_m": 0.015, "dbh_cm": (13.0, 30.0)},
-         "SLAM, no drift": {"drift_m": 0.0},
-         "single scan": {"noise_m": 0.005, "drift_m": 0.0, "walks": 1, "seen_deg": 150.0, "ghosts": 0.005}}
+SCANS = {
+    "SLAM, usual": {},
+    "SLAM, thick": {"noise_m": 0.022, "drift_m": 0.015, "dbh_cm": (13.0, 30.0)},
+    "SLAM, no drift": {"drift_m": 0.0},
+    "single scan": {"noise_m": 0.005, "drift_m": 0.0, "walks": 1, "seen_deg": 150.0, "ghosts": 0.005},
+}
 #: Stems, metres, points on a stem of 20 cm: half a million points in all.
 SIZE = {"stems": 12, "size_m": 10.0, "bark": 20_000, "shrubs": 11, "saplings": 5}
 #: How many of the shares real clouds are measured at.
 REAL_SHARES = 2
-REAL = {"lidar_treels/pine_plot.laz": "lidar_treels/derived_circles_pine_plot.csv",
-        "lidar_treeiso/LPine1_demo.laz": "lidar_treeiso/derived_circles.csv", "lidar_treels/pine.laz": None,
-        "lidar_treels/spruce.laz": None, "lidar_itsme/tree_1_pc.txt": None, "lidar_itsme/tree_2_pc.txt": None,
-        "lidar_itsme/buttressed_tree_1_pc.txt": None, "lidar_itsme/buttressed_tree_2_pc.txt": None,
-        "lidar_itsme/pc_tree_uav.txt": None, "lidar_spanner/UAS_Clip.laz": None, "plot_a": None, "plot_e": None,
-        "plot_h": None}
+REAL = {
+    "lidar_treels/pine_plot.laz": "lidar_treels/derived_circles_pine_plot.csv",
+    "lidar_treeiso/LPine1_demo.laz": "lidar_treeiso/derived_circles.csv",
+    "lidar_treels/pine.laz": None,
+    "lidar_treels/spruce.laz": None,
+    "lidar_itsme/tree_1_pc.txt": None,
+    "lidar_itsme/tree_2_pc.txt": None,
+    "lidar_itsme/buttressed_tree_1_pc.txt": None,
+    "lidar_itsme/buttressed_tree_2_pc.txt": None,
+    "lidar_itsme/pc_tree_uav.txt": None,
+    "lidar_spanner/UAS_Clip.laz": None,
+    "plot_a": None,
+    "plot_e": None,
+    "plot_h": None,
+}
 
 
 def ours(folder: Path, out: Path, code: Path) -> None:
@@ -63,9 +75,21 @@ def ours(folder: Path, out: Path, code: Path) -> None:
             dtm = flat_ground(xyz)
         began = time.process_time()
         trees, _ = measure_cloud(PointCloud(xyz), dtm, MeasureOptions())
-        record = {"cpu_seconds": time.process_time() - began, "trees": [
-            {"x": t.x, "y": t.y, "dbh_cm": t.dbh_cm, "lo": t.dbh_lo_cm, "hi": t.dbh_hi_cm, "flag": t.qc_flag,
-             "reason": t.qc_reason} for t in trees]}
+        record = {
+            "cpu_seconds": time.process_time() - began,
+            "trees": [
+                {
+                    "x": t.x,
+                    "y": t.y,
+                    "dbh_cm": t.dbh_cm,
+                    "lo": t.dbh_lo_cm,
+                    "hi": t.dbh_hi_cm,
+                    "flag": t.qc_flag,
+                    "reason": t.qc_reason,
+                }
+                for t in trees
+            ],
+        }
         (out / f"{file.stem}.json").write_text(json.dumps(record))
 
 
@@ -88,8 +112,11 @@ def compare(found: dict, truth: np.ndarray | None) -> dict:
     measured = [t for t in trees if t["dbh_cm"] is not None]
     flags = {flag: sum(t.get("flag") == flag for t in trees) for flag in ("ok", "check", "reject")}
     seconds = found["cpu_seconds"]
-    result = {"measured": len(measured), **({k: v for k, v in flags.items()} if any(flags.values()) else {}),
-              "cpu_s": None if seconds is None else round(seconds, 2)}
+    result = {
+        "measured": len(measured),
+        **({k: v for k, v in flags.items()} if any(flags.values()) else {}),
+        "cpu_s": None if seconds is None else round(seconds, 2),
+    }
     if truth is None:
         return result
     places = np.array([[t["x"], t["y"]] for t in trees]).reshape(-1, 2)
@@ -108,31 +135,42 @@ def compare(found: dict, truth: np.ndarray | None) -> dict:
             inside.append(tree["lo"] <= dbh <= tree["hi"])
     e = np.array(errors)
     elsewhere = [t for k, t in enumerate(trees) if k not in used]
-    return {**result, "stems": len(truth), "found": len(e), "refused": refused,
-            "neither": len(truth) - len(e) - refused,
-            "rmse_cm": round(float(np.sqrt(np.mean(e**2))), 2) if len(e) else None,
-            "me_cm": round(float(e.mean()), 2) if len(e) else None,
-            "worst_cm": round(float(np.abs(e).max()), 2) if len(e) else None,
-            "in_90pct_interval": round(float(np.mean(inside)), 2) if inside else None,
-            "false": sum(t["dbh_cm"] is not None for t in elsewhere),
-            "false_ok": sum(t.get("flag") == "ok" for t in elsewhere),
-            "false_reject": sum(t["dbh_cm"] is None for t in elsewhere)}
+    return {
+        **result,
+        "stems": len(truth),
+        "found": len(e),
+        "refused": refused,
+        "neither": len(truth) - len(e) - refused,
+        "rmse_cm": round(float(np.sqrt(np.mean(e**2))), 2) if len(e) else None,
+        "me_cm": round(float(e.mean()), 2) if len(e) else None,
+        "worst_cm": round(float(np.abs(e).max()), 2) if len(e) else None,
+        "in_90pct_interval": round(float(np.mean(inside)), 2) if inside else None,
+        "false": sum(t["dbh_cm"] is not None for t in elsewhere),
+        "false_ok": sum(t.get("flag") == "ok" for t in elsewhere),
+        "false_reject": sum(t["dbh_cm"] is None for t in elsewhere),
+    }
 
 
 def pooled(parts: list[dict]) -> dict:
     """Sums over seeds; errors and coverage weighted by the stems found."""
+
     def weighted(name: str, power: int = 1) -> float | None:
         known = [(p["found"], p[name]) for p in parts if p.get(name) is not None]
         total = sum(n for n, _ in known)
         return (sum(n * value**power for n, value in known) / total) ** (1 / power) if total else None
 
-    sums = {name: sum(p[name] for p in parts) for name in ("stems", "found", "refused", "neither", "false", "false_ok",
-                                                           "false_reject")}
+    sums = {
+        name: sum(p[name] for p in parts)
+        for name in ("stems", "found", "refused", "neither", "false", "false_ok", "false_reject")
+    }
     means = {name: weighted(name, power) for name, power in (("rmse_cm", 2), ("me_cm", 1), ("in_90pct_interval", 1))}
     spent = [p["cpu_s"] for p in parts if p["cpu_s"] is not None]
-    return {**sums, **{k: None if v is None else round(v, 2) for k, v in means.items()},
-            "worst_cm": max((p["worst_cm"] for p in parts if p["worst_cm"] is not None), default=None),
-            "cpu_s": round(sum(spent), 2) if spent else None}
+    return {
+        **sums,
+        **{k: None if v is None else round(v, 2) for k, v in means.items()},
+        "worst_cm": max((p["worst_cm"] for p in parts if p["worst_cm"] is not None), default=None),
+        "cpu_s": round(sum(spent), 2) if spent else None,
+    }
 
 
 def generated(folder: Path, seeds: list[int]) -> dict[str, np.ndarray]:
@@ -166,7 +204,7 @@ def real(folder: Path, data: Path) -> dict[str, np.ndarray | None]:
                 truth = np.array([[float(r[k]) for k in ("E_bh", "N_bh", "dbh_cm")] for r in csv.DictReader(stream)])
         order = np.random.default_rng(0).permutation(len(xyz))
         for k, share in enumerate(SHARES[:REAL_SHARES]):
-            np.save(folder / f"r{number:02d}-{k}.npy", xyz[np.sort(order[:int(len(xyz) * share)])])
+            np.save(folder / f"r{number:02d}-{k}.npy", xyz[np.sort(order[: int(len(xyz) * share)])])
             truths[f"r{number:02d}-{k}"] = truth
     return truths
 
@@ -185,9 +223,17 @@ def main() -> None:
         return
     sys.path.insert(0, str(ROOT))
     codes = {"now": ROOT, **({"before": args.before} if args.before else {})}
-    record: dict = {"machine": f"{platform.machine()}, {os.cpu_count()} cores", "python": platform.python_version(),
-                    "seeds": args.seeds, "tuned_on": "even seeds", "scans": SCANS, "size": SIZE, "shares": SHARES,
-                    "generated": {}, "real": {}}
+    record: dict = {
+        "machine": f"{platform.machine()}, {os.cpu_count()} cores",
+        "python": platform.python_version(),
+        "seeds": args.seeds,
+        "tuned_on": "even seeds",
+        "scans": SCANS,
+        "size": SIZE,
+        "shares": SHARES,
+        "generated": {},
+        "real": {},
+    }
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         truths: dict = generated(folder, args.seeds)
@@ -197,16 +243,23 @@ def main() -> None:
         running = []
         for who, code in codes.items():
             (folder / who).mkdir()
-            running.append(subprocess.Popen([sys.executable, __file__, "--code", str(folder), str(folder / who),
-                                             str(code)], env={**os.environ, "PYTHONPATH": str(code)}))
+            running.append(
+                subprocess.Popen(
+                    [sys.executable, __file__, "--code", str(folder), str(folder / who), str(code)],
+                    env={**os.environ, "PYTHONPATH": str(code)},
+                )
+            )
         if args.their_python:
             (folder / "dendromatics").mkdir()
             theirs(folder, folder / "dendromatics", args.their_python)
         if any(process.wait() for process in running):
             raise SystemExit("a measuring process ended with an error")
         for who in [*codes, *(["dendromatics"] if args.their_python else [])]:
-            figures = {name: compare(json.loads((folder / who / f"{name}.json").read_text()), truth)
-                       for name, truth in truths.items() if (folder / who / f"{name}.json").exists()}
+            figures = {
+                name: compare(json.loads((folder / who / f"{name}.json").read_text()), truth)
+                for name, truth in truths.items()
+                if (folder / who / f"{name}.json").exists()
+            }
             for number, scan in enumerate(SCANS):
                 for k, share in enumerate(SHARES):
                     parts = [figures[name] for seed in args.seeds if (name := f"g{number}-{seed}-{k}") in figures]

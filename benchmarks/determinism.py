@@ -36,21 +36,43 @@ def run(verb: str, preset: str, plot: Path, work: Path, cores: set[int]) -> Path
         return output
     work.mkdir(parents=True)
     if verb == "photos-to-dbh":
-        inputs = ["--photos", plot / "images", "--geotags", plot, "--crs", "EPSG:6344", "--plots", plot / "plots.csv",
-                  "--workspace", work / "ws", "--preset", preset]
+        inputs = [
+            "--photos",
+            plot / "images",
+            "--geotags",
+            plot,
+            "--crs",
+            "EPSG:6344",
+            "--plots",
+            plot / "plots.csv",
+            "--workspace",
+            work / "ws",
+            "--preset",
+            preset,
+        ]
     else:
         inputs = ["--input", *sorted((plot / "lidar").glob("*.la[sz]"))]
     words = [sys.executable, "-m", "treedgs_geo", verb, *inputs, "--output", output, "--log-format", "quiet"]
-    subprocess.run([str(word) for word in words], check=True, stdout=subprocess.DEVNULL,
-                   preexec_fn=lambda: os.sched_setaffinity(0, cores))
+    subprocess.run(
+        [str(word) for word in words],
+        check=True,
+        stdout=subprocess.DEVNULL,
+        preexec_fn=lambda: os.sched_setaffinity(0, cores),
+    )
     return output
 
 
 def compare(one: Path, other: Path) -> dict:
     """Of two tree layers: whether every value is the same to the bit, and how far diameters and places are apart."""
     a, b = (gpd.read_file(path, layer="trees").drop(columns=list(MADE), errors="ignore") for path in (one, other))
-    found = {"trees": [len(a), len(b)], "same_to_the_bit": False, "flags_differ": None, "most_dbh_mm": None,
-             "most_place_mm": None, "most_error_mm": None}
+    found = {
+        "trees": [len(a), len(b)],
+        "same_to_the_bit": False,
+        "flags_differ": None,
+        "most_dbh_mm": None,
+        "most_place_mm": None,
+        "most_error_mm": None,
+    }
     if len(a) != len(b) or list(a.columns) != list(b.columns):
         return found
     a, b = (layer.sort_values("tree_id").reset_index(drop=True) for layer in (a, b))
@@ -71,8 +93,11 @@ def cameras_apart(photos: Path, one: Path, other: Path) -> dict:
     pairs = [(view, there[view.name]) for view in first if view.name in there]
     apart = [np.linalg.norm(a.centre - b.centre) for a, b in pairs]
     turned = [np.linalg.norm(a.rotation - b.rotation) / np.sqrt(2) for a, b in pairs]
-    return {"photos": [len(first), len(second), len(pairs)], "most_apart_mm": float(1000 * max(apart)),
-            "most_turned_deg": float(np.degrees(max(turned)))}
+    return {
+        "photos": [len(first), len(second), len(pairs)],
+        "most_apart_mm": float(1000 * max(apart)),
+        "most_turned_deg": float(np.degrees(max(turned))),
+    }
 
 
 def judge(verb: str, preset: str, plot: Path, work: Path) -> dict:
@@ -100,12 +125,26 @@ def main() -> int:
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         place = options.keep or Path(scratch)
-        runs = [judge(verb, preset, plot, place / f"{plot.name}-{verb}-{preset}") for plot in options.plots
-                for verb in options.verbs for preset in (options.presets if verb == "photos-to-dbh" else [""])]
-    good = all(record["again"]["same_to_the_bit"] and (record["one_core"]["most_dbh_mm"] or 0) <= ACROSS_CORES_MM
-               and not record["one_core"]["flags_differ"] for record in runs)
-    options.output.write_text(json.dumps({"python": platform.python_version(), "across_cores_mm": ACROSS_CORES_MM,
-                                          "goal_met": good, "runs": runs}, indent=2) + "\n", encoding="utf-8")
+        runs = [
+            judge(verb, preset, plot, place / f"{plot.name}-{verb}-{preset}")
+            for plot in options.plots
+            for verb in options.verbs
+            for preset in (options.presets if verb == "photos-to-dbh" else [""])
+        ]
+    good = all(
+        record["again"]["same_to_the_bit"]
+        and (record["one_core"]["most_dbh_mm"] or 0) <= ACROSS_CORES_MM
+        and not record["one_core"]["flags_differ"]
+        for record in runs
+    )
+    options.output.write_text(
+        json.dumps(
+            {"python": platform.python_version(), "across_cores_mm": ACROSS_CORES_MM, "goal_met": good, "runs": runs},
+            indent=2,
+        )
+        + "\n",
+        encoding="utf-8",
+    )
     print("Goal met." if good else "Goal missed.")
     return 0
 

@@ -22,14 +22,38 @@ import pandas as pd
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 #: Marker -> (page, file of OUT that fills it).
-PARTS = {"chart-table": ("speed-accuracy.md", "speed-accuracy.md"), "cost-table": ("speed-accuracy.md", "cost.md"),
-         "stability-table": ("stability.md", "stability.md")}
+PARTS = {
+    "chart-table": ("speed-accuracy.md", "speed-accuracy.md"),
+    "cost-table": ("speed-accuracy.md", "cost.md"),
+    "stability-table": ("stability.md", "stability.md"),
+}
 #: Copied as they are. HTML pages and PNG stay in OUT: they are large, and the SVG says the same.
-COPIED = ("speed-accuracy.svg", "speed-accuracy.html", "benchmark.csv", "benchmark.json", "stability.csv",
-          "stability-trees.csv", "stability-photos.svg", "stability-lidar.svg", "stability-curves.svg", "cost.json",
-          "cost.svg")
-METHODS = ("densities.svg", "trend.svg", "visibility.svg", "power.svg", "methods.csv", "methods.tex", "ablation.csv",
-           "segmentation.csv", "oracle.csv", "method_trees.csv", "visibility.csv")
+COPIED = (
+    "speed-accuracy.svg",
+    "speed-accuracy.html",
+    "benchmark.csv",
+    "benchmark.json",
+    "stability.csv",
+    "stability-trees.csv",
+    "stability-photos.svg",
+    "stability-lidar.svg",
+    "stability-curves.svg",
+    "cost.json",
+    "cost.svg",
+)
+METHODS = (
+    "densities.svg",
+    "trend.svg",
+    "visibility.svg",
+    "power.svg",
+    "methods.csv",
+    "methods.tex",
+    "ablation.csv",
+    "segmentation.csv",
+    "oracle.csv",
+    "method_trees.csv",
+    "visibility.csv",
+)
 
 
 def fill(page: Path, marker: str, text: str) -> None:
@@ -56,28 +80,44 @@ def methods_text(folder: Path) -> str:
     metrics = json.loads((folder / "metrics.json").read_text())
     split = metrics["methods"]["split"]
     powers = ", ".join(f"{source} {p:g}" for source, p in metrics["methods"]["powers"].items())
-    lines = [f"{len(split['held_out'])} stems held out (seed {split['seed']}): p = {powers}; {split['test']} stems "
-             "tested.", "", "| source | fit | measured | RMSE cm | MAE cm | ME cm | RMSE on common stems (n) | "
-             "*paper, other plots: RMSE* | *ME* |", "|---|---|---|---|---|---|---|---|---|"]
+    lines = [
+        f"{len(split['held_out'])} stems held out (seed {split['seed']}): p = {powers}; {split['test']} stems tested.",
+        "",
+        "| source | fit | measured | RMSE cm | MAE cm | ME cm | RMSE on common stems (n) | "
+        "*paper, other plots: RMSE* | *ME* |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
     for (source, fit), part in rows.groupby(["source", "fit"], sort=False):
         own, common = (part[part["subset"] == name].iloc[0] for name in ("own", "common"))
-        lines.append(f"| {source} | {fit} | {own['n']:.0f} of {own['of']:.0f} | {_cm(own['rmse_cm'])} | "
-                     f"{_cm(own['mae_cm'])} | {_cm(own['me_cm'])} | {_cm(common['rmse_cm'])} ({common['n']:.0f}) | "
-                     f"*{_cm(own['paper_rmse_cm'])}* | *{_cm(own['paper_me_cm'])}* |")
-    lines += ["", f"The tree layer that was evaluated (our default, from photos): RMSE {metrics['rmse_cm']:.2f} cm, "
-              f"{metrics['n']} of {metrics['n_reference']} stems."]
+        lines.append(
+            f"| {source} | {fit} | {own['n']:.0f} of {own['of']:.0f} | {_cm(own['rmse_cm'])} | "
+            f"{_cm(own['mae_cm'])} | {_cm(own['me_cm'])} | {_cm(common['rmse_cm'])} ({common['n']:.0f}) | "
+            f"*{_cm(own['paper_rmse_cm'])}* | *{_cm(own['paper_me_cm'])}* |"
+        )
+    lines += [
+        "",
+        f"The tree layer that was evaluated (our default, from photos): RMSE {metrics['rmse_cm']:.2f} cm, "
+        f"{metrics['n']} of {metrics['n_reference']} stems.",
+    ]
     for source, row in metrics.get("segmentation", {}).items():
-        lines.append(f"Segmentation of the {source} points: precision {row['precision']}, recall {row['recall']}, F1 "
-                     f"{row['f1']}, IoU {row['iou']}.")
+        lines.append(
+            f"Segmentation of the {source} points: precision {row['precision']}, recall {row['recall']}, F1 "
+            f"{row['f1']}, IoU {row['iou']}."
+        )
     for row in metrics.get("oracle", []):
-        lines.append(f"{row['source']}, {row['fit']}, {row['labels']} labels: RMSE {_cm(row['rmse_cm'])} cm on "
-                     f"{row['common']} stems.")
+        lines.append(
+            f"{row['source']}, {row['fit']}, {row['labels']} labels: RMSE {_cm(row['rmse_cm'])} cm on "
+            f"{row['common']} stems."
+        )
     seen = metrics.get("visibility", {}).get("against_truth")
     if seen:
-        lines.append(f"Free views told from the photos against the simulator: precision {seen['precision']}, recall "
-                     f"{seen['recall']} over {seen['views']} views, r = {seen['stem_count_r']} over stems.")
-    return "\n".join(line if line.startswith("|") or not line else line + ("" if line.endswith("|") else "  ")
-                     for line in lines)
+        lines.append(
+            f"Free views told from the photos against the simulator: precision {seen['precision']}, recall "
+            f"{seen['recall']} over {seen['views']} views, r = {seen['stem_count_r']} over stems."
+        )
+    return "\n".join(
+        line if line.startswith("|") or not line else line + ("" if line.endswith("|") else "  ") for line in lines
+    )
 
 
 def _cm(value: float | None) -> str:

@@ -76,9 +76,16 @@ class Comparison:
         self.options = GaussianOptions(threads=1, seed=arguments.seed)
         self.sampling = SampleOptions(seed=arguments.seed, threads=1, samples=arguments.samples)
         self.record: dict = {
-            "plot": plot.name, "poses": "workspace" if arguments.workspace else "true", "stems": len(self.rows),
-            "photos": len(self.views), "machine": platform.machine(), "version": __version__, "threads": 1,
-            "seed": arguments.seed, "arms": {}}
+            "plot": plot.name,
+            "poses": "workspace" if arguments.workspace else "true",
+            "stems": len(self.rows),
+            "photos": len(self.views),
+            "machine": platform.machine(),
+            "version": __version__,
+            "threads": 1,
+            "seed": arguments.seed,
+            "arms": {},
+        }
         if arguments.state and arguments.state.exists() and arguments.output and arguments.output.exists():
             self.record = read_json(arguments.output)
 
@@ -91,8 +98,10 @@ class Comparison:
         got = np.array([k in found for k in range(len(self.rows))])
         errors = np.array([found[k] for k in np.flatnonzero(got)]) - self.true_cm[got]
         names = [row["tree_id"] for row, ok in zip(self.rows, got, strict=True) if ok]
-        return {**score(errors, self.true_cm[got], len(self.rows)).as_dict(),
-                "errors_cm": dict(zip(names, errors.round(2).tolist(), strict=True))}
+        return {
+            **score(errors, self.true_cm[got], len(self.rows)).as_dict(),
+            "errors_cm": dict(zip(names, errors.round(2).tolist(), strict=True)),
+        }
 
     def finish(self, name: str, entry: dict) -> None:
         self.record["arms"][name] = entry | {"peak_memory_mb": peak_memory_mb()}
@@ -115,10 +124,18 @@ class Comparison:
         else:
             found = diameters({k: stem.primitive for k, stem in report.primitives.items()})
         held = [stem["held_out"]["psnr_db"] for stem in report.stems if stem["held_out"]]
-        self.finish(name, {
-            "cpu_s": round(time.process_time() - began, 1), "gaussians": len(field), "megapixels": report.megapixels,
-            "million_pairs": round(report.pairs / 1e6), "passes": max(stem["epochs"] for stem in report.stems),
-            "band_held_out_db": round(float(np.mean(held)), 2) if held else None, **self.read(found)})
+        self.finish(
+            name,
+            {
+                "cpu_s": round(time.process_time() - began, 1),
+                "gaussians": len(field),
+                "megapixels": report.megapixels,
+                "million_pairs": round(report.pairs / 1e6),
+                "passes": max(stem["epochs"] for stem in report.stems),
+                "band_held_out_db": round(float(np.mean(held)), 2) if held else None,
+                **self.read(found),
+            },
+        )
 
     def begin(self, count: int, held: list[int]) -> Fit:
         """A scene of ``count`` Gaussians before its first pass."""
@@ -172,12 +189,18 @@ class Comparison:
         self.record["curve"] = some(fit.curve)
         seeds = np.column_stack([self.xy, self.ground(*self.xy.T)])
         scene = {
-            "gaussians": len(fit.p), "held_out_photos": len(held), "passes": len(fit.curve), "steps": fit.steps,
-            "megapixels": round(fit.pixels / 1e6, 1), "million_pairs": round(fit.pairs / 1e6),
-            "fit_cpu_s": round(fit.cpu_s, 1), "settled": {stage: fit.settled(stage) for stage in ("half", "full")},
+            "gaussians": len(fit.p),
+            "held_out_photos": len(held),
+            "passes": len(fit.curve),
+            "steps": fit.steps,
+            "megapixels": round(fit.pixels / 1e6, 1),
+            "million_pairs": round(fit.pairs / 1e6),
+            "fit_cpu_s": round(fit.cpu_s, 1),
+            "settled": {stage: fit.settled(stage) for stage in ("half", "full")},
             "cpu_h_for_30000_steps_extrapolated": round(30000 * fit.cpu_s / max(fit.steps, 1) / 3600, 2),
             "held_out_db": round(fit.held_out_db(1.0), 2),
-            "band_held_out_db": round(float(np.mean([band_db(fit.p, origins[k], bands[k]) for k in bands])), 2)}
+            "band_held_out_db": round(float(np.mean([band_db(fit.p, origins[k], bands[k]) for k in bands])), 2),
+        }
         primitive_s = time.process_time()
         found = primitives()
         primitive_s = time.process_time() - primitive_s
@@ -189,16 +212,22 @@ class Comparison:
             found = read_out(points, self.frame, self.dtm, "volume")
         except ValueError as problem:
             found, scene = {}, scene | {"problem": str(problem)}
-        self.finish("full_free", scene | {"cpu_s": round(fit.cpu_s + time.process_time() - began, 1),
-                                          **self.read(found)})
+        self.finish(
+            "full_free", scene | {"cpu_s": round(fit.cpu_s + time.process_time() - began, 1), **self.read(found)}
+        )
         for count in arguments.fewer:
             other = self.begin(count, held)
             other.run((arguments.fewer_passes, 0), 0, lambda fit: None)
-            same = [row["held_out_db"] for row in fit.curve if row["stage"] == "half"][:len(other.curve)][-1:]
-            self.record.setdefault("fewer", []).append({
-                "gaussians": count, "passes": len(other.curve), "cpu_s": round(other.cpu_s, 1),
-                "held_out_db": other.curve[-1]["held_out_db"],
-                f"held_out_db_with_{arguments.gaussians}": same[0] if same else None})
+            same = [row["held_out_db"] for row in fit.curve if row["stage"] == "half"][: len(other.curve)][-1:]
+            self.record.setdefault("fewer", []).append(
+                {
+                    "gaussians": count,
+                    "passes": len(other.curve),
+                    "cpu_s": round(other.cpu_s, 1),
+                    "held_out_db": other.curve[-1]["held_out_db"],
+                    f"held_out_db_with_{arguments.gaussians}": same[0] if same else None,
+                }
+            )
             self.write()
 
 
@@ -211,15 +240,19 @@ def main() -> None:
     parser.add_argument("--gaussians", type=int, default=70_000, help="of the full scene")
     parser.add_argument("--most", type=int, nargs=2, default=[40, 40], help="most passes at half and full resolution")
     parser.add_argument("--last", type=int, default=2, help="passes with falling steps")
-    parser.add_argument("--steps", type=int, help="fit the full scene for so many steps, settled or not (published: "
-                        "30,000)")
+    parser.add_argument(
+        "--steps", type=int, help="fit the full scene for so many steps, settled or not (published: 30,000)"
+    )
     parser.add_argument("--look", type=int, nargs="*", default=[2, 8], help="read the stems out after these passes too")
     parser.add_argument("--fewer", type=int, nargs="*", default=[17_500], help="other numbers of Gaussians to try")
     parser.add_argument("--fewer-passes", type=int, default=6)
     parser.add_argument("--arms", nargs="*", default=list(ARMS), choices=list(ARMS), help="of the band")
     parser.add_argument("--samples", type=int, default=40)
-    parser.add_argument("--state", type=Path, help="file to keep the scene in after each pass; a run that "
-                        "finds it, and its own --output, goes on from there")
+    parser.add_argument(
+        "--state",
+        type=Path,
+        help="file to keep the scene in after each pass; a run that finds it, and its own --output, goes on from there",
+    )
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--output", type=Path, help="JSON file")
     arguments = parser.parse_args()
@@ -236,9 +269,12 @@ def main() -> None:
     for name in arguments.arms:
         full = arms["full_free" if name == "free" else "full"]
         comparison.record[f"full_over_{name}"] = {
-            what: round(full[what] / max(arms[name][what], 1e-9), 1) for what in ("cpu_s", "gaussians")} | {
-            "rmse_difference_cm": None if full["rmse_cm"] is None or arms[name]["rmse_cm"] is None
-            else round(full["rmse_cm"] - arms[name]["rmse_cm"], 2)}
+            what: round(full[what] / max(arms[name][what], 1e-9), 1) for what in ("cpu_s", "gaussians")
+        } | {
+            "rmse_difference_cm": None
+            if full["rmse_cm"] is None or arms[name]["rmse_cm"] is None
+            else round(full["rmse_cm"] - arms[name]["rmse_cm"], 2)
+        }
         print(name, comparison.record[f"full_over_{name}"])
     comparison.write()
 

@@ -93,12 +93,23 @@ def main() -> None:
     arguments = parser.parse_args()
     plot = arguments.plot
     frame, views, dtm = scene_of(plot, arguments.workspace)
-    rows = [row for row in csv.DictReader(open(plot / "truth" / "trees.csv"))
-            if row["in_plot"] == "True" and int(row["n_unoccluded_bh_views"]) >= 3][::arguments.every]
+    rows = [
+        row
+        for row in csv.DictReader(open(plot / "truth" / "trees.csv"))
+        if row["in_plot"] == "True" and int(row["n_unoccluded_bh_views"]) >= 3
+    ][:: arguments.every]
     dbh = np.array([float(row["dbh_cm"]) for row in rows])
     xy, ground = true_positions(rows, frame, arguments.seed), dtm.local(frame).height
-    record: dict = {"plot": plot.name, "poses": "workspace" if arguments.workspace else "true", "seed": arguments.seed,
-                    "stems": len(rows), "threads": 1, "machine": platform.machine(), "version": __version__, "rows": {}}
+    record: dict = {
+        "plot": plot.name,
+        "poses": "workspace" if arguments.workspace else "true",
+        "seed": arguments.seed,
+        "stems": len(rows),
+        "threads": 1,
+        "machine": platform.machine(),
+        "version": __version__,
+        "rows": {},
+    }
     fit_with_report(views, frame, ground, xy[:1], None, GaussianOptions(threads=1, stems="free"))  # compiles
     plain = stem_fit.StemModel
     for name in arguments.only:
@@ -107,22 +118,28 @@ def main() -> None:
         began = time.process_time()
         field, report = fit_with_report(views, frame, ground, xy, None, options)
         seconds = time.process_time() - began
-        found = read_out(sample_volume(field, views, SampleOptions(seed=arguments.seed, threads=1)), frame, dtm,
-                         "volume")
+        found = read_out(
+            sample_volume(field, views, SampleOptions(seed=arguments.seed, threads=1)), frame, dtm, "volume"
+        )
         got = np.array([k in found for k in range(len(rows))])
         errors = np.array([found[k] for k in np.flatnonzero(got)]) - dbh[got]
         held = [stem["held_out"] for stem in report.stems if stem["held_out"]]
         accuracy = score(errors, dbh[got], len(rows))
         row = record["rows"][name] = {
-            "options": CHOICES[name], "cpu_s": round(seconds, 1), "gaussians": len(field),
+            "options": CHOICES[name],
+            "cpu_s": round(seconds, 1),
+            "gaussians": len(field),
             "passes": round(float(np.mean([stem["epochs"] for stem in report.stems])), 1),
             "stopped": sorted({stem["stopped"] for stem in report.stems}),
             "held_out": {key: round(float(np.mean([one[key] for one in held])), 4) for key in held[0]},
-            **accuracy.as_dict()}
-        print(f"{name:20} {accuracy.n_measured} of {len(rows)}, RMSE {accuracy.rmse_cm:.2f}, bias "
-              f"{accuracy.me_cm:+.2f}, worst {accuracy.max_abs_cm:.1f} cm, PSNR {row['held_out']['psnr_db']:.2f} dB, "
-              f"SSIM {row['held_out']['ssim']:.3f}, {row['passes']} passes, {len(field)} Gaussians, {seconds:.0f} s",
-              flush=True)
+            **accuracy.as_dict(),
+        }
+        print(
+            f"{name:20} {accuracy.n_measured} of {len(rows)}, RMSE {accuracy.rmse_cm:.2f}, bias "
+            f"{accuracy.me_cm:+.2f}, worst {accuracy.max_abs_cm:.1f} cm, PSNR {row['held_out']['psnr_db']:.2f} dB, "
+            f"SSIM {row['held_out']['ssim']:.3f}, {row['passes']} passes, {len(field)} Gaussians, {seconds:.0f} s",
+            flush=True,
+        )
         if arguments.output:
             write_json(arguments.output, record)
 

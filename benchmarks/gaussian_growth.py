@@ -33,9 +33,17 @@ def fit(plot: Path, workspace: Path | None, count: int, answers: multiprocessing
     ground = dtm.local(frame).height
     began = time.process_time()
     field, report = fit_with_report(views, frame, ground, places, None, GaussianOptions(threads=1))
-    answers.put({"stems": count, "crops": sum(stem["crops"] for stem in report.stems),
-                 "megapixels": report.megapixels, "gaussians": len(field), "million_pairs": round(report.pairs / 1e6),
-                 "cpu_s": round(time.process_time() - began, 1), "peak_memory_mb": peak_memory_mb()})
+    answers.put(
+        {
+            "stems": count,
+            "crops": sum(stem["crops"] for stem in report.stems),
+            "megapixels": report.megapixels,
+            "gaussians": len(field),
+            "million_pairs": round(report.pairs / 1e6),
+            "cpu_s": round(time.process_time() - began, 1),
+            "peak_memory_mb": peak_memory_mb(),
+        }
+    )
 
 
 def main() -> None:

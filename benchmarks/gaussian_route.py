@@ -59,8 +59,16 @@ def true_views(plot: Path, frame: LocalFrame) -> list[View]:
         rotation = np.array([[number[f"r{i}{j}"] for j in range(3)] for i in range(3)])
         lens = (number[k] for k in ("fx", "fy", "cx", "cy", "k1", "k2"))
         camera = Camera(int(row["width"]), int(row["height"]), *lens)
-        views.append(View(row["image"], plot / "images" / row["image"], camera, rotation,
-                          np.array([number[k] for k in ("tx", "ty", "tz")]), int(number["flight"])))
+        views.append(
+            View(
+                row["image"],
+                plot / "images" / row["image"],
+                camera,
+                rotation,
+                np.array([number[k] for k in ("tx", "ty", "tz")]),
+                int(number["flight"]),
+            )
+        )
     return views
 
 
@@ -77,8 +85,9 @@ def read_out(points: SurfacePoints, frame: LocalFrame, dtm: Dtm, how: str) -> di
 def reference_rows(plot: Path) -> list[dict]:
     """Rows of ``truth/trees.csv``: stems of the plot with at least three clear views at breast height."""
     with open(plot / "truth" / "trees.csv", encoding="utf-8") as stream:
-        return [row for row in csv.DictReader(stream)
-                if row["in_plot"] == "True" and int(row["n_unoccluded_bh_views"]) >= 3]
+        return [
+            row for row in csv.DictReader(stream) if row["in_plot"] == "True" and int(row["n_unoccluded_bh_views"]) >= 3
+        ]
 
 
 def true_positions(truth: list[dict], frame: LocalFrame, seed: int, noise_m: float = 0.1) -> np.ndarray:
@@ -87,8 +96,14 @@ def true_positions(truth: list[dict], frame: LocalFrame, seed: int, noise_m: flo
     return xy + np.random.default_rng(seed).normal(0, noise_m, xy.shape)
 
 
-def stem_positions(arguments: argparse.Namespace, frame: LocalFrame, views: list[View], dtm: Dtm, truth: list[dict],
-                   true_xy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def stem_positions(
+    arguments: argparse.Namespace,
+    frame: LocalFrame,
+    views: list[View],
+    dtm: Dtm,
+    truth: list[dict],
+    true_xy: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
     """(K, 2) local positions to fit at, and (T,) the position that belongs to each true stem (-1: none)."""
     if not arguments.find:
         return true_positions(truth, frame, arguments.seed, arguments.noise), np.arange(len(truth))
@@ -145,11 +160,18 @@ def main() -> None:
     true_xy = np.array([[float(row["E_bh"]), float(row["N_bh"])] for row in truth]) - frame.origin[:2]
     true_dbh = np.array([float(row["dbh_cm"]) for row in truth])
     positions, owner = stem_positions(arguments, frame, views, dtm, truth, true_xy)
-    record: dict = {"plot": plot.name, "poses": "workspace" if arguments.workspace else "true",
-                    "positions": "found in the photos" if arguments.find else f"true + {100 * arguments.noise:g} cm",
-                    "seed": arguments.seed,
-                    "threads": arguments.threads, "cores": os.cpu_count(), "machine": platform.machine(),
-                    "version": __version__, "reference_stems": len(truth), "runs": {}}
+    record: dict = {
+        "plot": plot.name,
+        "poses": "workspace" if arguments.workspace else "true",
+        "positions": "found in the photos" if arguments.find else f"true + {100 * arguments.noise:g} cm",
+        "seed": arguments.seed,
+        "threads": arguments.threads,
+        "cores": os.cpu_count(),
+        "machine": platform.machine(),
+        "version": __version__,
+        "reference_stems": len(truth),
+        "runs": {},
+    }
     reporter = make_reporter("plain")
     for run in arguments.runs:
         began, busy = time.perf_counter(), time.process_time()
@@ -157,11 +179,18 @@ def main() -> None:
         field, report = fit_with_report(views, frame, dtm.local(frame).height, positions, None, options, reporter)
         fitted = time.perf_counter()
         held = [stem["held_out"] for stem in report.stems if stem["held_out"]]
-        entry = {"fit_s": round(fitted - began, 1), "fit_cpu_s": round(time.process_time() - busy, 1),
-                 "gaussians": len(field), "megapixels": report.megapixels,
-                 "million_pairs": round(report.pairs / 1e6), "stems": len(report.stems),
-                 "held_out": {key: round(float(np.mean([one[key] for one in held])), 3) for key in held[0]}
-                 if held else None, "read_outs": {}}
+        entry = {
+            "fit_s": round(fitted - began, 1),
+            "fit_cpu_s": round(time.process_time() - busy, 1),
+            "gaussians": len(field),
+            "megapixels": report.megapixels,
+            "million_pairs": round(report.pairs / 1e6),
+            "stems": len(report.stems),
+            "held_out": {key: round(float(np.mean([one[key] for one in held])), 3) for key in held[0]}
+            if held
+            else None,
+            "read_outs": {},
+        }
         columns: dict[str, dict[int, float]] = {}
         if report.primitives:
             trees = to_trees(report.primitives, frame, 1.37)
@@ -169,8 +198,11 @@ def main() -> None:
         sampling = SampleOptions(seed=arguments.seed, threads=arguments.threads, samples=arguments.samples)
         variants = {"": replace(sampling, **PAPER_SAMPLING) if run == "paper" else sampling}
         if arguments.laws:
-            variants |= {" vacancy": replace(sampling, law="vacancy"), " q10": replace(sampling, quantile=0.1),
-                         " q30": replace(sampling, quantile=0.3)}
+            variants |= {
+                " vacancy": replace(sampling, law="vacancy"),
+                " q10": replace(sampling, quantile=0.1),
+                " q30": replace(sampling, quantile=0.3),
+            }
         for name, chosen in variants.items():
             points = sample_surface(field, views, chosen, reporter)
             entry.setdefault("points", len(points))
@@ -179,8 +211,10 @@ def main() -> None:
         columns["volume"] = read_out(sample_volume(field, views, sampling, reporter), frame, dtm, "volume")
         entry["sample_s"] = round(time.perf_counter() - fitted, 1)
         entry["peak_memory_mb"] = peak_memory_mb()
-        print(f"\n{run}: {len(field)} Gaussians, fit {entry['fit_s']} s, sampling {entry['sample_s']} s, held out "
-              f"{entry['held_out']}")
+        print(
+            f"\n{run}: {len(field)} Gaussians, fit {entry['fit_s']} s, sampling {entry['sample_s']} s, held out "
+            f"{entry['held_out']}"
+        )
         print(f"{'tree':8}{'clear':>6}{'true':>7}" + "".join(f"{how:>10.10}" for how in columns))
         for row, dbh, seed in zip(truth, true_dbh, owner, strict=True):
             line = "".join(f"{got[seed] - dbh:+10.1f}" if seed in got else f"{'-':>10}" for got in columns.values())
@@ -193,8 +227,10 @@ def main() -> None:
             each = dict(zip(names, errors.round(2).tolist(), strict=True))
             entry["read_outs"][how] = {**accuracy.as_dict(), "errors_cm": each}
             if accuracy.rmse_cm is not None:
-                print(f"{run} / {how}: {accuracy.n_measured} of {len(truth)}, RMSE {accuracy.rmse_cm:.2f} cm, bias "
-                      f"{accuracy.me_cm:+.2f}, median {np.median(np.abs(errors)):.2f}, worst {accuracy.max_abs_cm:.1f}")
+                print(
+                    f"{run} / {how}: {accuracy.n_measured} of {len(truth)}, RMSE {accuracy.rmse_cm:.2f} cm, bias "
+                    f"{accuracy.me_cm:+.2f}, median {np.median(np.abs(errors)):.2f}, worst {accuracy.max_abs_cm:.1f}"
+                )
         record["runs"][run] = entry
     if arguments.output:
         write_json(arguments.output, record)

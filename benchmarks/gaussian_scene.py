@@ -156,8 +156,15 @@ class Fit:
         moved = relocate(self.p, self.adam, ANYWHERE, self.rng) if move else 0
         found = self.held_out_db(factor)
         self.cpu_s += time.process_time() - began
-        self.curve.append({"pass": len(self.curve) + 1, "stage": stage, "held_out_db": round(found, 3), "moved": moved,
-                           "cpu_s": round(self.cpu_s, 1)})
+        self.curve.append(
+            {
+                "pass": len(self.curve) + 1,
+                "stage": stage,
+                "held_out_db": round(found, 3),
+                "moved": moved,
+                "cpu_s": round(self.cpu_s, 1),
+            }
+        )
         print(self.curve[-1], flush=True)
         return found
 
@@ -169,6 +176,7 @@ class Fit:
     def run(self, most: tuple[int, int], last: int, after: Callable[[Fit], None]) -> None:
         """Half resolution, full resolution, each until settled or ``most`` passes; ``last`` passes with falling steps.
         Passes that ``curve`` has already are not repeated. after: called after each pass, its time not counted."""
+
         def passes(stage: str) -> int:
             return sum(row["stage"] == stage for row in self.curve)
 
@@ -191,8 +199,15 @@ class Fit:
 
     def save(self, path: Path) -> None:
         """Everything but the photos, to go on from."""
-        kept = {"cpu_s": self.cpu_s, "pairs": self.pairs, "steps": self.steps, "pixels": self.pixels,
-                "curve": self.curve, "adam_steps": self.adam.steps, "rng": self.rng.bit_generator.state}
+        kept = {
+            "cpu_s": self.cpu_s,
+            "pairs": self.pairs,
+            "steps": self.steps,
+            "pixels": self.pixels,
+            "curve": self.curve,
+            "adam_steps": self.adam.steps,
+            "rng": self.rng.bit_generator.state,
+        }
         part = path.with_suffix(".part.npz")
         np.savez(part, p=self.p, moment=self.adam.moment, square=self.adam.square, kept=json.dumps(kept))
         part.replace(path)

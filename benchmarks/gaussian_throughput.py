@@ -60,16 +60,36 @@ def torch_rasteriser(parameters: np.ndarray, camera: CropCamera, given: np.ndarr
     def picture(t):
         q = t[:, 3:7] / t[:, 3:7].norm(dim=1, keepdim=True)
         w, x, y, z = q.unbind(1)
-        turn = torch.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
-                            2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-                            2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], 1).reshape(-1, 3, 3)
+        turn = torch.stack(
+            [
+                1 - 2 * (y * y + z * z),
+                2 * (x * y - w * z),
+                2 * (x * z + w * y),
+                2 * (x * y + w * z),
+                1 - 2 * (x * x + z * z),
+                2 * (y * z - w * x),
+                2 * (x * z - w * y),
+                2 * (y * z + w * x),
+                1 - 2 * (x * x + y * y),
+            ],
+            1,
+        ).reshape(-1, 3, 3)
         centre = t[:, :3] @ rotation.T + translation
         order = torch.argsort(centre.norm(dim=1))
         t, turn, centre = t[order], turn[order], centre[order]
         axes = rotation @ turn * torch.exp(t[:, None, 7:10])
         depth, zero = centre[:, 2], torch.zeros(len(t))
-        jac = torch.stack([camera.fx / depth, zero, -camera.fx * centre[:, 0] / depth**2,
-                           zero, camera.fy / depth, -camera.fy * centre[:, 1] / depth**2], 1).reshape(-1, 2, 3)
+        jac = torch.stack(
+            [
+                camera.fx / depth,
+                zero,
+                -camera.fx * centre[:, 0] / depth**2,
+                zero,
+                camera.fy / depth,
+                -camera.fy * centre[:, 1] / depth**2,
+            ],
+            1,
+        ).reshape(-1, 2, 3)
         cov = jac @ axes @ axes.transpose(1, 2) @ jac.transpose(1, 2)
         conic, opacity = torch.linalg.inv(cov), torch.sigmoid(t[:, 10])
         middle = torch.stack([camera.fx * centre[:, 0] / depth, camera.fy * centre[:, 1] / depth], 1)
@@ -81,13 +101,20 @@ def torch_rasteriser(parameters: np.ndarray, camera: CropCamera, given: np.ndarr
             for left in range(0, camera.width, 16):
                 bottom, right = min(top + 16, camera.height), min(left + 16, camera.width)
                 u, v = middle.detach().unbind(1)
-                near = ((u + reach[:, 0] > left) & (u - reach[:, 0] < right)
-                        & (v + reach[:, 1] > top) & (v - reach[:, 1] < bottom))
-                grid = torch.stack(torch.meshgrid(torch.arange(left, right) + 0.5, torch.arange(top, bottom) + 0.5,
-                                                  indexing="xy"), -1).reshape(-1, 2)
+                near = (
+                    (u + reach[:, 0] > left)
+                    & (u - reach[:, 0] < right)
+                    & (v + reach[:, 1] > top)
+                    & (v - reach[:, 1] < bottom)
+                )
+                grid = torch.stack(
+                    torch.meshgrid(torch.arange(left, right) + 0.5, torch.arange(top, bottom) + 0.5, indexing="xy"), -1
+                ).reshape(-1, 2)
                 d, k = grid[None] - middle[near, None], conic[near]
-                power = (-0.5 * (k[:, 0, 0, None] * d[..., 0] ** 2 + k[:, 1, 1, None] * d[..., 1] ** 2)
-                         - k[:, 0, 1, None] * d[..., 0] * d[..., 1])
+                power = (
+                    -0.5 * (k[:, 0, 0, None] * d[..., 0] ** 2 + k[:, 1, 1, None] * d[..., 1] ** 2)
+                    - k[:, 0, 1, None] * d[..., 0] * d[..., 1]
+                )
                 alpha = opacity[near, None] * torch.exp(power)
                 alpha = torch.where(alpha >= 1 / 255, alpha.clamp(max=0.99), torch.zeros(()))
                 passed = torch.cumprod(torch.cat([torch.ones(1, alpha.shape[1]), 1 - alpha]), 0)
@@ -122,9 +149,14 @@ def main() -> None:
     camera = CropCamera(86, 146, 3804.0, 3804.0, 43.0, 73.0, np.eye(3), np.array([0, 0, 70.0]))
     given = np.random.default_rng(0).normal(size=(4, camera.height, camera.width)).astype(np.float32)
     record: dict = {
-        "machine": platform.processor() or platform.machine(), "cores": os.cpu_count(), "version": __version__,
-        "numba": numba.__version__, "numpy": np.__version__, "gaussians": len(p),
-        "crop_px": [camera.width, camera.height]}
+        "machine": platform.processor() or platform.machine(),
+        "cores": os.cpu_count(),
+        "version": __version__,
+        "numba": numba.__version__,
+        "numpy": np.__version__,
+        "gaussians": len(p),
+        "crop_px": [camera.width, camera.height],
+    }
     for threads in (1, 2):
         rasteriser = Rasteriser(threads)
         done = rasteriser.forward(p, camera)
@@ -143,16 +175,25 @@ def main() -> None:
         alone, both_busy = [], []
         for _ in range(5):
             alone.append(best_of(lambda: Rasteriser(1).forward(p, camera), arguments.seconds / 5))
-            both_busy.append(best_of(
-                lambda: list(pool.map(lambda _: Rasteriser(1).forward(p, camera), range(2))), arguments.seconds / 5))
+            both_busy.append(
+                best_of(
+                    lambda: list(pool.map(lambda _: Rasteriser(1).forward(p, camera), range(2))), arguments.seconds / 5
+                )
+            )
     record["scaling_two_crops_side_by_side"] = round(2 * min(alone) / min(both_busy), 2)
     field = GaussianField.from_packed(p)
     points, _ = draw_candidates(field, 100, 0)
-    view = View("", Path(), Camera(camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy), np.eye(3),
-                camera.translation)
+    view = View(
+        "",
+        Path(),
+        Camera(camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy),
+        np.eye(3),
+        camera.translation,
+    )
     asked = view_opacity(p, view, points)[2]
     record["point_query_1_thread_mpairs_s"] = round(
-        asked / best_of(lambda: view_opacity(p, view, points), arguments.seconds) / 1e6, 1)
+        asked / best_of(lambda: view_opacity(p, view, points), arguments.seconds) / 1e6, 1
+    )
     try:
         forward, both = torch_rasteriser(p, camera, given)
         only, whole = best_of(forward, arguments.seconds), best_of(both, arguments.seconds)

@@ -31,10 +31,13 @@ def _rms(error: np.ndarray) -> dict:
     if not len(error):
         return {"photos": 0}
     horizontal = np.hypot(error[:, 0], error[:, 1])
-    return {"photos": len(error), "rms_e_n_u_cm": np.round(100 * np.sqrt(np.mean(error**2, axis=0)), 2).tolist(),
-            "rms_horizontal_cm": round(float(100 * np.sqrt(np.mean(horizontal**2))), 2),
-            "max_horizontal_cm": round(float(100 * horizontal.max()), 2),
-            "bias_e_n_u_cm": np.round(100 * error.mean(axis=0), 2).tolist()}
+    return {
+        "photos": len(error),
+        "rms_e_n_u_cm": np.round(100 * np.sqrt(np.mean(error**2, axis=0)), 2).tolist(),
+        "rms_horizontal_cm": round(float(100 * np.sqrt(np.mean(horizontal**2))), 2),
+        "max_horizontal_cm": round(float(100 * horizontal.max()), 2),
+        "bias_e_n_u_cm": np.round(100 * error.mean(axis=0), 2).tolist(),
+    }
 
 
 def score(plot: Path, crs: str) -> dict:
@@ -49,18 +52,30 @@ def score(plot: Path, crs: str) -> dict:
     error = found.xyz - true
     # A standard deviation is honest when errors over it spread by about one.
     ratio = (error / found.sd)[quality == "fix"]
-    return {"fix": _rms(error[quality == "fix"]), "float": _rms(error[quality == "float"]), "all": _rms(error),
-            "raw_exif": _rms(raw.xyz - true), "float_epochs_in_truth": int(spoilt.sum()),
-            "of_them_flagged": int((spoilt & (quality != "fix")).sum()),
-            "error_over_sd_e_n_u_fix": np.round(np.sqrt(np.mean(ratio**2, axis=0)), 2).tolist()}
+    return {
+        "fix": _rms(error[quality == "fix"]),
+        "float": _rms(error[quality == "float"]),
+        "all": _rms(error),
+        "raw_exif": _rms(raw.xyz - true),
+        "float_epochs_in_truth": int(spoilt.sum()),
+        "of_them_flagged": int((spoilt & (quality != "fix")).sum()),
+        "error_over_sd_e_n_u_fix": np.round(np.sqrt(np.mean(ratio**2, axis=0)), 2).tolist(),
+    }
 
 
 def rinex(folder: Path) -> dict:
     """The static set's known point, solved as a moving rover."""
     crs = pyproj.CRS.from_epsg(32653)
     with tempfile.TemporaryDirectory() as scratch:
-        track = read_pos(solve([folder / name for name in ("rover.obs", "base.obs", "base.nav")], None,
-                               "35.134707705, 136.977577939, 104.85", Path(scratch), Reporter()))
+        track = read_pos(
+            solve(
+                [folder / name for name in ("rover.obs", "base.obs", "base.nav")],
+                None,
+                "35.134707705, 136.977577939, 104.85",
+                Path(scratch),
+                Reporter(),
+            )
+        )
     true = lonlat_to_project(crs, [136.97757549], [35.13469901], [104.8626])
     error = lonlat_to_project(crs, track.lon_deg, track.lat_deg, track.height_m) - true
     return _rms(error) | {"fixed_pct": round(100 * float((track.quality == 1).mean()), 1)}

@@ -25,10 +25,18 @@ from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import read_cloud
 from treedgs_geo.terrain.cloud_ground import CloudGround, own_ground
 
-CLOUDS = ("lidar_treels/pine_plot.laz", "lidar_treels/pine.laz", "lidar_treels/spruce.laz",
-          "lidar_itsme/tree_1_pc.txt", "lidar_itsme/tree_2_pc.txt", "lidar_spanner/UAS_Clip.laz",
-          "lidar_treeiso/LPine1_demo.laz", "plot_a/lidar/plot_a_uls.laz", "plot_e/lidar/plot_e_uls.laz",
-          "plot_h/lidar/plot_h_uls.laz")
+CLOUDS = (
+    "lidar_treels/pine_plot.laz",
+    "lidar_treels/pine.laz",
+    "lidar_treels/spruce.laz",
+    "lidar_itsme/tree_1_pc.txt",
+    "lidar_itsme/tree_2_pc.txt",
+    "lidar_spanner/UAS_Clip.laz",
+    "lidar_treeiso/LPine1_demo.laz",
+    "plot_a/lidar/plot_a_uls.laz",
+    "plot_e/lidar/plot_e_uls.laz",
+    "plot_h/lidar/plot_h_uls.laz",
+)
 CUTS_M = (0.0, 0.5, 1.0, 2.0, 4.0)
 
 
@@ -51,9 +59,12 @@ def judged(cloud: PointCloud, whole: list[Tree] | None) -> tuple[dict, list[Tree
     trees, _ = measure_cloud(cloud, ground.dtm)
     after = with_ground(trees, ground, cloud.xyz)
     xy = np.array([[tree.x, tree.y] for tree in trees]).reshape(-1, 2)
-    row: dict = {"stems": len(trees), "ok_before": sum(tree.qc_flag == "ok" for tree in trees),
-                 **{flag: sum(tree.qc_flag == flag for tree in after) for flag in ("ok", "check", "reject")},
-                 "no_ground": sum("no_ground" in tree.qc_reason for tree in after)}
+    row: dict = {
+        "stems": len(trees),
+        "ok_before": sum(tree.qc_flag == "ok" for tree in trees),
+        **{flag: sum(tree.qc_flag == flag for tree in after) for flag in ("ok", "check", "reject")},
+        "no_ground": sum("no_ground" in tree.qc_reason for tree in after),
+    }
     if ground.layer is not None and len(trees):
         clear = [USUAL_FOOT_M if tree.dbh_cm is None else tree.dbh_cm / 200 + FOOT_M for tree in trees]
         share, contrast, _ = ground.layer.without(xy, np.array(clear)).evidence(xy)
@@ -65,8 +76,10 @@ def judged(cloud: PointCloud, whole: list[Tree] | None) -> tuple[dict, list[Tree
         if near is not None and near.dbh_cm is not None and tree.dbh_cm is not None:
             error.append(near.dbh_cm - tree.dbh_cm)
     if error:
-        row |= {"error_cm": round(float(np.mean(error)), 2), "worst_cm": round(float(min(error, key=lambda e: -abs(e))),
-                                                                               2)}
+        row |= {
+            "error_cm": round(float(np.mean(error)), 2),
+            "worst_cm": round(float(min(error, key=lambda e: -abs(e))), 2),
+        }
     return row, trees, ground
 
 
@@ -90,8 +103,9 @@ def main() -> None:
             rows.append({"cloud": name, "cut_m": cut, **judged(cloud.select(height > cut), whole)[0]})
             print(rows[-1], flush=True)
     if args.output:
-        write_json(args.output, {"version": __version__, "machine": platform.machine(), "side_m": args.side,
-                                 "rows": rows})
+        write_json(
+            args.output, {"version": __version__, "machine": platform.machine(), "side_m": args.side, "rows": rows}
+        )
 
 
 if __name__ == "__main__":

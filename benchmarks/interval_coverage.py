@@ -43,9 +43,16 @@ def measure(plot: Path) -> tuple[list[dict], int]:
         gap = np.hypot(*(places - (tree.x, tree.y)).T)
         true = truth[int(gap.argmin())]
         if tree.dbh_cm is not None and gap.min() < MATCH_M and true["in_plot"] == "True":
-            rows.append({"plot": plot.name, "tree": true["tree_id"], "flag": tree.qc_flag,
-                         "error_cm": tree.dbh_cm - float(true["dbh_cm"]), "se_cm": tree.dbh_se_cm,
-                         "inside": tree.dbh_lo_cm <= float(true["dbh_cm"]) <= tree.dbh_hi_cm})
+            rows.append(
+                {
+                    "plot": plot.name,
+                    "tree": true["tree_id"],
+                    "flag": tree.qc_flag,
+                    "error_cm": tree.dbh_cm - float(true["dbh_cm"]),
+                    "se_cm": tree.dbh_se_cm,
+                    "inside": tree.dbh_lo_cm <= float(true["dbh_cm"]) <= tree.dbh_hi_cm,
+                }
+            )
     return rows, sum(row["in_plot"] == "True" for row in truth)
 
 
@@ -53,12 +60,18 @@ def figures(rows: list[dict], stems: int) -> dict:
     """Coverage, errors and the share of ``ok`` trees that are grossly off."""
     e, se = np.array([row["error_cm"] for row in rows]), np.array([row["se_cm"] for row in rows])
     ok = np.array([row["flag"] == "ok" for row in rows])
-    return {"stems": stems, "measured": len(rows),
-            "in_90pct_interval": round(float(np.mean([row["inside"] for row in rows])), 3),
-            "rms_of_error_over_se": round(float(np.sqrt(np.mean((e / se) ** 2))), 2),
-            "median_se_cm": round(float(np.median(se)), 2), "rmse_cm": round(float(np.sqrt(np.mean(e**2))), 2),
-            "me_cm": round(float(e.mean()), 2), "worst_cm": round(float(np.abs(e).max()), 2), "ok": int(ok.sum()),
-            "ok_off_by_5_cm": int((np.abs(e[ok]) > 5).sum())}
+    return {
+        "stems": stems,
+        "measured": len(rows),
+        "in_90pct_interval": round(float(np.mean([row["inside"] for row in rows])), 3),
+        "rms_of_error_over_se": round(float(np.sqrt(np.mean((e / se) ** 2))), 2),
+        "median_se_cm": round(float(np.median(se)), 2),
+        "rmse_cm": round(float(np.sqrt(np.mean(e**2))), 2),
+        "me_cm": round(float(e.mean()), 2),
+        "worst_cm": round(float(np.abs(e).max()), 2),
+        "ok": int(ok.sum()),
+        "ok_off_by_5_cm": int((np.abs(e[ok]) > 5).sum()),
+    }
 
 
 def main() -> None:
@@ -76,9 +89,13 @@ def main() -> None:
         groups["calibration (even seeds)" if even else "report (odd seeds)"].append(measure(plot))
     for plot in args.rendered:
         groups[plot.name] = [measure(plot)]
-    record: dict = {"machine": f"{platform.machine()}, {os.cpu_count()} cores", "python": platform.python_version(),
-                    "version": __version__, "plots": [plot.name for plot in [*args.plots, *args.rendered]],
-                    "groups": {}}
+    record: dict = {
+        "machine": f"{platform.machine()}, {os.cpu_count()} cores",
+        "python": platform.python_version(),
+        "version": __version__,
+        "plots": [plot.name for plot in [*args.plots, *args.rendered]],
+        "groups": {},
+    }
     for name, parts in groups.items():
         if parts:
             record["groups"][name] = figures([row for rows, _ in parts for row in rows], sum(n for _, n in parts))

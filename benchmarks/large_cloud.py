@@ -46,8 +46,12 @@ def lay_out(source: Path, target: Path, points: float) -> dict:
                 out.array[name] = plot.points.array[name]
             out.x, out.y = xy[:, 0], xy[:, 1]
             writer.write_points(out)
-    return {"points": count * len(plot), "copies": count, "extent_m": (across * side).tolist(),
-            "file_mb": round(target.stat().st_size / 1e6)}
+    return {
+        "points": count * len(plot),
+        "copies": count,
+        "extent_m": (across * side).tolist(),
+        "file_mb": round(target.stat().st_size / 1e6),
+    }
 
 
 def measure(arguments: list[str]) -> dict:
@@ -65,9 +69,12 @@ def measure(arguments: list[str]) -> dict:
     _, status, usage = os.wait4(child, 0)
     if status:
         raise SystemExit(f"{arguments[0]} failed ({status}): {text[-500:]}")
-    return {"cpu_s": round(usage.ru_utime + usage.ru_stime, 1), "wall_s": round(time.monotonic() - began, 1),
-            "peak_mb": round(usage.ru_maxrss / 1024),
-            "said": [line for line in text.splitlines() if line and not line.startswith("output")][-12:]}
+    return {
+        "cpu_s": round(usage.ru_utime + usage.ru_stime, 1),
+        "wall_s": round(time.monotonic() - began, 1),
+        "peak_mb": round(usage.ru_maxrss / 1024),
+        "said": [line for line in text.splitlines() if line and not line.startswith("output")][-12:],
+    }
 
 
 def main() -> None:
@@ -83,8 +90,17 @@ def main() -> None:
         laz = known.scratch / f"tiled_{millions:g}M.laz"
         row = lay_out(known.cloud, laz, millions * 1e6)
         row["terrain"] = measure(["terrain", "--input", str(laz), "--output", str(known.scratch / "dtm.tif")])
-        row["segment_stems"] = measure(["segment-stems", "--input", str(laz), "--dtm", str(known.scratch / "dtm.tif"),
-                                        "--output", str(known.scratch / "stems.laz")])
+        row["segment_stems"] = measure(
+            [
+                "segment-stems",
+                "--input",
+                str(laz),
+                "--dtm",
+                str(known.scratch / "dtm.tif"),
+                "--output",
+                str(known.scratch / "stems.laz"),
+            ]
+        )
         for verb in ("terrain", "segment_stems"):
             row[verb]["cpu_s_per_million"] = round(row[verb]["cpu_s"] / row["points"] * 1e6, 2)
         with laspy.open(known.scratch / "stems.laz") as stems:
@@ -92,8 +108,12 @@ def main() -> None:
         for leftover in (laz, known.scratch / "stems.laz", known.scratch / "dtm.tif"):
             leftover.unlink()
         report = read_json(known.output) if known.output.exists() else {"sizes": {}}
-        report |= {"cloud": known.cloud.name, "machine": f"{platform.machine()}, {os.cpu_count()} cores",
-                   "python": platform.python_version(), "laspy": laspy.__version__}
+        report |= {
+            "cloud": known.cloud.name,
+            "machine": f"{platform.machine()}, {os.cpu_count()} cores",
+            "python": platform.python_version(),
+            "laspy": laspy.__version__,
+        }
         report["sizes"][f"{millions:g}M"] = row
         write_json(known.output, report)
         print(json.dumps(row, indent=1), flush=True)

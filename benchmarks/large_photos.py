@@ -25,8 +25,10 @@ def main() -> None:
         link = options.output / item.name
         if item.name != "images" and not link.exists():
             link.symlink_to(item.resolve())
-    total = sum(enlarge(photo, options.output / "images" / photo.name, options.width)
-                for photo in sorted((options.plot / "images").glob("*.JPG")))
+    total = sum(
+        enlarge(photo, options.output / "images" / photo.name, options.width)
+        for photo in sorted((options.plot / "images").glob("*.JPG"))
+    )
     print(f"{options.output}: {total:.0f} megapixels")
 
 

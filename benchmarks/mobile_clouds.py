@@ -47,7 +47,7 @@ class MobileCloud:
 
     def thinned(self, share: float) -> np.ndarray:
         """(M, 3) a share of the points, the same ones each time."""
-        return self.xyz[:int(len(self.xyz) * share)]
+        return self.xyz[: int(len(self.xyz) * share)]
 
 
 def ground(xy: np.ndarray) -> np.ndarray:
@@ -65,18 +65,18 @@ def mobile_cloud(seed: int, scan: MobileScan | None = None) -> MobileCloud:
     floor = rng.uniform(0, scan.size_m, (count, 2))
     parts = [np.column_stack([floor, ground(floor) + rng.normal(0, 0.02, count)])]
     trees = []
-    for xy, size in zip(places[:scan.stems], dbh, strict=True):
+    for xy, size in zip(places[: scan.stems], dbh, strict=True):
         parts.append(stem(rng, xy, size, scan))
         parts += [_twig(rng, xy, size, scan) for _ in range(rng.poisson(scan.twigs))]
         trees.append([*xy, size])
         if scan.crowns:
             n = scan.bark // 10
             parts.append(_above(np.column_stack([rng.normal(xy, 0.9, (n, 2)), rng.uniform(8, 14, n)])))
-    for xy in places[scan.stems:]:
+    for xy in places[scan.stems :]:
         parts.append(_sapling(rng, xy, scan))
     parts += [_shrub(rng, rng.uniform(0, scan.size_m, 2), scan) for _ in range(scan.shrubs)]
     xyz = np.concatenate(parts)
-    return MobileCloud(xyz[rng.permutation(len(xyz))], np.array(trees), places[scan.stems:])
+    return MobileCloud(xyz[rng.permutation(len(xyz))], np.array(trees), places[scan.stems :])
 
 
 def stem(rng: np.random.Generator, xy: np.ndarray, dbh_cm: float, scan: MobileScan, top_m: float = 8.0) -> np.ndarray:

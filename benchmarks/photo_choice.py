@@ -70,13 +70,31 @@ def gather(plot: Path) -> tuple[list[dict], dict]:
         rows, right = [], []
         for item in call["tried"]:
             off = (item.fine.r1 - TAPER_PRIOR[0]) / (2 * TAPER_PRIOR[1])
-            rows.append((call["trust"] * item.contrast / call["chance"], item.evidence / 300, min(off**2, 9.0),
-                         10 * (item.rms_px - 0.5), item.edges / 30))
-            right.append(abs(200 * item.fine.r0 - dbh) < max(1.6, 0.05 * dbh)
-                         and np.hypot(*(item.fine.axis.p - true)) < 0.06)
-        stems.append({"tree": tree["tree_id"], "kind": tree["kind"], "rows": np.array(rows), "right": np.array(right),
-                      "dbh": np.array([200 * item.fine.r0 for item in call["tried"]]), "pair": call["pair"],
-                      "error": call["fit"].dbh_cm - dbh, "parts": call["parts"], "gain": call["fit"].gain})
+            rows.append(
+                (
+                    call["trust"] * item.contrast / call["chance"],
+                    item.evidence / 300,
+                    min(off**2, 9.0),
+                    10 * (item.rms_px - 0.5),
+                    item.edges / 30,
+                )
+            )
+            right.append(
+                abs(200 * item.fine.r0 - dbh) < max(1.6, 0.05 * dbh) and np.hypot(*(item.fine.axis.p - true)) < 0.06
+            )
+        stems.append(
+            {
+                "tree": tree["tree_id"],
+                "kind": tree["kind"],
+                "rows": np.array(rows),
+                "right": np.array(right),
+                "dbh": np.array([200 * item.fine.r0 for item in call["tried"]]),
+                "pair": call["pair"],
+                "error": call["fit"].dbh_cm - dbh,
+                "parts": call["parts"],
+                "gain": call["fit"].gain,
+            }
+        )
     return stems, {key: value for key, value in score(fits, plot, frame).items() if key != "trees"}
 
 
@@ -141,12 +159,19 @@ def main() -> None:
     gathered = {plot.name: gather(plot) for plot in options.plots}
     stems = {name: group for name, (group, _) in gathered.items()}
     every = [s for group in stems.values() for s in group]
-    figures: dict = {"plots": list(stems), "stems": len(every), "se_parts": scale_errors(every),
-                     "as fitted": {name: measured for name, (_, measured) in gathered.items()}}
-    figures["without a right explanation"] = [f"{n} {s['tree']}" for n, g in stems.items() for s in g
-                                              if not s["right"].any()]
-    figures["companion gain"] = {kind: sorted(round(s["gain"]) for s in every if (s["kind"] == "touch") == touch)[::-1]
-                                 for kind, touch in (("touched", True), ("not touched", False))}
+    figures: dict = {
+        "plots": list(stems),
+        "stems": len(every),
+        "se_parts": scale_errors(every),
+        "as fitted": {name: measured for name, (_, measured) in gathered.items()},
+    }
+    figures["without a right explanation"] = [
+        f"{n} {s['tree']}" for n, g in stems.items() for s in g if not s["right"].any()
+    ]
+    figures["companion gain"] = {
+        kind: sorted(round(s["gain"]) for s in every if (s["kind"] == "touch") == touch)[::-1]
+        for kind, touch in (("touched", True), ("not touched", False))
+    }
     for label, columns in SETS.items():
         held = []
         for name, group in stems.items():
@@ -154,8 +179,12 @@ def main() -> None:
             if others:
                 held += [{"plot": name} | row for row in tested(group, columns, fit_logit(others, columns))]
         weights = dict(zip([WITNESSES[c] for c in columns], fit_logit(every, columns).round(2).tolist(), strict=True))
-        figures[label] = {"weights": weights, "tested": len(held), "wrong": [h for h in held if not h["right"]],
-                          "unsure": [h for h in held if h["probability"] < 0.9]}
+        figures[label] = {
+            "weights": weights,
+            "tested": len(held),
+            "wrong": [h for h in held if not h["right"]],
+            "unsure": [h for h in held if h["probability"] < 0.9],
+        }
         print(label, json.dumps(figures[label]))
     print(json.dumps({k: figures[k] for k in ("stems", "se_parts", "without a right explanation", "companion gain")}))
     if options.output:

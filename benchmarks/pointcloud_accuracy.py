@@ -60,9 +60,15 @@ SCANS = {
 def truth_of(plot: Path) -> tuple[list[dict], np.ndarray]:
     """Truth stems (dicts with place, dbh_cm, in_plot, name) and (S, 3) saplings (x, y, dbh_cm)."""
     with open(plot / "truth" / "trees.csv", encoding="utf-8") as stream:
-        rows = [{"place": (float(row["E_bh"]), float(row["N_bh"])), "dbh_cm": float(row["dbh_cm"]),
-                 "in_plot": row["in_plot"] == "True", "name": f"{row['tree_id']} {row['kind']}"}
-                for row in csv.DictReader(stream)]
+        rows = [
+            {
+                "place": (float(row["E_bh"]), float(row["N_bh"])),
+                "dbh_cm": float(row["dbh_cm"]),
+                "in_plot": row["in_plot"] == "True",
+                "name": f"{row['tree_id']} {row['kind']}",
+            }
+            for row in csv.DictReader(stream)
+        ]
     record = json.loads((plot / "truth" / "stems.json").read_text(encoding="utf-8"))
     saplings = np.array(record.get("saplings_xy_dbhcm") or np.empty((0, 3)), float).reshape(-1, 3)
     return rows, saplings + [*record["origin"][:2], 0.0]
@@ -97,10 +103,14 @@ def score(trees: list[Tree], rows: list[dict], saplings: np.ndarray) -> dict:
             false.append(tree.tree_id)
     e = np.array(errors)
     return {
-        "n": len(wanted), "success_pct": round(100 * len(e) / len(wanted), 1),
-        "rmse_cm": round(float(np.sqrt(np.mean(e**2))), 2), "me_cm": round(float(e.mean()), 2),
-        "mae_cm": round(float(np.abs(e).mean()), 2), "worst": f"{worst[0]} {worst[1]:.1f}",
-        "in_90pct_interval": round(float(np.mean(inside)), 2) if inside else "none", "false_trees": len(false),
+        "n": len(wanted),
+        "success_pct": round(100 * len(e) / len(wanted), 1),
+        "rmse_cm": round(float(np.sqrt(np.mean(e**2))), 2),
+        "me_cm": round(float(e.mean()), 2),
+        "mae_cm": round(float(np.abs(e).mean()), 2),
+        "worst": f"{worst[0]} {worst[1]:.1f}",
+        "in_90pct_interval": round(float(np.mean(inside)), 2) if inside else "none",
+        "false_trees": len(false),
         "on_saplings": on_saplings,
     }
 
@@ -136,21 +146,33 @@ def run_scan(cloud_file: Path, reference: Path | None) -> dict:
     label = label_points(cloud.xyz, cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1]), stems)
     trees = measure_stems(cloud, label, dtm, stems=stems)
     flags = {flag: sum(tree.qc_flag == flag for tree in trees) for flag in ("ok", "check", "reject")}
-    result = {"points": len(cloud), "seconds": round(time.perf_counter() - began, 1), "trees": len(trees), **flags,
-              "dbh_cm": [round(tree.dbh_cm, 1) if tree.dbh_cm else tree.qc_reason for tree in trees]}
+    result = {
+        "points": len(cloud),
+        "seconds": round(time.perf_counter() - began, 1),
+        "trees": len(trees),
+        **flags,
+        "dbh_cm": [round(tree.dbh_cm, 1) if tree.dbh_cm else tree.qc_reason for tree in trees],
+    }
     if reference is not None:
         with open(reference, encoding="utf-8") as stream:
             circles = list(csv.DictReader(stream))
         differences = []
         for circle in circles:
-            near = [tree for tree in trees if tree.dbh_cm is not None
-                    and np.hypot(tree.x - float(circle["x"]), tree.y - float(circle["y"])) < MATCH_M]
+            near = [
+                tree
+                for tree in trees
+                if tree.dbh_cm is not None
+                and np.hypot(tree.x - float(circle["x"]), tree.y - float(circle["y"])) < MATCH_M
+            ]
             if near:
                 differences.append(near[0].dbh_cm - float(circle["d_cm"]))
-        result.update(reference_circles=len(circles), matched=len(differences),
-                      median_difference_cm=round(float(np.median(differences)), 2),
-                      median_abs_difference_cm=round(float(np.median(np.abs(differences))), 2),
-                      differences_cm=[round(float(value), 1) for value in differences])
+        result.update(
+            reference_circles=len(circles),
+            matched=len(differences),
+            median_difference_cm=round(float(np.median(differences)), 2),
+            median_abs_difference_cm=round(float(np.median(np.abs(differences))), 2),
+            differences_cm=[round(float(value), 1) for value in differences],
+        )
     return result
 
 
@@ -160,20 +182,39 @@ def main() -> None:
     parser.add_argument("--plots", nargs="*", help="rendered plots to run (default: every plot_* with truth)")
     parser.add_argument("--output", type=Path, required=True, help="JSON to write")
     options = parser.parse_args()
-    record = {"machine": f"{platform.machine()}, {os.cpu_count()} cores", "python": platform.python_version(),
-              "version": __version__, "seed": 0, "plots": {}, "scans": {}}
+    record = {
+        "machine": f"{platform.machine()}, {os.cpu_count()} cores",
+        "python": platform.python_version(),
+        "version": __version__,
+        "seed": 0,
+        "plots": {},
+        "scans": {},
+    }
     there = sorted(plot.name for plot in options.data.glob("plot_*") if (plot / "truth" / "trees.csv").exists())
     plots = options.plots or there
-    columns = ("success_pct", "rmse_cm", "me_cm", "mae_cm", "in_90pct_interval", "false_trees", "on_saplings",
-               "measure_s")
+    columns = (
+        "success_pct",
+        "rmse_cm",
+        "me_cm",
+        "mae_cm",
+        "in_90pct_interval",
+        "false_trees",
+        "on_saplings",
+        "measure_s",
+    )
     for name in plots:
         result = record["plots"][name] = run_plot(options.data / name)
-        print(f"\n{name}: {result['points']:,} points; read and ground {result['read_and_ground_s']} s, "
-              f"stems {result['find_stems_s']} s")
+        print(
+            f"\n{name}: {result['points']:,} points; read and ground {result['read_and_ground_s']} s, "
+            f"stems {result['find_stems_s']} s"
+        )
         print(f"{'method':28}" + "".join(f"{column:>18}" for column in columns) + "   worst")
         for method in METHODS:
-            print(f"{method:28}" + "".join(f"{result[method][column]:>18}" for column in columns)
-                  + f"   {result[method]['worst']}")
+            print(
+                f"{method:28}"
+                + "".join(f"{result[method][column]:>18}" for column in columns)
+                + f"   {result[method]['worst']}"
+            )
     print()
     for name, reference in SCANS.items():
         if (options.data / name).exists():

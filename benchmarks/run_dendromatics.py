@@ -39,8 +39,13 @@ def main() -> None:
             trees = measure(xyz, args)
         except Exception as problem:  # a cloud on which it gives up counts as no tree
             note = f"{type(problem).__name__}: {problem}"[:200]
-    record = {"version": importlib.metadata.version("dendromatics"), "seconds": time.perf_counter() - began,
-              "cpu_seconds": time.process_time() - cpu, "trees": trees, "note": note}
+    record = {
+        "version": importlib.metadata.version("dendromatics"),
+        "seconds": time.perf_counter() - began,
+        "cpu_seconds": time.process_time() - cpu,
+        "trees": trees,
+        "note": note,
+    }
     with open(args.out, "w", encoding="utf-8") as stream:
         json.dump(record, stream)
 
@@ -51,21 +56,35 @@ def measure(xyz, args):
     height = dm.normalize_heights(xyz, ground)
     cloud = np.column_stack([xyz, height])
     stripe = cloud[(height > 0.7) & (height < 3.5)]
-    stems = dm.verticality_clustering(stripe, scale=args.scale, vert_threshold=args.verticality,
-                                      n_points=args.stem_points, n_iter=args.rounds,
-                                      resolution_xy=args.voxel, resolution_z=args.voxel)
+    stems = dm.verticality_clustering(
+        stripe,
+        scale=args.scale,
+        vert_threshold=args.verticality,
+        n_points=args.stem_points,
+        n_iter=args.rounds,
+        resolution_xy=args.voxel,
+        resolution_z=args.voxel,
+    )
     # Its other voxel size, 3.5 cm, is kept in proportion to the first.
-    assigned, vector, _ = dm.individualize_trees(cloud, stems, h_range=args.height_range,
-                                                 resolution_xy=1.75 * args.voxel, resolution_z=1.75 * args.voxel)
+    assigned, vector, _ = dm.individualize_trees(
+        cloud, stems, h_range=args.height_range, resolution_xy=1.75 * args.voxel, resolution_z=1.75 * args.voxel
+    )
     heights = np.arange(0.3, 6.0, 0.2)
     lower = assigned[assigned[:, 3] < 6.5]
-    x, y, r, _, _, sector, _ = dm.compute_sections(lower, heights, section_width=args.section_width,
-                                                   n_points_section=args.section_points,
-                                                   min_n_sectors=args.least_sectors)
+    x, y, r, _, _, sector, _ = dm.compute_sections(
+        lower,
+        heights,
+        section_width=args.section_width,
+        n_points_section=args.section_points,
+        min_n_sectors=args.least_sectors,
+    )
     tilt = dm.tilt_detection(x, y, r, heights)
     dbh, place = dm.tree_locator(heights, x, y, vector, sector, r, tilt)
-    return [{"x": float(p[0]), "y": float(p[1]), "dbh_cm": 100 * float(d[0])} for d, p in zip(dbh, place, strict=True)
-            if d[0] > 0]
+    return [
+        {"x": float(p[0]), "y": float(p[1]), "dbh_cm": 100 * float(d[0])}
+        for d, p in zip(dbh, place, strict=True)
+        if d[0] > 0
+    ]
 
 
 if __name__ == "__main__":

@@ -54,13 +54,31 @@ def rows_of(plot: Path) -> tuple[list[dict], dict]:
         if away.min() > 0.3 or primitive is None:
             continue
         own, final = primitive.primitive, after[number]
-        rows.append({"plot": plot.name, "tree": tree["tree_id"], "kind": tree["kind"], "true_cm": float(tree["dbh_cm"]),
-                     "photos_cm": round(fit.dbh_cm, 2), "flag": fit.flag, "reasons": ",".join(fit.reasons),
-                     "bark_cm": round(own.dbh_cm, 2), "bark_doubts": ",".join(own.doubts[0] + own.doubts[1]),
-                     "alone": number in alone or number in asked, "asked": number in asked,
-                     "final_cm": None if final.dbh_cm is None else round(final.dbh_cm, 2), "final_flag": final.qc_flag})
-    return rows, {"stems": len(fits), "seconds": round(seconds, 1), "asked": len(asked), "all": len(everyone),
-                  "gained": opinion.gained, "doubted": opinion.doubted}
+        rows.append(
+            {
+                "plot": plot.name,
+                "tree": tree["tree_id"],
+                "kind": tree["kind"],
+                "true_cm": float(tree["dbh_cm"]),
+                "photos_cm": round(fit.dbh_cm, 2),
+                "flag": fit.flag,
+                "reasons": ",".join(fit.reasons),
+                "bark_cm": round(own.dbh_cm, 2),
+                "bark_doubts": ",".join(own.doubts[0] + own.doubts[1]),
+                "alone": number in alone or number in asked,
+                "asked": number in asked,
+                "final_cm": None if final.dbh_cm is None else round(final.dbh_cm, 2),
+                "final_flag": final.qc_flag,
+            }
+        )
+    return rows, {
+        "stems": len(fits),
+        "seconds": round(seconds, 1),
+        "asked": len(asked),
+        "all": len(everyone),
+        "gained": opinion.gained,
+        "doubted": opinion.doubted,
+    }
 
 
 def main() -> None:
@@ -79,9 +97,13 @@ def main() -> None:
         sure = [r for r in group if not r["bark_doubts"]]
         error = np.array([r["bark_cm"] - r["true_cm"] for r in sure])
         limit = np.array([max(AGREE_CM, AGREE_SHARE * r["true_cm"]) for r in sure])
-        summary[name] = {"stems": len(group), "without doubts": len(sure), "right": int((np.abs(error) <= limit).sum()),
-                         "mean_cm": round(float(error.mean()), 2) if len(sure) else None,
-                         "rmse_cm": round(float(np.sqrt((error**2).mean())), 2) if len(sure) else None}
+        summary[name] = {
+            "stems": len(group),
+            "without doubts": len(sure),
+            "right": int((np.abs(error) <= limit).sum()),
+            "mean_cm": round(float(error.mean()), 2) if len(sure) else None,
+            "rmse_cm": round(float(np.sqrt((error**2).mean())), 2) if len(sure) else None,
+        }
     changed = [r for r in rows if r["asked"] and (r["final_flag"] != r["flag"] or r["flag"] == "reject")]
     for row in changed:
         print(json.dumps(row))

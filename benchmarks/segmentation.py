@@ -40,8 +40,12 @@ def true_labels(plot: Path, xyz: np.ndarray) -> tuple[np.ndarray, list[str]]:
     names = sorted(record["stems"])
     for number, name in enumerate(names):
         _, width, x, y, z = np.array(record["stems"][name], float).T
-        near = np.flatnonzero((np.abs(local[:, 0] - x.mean()) < 4) & (np.abs(local[:, 1] - y.mean()) < 4)
-                              & (local[:, 2] > z[0] + LOW_M) & (local[:, 2] < z[0] + HIGH_M))
+        near = np.flatnonzero(
+            (np.abs(local[:, 0] - x.mean()) < 4)
+            & (np.abs(local[:, 1] - y.mean()) < 4)
+            & (local[:, 2] > z[0] + LOW_M)
+            & (local[:, 2] < z[0] + HIGH_M)
+        )
         h = local[near, 2]
         away = np.hypot(local[near, 0] - np.interp(h, z, x), local[near, 1] - np.interp(h, z, y))
         # The horizontal section of a leaning stem is stretched along the lean: within the 3 cm up to 25 degrees.
@@ -99,16 +103,29 @@ def score(plot: Path, segmenter: str, command: str) -> dict:
     recall = len(found) / inside.sum()
     precision = len(found) / max(len(found) + false, 1)
     each = {names[i]: round(float(iou[i, pairs[i]]), 3) for i in found}
-    missed = [f"{names[i]} {rows[names[i]]['kind']} {float(rows[names[i]]['dbh_cm']):.0f} cm"
-              for i in np.flatnonzero(inside) if i not in pairs]
+    missed = [
+        f"{names[i]} {rows[names[i]]['kind']} {float(rows[names[i]]['dbh_cm']):.0f} cm"
+        for i in np.flatnonzero(inside)
+        if i not in pairs
+    ]
     points_mine = band & np.isin(label, sorted(used))
-    return {"plot": plot.name, "points": len(cloud), "stems": int(inside.sum()), "found": len(found), "false": false,
-            "on_saplings": on_saplings, "precision": round(precision, 3), "recall": round(float(recall), 3),
-            "f1": round(2 * precision * recall / max(precision + recall, 1e-9), 3),
-            "mean_iou": round(float(np.mean(list(each.values()))), 3) if each else None,
-            "worst_iou": min(each.values(), default=None),
-            "point_precision": round(float((true[points_mine] >= 0).mean()), 3) if points_mine.any() else None,
-            "missed": missed, "seconds": round(seconds, 1), "iou": each}
+    return {
+        "plot": plot.name,
+        "points": len(cloud),
+        "stems": int(inside.sum()),
+        "found": len(found),
+        "false": false,
+        "on_saplings": on_saplings,
+        "precision": round(precision, 3),
+        "recall": round(float(recall), 3),
+        "f1": round(2 * precision * recall / max(precision + recall, 1e-9), 3),
+        "mean_iou": round(float(np.mean(list(each.values()))), 3) if each else None,
+        "worst_iou": min(each.values(), default=None),
+        "point_precision": round(float((true[points_mine] >= 0).mean()), 3) if points_mine.any() else None,
+        "missed": missed,
+        "seconds": round(seconds, 1),
+        "iou": each,
+    }
 
 
 def main() -> None:
@@ -123,9 +140,19 @@ def main() -> None:
         print({key: value for key, value in run.items() if key != "iou"})
     if args.output:
         machine = f"{platform.machine()}, {os.cpu_count()} cores"
-        args.output.write_text(json.dumps({"machine": machine, "python": platform.python_version(),
-                                           "version": __version__, "segmenter": args.segmenter, "runs": runs},
-                                          indent=1) + "\n")
+        args.output.write_text(
+            json.dumps(
+                {
+                    "machine": machine,
+                    "python": platform.python_version(),
+                    "version": __version__,
+                    "segmenter": args.segmenter,
+                    "runs": runs,
+                },
+                indent=1,
+            )
+            + "\n"
+        )
 
 
 if __name__ == "__main__":

@@ -30,16 +30,32 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-CLOUDS = {"lidar_treels/pine_plot.laz": "lidar_treels/derived_circles_pine_plot.csv",
-          "lidar_treeiso/LPine1_demo.laz": "lidar_treeiso/derived_circles.csv",
-          "lidar_treels/pine.laz": None, "lidar_treels/spruce.laz": None}
-NAMES = ("--stem-points", "--section-points", "--verticality", "--height-range", "--rounds", "--voxel", "--scale",
-         "--section-width", "--least-sectors")
+CLOUDS = {
+    "lidar_treels/pine_plot.laz": "lidar_treels/derived_circles_pine_plot.csv",
+    "lidar_treeiso/LPine1_demo.laz": "lidar_treeiso/derived_circles.csv",
+    "lidar_treels/pine.laz": None,
+    "lidar_treels/spruce.laz": None,
+}
+NAMES = (
+    "--stem-points",
+    "--section-points",
+    "--verticality",
+    "--height-range",
+    "--rounds",
+    "--voxel",
+    "--scale",
+    "--section-width",
+    "--least-sectors",
+)
 DEFAULTS = (1000, 80, 0.7, 1.0, 2, 0.02, 0.1, 0.05, 9)
 #: From nearly the defaults to the sparsest; the last three are what found most in ``pine_plot``.
-OTHERS = ((200, 20, 0.7, 0.3, 2, 0.02, 0.1, 0.05, 9), (60, 20, 0.7, 0.3, 1, 0.03, 0.2, 0.1, 9),
-          (100, 15, 0.6, 0.5, 2, 0.03, 0.3, 0.2, 7), (100, 10, 0.6, 0.5, 2, 0.035, 0.3, 0.3, 5),
-          (60, 10, 0.5, 0.5, 1, 0.03, 0.4, 0.4, 5))
+OTHERS = (
+    (200, 20, 0.7, 0.3, 2, 0.02, 0.1, 0.05, 9),
+    (60, 20, 0.7, 0.3, 1, 0.03, 0.2, 0.1, 9),
+    (100, 15, 0.6, 0.5, 2, 0.03, 0.3, 0.2, 7),
+    (100, 10, 0.6, 0.5, 2, 0.035, 0.3, 0.3, 5),
+    (60, 10, 0.5, 0.5, 1, 0.03, 0.4, 0.4, 5),
+)
 MATCH_M = 0.3
 
 
@@ -61,8 +77,11 @@ def ours(cloud_file: Path, out: Path) -> None:
         seconds.append(time.perf_counter() - began)
         cpu.append(time.process_time() - spent)
     found = [{"x": t.x, "y": t.y, "dbh_cm": t.dbh_cm} for t in trees if t.dbh_cm is not None]
-    out.write_text(json.dumps({"seconds": seconds[1], "seconds_first": seconds[0], "cpu_seconds": cpu[1],
-                               "trees": found, "note": ""}))
+    out.write_text(
+        json.dumps(
+            {"seconds": seconds[1], "seconds_first": seconds[0], "cpu_seconds": cpu[1], "trees": found, "note": ""}
+        )
+    )
 
 
 def compare(trees: list[dict], circles: np.ndarray | None) -> dict:
@@ -77,9 +96,13 @@ def compare(trees: list[dict], circles: np.ndarray | None) -> dict:
         if len(gap) and gap.min() < MATCH_M:
             errors.append(trees[int(gap.argmin())]["dbh_cm"] - d)
     e = np.array(errors)
-    return {**result, "circles": len(circles), "matched": len(e),
-            "rmse_cm": round(float(np.sqrt((e**2).mean())), 2) if len(e) else None,
-            "median_abs_cm": round(float(np.median(np.abs(e))), 2) if len(e) else None}
+    return {
+        **result,
+        "circles": len(circles),
+        "matched": len(e),
+        "rmse_cm": round(float(np.sqrt((e**2).mean())), 2) if len(e) else None,
+        "median_abs_cm": round(float(np.median(np.abs(e))), 2) if len(e) else None,
+    }
 
 
 def per_stem(figures: dict) -> float | None:
@@ -103,9 +126,12 @@ def main() -> None:
         return
     from treedgs_geo.pointcloud.files import read_cloud
 
-    record: dict = {"machine": f"{platform.machine()}, {os.cpu_count()} cores",
-                    "load_at_start": round(os.getloadavg()[0], 1),
-                    "threads": os.environ.get("OMP_NUM_THREADS", "all"), "clouds": {}}
+    record: dict = {
+        "machine": f"{platform.machine()}, {os.cpu_count()} cores",
+        "load_at_start": round(os.getloadavg()[0], 1),
+        "threads": os.environ.get("OMP_NUM_THREADS", "all"),
+        "clouds": {},
+    }
     with tempfile.TemporaryDirectory() as folder:
         work = Path(folder)
         for name, reference in CLOUDS.items():
@@ -115,30 +141,52 @@ def main() -> None:
             circles = None
             if reference:
                 with open(args.data / reference, encoding="utf-8") as stream:
-                    circles = np.array([(float(r["x"]) - origin[0], float(r["y"]) - origin[1], float(r["d_cm"]))
-                                        for r in csv.DictReader(stream)])
+                    circles = np.array(
+                        [
+                            (float(r["x"]) - origin[0], float(r["y"]) - origin[1], float(r["d_cm"]))
+                            for r in csv.DictReader(stream)
+                        ]
+                    )
             runs = record["clouds"][name] = {"points": len(xyz)}
             out = work / "out.json"
-            subprocess.run([sys.executable, __file__, "--ours", work / "cloud.npy", out], check=True,
-                           stdout=subprocess.DEVNULL)
+            subprocess.run(
+                [sys.executable, __file__, "--ours", work / "cloud.npy", out], check=True, stdout=subprocess.DEVNULL
+            )
             mine = json.loads(out.read_text())
-            runs["ours"] = {**compare(mine["trees"], circles), "seconds": round(mine["seconds"], 2),
-                            "cpu_seconds": round(mine["cpu_seconds"], 3),
-                            "seconds_with_compiling": round(mine["seconds_first"], 2)}
+            runs["ours"] = {
+                **compare(mine["trees"], circles),
+                "seconds": round(mine["seconds"], 2),
+                "cpu_seconds": round(mine["cpu_seconds"], 3),
+                "seconds_with_compiling": round(mine["seconds_first"], 2),
+            }
             best: tuple | None = None
             settings = (DEFAULTS, *OTHERS) if circles is not None else (DEFAULTS,)
             for number, values in enumerate(settings):
                 words = [str(w) for pair in zip(NAMES, values, strict=True) for w in pair]
                 try:
-                    subprocess.run([args.their_python, ROOT / "benchmarks" / "run_dendromatics.py", work / "cloud.npy",
-                                    out, *words], check=True, capture_output=True, timeout=240)
+                    subprocess.run(
+                        [
+                            args.their_python,
+                            ROOT / "benchmarks" / "run_dendromatics.py",
+                            work / "cloud.npy",
+                            out,
+                            *words,
+                        ],
+                        check=True,
+                        capture_output=True,
+                        timeout=240,
+                    )
                 except subprocess.SubprocessError:
                     continue
                 theirs = json.loads(out.read_text())
                 record["dendromatics"] = theirs["version"]
-                figures = {**compare(theirs["trees"], circles), "seconds": round(theirs["seconds"], 2),
-                           "cpu_seconds": round(theirs["cpu_seconds"], 3),
-                           "note": theirs["note"], "settings": " ".join(words)}
+                figures = {
+                    **compare(theirs["trees"], circles),
+                    "seconds": round(theirs["seconds"], 2),
+                    "cpu_seconds": round(theirs["cpu_seconds"], 3),
+                    "note": theirs["note"],
+                    "settings": " ".join(words),
+                }
                 if number == 0:
                     runs["theirs, defaults"] = figures
                 rank = (figures.get("matched", figures["stems"]), -(figures.get("rmse_cm") or 99.0))
@@ -147,9 +195,13 @@ def main() -> None:
             if best is not None:
                 runs["theirs, best settings"] = best[1]
             runs["times less CPU than theirs"] = {
-                name: {"a cloud": ratio(figures["cpu_seconds"], runs["ours"]["cpu_seconds"]),
-                       "a stem": ratio(per_stem(figures), per_stem(runs["ours"]))}
-                for name, figures in runs.items() if name.startswith("theirs")}
+                name: {
+                    "a cloud": ratio(figures["cpu_seconds"], runs["ours"]["cpu_seconds"]),
+                    "a stem": ratio(per_stem(figures), per_stem(runs["ours"])),
+                }
+                for name, figures in runs.items()
+                if name.startswith("theirs")
+            }
             print(name, json.dumps(runs, indent=1), flush=True)
     if args.output:
         args.output.write_text(json.dumps(record, indent=1) + "\n")

@@ -38,8 +38,16 @@ def true_views(plot: Path) -> tuple[list[View], LocalFrame]:
         rotation = np.array([[float(row[f"r{i}{j}"]) for j in range(3)] for i in range(3)])
         inner = (float(row[k]) for k in ("fx", "fy", "cx", "cy", "k1", "k2"))
         camera = Camera(int(row["width"]), int(row["height"]), *inner)
-        views.append(View(row["image"], plot / "images" / row["image"], camera, rotation,
-                          np.array([float(row[k]) for k in ("tx", "ty", "tz")]), int(row["flight"])))
+        views.append(
+            View(
+                row["image"],
+                plot / "images" / row["image"],
+                camera,
+                rotation,
+                np.array([float(row[k]) for k in ("tx", "ty", "tz")]),
+                int(row["flight"]),
+            )
+        )
     return views, frame
 
 
@@ -84,8 +92,10 @@ def score(fits: list, plot: Path, frame: LocalFrame) -> dict:
     false = [j for j, fit in enumerate(fits) if fit.measured and np.linalg.norm(every - xy[j], axis=1).min() > 0.5]
     errors, sigmas, clear_total, clear_measured, found, inside = [], [], 0, 0, 0, 0
     trees: list[dict] = []
-    print(f"{'tree':6} {'kind':11} {'true':>5} {'dbh':>5} {'err':>6} {'se':>5} flag   {'clear':>5} {'views':>5} "
-          f"{'llr':>5} {'gap':>5} {'seed':>5} {'lean':>4} {'xy_cm':>5} r1     reasons")
+    print(
+        f"{'tree':6} {'kind':11} {'true':>5} {'dbh':>5} {'err':>6} {'se':>5} flag   {'clear':>5} {'views':>5} "
+        f"{'llr':>5} {'gap':>5} {'seed':>5} {'lean':>4} {'xy_cm':>5} r1     reasons"
+    )
     for i, tree in enumerate(truth):
         if tree["in_plot"] != "True":
             continue
@@ -102,30 +112,51 @@ def score(fits: list, plot: Path, frame: LocalFrame) -> dict:
         fit = fits[j]
         found += 1
         error = fit.dbh_cm - dbh
-        row |= {"error_cm": round(error, 2), "se_cm": round(fit.se_cm, 2), "flag": fit.flag,
-                "reasons": ",".join(fit.reasons), "gain": round(fit.gain, 1)}
+        row |= {
+            "error_cm": round(error, 2),
+            "se_cm": round(fit.se_cm, 2),
+            "flag": fit.flag,
+            "reasons": ",".join(fit.reasons),
+            "gain": round(fit.gain, 1),
+        }
         if fit.measured:
             errors.append(error)
             sigmas.append(error / fit.se_cm)
             clear_measured += clear >= 3
-        print(f"{tree['tree_id']:6} {tree['kind']:11} {dbh:5.1f} {fit.dbh_cm:5.1f} {error:+6.2f} {fit.se_cm:5.2f} "
-              f"{fit.flag:6} {clear:5d} {fit.n_views:5d} {fit.llr:5.0f} {fit.gap:5.0f} {fit.seed_score:5.0f} "
-              f"{fit.lean_deg:4.1f} {100 * distance[i, j]:5.1f} {100 * fit.r1:+.2f}  {','.join(fit.reasons)}")
+        print(
+            f"{tree['tree_id']:6} {tree['kind']:11} {dbh:5.1f} {fit.dbh_cm:5.1f} {error:+6.2f} {fit.se_cm:5.2f} "
+            f"{fit.flag:6} {clear:5d} {fit.n_views:5d} {fit.llr:5.0f} {fit.gap:5.0f} {fit.seed_score:5.0f} "
+            f"{fit.lean_deg:4.1f} {100 * distance[i, j]:5.1f} {100 * fit.r1:+.2f}  {','.join(fit.reasons)}"
+        )
     for j in false:
         fit = fits[j]
-        print(f"FALSE at {xy[j].round(2)}: dbh {fit.dbh_cm:.1f} {fit.flag} llr {fit.llr:.0f} gap {fit.gap:.0f} "
-              f"seed {fit.seed_score:.0f} views {fit.n_views} {','.join(fit.reasons)}")
+        print(
+            f"FALSE at {xy[j].round(2)}: dbh {fit.dbh_cm:.1f} {fit.flag} llr {fit.llr:.0f} gap {fit.gap:.0f} "
+            f"seed {fit.seed_score:.0f} views {fit.n_views} {','.join(fit.reasons)}"
+        )
     outer = [(i, j) for i, j in pairs.items() if truth[i]["in_plot"] != "True" and fits[j].measured]
     for i, j in outer:
-        print(f"outer {truth[i]['tree_id']} {truth[i]['kind']}: true {float(truth[i]['dbh_cm']):.1f}, "
-              f"dbh {fits[j].dbh_cm:.1f} {fits[j].flag} llr {fits[j].llr:.0f} {','.join(fits[j].reasons)}")
+        print(
+            f"outer {truth[i]['tree_id']} {truth[i]['kind']}: true {float(truth[i]['dbh_cm']):.1f}, "
+            f"dbh {fits[j].dbh_cm:.1f} {fits[j].flag} llr {fits[j].llr:.0f} {','.join(fits[j].reasons)}"
+        )
     e = np.array(errors)
-    figures = {"in_plot": inside, "found": found, "false": len(false), "measured": len(e), "clear3": clear_total,
-               "clear3_measured": clear_measured}
+    figures = {
+        "in_plot": inside,
+        "found": found,
+        "false": len(false),
+        "measured": len(e),
+        "clear3": clear_total,
+        "clear3_measured": clear_measured,
+    }
     if len(e):
-        figures |= {"rmse_cm": float(np.sqrt((e**2).mean())), "bias_cm": float(e.mean()),
-                    "max_cm": float(np.abs(e).max()), "z_rms": float(np.sqrt(np.mean(np.square(sigmas)))),
-                    "in_90": float((np.abs(sigmas) < 1.645).mean())}
+        figures |= {
+            "rmse_cm": float(np.sqrt((e**2).mean())),
+            "bias_cm": float(e.mean()),
+            "max_cm": float(np.abs(e).max()),
+            "z_rms": float(np.sqrt(np.mean(np.square(sigmas)))),
+            "in_90": float((np.abs(sigmas) < 1.645).mean()),
+        }
         sure = [abs(row["error_cm"]) for row in trees if row.get("flag") == "ok"]
         figures |= {"ok": len(sure), "max_ok_cm": max(sure, default=0.0)}
     return figures | {"trees": trees}

@@ -53,9 +53,13 @@ def score(dtm: Dtm, truth: Dtm, xy: np.ndarray) -> dict:
     error = 100 * (dtm.height(xy[:, 0], xy[:, 1]) - truth.height(xy[:, 0], xy[:, 1]))
     known = np.isfinite(error)
     error = error[known]
-    return {"cells": int(known.size), "known_pct": round(100 * float(known.mean()), 1),
-            "rmse_cm": round(float(np.sqrt(np.mean(error**2))), 2), "bias_cm": round(float(error.mean()), 2),
-            "p95_abs_cm": round(float(np.percentile(np.abs(error), 95)), 2)}
+    return {
+        "cells": int(known.size),
+        "known_pct": round(100 * float(known.mean()), 1),
+        "rmse_cm": round(float(np.sqrt(np.mean(error**2))), 2),
+        "bias_cm": round(float(error.mean()), 2),
+        "p95_abs_cm": round(float(np.percentile(np.abs(error), 95)), 2),
+    }
 
 
 def main() -> None:
@@ -80,11 +84,15 @@ def main() -> None:
         support = dtm.support_m(cells[:, 0], cells[:, 1])
         error = np.abs(dtm.height(cells[:, 0], cells[:, 1]) - truth.height(cells[:, 0], cells[:, 1]))
         near, far = support < np.nanmedian(support), support >= np.nanmedian(support)
-        report[name] = {"all": everywhere, "bare": score(dtm, truth, cells[bare]),
-                        "understory": score(dtm, truth, cells[under]),
-                        "support_p50_p95_m": np.round(np.nanpercentile(support, [50, 95]), 2).tolist(),
-                        "mean_abs_error_cm_near_and_far_from_support":
-                            np.round([100 * np.nanmean(error[near]), 100 * np.nanmean(error[far])], 2).tolist()}
+        report[name] = {
+            "all": everywhere,
+            "bare": score(dtm, truth, cells[bare]),
+            "understory": score(dtm, truth, cells[under]),
+            "support_p50_p95_m": np.round(np.nanpercentile(support, [50, 95]), 2).tolist(),
+            "mean_abs_error_cm_near_and_far_from_support": np.round(
+                [100 * np.nanmean(error[near]), 100 * np.nanmean(error[far])], 2
+            ).tolist(),
+        }
     print(json.dumps(report, indent=1))
     if known.output:
         write_json(known.output, report)

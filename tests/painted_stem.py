@@ -28,8 +28,9 @@ def scene() -> tuple[tuple[View, ...], dict[str, np.ndarray]]:
     rng = np.random.default_rng(0)
     angle, height = rng.uniform(0, 2 * np.pi, 1500), rng.uniform(-0.3, 5, 1500)
     p = np.zeros((1500, 14))
-    p[:, :3] = np.column_stack([STEM[0] + (RADIUS - 0.02) * np.cos(angle), STEM[1] + (RADIUS - 0.02) * np.sin(angle),
-                                GROUND + height])
+    p[:, :3] = np.column_stack(
+        [STEM[0] + (RADIUS - 0.02) * np.cos(angle), STEM[1] + (RADIUS - 0.02) * np.sin(angle), GROUND + height]
+    )
     p[:, 3], p[:, 7:10], p[:, 10] = 1, np.log(0.03), 4
     p[:, 11:] = rng.uniform(0.1, 0.25, (1500, 1))
     plane = GroundPlane(0, 0, GROUND, 9.0, 0.08)

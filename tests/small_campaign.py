@@ -46,9 +46,27 @@ def write_manifest(path: Path, rows: list[dict[str, object]]) -> Path:
 def start(manifest: Path, workspace: Path, *more: str, **run) -> subprocess.Popen:
     """``treedgs campaign`` as users start it."""
     return subprocess.Popen(
-        [sys.executable, "-m", "treedgs_geo", "campaign", "--manifest", str(manifest), "--workspace", str(workspace),
-         "--log-format", "json", "--dashboard", "off", *more],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT, **run)
+        [
+            sys.executable,
+            "-m",
+            "treedgs_geo",
+            "campaign",
+            "--manifest",
+            str(manifest),
+            "--workspace",
+            str(workspace),
+            "--log-format",
+            "json",
+            "--dashboard",
+            "off",
+            *more,
+        ],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+        **run,
+    )
 
 
 class Ended:

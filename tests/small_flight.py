@@ -76,10 +76,21 @@ def write_photos(flight: Flight, folder: Path) -> Path:
             exif[key] = value
         exif[0x8769] = {36867: stamp, 36881: "+00:00", 37521: f"{int(utc % 1 * 1000):03d}", **flight.details}
         if flight.gps:
-            exif[0x8825] = {1: "N", 2: _dms(lat[i]), 3: "W", 4: _dms(lon[i]), 5: b"\0",
-                            6: float(flight.camera[i, 2] + error[i, 2])}
-        fields = {"GimbalYawDegree": f"{45.0 * (i % 8):.1f}", "GimbalPitchDegree": f"{pitch[i]:.1f}",
-                  "GimbalRollDegree": "0.0", "RelativeAltitude": f"{flight.camera[i, 2] - 60.0:+.2f}", **flight.xmp}
+            exif[0x8825] = {
+                1: "N",
+                2: _dms(lat[i]),
+                3: "W",
+                4: _dms(lon[i]),
+                5: b"\0",
+                6: float(flight.camera[i, 2] + error[i, 2]),
+            }
+        fields = {
+            "GimbalYawDegree": f"{45.0 * (i % 8):.1f}",
+            "GimbalPitchDegree": f"{pitch[i]:.1f}",
+            "GimbalRollDegree": "0.0",
+            "RelativeAltitude": f"{flight.camera[i, 2] - 60.0:+.2f}",
+            **flight.xmp,
+        }
         body = "\n".join(f'drone-dji:{key}="{value}"' for key, value in fields.items() if value is not None)
         xmp = f'<x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:Description {body}></rdf:Description></x:xmpmeta>'
         pixels = rng.integers(0, 255, (flight.size[1], flight.size[0], 3), dtype=np.uint8)
@@ -94,8 +105,10 @@ def write_solution(flight: Flight, folder: Path, hz: float = 5.0, mark_error: fl
     marks = []
     lon, lat = _TO_DEGREES.transform(*(flight.camera + mark_error)[:, :2].T)
     for i, gps in enumerate(utc_to_gps(flight.utc)):
-        marks.append(f"{i + 1}\t{gps % WEEK_S:.6f}\t[{int(gps // WEEK_S)}]\t0,N\t0,E\t0,V\t{lat[i]:.8f},Lat\t"
-                     f"{lon[i]:.8f},Lon\t{flight.camera[i, 2] + mark_error:.3f},Ellh\t1.0, 1.0, 2.0\t16,Q\n")
+        marks.append(
+            f"{i + 1}\t{gps % WEEK_S:.6f}\t[{int(gps // WEEK_S)}]\t0,N\t0,E\t0,V\t{lat[i]:.8f},Lat\t"
+            f"{lon[i]:.8f},Lon\t{flight.camera[i, 2] + mark_error:.3f},Ellh\t1.0, 1.0, 2.0\t16,Q\n"
+        )
     (folder / "flight_Timestamp.MRK").write_text("".join(marks))
     times = np.arange(START_UTC, flight.utc[-1] + 10, 1 / hz)
     path = np.column_stack([np.interp(times, flight.utc, axis) for axis in flight.camera.T])
@@ -106,10 +119,14 @@ def write_solution(flight: Flight, folder: Path, hz: float = 5.0, mark_error: fl
 def write_pos(target: Path, utc: np.ndarray, xyz: np.ndarray) -> None:
     """A fixed solution: (T,) UTC, (T, 3) EPSG:6344."""
     lon, lat = _TO_DEGREES.transform(*xyz[:, :2].T)
-    rows = [f"{int(g // WEEK_S)} {g % WEEK_S:.3f} {a:.9f} {o:.9f} {h:.4f} 1 16 0.0110 0.0105 0.0270\n"
-            for g, a, o, h in zip(utc_to_gps(utc), lat, lon, xyz[:, 2], strict=True)]
-    target.write_text("% ref frame : NAD83(2011)\n%  GPST latitude(deg) longitude(deg) height(m)  Q  ns sdn(m) sde(m) "
-                      "sdu(m)\n" + "".join(rows))
+    rows = [
+        f"{int(g // WEEK_S)} {g % WEEK_S:.3f} {a:.9f} {o:.9f} {h:.4f} 1 16 0.0110 0.0105 0.0270\n"
+        for g, a, o, h in zip(utc_to_gps(utc), lat, lon, xyz[:, 2], strict=True)
+    ]
+    target.write_text(
+        "% ref frame : NAD83(2011)\n%  GPST latitude(deg) longitude(deg) height(m)  Q  ns sdn(m) sde(m) "
+        "sdu(m)\n" + "".join(rows)
+    )
 
 
 def move_epochs(pos: Path, first_utc: float, last_utc: float, shift: tuple[float, float, float]) -> None:

@@ -95,9 +95,7 @@ class WithoutDots:
         return None if rest != text and not rest.strip() else rest
 
 
-def run_algorithm(
-    algorithm: str, parameters: dict[str, object], setup: Path = SETUP, log: Path | None = None
-) -> int:
+def run_algorithm(algorithm: str, parameters: dict[str, object], setup: Path = SETUP, log: Path | None = None) -> int:
     """``qgis_process run``, its messages on ours. Returns its exit code; 1 with a message when QGIS is missing.
 
     log: gets all that it prints; the terminal then only gets what a person reads.

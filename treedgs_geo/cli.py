@@ -155,8 +155,13 @@ def _run_job(arguments: list[str]) -> int:
     try:
         write_json(job_file.parent / "result.json", {"exit_code": code, **outcome})
     except OSError as problem:
-        reporter.error(str(shortage_of(problem) or f"{job_file.parent}: result.json cannot be written ({problem}); "
-                           "free some space or choose another folder for temporary files."))
+        reporter.error(
+            str(
+                shortage_of(problem)
+                or f"{job_file.parent}: result.json cannot be written ({problem}); "
+                "free some space or choose another folder for temporary files."
+            )
+        )
         return code or OutputError.exit_code
     return code
 

@@ -104,9 +104,11 @@ class Given:
             self.layer, target, context.transformContext(), options
         )
         if code != compat.WRITTEN:
-            raise OSError(tr("{name}: the layer '{layer}' cannot be copied for the engine ({why}).").format(
-                name=self.name, layer=self.layer.name(), why=why
-            ))
+            raise OSError(
+                tr("{name}: the layer '{layer}' cannot be copied for the engine ({why}).").format(
+                    name=self.name, layer=self.layer.name(), why=why
+                )
+            )
         text = tr("{name}: the engine gets a copy of the layer '{layer}' ({count} features as it shows them).")
         feedback.pushInfo(text.format(name=self.name, layer=self.layer.name(), count=self.layer.featureCount()))
         self._tell_selection(feedback)
@@ -115,10 +117,14 @@ class Given:
     def _tell_selection(self, feedback: Any) -> None:
         if isinstance(self.layer, QgsVectorLayer) and self.layer.selectedFeatureCount():
             text = tr("{name}: all {count} features of '{layer}' are used, not only the {chosen} selected.")
-            feedback.pushWarning(text.format(
-                name=self.name, layer=self.layer.name(), count=self.layer.featureCount(),
-                chosen=self.layer.selectedFeatureCount(),
-            ))
+            feedback.pushWarning(
+                text.format(
+                    name=self.name,
+                    layer=self.layer.name(),
+                    count=self.layer.featureCount(),
+                    chosen=self.layer.selectedFeatureCount(),
+                )
+            )
 
     def _holds_pairs(self) -> bool:
         return isinstance(self.layer, QgsVectorLayer) and self.layer.fields().indexOf("pair_status") >= 0

@@ -16,28 +16,67 @@ from treedgs_geo.commands.benchmark import BenchmarkSettings, run
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
 
-FACTS = {"machine": {"cores": 2, "processor": "test", "version": "0"}, "plots_text": "p: 10 visible stems",
-         "left_out": [], "repeats": 1}
+FACTS = {
+    "machine": {"cores": 2, "processor": "test", "version": "0"},
+    "plots_text": "p: 10 visible stems",
+    "left_out": [],
+    "repeats": 1,
+}
 
 
 def run_record(key, seconds, errors, refused=0, clear=5, **more):
-    rows = [{"tree_id": f"t{k}", "true_cm": 25.0, "read_cm": 25.0 + e, "lo_cm": 24.0 + e, "hi_cm": 26.0 + e,
-             "flag": "ok", "clear": clear} for k, e in enumerate(errors)]
-    rows += [{"tree_id": f"r{k}", "true_cm": 25.0, "read_cm": None, "lo_cm": None, "hi_cm": None, "flag": "reject",
-              "clear": clear} for k in range(refused)]
-    return {"config": key, "plot": "p", "repeat": 0, "seconds": seconds, "sfm_s": seconds / 2, "stage_s": seconds / 2,
-            "peak_memory_mb": 500, "rows": rows, "modelled": {"photos": 12}, **more}
+    rows = [
+        {
+            "tree_id": f"t{k}",
+            "true_cm": 25.0,
+            "read_cm": 25.0 + e,
+            "lo_cm": 24.0 + e,
+            "hi_cm": 26.0 + e,
+            "flag": "ok",
+            "clear": clear,
+        }
+        for k, e in enumerate(errors)
+    ]
+    rows += [
+        {
+            "tree_id": f"r{k}",
+            "true_cm": 25.0,
+            "read_cm": None,
+            "lo_cm": None,
+            "hi_cm": None,
+            "flag": "reject",
+            "clear": clear,
+        }
+        for k in range(refused)
+    ]
+    return {
+        "config": key,
+        "plot": "p",
+        "repeat": 0,
+        "seconds": seconds,
+        "sfm_s": seconds / 2,
+        "stage_s": seconds / 2,
+        "peak_memory_mb": 500,
+        "rows": rows,
+        "modelled": {"photos": 12},
+        **more,
+    }
 
 
 @pytest.fixture
 def table():
     flat = [0.5, -0.5] * 5
-    return chart.summarise([
-        run_record("balanced", 60.0, flat), run_record("best", 120.0, [0.6, -0.3] * 5),
-        run_record("fast", 20.0, [0.9, -0.9] * 5), run_record("views-12", 90.0, [2.0, -2.0] * 5),
-        run_record("views-24", 5.0, [0.1, -0.1], refused=8),  # measures only the easy ones
-        run_record("lidar", 4.0, [1.2] * 10),
-        {"config": "paper", "plot": "p", "repeat": 0, "error": "exit code 1: no"}])
+    return chart.summarise(
+        [
+            run_record("balanced", 60.0, flat),
+            run_record("best", 120.0, [0.6, -0.3] * 5),
+            run_record("fast", 20.0, [0.9, -0.9] * 5),
+            run_record("views-12", 90.0, [2.0, -2.0] * 5),
+            run_record("views-24", 5.0, [0.1, -0.1], refused=8),  # measures only the easy ones
+            run_record("lidar", 4.0, [1.2] * 10),
+            {"config": "paper", "plot": "p", "repeat": 0, "error": "exit code 1: no"},
+        ]
+    )
 
 
 def test_front_and_recommendation(table):
@@ -81,7 +120,7 @@ def test_pictures_and_page(table, tmp_path):
     labels = [text.get_text() for text in figure.axes[0].texts]
     assert any("12 photos 10/10" in label for label in labels)
     boxes = [text.get_window_extent() for text in figure.axes[0].texts]
-    assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[k + 1:])
+    assert not any(a.overlaps(b) for k, a in enumerate(boxes) for b in boxes[k + 1 :])
     page = chart_pictures.page(table, FACTS, chart.knees(table))
     assert "@@" not in page and "src=" not in page and "<link" not in page
     data = json.loads(page.split('id="d">')[1].split("</script>")[0])
@@ -94,7 +133,8 @@ def test_plots_stand_side_by_side(table):
     text = chart_pictures.by_plot({"sim": table, "real": table[table["key"] != "fast"]})
     assert "| balanced | 0.50 (+0.00), 10 of 10 | 0.50 (+0.00), 10 of 10 |" in text
     assert [line for line in text.splitlines() if line.startswith("| fast")] == [
-        "| fast | 0.90 (+0.00), 10 of 10 | – |"]
+        "| fast | 0.90 (+0.00), 10 of 10 | – |"
+    ]
     assert chart_pictures.by_plot({"sim": table}) == ""
     said = chart_pictures.rungs(table)
     assert "| photos used | 12 photos | +30 | +1.50 | +0 | worse |" in said and "8 fewer stems measured" in said
@@ -120,18 +160,23 @@ def test_power_law_is_recovered_and_bounded():
     assert fit["b"] == pytest.approx(1.1) and fit["a"] == pytest.approx(0.5) and fit["spread"] == 1.0
     assert fit_power(size, size**3, (0.8, 2.0))["b"] == 2.0
     assert fit_power(np.array([5.0]), np.array([2.0]), (0.8, 1.2))["b"] == 1.0
-    case = predict({"features": fit, "stems": {"a": 1e-3, "b": 1.0, "to": 1e4}},
-                   {"base_mb": 600.0, "mb_per_crop_megapixel": 3.0, "second_base_mb": 500.0,
-                    "second_mb_per_stem_photo": 0.1}, PAPER)
+    case = predict(
+        {"features": fit, "stems": {"a": 1e-3, "b": 1.0, "to": 1e4}},
+        {"base_mb": 600.0, "mb_per_crop_megapixel": 3.0, "second_base_mb": 500.0, "second_mb_per_stem_photo": 0.1},
+        PAPER,
+    )
     assert case["total_s"] == pytest.approx(sum(case["stages_s"].values()))
     assert 1000 < case["peak_memory_mb"] < 8192 and case["times_beyond_measured"]["features"] > 10
 
 
 def test_what_large_photos_take_longer_is_a_stage_of_its_own():
-    rows = [{"stage": "features", "photos": 6, "megapixels": mp, "size": 6 * mp, "seconds": 0.4 * 6 * mp}
-            for mp in (1.2, 4.0, 12.0)]
-    rows.append({"stage": "features", "photos": 4, "megapixels": 50.0, "size": 200.0,
-                 "seconds": 0.4 * 4 * 12 + 0.1 * 4 * 38})
+    rows = [
+        {"stage": "features", "photos": 6, "megapixels": mp, "size": 6 * mp, "seconds": 0.4 * 6 * mp}
+        for mp in (1.2, 4.0, 12.0)
+    ]
+    rows.append(
+        {"stage": "features", "photos": 4, "megapixels": 50.0, "size": 200.0, "seconds": 0.4 * 4 * 12 + 0.1 * 4 * 38}
+    )
     table = split_reducing(pd.DataFrame(rows))
     more = table[table["stage"] == "reducing"].iloc[0]
     assert (table["stage"] == "features").sum() == 3
@@ -140,10 +185,16 @@ def test_what_large_photos_take_longer_is_a_stage_of_its_own():
     assert split_reducing(pd.DataFrame(rows[3:])).empty  # nothing to take off: no law from it
 
 
-@pytest.mark.parametrize("values, word", [
-    (dict(stability=True, cost=True), "--stability and --cost"), (dict(stability=True, seeds="1,x"), "--seeds"),
-    (dict(stability=True, seeds=","), "--seeds"), (dict(stability=True, factors="moon"), "moon"),
-    (dict(only="nothing"), "nothing")])
+@pytest.mark.parametrize(
+    "values, word",
+    [
+        (dict(stability=True, cost=True), "--stability and --cost"),
+        (dict(stability=True, seeds="1,x"), "--seeds"),
+        (dict(stability=True, seeds=","), "--seeds"),
+        (dict(stability=True, factors="moon"), "moon"),
+        (dict(only="nothing"), "nothing"),
+    ],
+)
 def test_refusals(tmp_path, values, word):
     with pytest.raises(InputError, match=word):
         run(BenchmarkSettings(output=tmp_path / "out", **values), Reporter())

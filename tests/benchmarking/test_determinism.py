@@ -29,9 +29,17 @@ def photos(folder, count=12):
 
 def extract(folder, work, names):
     work.mkdir()
-    job = {"database": str(work / "features.db"), "photos": str(folder), "names": names, "threads": 4,
-           "camera_params": "900,900,450,450,0,0,0,0", "max_image_size": 1000, "max_features": 1500,
-           "first_octave": 0, "peak_threshold": 0.0067}
+    job = {
+        "database": str(work / "features.db"),
+        "photos": str(folder),
+        "names": names,
+        "threads": 4,
+        "camera_params": "900,900,450,450,0,0,0,0",
+        "max_image_size": 1000,
+        "max_features": 1500,
+        "first_octave": 0,
+        "peak_threshold": 0.0067,
+    }
     run_task("extract", job, work, Reporter())
 
 
@@ -43,8 +51,10 @@ def match(work, names, threads):
 def found(work):
     with sqlite3.connect(work / "features.db") as database:
         numbers = list(database.execute("select image_id, name from images order by image_id"))
-        return numbers, [list(database.execute(f"select * from {table} order by 1")) for table in
-                         ("keypoints", "descriptors", "matches", "two_view_geometries")]
+        return numbers, [
+            list(database.execute(f"select * from {table} order by 1"))
+            for table in ("keypoints", "descriptors", "matches", "two_view_geometries")
+        ]
 
 
 def test_photos_are_numbered_by_name_and_matches_repeat_on_any_number_of_threads(tmp_path):
@@ -89,7 +99,9 @@ def test_matching_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
 def test_a_crashed_process_is_told_and_ends_the_others(tmp_path):
     names = photos(tmp_path, 4)
     extract(tmp_path, tmp_path / "work", names)
-    jobs = [{"database": str(tmp_path / "no" / "such.db"), "pair_list": "none", "seed": 1},
-            {"database": str(tmp_path / "work" / "features.db"), "pair_list": "none", "seed": 1}]
+    jobs = [
+        {"database": str(tmp_path / "no" / "such.db"), "pair_list": "none", "seed": 1},
+        {"database": str(tmp_path / "work" / "features.db"), "pair_list": "none", "seed": 1},
+    ]
     with pytest.raises(ReconstructionError, match="'match' of structure from motion stopped"):
         run_tasks("match", jobs, tmp_path, Reporter())

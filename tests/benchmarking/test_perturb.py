@@ -59,7 +59,7 @@ def test_cloud_troubles():
     assert np.abs(np.angle(np.exp(1j * (angle - middle)))).max() <= np.radians(91)
     assert (half.xyz[:, 2] < 0.3).sum() == (z < 0.3).sum()  # the foot is left alone
     full = perturb.cluttered_cloud(cloud, np.array([[0, 0, 0.0]]), 400.0, np.random.default_rng(1))
-    added = full.xyz[len(cloud):]
+    added = full.xyz[len(cloud) :]
     assert len(added) == int(400 * np.pi * 0.36 * 4) and np.hypot(*added[:, :2].T).max() <= 0.6
     assert len(full.attributes["intensity"]) == len(full.xyz) and full.attributes["intensity"].dtype == np.uint16
     assert len(perturb.thin_cloud(cloud, 0.1, np.random.default_rng(0))) == pytest.approx(2000, rel=0.1)
@@ -101,8 +101,9 @@ def test_untroubled_photos_are_not_copied(tmp_path):
         cv2.imwrite(str(path), image)
         views.append(dataclasses.replace(view, path=path))
     out = tmp_path / "out"
-    made = perturb.troubled_photos(views, TroubleSettings(misexposed_pct=10, misexposed_stops=1), out,
-                                   np.random.default_rng(0))
+    made = perturb.troubled_photos(
+        views, TroubleSettings(misexposed_pct=10, misexposed_stops=1), out, np.random.default_rng(0)
+    )
     changed = [view for view in made if view.path.parent == out]
     assert len(changed) == 1 and cv2.imread(str(changed[0].path)).mean() < 80
 

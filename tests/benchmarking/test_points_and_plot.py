@@ -25,8 +25,14 @@ def column() -> GaussianField:
     means = np.column_stack([0.15 * np.cos(turn.ravel()), 0.15 * np.sin(turn.ravel()), z.ravel()]).astype(np.float32)
     n = len(means)
     quaternions = np.tile(np.float32([1, 0, 0, 0]), (n, 1))
-    return GaussianField(means, quaternions, np.full((n, 3), np.log(0.03), np.float32), np.full(n, 6.0, np.float32),
-                         np.full((n, 3), 0.4, np.float32), np.full(n, 4, np.int32))
+    return GaussianField(
+        means,
+        quaternions,
+        np.full((n, 3), np.log(0.03), np.float32),
+        np.full(n, 6.0, np.float32),
+        np.full((n, 3), 0.4, np.float32),
+        np.full(n, 4, np.int32),
+    )
 
 
 def test_three_ways_from_splats_to_points(column):
@@ -50,8 +56,9 @@ def plot(tmp_path) -> TruePlot:
     """Two stems in a plot of 5 m, one 8 m out, a sapling."""
     folder = tmp_path / "truth"
     folder.mkdir()
-    (folder / "config.json").write_text(json.dumps(
-        {"epsg": 6344, "origin_E_N_h": [600000, 3700000, 40], "config": {"radius_m": 5.0}}))
+    (folder / "config.json").write_text(
+        json.dumps({"epsg": 6344, "origin_E_N_h": [600000, 3700000, 40], "config": {"radius_m": 5.0}})
+    )
     rows = [("T1", 0.0, 0.0, 30.0, True), ("T2", 3.0, 0.0, 20.0, True), ("T3", 8.0, 0.0, 25.0, False)]
     with open(folder / "trees.csv", "w", newline="") as stream:
         writer = csv.writer(stream)
@@ -61,9 +68,19 @@ def plot(tmp_path) -> TruePlot:
     (folder / "stems.json").write_text(json.dumps({"stems": {}, "saplings_xy_dbhcm": [[-3.0, 0.0, 5.0]]}))
     (folder / "visibility.csv").write_text(
         "tree_id,image,visible_fraction,width_px,in_frame,foreshortening\n"
-        "T1,a,0.9,10,1,0.6\nT1,b,0.9,10,0,0.6\nT1,c,0.9,10,1,0.2\nT2,a,0.69,10,1,0.6\n")
-    with rasterio.open(tmp_path / "dtm.tif", "w", driver="GTiff", width=2, height=2, count=1, dtype="float32",
-                       crs="EPSG:6344", transform=rasterio.transform.from_origin(599980, 3700020, 20, 20)) as target:
+        "T1,a,0.9,10,1,0.6\nT1,b,0.9,10,0,0.6\nT1,c,0.9,10,1,0.2\nT2,a,0.69,10,1,0.6\n"
+    )
+    with rasterio.open(
+        tmp_path / "dtm.tif",
+        "w",
+        driver="GTiff",
+        width=2,
+        height=2,
+        count=1,
+        dtype="float32",
+        crs="EPSG:6344",
+        transform=rasterio.transform.from_origin(599980, 3700020, 20, 20),
+    ) as target:
         target.write(np.full((2, 2), 40, np.float32), 1)
     return TruePlot.load(tmp_path)
 
@@ -74,8 +91,13 @@ def tree(number, x, dbh, flag="ok"):
 
 
 def test_found_refused_missed_invented(plot):
-    found = [tree(1, 0.1, 31.0), tree(2, 3.0, None, "reject"), tree(3, -3.1, 6.0), tree(4, 0.0 + 1.5, 22.0),
-             tree(5, 12.0, 22.0)]
+    found = [
+        tree(1, 0.1, 31.0),
+        tree(2, 3.0, None, "reject"),
+        tree(3, -3.1, 6.0),
+        tree(4, 0.0 + 1.5, 22.0),
+        tree(5, 12.0, 22.0),
+    ]
     rows = {row["tree_id"]: row for row in score_trees(plot, found, plot.clear_views({"a", "b", "c"}))}
     assert rows["T1"]["read_cm"] == 31 and rows["T1"]["clear"] == 1  # one is out of frame, one too steep
     assert rows["T2"]["flag"] == "reject" and rows["T2"]["read_cm"] is None and rows["T2"]["clear"] == 0

@@ -16,19 +16,42 @@ from treedgs_geo.core.errors import TreeDGSError
 
 
 def row(tree, true, read, flag="ok", half=1.0, **more):
-    return {"tree_id": tree, "kind": "normal", "true_cm": true, "read_cm": read, "se_cm": half / 1.645,
-            "lo_cm": None if read is None else read - half, "hi_cm": None if read is None else read + half,
-            "flag": flag, "reason": "", "clear": 5, **more}
+    return {
+        "tree_id": tree,
+        "kind": "normal",
+        "true_cm": true,
+        "read_cm": read,
+        "se_cm": half / 1.645,
+        "lo_cm": None if read is None else read - half,
+        "hi_cm": None if read is None else read + half,
+        "flag": flag,
+        "reason": "",
+        "clear": 5,
+        **more,
+    }
 
 
 def record(key, level, rows, method="photos", seed=1):
-    return {"version": "x", "code": "c", "factor": key, "level": level, "seed": seed, "method": method, "seconds": 1.0,
-            "refused": "", "rows": rows}
+    return {
+        "version": "x",
+        "code": "c",
+        "factor": key,
+        "level": level,
+        "seed": seed,
+        "method": method,
+        "seconds": 1.0,
+        "refused": "",
+        "rows": rows,
+    }
 
 
 GOOD = [row("a", 20.0, 20.5), row("b", 30.0, 30.2), row("c", 25.0, None, "reject")]
-BAD = [row("a", 20.0, 25.1), row("b", 30.0, 36.0, "check"), row("c", 25.0, 24.0, half=0.5),
-       row("#9", None, 18.0, kind="nothing", false=True)]
+BAD = [
+    row("a", 20.0, 25.1),
+    row("b", 30.0, 36.0, "check"),
+    row("c", 25.0, 24.0, half=0.5),
+    row("#9", None, 18.0, kind="nothing", false=True),
+]
 
 
 def test_lies_are_accepted_trees_far_off_or_where_nothing_stands():
@@ -72,9 +95,27 @@ def test_files_are_written_and_name_the_lie(tmp_path):
 
 
 def test_cases_are_kept_and_resumed(tmp_path):
-    tiny = Factor("empty", "small", "x", (0.0, 1.0), "Test.", {
-        0.0: {}, 1.0: {"photos": 8, "image_width": 320, "image_height": 260, "samples": 1, "lidar_density_m2": 700.0,
-                       "stems_per_ha": 800.0, "shrubs_per_m2": 0.0}}, "", (CLOUD,))
+    tiny = Factor(
+        "empty",
+        "small",
+        "x",
+        (0.0, 1.0),
+        "Test.",
+        {
+            0.0: {},
+            1.0: {
+                "photos": 8,
+                "image_width": 320,
+                "image_height": 260,
+                "samples": 1,
+                "lidar_density_m2": 700.0,
+                "stems_per_ha": 800.0,
+                "shrubs_per_m2": 0.0,
+            },
+        },
+        "",
+        (CLOUD,),
+    )
     cases = [Case(tiny, 1.0, 4, method) for method in ("lidar", "lidar cylinder")]
     assert list(run_cases(cases, tmp_path, seconds=-1)) == []
     first = list(run_cases(cases[:1], tmp_path))
@@ -114,8 +155,10 @@ def test_splats_measure_the_stems_that_the_photos_found(simulated_plot):
 
 def test_intervals_know_what_the_chain_would_know(simulated_plot):
     plot = TruePlot.load(simulated_plot)
-    plain, high, large = (photo_trees(Case(factor(key), level, 1, "photos"), plot, np.random.default_rng(1))[0]
-                          for key, level in (("dtm", 0), ("dtm", 1.0), ("scale", 2.0)))
+    plain, high, large = (
+        photo_trees(Case(factor(key), level, 1, "photos"), plot, np.random.default_rng(1))[0]
+        for key, level in (("dtm", 0), ("dtm", 1.0), ("scale", 2.0))
+    )
     errors = [np.median([tree.dbh_se_cm for tree in trees if tree.dbh_cm]) for trees in (plain, high, large)]
     assert errors[1] > errors[0] + 0.2 and errors[2] > errors[0] + 0.1
 

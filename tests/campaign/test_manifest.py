@@ -49,19 +49,34 @@ def test_excels_first_line_with_the_separator(tmp_path, clouds):
 def test_every_wrong_row_is_told_and_no_folder_is_made(tmp_path, clouds, campaign):
     good = clouds / "cloud_0.laz"
     (tmp_path / "few").mkdir()
-    manifest = write_manifest(tmp_path / "plots.csv", [
-        {"plot_id": "a", "cloud": good}, {"plot_id": "A", "cloud": clouds / "cloud_1.laz"},
-        {"plot_id": "", "cloud": good}, {"plot_id": "c", "cloud": "gone.laz"}, {"plot_id": "d"},
-        {"plot_id": "e", "cloud": good, "photos": clouds},
-        {"plot_id": "f", "photos": tmp_path / "few", "crs": "EPSG:6344"},
-        {"plot_id": "g", "cloud": clouds / "cloud_2.laz", "bh_m": "9"},
-        {"plot_id": "h", "cloud": good}])
+    manifest = write_manifest(
+        tmp_path / "plots.csv",
+        [
+            {"plot_id": "a", "cloud": good},
+            {"plot_id": "A", "cloud": clouds / "cloud_1.laz"},
+            {"plot_id": "", "cloud": good},
+            {"plot_id": "c", "cloud": "gone.laz"},
+            {"plot_id": "d"},
+            {"plot_id": "e", "cloud": good, "photos": clouds},
+            {"plot_id": "f", "photos": tmp_path / "few", "crs": "EPSG:6344"},
+            {"plot_id": "g", "cloud": clouds / "cloud_2.laz", "bh_m": "9"},
+            {"plot_id": "h", "cloud": good},
+        ],
+    )
     ended = campaign(manifest, tmp_path / "w")
     assert ended.code == 2 and not (tmp_path / "w" / "plots").exists()
     sentence = ended.said("error")[0]
-    for part in ("8 rows", "line 3 (A): plot_id 'A' appears twice (also in line 2)", "line 4: has no plot_id",
-                 "gone.laz does not exist", "neither photos nor cloud", "both photos and cloud", "holds 0 photos",
-                 "line 9 (g): --bh-m: found 9", "line 10 (h): names the same cloud as line 2"):
+    for part in (
+        "8 rows",
+        "line 3 (A): plot_id 'A' appears twice (also in line 2)",
+        "line 4: has no plot_id",
+        "gone.laz does not exist",
+        "neither photos nor cloud",
+        "both photos and cloud",
+        "holds 0 photos",
+        "line 9 (g): --bh-m: found 9",
+        "line 10 (h): names the same cloud as line 2",
+    ):
         assert part in sentence, part
 
 
@@ -79,8 +94,9 @@ def test_columns_are_settings_of_the_verb(tmp_path, clouds):
 
 def test_mixed_crs_are_explained_and_can_be_brought_together(tmp_path, clouds):
     make_cloud(tmp_path / "west.laz", 9, epsg=26915)
-    manifest = write_manifest(tmp_path / "p.csv", [{"plot_id": "a", "cloud": clouds / "cloud_0.laz"},
-                                                   {"plot_id": "b", "cloud": "west.laz"}])
+    manifest = write_manifest(
+        tmp_path / "p.csv", [{"plot_id": "a", "cloud": clouds / "cloud_0.laz"}, {"plot_id": "b", "cloud": "west.laz"}]
+    )
     with pytest.raises(TreeDGSError, match=r"EPSG:6344 \(line 2\), EPSG:26915 \(line 3\).*--crs"):
         plan(manifest, tmp_path / "w")
     assert plan(manifest, tmp_path / "w", "EPSG:6344").crs == "EPSG:6344"
@@ -103,10 +119,17 @@ def test_two_rows_may_not_share_inner_plots(tmp_path, clouds):
     assert len(plan(write_manifest(tmp_path / "p.csv", rows), tmp_path / "w")) == 2
 
 
-@pytest.mark.parametrize("content, words", [
-    (b"", "is empty"), (b"PK\x03\x04rest", "workbook"), (b"plot_id,plot_id\na,b\n", "appears twice"),
-    (b"plot_id,cloud\n", "holds no plot"), (b"plot_id,cloud\na,b,c\n", "more cells"),
-    (b"\x00\x01\x02\x00", "not a text")])
+@pytest.mark.parametrize(
+    "content, words",
+    [
+        (b"", "is empty"),
+        (b"PK\x03\x04rest", "workbook"),
+        (b"plot_id,plot_id\na,b\n", "appears twice"),
+        (b"plot_id,cloud\n", "holds no plot"),
+        (b"plot_id,cloud\na,b,c\n", "more cells"),
+        (b"\x00\x01\x02\x00", "not a text"),
+    ],
+)
 def test_what_is_no_manifest(tmp_path, content, words):
     (tmp_path / "p.csv").write_bytes(content)
     with pytest.raises(InputError, match=words):

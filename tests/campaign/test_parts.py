@@ -98,10 +98,19 @@ def test_a_broken_record_is_a_plot_that_never_ran(tmp_path):
 
 def test_costs_are_recovered_and_never_negative():
     draw = np.random.default_rng(1)
-    runs = [{"route": "photos", "photos": n, "megapixels": n * m, "seconds": (8 + 1.5 * n + 2 * n * m) * f,
-             "memory_gb": 0.6 + 0.01 * n, "disk_gb": 0.01}
-            for n, m, f in zip(draw.integers(20, 300, 30), draw.uniform(0.4, 20, 30), draw.uniform(0.9, 1.1, 30),
-                               strict=True)]
+    runs = [
+        {
+            "route": "photos",
+            "photos": n,
+            "megapixels": n * m,
+            "seconds": (8 + 1.5 * n + 2 * n * m) * f,
+            "memory_gb": 0.6 + 0.01 * n,
+            "disk_gb": 0.01,
+        }
+        for n, m, f in zip(
+            draw.integers(20, 300, 30), draw.uniform(0.4, 20, 30), draw.uniform(0.9, 1.1, 30), strict=True
+        )
+    ]
     entry = fit(runs, ("photos", "megapixels"))
     assert entry["seconds"][2] == pytest.approx(2, rel=0.1) and entry["spread"]["seconds"] < 1.25
     assert min(entry["seconds"] + entry["memory_gb"] + entry["disk_gb"]) >= 0
@@ -132,12 +141,31 @@ def test_makespan_of_list_scheduling():
     assert makespan(np.array([5.0]), 100) == 5
 
 
-@pytest.mark.parametrize("queue, options, words", [
-    ("slurm", "queue=forest,account=inv42,walltime=03:30:00,memory=24GB,cores=6,jobs=3,job_extra=--constraint=avx2",
-     ["#SBATCH -p forest", "#SBATCH -A inv42", "#SBATCH -t 03:30:00", "#SBATCH --cpus-per-task=6", "#SBATCH --mem=23G",
-      "#SBATCH --constraint=avx2", "--nthreads 3", "--resources memory_gb=23.50", "--memory-limit 0"]),
-    ("pbs", "queue=long,walltime=01:00:00,cores=4,memory=8GB,prologue=module load python",
-     ["#PBS -q long", "#PBS -l walltime=01:00:00", "module load python", "--resources memory_gb=7.50"])])
+@pytest.mark.parametrize(
+    "queue, options, words",
+    [
+        (
+            "slurm",
+            "queue=forest,account=inv42,walltime=03:30:00,memory=24GB,cores=6,jobs=3,job_extra=--constraint=avx2",
+            [
+                "#SBATCH -p forest",
+                "#SBATCH -A inv42",
+                "#SBATCH -t 03:30:00",
+                "#SBATCH --cpus-per-task=6",
+                "#SBATCH --mem=23G",
+                "#SBATCH --constraint=avx2",
+                "--nthreads 3",
+                "--resources memory_gb=23.50",
+                "--memory-limit 0",
+            ],
+        ),
+        (
+            "pbs",
+            "queue=long,walltime=01:00:00,cores=4,memory=8GB,prologue=module load python",
+            ["#PBS -q long", "#PBS -l walltime=01:00:00", "module load python", "--resources memory_gb=7.50"],
+        ),
+    ],
+)
 def test_job_scripts_say_what_a_plot_needs(queue, options, words):
     import dask_jobqueue
 
@@ -172,4 +200,7 @@ def test_geotags_in_subfolders_and_beside_the_photos_count_as_inputs(tmp_path):
     for given in ("ppk", "ppk/rover/flight.pos"):
         found = input_files("photos", {"photos": str(tmp_path / "photos"), "geotags": str(tmp_path / given)}, "", "")
         assert {str(path.relative_to(tmp_path)) for path in found} == {
-            "photos/a.jpg", "photos/flight_Timestamp.MRK", "ppk/rover/flight.pos"}
+            "photos/a.jpg",
+            "photos/flight_Timestamp.MRK",
+            "ppk/rover/flight.pos",
+        }

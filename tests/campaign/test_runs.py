@@ -80,9 +80,24 @@ def test_the_trees_of_single_runs(calm, clouds, tmp_path):
     layers = {}
     for n in range(6):
         layers[f"p{n}"] = tmp_path / f"{n}.gpkg"
-        subprocess.run([sys.executable, "-m", "treedgs_geo", "pointcloud-to-dbh", "--input", clouds / f"cloud_{n}.laz",
-                        "--output", layers[f"p{n}"], "--log-format", "quiet"], check=True, cwd=ROOT,
-                       env={**os.environ, **dict.fromkeys(THREADS, "1")}, stdout=subprocess.DEVNULL)
+        subprocess.run(
+            [
+                sys.executable,
+                "-m",
+                "treedgs_geo",
+                "pointcloud-to-dbh",
+                "--input",
+                clouds / f"cloud_{n}.laz",
+                "--output",
+                layers[f"p{n}"],
+                "--log-format",
+                "quiet",
+            ],
+            check=True,
+            cwd=ROOT,
+            env={**os.environ, **dict.fromkeys(THREADS, "1")},
+            stdout=subprocess.DEVNULL,
+        )
     assert differences(calm / "mein Ordner" / "trees.gpkg", layers) == []
     trees = read_trees(calm / "mein Ordner" / "trees.gpkg")
     assert len(trees) >= 15 and set(trees["plot_id"]) == set(layers) and (trees["tree_id"] // 100_000).nunique() == 6
@@ -99,8 +114,14 @@ def test_a_second_start_does_only_what_is_missing(calm, campaign):
     os.utime(calm / "Wölke 0.laz")  # touched, not changed
     make_cloud(calm / "Wölke 1.laz", 77, 500_020.0)
     make_cloud(calm / "neu.laz", 78, 500_200.0)
-    lines = ["plot_id;cloud;bh_m", "p0;Wölke 0.laz;1,37", "neu;neu.laz;1,37", "p1;Wölke 1.laz;1,37",
-             "p2;Wölke 2.laz;1,3", *(f"p{n};Wölke {n}.laz;1,37" for n in (4, 5))]
+    lines = [
+        "plot_id;cloud;bh_m",
+        "p0;Wölke 0.laz;1,37",
+        "neu;neu.laz;1,37",
+        "p1;Wölke 1.laz;1,37",
+        "p2;Wölke 2.laz;1,3",
+        *(f"p{n};Wölke {n}.laz;1,37" for n in (4, 5)),
+    ]
     (calm / "changed.csv").write_bytes("\r\n".join(lines).encode("utf-8-sig"))
     third = campaign(calm / "changed.csv", workspace)
     assert (third.result["n_run"], third.result["n_kept"]) == (3, 3), third.messages
@@ -127,9 +148,16 @@ def test_killed_workers_and_supervisors(calm, clouds, tmp_path):
             killed += 1
     ended = Ended(running)
     assert ended.code == 0 and ended.result["n_done"] == 4 and ended.result["n_failed"] == 0, ended.messages
-    assert killed == 4 and ended.result["n_interrupted"] + sum(
-        a["outcome"] in (None, "interrupted") for p in (tmp_path / "w" / "plots").iterdir()
-        for a in json.loads((p / "plot.json").read_text())["attempts"]) > 0
+    assert (
+        killed == 4
+        and ended.result["n_interrupted"]
+        + sum(
+            a["outcome"] in (None, "interrupted")
+            for p in (tmp_path / "w" / "plots").iterdir()
+            for a in json.loads((p / "plot.json").read_text())["attempts"]
+        )
+        > 0
+    )
     assert differences(tmp_path / "w" / "trees.gpkg", undisturbed(calm, 4)) == []
     wait_until(lambda: nobody_left(tmp_path / "w"), 20)
 
@@ -158,8 +186,11 @@ def test_killed_coordinators_and_a_second_one(clouds, tmp_path):
 def test_a_broken_plot_and_one_that_crashes(clouds, tmp_path):
     """The others finish; the broken one says why at once, the crashing one after two more tries."""
     (tmp_path / "broken.laz").write_bytes((clouds / "cloud_0.laz").read_bytes()[:4000])
-    rows = [*rows_for(clouds, 2), {"plot_id": "crash", "cloud": clouds / "cloud_2.laz"},
-            {"plot_id": "broken", "cloud": "broken.laz"}]
+    rows = [
+        *rows_for(clouds, 2),
+        {"plot_id": "crash", "cloud": clouds / "cloud_2.laz"},
+        {"plot_id": "broken", "cloud": "broken.laz"},
+    ]
     manifest, workspace = write_manifest(tmp_path / "m.csv", rows), tmp_path / "w"
     running = start(manifest, workspace, "--workers", "2")
     folder, crashes = workspace / "plots" / "crash", 0
@@ -239,12 +270,35 @@ def test_a_lost_scheduler(clouds, tmp_path):
     """kill -9 of the scheduler: the coordinator says so and keeps what was finished; a later start does the rest."""
     manifest, workspace = write_manifest(tmp_path / "m.csv", rows_for(clouds, 3)), tmp_path / "w"
     address, log = "tcp://127.0.0.1:8793", open(tmp_path / "log", "w")  # noqa: SIM115
-    command = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "8793",
-               "--no-dashboard"]
+    command = [
+        sys.executable,
+        "-m",
+        "distributed.cli.dask_scheduler",
+        "--host",
+        "127.0.0.1",
+        "--port",
+        "8793",
+        "--no-dashboard",
+    ]
     scheduler = subprocess.Popen(command, stderr=log, stdout=log)
-    worker = subprocess.Popen([sys.executable, "-m", "distributed.cli.dask_worker", address, "--nthreads", "1",
-                               "--resources", "memory_gb=4", "--memory-limit", "0", "--no-dashboard"],
-                              stderr=log, stdout=log, cwd=tmp_path)
+    worker = subprocess.Popen(
+        [
+            sys.executable,
+            "-m",
+            "distributed.cli.dask_worker",
+            address,
+            "--nthreads",
+            "1",
+            "--resources",
+            "memory_gb=4",
+            "--memory-limit",
+            "0",
+            "--no-dashboard",
+        ],
+        stderr=log,
+        stdout=log,
+        cwd=tmp_path,
+    )
     try:
         time.sleep(3)
         running = start(manifest, workspace, "--scheduler", address, "--patience-s", "4")
@@ -275,8 +329,9 @@ def test_two_hosts_with_a_shared_folder(calm, clouds, tmp_path):
 
 def test_overlapping_plots_are_told(clouds, tmp_path, campaign):
     make_cloud(tmp_path / "same.laz", 0, 500_000.0)
-    manifest = write_manifest(tmp_path / "m.csv", [{"plot_id": "a", "cloud": clouds / "cloud_0.laz"},
-                                                   {"plot_id": "b", "cloud": "same.laz"}])
+    manifest = write_manifest(
+        tmp_path / "m.csv", [{"plot_id": "a", "cloud": clouds / "cloud_0.laz"}, {"plot_id": "b", "cloud": "same.laz"}]
+    )
     ended = campaign(manifest, tmp_path / "w", "--output", str(tmp_path / "all.csv"))
     assert any("a and b overlap: 3 trees stand in both" in text for text in ended.said("warn")), ended.messages
     with open(tmp_path / "all.csv", encoding="utf-8") as stream:
@@ -284,9 +339,22 @@ def test_overlapping_plots_are_told(clouds, tmp_path, campaign):
 
 
 def test_a_plot_that_needs_too_much_memory_is_not_tried(clouds, tmp_path, campaign):
-    (tmp_path / "costs.json").write_text(json.dumps({"routes": {"cloud": {
-        "seconds": [3, 0], "memory_gb": [0.3, 900.0], "disk_gb": [0.001, 0], "n": 9, "largest": [9],
-        "spread": {"seconds": 1, "memory_gb": 1, "disk_gb": 1}}}}))
+    (tmp_path / "costs.json").write_text(
+        json.dumps(
+            {
+                "routes": {
+                    "cloud": {
+                        "seconds": [3, 0],
+                        "memory_gb": [0.3, 900.0],
+                        "disk_gb": [0.001, 0],
+                        "n": 9,
+                        "largest": [9],
+                        "spread": {"seconds": 1, "memory_gb": 1, "disk_gb": 1},
+                    }
+                }
+            }
+        )
+    )
     make_cloud(tmp_path / "small.laz", 3, 500_300.0, stems=1)
     manifest = write_manifest(tmp_path / "m.csv", [{"plot_id": "large", "cloud": clouds / "cloud_0.laz"}])
     ended = campaign(manifest, tmp_path / "w", "--costs", str(tmp_path / "costs.json"), "--memory-gb", "2")
@@ -328,17 +396,27 @@ def test_workers_from_a_queue(clouds, tmp_path):
         (tmp_path / name).write_text(text)
         (tmp_path / name).chmod(0o755)
     manifest = write_manifest(tmp_path / "m.csv", rows_for(clouds, 1))
-    ended = Ended(start(
-        manifest, tmp_path / "w", "--scheduler", "slurm", "--queue-options", "jobs=1,memory=2GB,cores=1",
-        env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}", "QUEUE": str(tmp_path)}))
+    ended = Ended(
+        start(
+            manifest,
+            tmp_path / "w",
+            "--scheduler",
+            "slurm",
+            "--queue-options",
+            "jobs=1,memory=2GB,cores=1",
+            env={**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}", "QUEUE": str(tmp_path)},
+        )
+    )
     assert ended.code == 0 and ended.result["n_done"] == 1, ended.messages + [ended.log]
     assert len(list(tmp_path.glob("*.job"))) == 1
 
 
 def test_one_table_for_all_plots(clouds, tmp_path, campaign):
     """Centres and field trees of every plot in one table each: a row's edit redoes that plot alone."""
-    rows = [{"plot_id": f"p{n}", "cloud": clouds / f"cloud_{n}.laz", "plots": "centres.csv", "field": "trees.csv"}
-            for n in range(2)]
+    rows = [
+        {"plot_id": f"p{n}", "cloud": clouds / f"cloud_{n}.laz", "plots": "centres.csv", "field": "trees.csv"}
+        for n in range(2)
+    ]
     manifest = write_manifest(tmp_path / "m.csv", rows)
     centres = ["plot_id;easting;northing;radius_m", *(f"p{n};{500004 + 20 * n},5;3700004,5;9,0" for n in range(2))]
     (tmp_path / "centres.csv").write_text("\n".join(centres))

@@ -94,10 +94,19 @@ def test_a_running_scheduler_with_certificates(tmp_path):
 
     made, said = Security.temporary(), Said()
     names = {"ca-file": made.tls_ca_file, "client.cert": made.tls_client_cert, "client.key": made.tls_client_key}
-    with LocalCluster(n_workers=1, threads_per_worker=1, security=made, dashboard_address=None, processes=False,
-                      host="127.0.0.1", protocol="tls://") as cluster, \
-            dask.config.set({f"distributed.comm.tls.{name}": value for name, value in names.items()}), \
-            open_crew(cluster.scheduler_address, Shape(1, 1, 1.0), 1, "off", "", tmp_path, said) as crew:
+    with (
+        LocalCluster(
+            n_workers=1,
+            threads_per_worker=1,
+            security=made,
+            dashboard_address=None,
+            processes=False,
+            host="127.0.0.1",
+            protocol="tls://",
+        ) as cluster,
+        dask.config.set({f"distributed.comm.tls.{name}": value for name, value in names.items()}),
+        open_crew(cluster.scheduler_address, Shape(1, 1, 1.0), 1, "off", "", tmp_path, said) as crew,
+    ):
         assert crew.client.submit(sum, (1, 2)).result(timeout=30) == 3
         assert crew.reconnect(10) and crew.client.submit(sum, (3, 4)).result(timeout=30) == 7
     assert not any("asks nobody" in text for text in said.warnings)

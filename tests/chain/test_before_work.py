@@ -23,8 +23,13 @@ from treedgs_geo.stems.photos.options import PhotoStemOptions
 
 
 def _words(folder: Path, **more: object) -> list[str]:
-    given = {"photos": folder / "photos", "crs": CRS, "workspace": folder / "work", "output": folder / "out.gpkg",
-             **more}
+    given = {
+        "photos": folder / "photos",
+        "crs": CRS,
+        "workspace": folder / "work",
+        "output": folder / "out.gpkg",
+        **more,
+    }
     words = ["photos-to-dbh", "--log-format", "json"]
     for name, value in given.items():
         words += [f"--{name.replace('_', '-')}"] + ([] if value is True else [str(value)])

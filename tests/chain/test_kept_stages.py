@@ -38,8 +38,13 @@ def flight(simulated_plot, tmp_path):
 
 def geotag(flight: Path, geotags: Path) -> tuple[Stations, str]:
     """The first stage of a run in ``flight/work``: its stations and what it said."""
-    settings = PhotosToDbhSettings(photos=flight / "photos", geotags=geotags, crs="EPSG:6344",
-                                   workspace=flight / "work", output=flight / "trees.gpkg")
+    settings = PhotosToDbhSettings(
+        photos=flight / "photos",
+        geotags=geotags,
+        crs="EPSG:6344",
+        workspace=flight / "work",
+        output=flight / "trees.gpkg",
+    )
     said = io.StringIO()
     with Workspace.held(settings.workspace) as space:
         steps = Steps(space, PlainReporter(said))
@@ -51,8 +56,12 @@ def raise_heights(pos: Path, metres: float, rows: slice) -> None:
     lines = pos.read_text().splitlines(keepends=True)
     body = [i for i, line in enumerate(lines) if not line.startswith("%")][rows]
     for i in body:
-        lines[i] = re.sub(r"^(\S+ +\S+ +\S+ +\S+ +)(\S+)",
-                          lambda found: f"{found[1]}{float(found[2]) + metres:.4f}", lines[i], count=1)
+        lines[i] = re.sub(
+            r"^(\S+ +\S+ +\S+ +\S+ +)(\S+)",
+            lambda found: f"{found[1]}{float(found[2]) + metres:.4f}",
+            lines[i],
+            count=1,
+        )
     pos.write_text("".join(lines))
 
 
@@ -99,9 +108,24 @@ def test_a_ruined_stations_layer_is_made_again_and_an_edited_one_is_taken(flight
 
 
 def test_a_second_chain_in_a_workspace_is_refused_and_a_killed_one_gives_way(flight):
-    words = [sys.executable, "-m", "treedgs_geo", "photos-to-dbh", "--photos", str(flight / "photos"),
-             "--geotags", str(flight / "ppk"), "--crs", "EPSG:6344", "--workspace", str(flight / "work"),
-             "--output", str(flight / "trees.gpkg"), "--log-format", "plain"]
+    words = [
+        sys.executable,
+        "-m",
+        "treedgs_geo",
+        "photos-to-dbh",
+        "--photos",
+        str(flight / "photos"),
+        "--geotags",
+        str(flight / "ppk"),
+        "--crs",
+        "EPSG:6344",
+        "--workspace",
+        str(flight / "work"),
+        "--output",
+        str(flight / "trees.gpkg"),
+        "--log-format",
+        "plain",
+    ]
     first = subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     try:
         for line in first.stdout:  # it works there
@@ -144,6 +168,7 @@ def test_a_harmed_output_is_named_made_again_and_what_follows_only_if_it_came_ou
                 done.append(name)
                 (tmp_path / f"{name}.bin").write_text(content)
                 return {}
+
             return work
 
         with Workspace.held(tmp_path) as space:

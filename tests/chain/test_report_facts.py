@@ -36,10 +36,23 @@ def space(tmp_path) -> Workspace:
     write_dtm(made.path("dtm.tif"), Dtm(np.full((200, 200), 100.0), Affine(1, 0, 499900, 0, -1, 3450100), CRS))
     n = len(views)
     none = np.full(n, np.nan)
-    write_stations(made.path("geotags.gpkg"), Stations(
-        [v.name for v in views], [v.path for v in views], np.array([v.centre for v in views]) + ORIGIN,
-        np.full((n, 3), 0.02), ["fix"] * (n - 2) + ["float"] * 2, 1_700_000_000.0 + 86_400 * (np.arange(n) > 11),
-        (np.arange(n) > 11).astype(int), none, none, none, none, CRS))
+    write_stations(
+        made.path("geotags.gpkg"),
+        Stations(
+            [v.name for v in views],
+            [v.path for v in views],
+            np.array([v.centre for v in views]) + ORIGIN,
+            np.full((n, 3), 0.02),
+            ["fix"] * (n - 2) + ["float"] * 2,
+            1_700_000_000.0 + 86_400 * (np.arange(n) > 11),
+            (np.arange(n) > 11).astype(int),
+            none,
+            none,
+            none,
+            none,
+            CRS,
+        ),
+    )
     return made
 
 
@@ -75,8 +88,19 @@ def test_cells_cover_a_plot_once():
 
 
 def cloud_run(tmp_path: Path, *words: str) -> subprocess.CompletedProcess:
-    command = [sys.executable, "-m", "treedgs_geo", "pointcloud-to-dbh", "--input", str(tmp_path / "cloud.laz"),
-               "--output", str(tmp_path / "trees.gpkg"), "--log-format", "plain", *words]
+    command = [
+        sys.executable,
+        "-m",
+        "treedgs_geo",
+        "pointcloud-to-dbh",
+        "--input",
+        str(tmp_path / "cloud.laz"),
+        "--output",
+        str(tmp_path / "trees.gpkg"),
+        "--log-format",
+        "plain",
+        *words,
+    ]
     return subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
 
 
@@ -88,8 +112,9 @@ def plots_table(tmp_path: Path, *lines: str) -> str:
 def test_a_cloud_with_plots_and_a_report(tmp_path):
     truth = stems_cloud(tmp_path / "cloud.laz")
     plots = plots_table(tmp_path, "A,500002.5,3450004,2", "B,500009.5,3450006,3", "far,600000,3450004,3")
-    done = cloud_run(tmp_path, "--plots", plots, "--report", str(tmp_path / "r.html"), "--stems-output",
-                     str(tmp_path / "stems.laz"))
+    done = cloud_run(
+        tmp_path, "--plots", plots, "--report", str(tmp_path / "r.html"), "--stems-output", str(tmp_path / "stems.laz")
+    )
     assert done.returncode == 0, done.stderr
     trees = geopandas.read_file(tmp_path / "trees.gpkg", layer="trees")
     assert sorted(trees["plot_id"]) == ["A", "B"], "the stem between the plots is in neither"
@@ -130,9 +155,24 @@ def test_plots_with_an_epsg_need_a_cloud_with_a_crs(tmp_path):
     (tmp_path / "cloud.csv").write_text("x,y,z\n" + "\n".join(f"{k % 9},{k % 7},{k % 5}" for k in range(400)))
     (tmp_path / "plots.csv").write_text("plot_id,easting,northing,epsg,radius_m\nA,3,3,32617,2\n")
     done = subprocess.run(
-        [sys.executable, "-m", "treedgs_geo", "pointcloud-to-dbh", "--input", str(tmp_path / "cloud.csv"), "--crs",
-         "local", "--plots", str(tmp_path / "plots.csv"), "--output", str(tmp_path / "t.gpkg")],
-        capture_output=True, text=True, cwd=ROOT)
+        [
+            sys.executable,
+            "-m",
+            "treedgs_geo",
+            "pointcloud-to-dbh",
+            "--input",
+            str(tmp_path / "cloud.csv"),
+            "--crs",
+            "local",
+            "--plots",
+            str(tmp_path / "plots.csv"),
+            "--output",
+            str(tmp_path / "t.gpkg"),
+        ],
+        capture_output=True,
+        text=True,
+        cwd=ROOT,
+    )
     assert done.returncode == 2 and "Traceback" not in done.stderr, done.stderr
     assert "has no CRS to bring it into" in done.stderr or "cloud" in done.stderr
 
@@ -141,11 +181,24 @@ def test_the_layers_ids_stand_beside_the_truth(tmp_path):
     """What the demo prints."""
     from treedgs_geo.evaluation.accuracy import score_against_truth
 
-    columns = ("tree_id,kind,in_plot,E_bh,N_bh,E_base,N_base,dbh_cm,n_unoccluded_bh_views\n"
-               "T001,normal,True,1,1,1,1,20,9\nT002,normal,True,5,5,5,5,30,9\n")
+    columns = (
+        "tree_id,kind,in_plot,E_bh,N_bh,E_base,N_base,dbh_cm,n_unoccluded_bh_views\n"
+        "T001,normal,True,1,1,1,1,20,9\nT002,normal,True,5,5,5,5,30,9\n"
+    )
     (tmp_path / "trees.csv").write_text(columns)
-    trees = geopandas.GeoDataFrame({
-        "tree_id": [7], "x": [5.0], "y": [5.0], "dbh_cm": [30.5], "dbh_se_cm": [0.4], "dbh_lo_cm": [29.0],
-        "dbh_hi_cm": [31.0], "qc_flag": ["ok"], "qc_reason": [""]}, geometry=geopandas.points_from_xy([5.0], [5.0]))
+    trees = geopandas.GeoDataFrame(
+        {
+            "tree_id": [7],
+            "x": [5.0],
+            "y": [5.0],
+            "dbh_cm": [30.5],
+            "dbh_se_cm": [0.4],
+            "dbh_lo_cm": [29.0],
+            "dbh_hi_cm": [31.0],
+            "qc_flag": ["ok"],
+            "qc_reason": [""],
+        },
+        geometry=geopandas.points_from_xy([5.0], [5.0]),
+    )
     _, table = score_against_truth(trees, tmp_path / "trees.csv")
     assert json.loads(table.set_index("tree_id")["layer_id"].to_json()) == {"T001": None, "T002": 7.0}

@@ -14,8 +14,25 @@ from small_campaign import ROOT, Ended, make_cloud, write_manifest
 from treedgs_geo.core.children import import_path, python_command
 
 #: Names that Python, Dask or the engine import early; each file notes that it was executed.
-NAMES = ("json", "signal", "typing", "dataclasses", "multiprocessing", "socket", "ssl", "numpy", "psutil",
-         "distributed", "sitecustomize", "usercustomize", "argparse", "warnings", "pickle", "selectors", "queue")
+NAMES = (
+    "json",
+    "signal",
+    "typing",
+    "dataclasses",
+    "multiprocessing",
+    "socket",
+    "ssl",
+    "numpy",
+    "psutil",
+    "distributed",
+    "sitecustomize",
+    "usercustomize",
+    "argparse",
+    "warnings",
+    "pickle",
+    "selectors",
+    "queue",
+)
 TRAP = "open(__file__ + '.executed', 'w').close()\nraise ImportError('a file of the data folder was imported')\n"
 
 
@@ -39,11 +56,25 @@ def plain() -> dict[str, str]:
     return {**kept, "PYTHONPATH": os.pathsep.join(import_path())}
 
 
-@pytest.mark.parametrize("module", ["treedgs_geo", "treedgs_geo.campaign.supervise", "treedgs_geo.campaign.plot",
-                                    "treedgs_geo.reconstruction.worker", "treedgs_geo.benchmarking.jobs"])
+@pytest.mark.parametrize(
+    "module",
+    [
+        "treedgs_geo",
+        "treedgs_geo.campaign.supervise",
+        "treedgs_geo.campaign.plot",
+        "treedgs_geo.reconstruction.worker",
+        "treedgs_geo.benchmarking.jobs",
+    ],
+)
 def test_children_import_nothing_from_their_folder(hostile, module):
-    done = subprocess.run(python_command(module, "describe"), cwd=hostile, env=plain(), capture_output=True, text=True,
-                          stdin=subprocess.DEVNULL)
+    done = subprocess.run(
+        python_command(module, "describe"),
+        cwd=hostile,
+        env=plain(),
+        capture_output=True,
+        text=True,
+        stdin=subprocess.DEVNULL,
+    )
     assert executed(hostile) == [] and "data folder" not in done.stderr, done.stderr
     if module == "treedgs_geo":
         assert json.loads(done.stdout)["commands"]
@@ -59,11 +90,14 @@ def test_a_child_of_a_console_script_is_isolated_and_sees_what_its_parent_sees(h
     """A child of a child, too: the path goes down the line, in isolated mode."""
     (tmp_path / "extra").mkdir()
     (tmp_path / "extra" / "only_here.py").write_text("")
-    code = ("import sys; sys.path.append(sys.argv[1])\nfrom treedgs_geo.core.children import python_command\n"
-            "import subprocess\nline = python_command('only_here')\n"
-            "print(subprocess.run(line).returncode, '-I' in line)")
-    done = subprocess.run([sys.executable, "-c", code, str(tmp_path / "extra")], cwd=tmp_path, env=plain(),
-                          capture_output=True, text=True)
+    code = (
+        "import sys; sys.path.append(sys.argv[1])\nfrom treedgs_geo.core.children import python_command\n"
+        "import subprocess\nline = python_command('only_here')\n"
+        "print(subprocess.run(line).returncode, '-I' in line)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path / "extra")], cwd=tmp_path, env=plain(), capture_output=True, text=True
+    )
     assert done.stdout.split() == ["0", "True"], done.stderr
 
 
@@ -85,12 +119,18 @@ def test_typed_with_m(hostile):
     """``python -m treedgs_geo`` there: only what Python itself needs for -m comes too early to be kept out."""
     for name in ("runpy", "treedgs_geo"):
         (hostile / f"{name}.py").unlink()
-    done = subprocess.run([sys.executable, "-m", "treedgs_geo", "describe"], cwd=hostile, env=plain(),
-                          capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-m", "treedgs_geo", "describe"], cwd=hostile, env=plain(), capture_output=True, text=True
+    )
     assert done.returncode == 0 and executed(hostile) == [], done.stderr
     # From the source folder it still runs without being installed.
-    done = subprocess.run([sys.executable, "-m", "treedgs_geo", "--version"], cwd=ROOT, capture_output=True, text=True,
-                          env={name: value for name, value in plain().items() if name != "PYTHONPATH"})
+    done = subprocess.run(
+        [sys.executable, "-m", "treedgs_geo", "--version"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        env={name: value for name, value in plain().items() if name != "PYTHONPATH"},
+    )
     assert done.returncode == 0, done.stderr
 
 
@@ -115,10 +155,30 @@ def test_a_campaigns_workers_supervisors_and_engines(hostile, tmp_path):
     # As the installed command does: Python is not isolated.
     script = tmp_path / "bin" / "treedgs"
     script.parent.mkdir()
-    script.write_text("import sys\nfrom treedgs_geo.cli import main\n"
-                      "if __name__ == '__main__':\n    sys.exit(main())\n")
-    ended = Ended(subprocess.Popen(
-        [sys.executable, script, "campaign", "--manifest", manifest, "--workspace", workspace, "--log-format", "json",
-         "--dashboard", "off"], cwd=hostile, env=plain(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True))
+    script.write_text(
+        "import sys\nfrom treedgs_geo.cli import main\nif __name__ == '__main__':\n    sys.exit(main())\n"
+    )
+    ended = Ended(
+        subprocess.Popen(
+            [
+                sys.executable,
+                script,
+                "campaign",
+                "--manifest",
+                manifest,
+                "--workspace",
+                workspace,
+                "--log-format",
+                "json",
+                "--dashboard",
+                "off",
+            ],
+            cwd=hostile,
+            env=plain(),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    )
     assert ended.code == 0 and ended.result["n_done"] == 1, f"{ended.messages[-1]} {ended.log} {executed(tmp_path)}"
     assert executed(tmp_path) == []

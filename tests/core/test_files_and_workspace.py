@@ -146,8 +146,13 @@ with temporary_beside(Path(sys.argv[1])) as temporary:
     target, other = tmp_path / "trees[1].gpkg", tmp_path / "trees[1]x.gpkg"
     left = []
     for place in (target, target, other):
-        writer = subprocess.Popen([sys.executable, "-c", script, str(place)], stdin=subprocess.PIPE,
-                                  stdout=subprocess.PIPE, text=True, cwd=ROOT)
+        writer = subprocess.Popen(
+            [sys.executable, "-c", script, str(place)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            cwd=ROOT,
+        )
         left.append((writer, writer.stdout.readline().strip()))
     (tmp_path / ".trees[1].mine.gpkg").write_text("a user's own hidden file")
     try:
@@ -182,8 +187,10 @@ def fill(disk: Path, left: int) -> None:
 
 
 def many_trees(count: int) -> list[Tree]:
-    return [Tree(n + 1, 611337.0 + n, 3718451.0, 38.0, dbh_cm=30.0, dbh_se_cm=0.4, n_views=7, method="photos")
-            for n in range(count)]
+    return [
+        Tree(n + 1, 611337.0 + n, 3718451.0, 38.0, dbh_cm=30.0, dbh_se_cm=0.4, n_views=7, method="photos")
+        for n in range(count)
+    ]
 
 
 def dtm_of(side: int) -> Dtm:
@@ -229,8 +236,10 @@ def test_a_record_on_a_full_disk(small_disk):
     space = Workspace(small_disk / "work")
     space.save()
     fill(small_disk, 0)
-    with pytest.raises(OutputError, match=r"run\.json: cannot be written, the disk is full"), space.running(
-            "fit", "k", {"text": "x" * 9000}):
+    with (
+        pytest.raises(OutputError, match=r"run\.json: cannot be written, the disk is full"),
+        space.running("fit", "k", {"text": "x" * 9000}),
+    ):
         pass
     assert read_record(small_disk / "work")["stages"] == {}
 
@@ -251,8 +260,9 @@ for name in ("trees.gpkg", "trees.csv", "cloud.laz", "run.json", "dtm.tif"):
         print(name, "refused", problem)
 """
     (tmp_path / "out").mkdir()
-    done = subprocess.run([sys.executable, "-c", script, str(tmp_path / "out")], capture_output=True, text=True,
-                          cwd=ROOT, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", script, str(tmp_path / "out")], capture_output=True, text=True, cwd=ROOT, check=False
+    )
     assert done.stdout.count("refused") == 5, done.stdout + done.stderr
     assert os.listdir(tmp_path / "out") == []
 

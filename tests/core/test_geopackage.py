@@ -21,13 +21,23 @@ from treedgs_geo.inventory.tree_layer import check_output, read_trees, write_tre
 from treedgs_geo.measure.trees import Tree
 
 CRS = pyproj.CRS("EPSG:6344")
-SLICE = {"tree_id": 1, "height_m": 1.0, "d_cm": 30.0, "rms_cm": 1.0, "n_pts": 50, "arc_deg": 300.0, "x": 611337.0,
-         "y": 3718451.0}
+SLICE = {
+    "tree_id": 1,
+    "height_m": 1.0,
+    "d_cm": 30.0,
+    "rms_cm": 1.0,
+    "n_pts": 50,
+    "arc_deg": 300.0,
+    "x": 611337.0,
+    "y": 3718451.0,
+}
 
 
 def trees(count: int) -> list[Tree]:
-    return [Tree(n + 1, 611337.0 + n, 3718451.0, 38.0, dbh_cm=30.0 + n, dbh_se_cm=0.4, n_views=7, method="photos")
-            for n in range(count)]
+    return [
+        Tree(n + 1, 611337.0 + n, 3718451.0, 38.0, dbh_cm=30.0 + n, dbh_se_cm=0.4, n_views=7, method="photos")
+        for n in range(count)
+    ]
 
 
 @pytest.fixture
@@ -48,11 +58,14 @@ def site(tmp_path):
 def contents(path):
     """Everything that is not ours, as text."""
     with closing(sqlite3.connect(path)) as there:
-        told = {name: there.execute(f"SELECT * FROM {name}").fetchall()
-                for name in ("roads", "trees_2019", "rtree_roads_geom", "rtree_trees_2019_geom", "qgis_projects")}
+        told = {
+            name: there.execute(f"SELECT * FROM {name}").fetchall()
+            for name in ("roads", "trees_2019", "rtree_roads_geom", "rtree_trees_2019_geom", "qgis_projects")
+        }
         told["styles"] = there.execute("SELECT * FROM layer_styles WHERE f_table_name = 'roads'").fetchall()
         told["entries"] = there.execute(
-            "SELECT * FROM gpkg_contents WHERE table_name IN ('roads', 'trees_2019')").fetchall()
+            "SELECT * FROM gpkg_contents WHERE table_name IN ('roads', 'trees_2019')"
+        ).fetchall()
         assert there.execute("PRAGMA integrity_check").fetchone() == ("ok",)
     return told
 
@@ -88,12 +101,15 @@ def test_a_style_that_a_person_made_the_default_stays_it(tmp_path):
     path = write_trees(tmp_path / "t.gpkg", trees(1), CRS)
     with closing(sqlite3.connect(path)) as there, there:
         there.execute("UPDATE layer_styles SET useAsDefault = 0 WHERE f_table_name = 'trees'")
-        there.execute("INSERT INTO layer_styles (f_table_name, f_geometry_column, styleName, styleQML, useAsDefault, "
-                      "description) VALUES ('trees', 'geom', 'by species', '<qgis/>', 1, 'my own')")
+        there.execute(
+            "INSERT INTO layer_styles (f_table_name, f_geometry_column, styleName, styleQML, useAsDefault, "
+            "description) VALUES ('trees', 'geom', 'by species', '<qgis/>', 1, 'my own')"
+        )
     write_trees(path, trees(2), CRS)
     with closing(sqlite3.connect(path)) as there:
         rows = there.execute(
-            "SELECT description, useAsDefault FROM layer_styles WHERE f_table_name = 'trees'").fetchall()
+            "SELECT description, useAsDefault FROM layer_styles WHERE f_table_name = 'trees'"
+        ).fetchall()
     assert sorted(rows) == [("TreeDGS trees", 0), ("my own", 1)]
 
 
@@ -102,8 +118,20 @@ def test_the_other_kinds_of_files_keep_foreign_layers_too(site):
 
     before, n = contents(site), 2
     nan = np.full(n, np.nan)
-    stations = Stations([f"{i}.jpg" for i in range(n)], [site] * n, np.full((n, 3), 5e5), np.full((n, 3), 0.02),
-                        ["fix"] * n, nan, np.zeros(n, int), nan, nan, nan, nan, CRS)
+    stations = Stations(
+        [f"{i}.jpg" for i in range(n)],
+        [site] * n,
+        np.full((n, 3), 5e5),
+        np.full((n, 3), 0.02),
+        ["fix"] * n,
+        nan,
+        np.zeros(n, int),
+        nan,
+        nan,
+        nan,
+        nan,
+        CRS,
+    )
     for _ in range(2):
         write_stations(site, stations)
     write_trees(site, trees(2), CRS)
@@ -150,8 +178,9 @@ sys.stdin.read()
 def test_waiting_for_another_program_ends_and_the_result_is_kept_beside(tmp_path, monkeypatch, kind):
     path = write_trees(tmp_path / "trees.gpkg", trees(1), CRS)
     monkeypatch.setattr(geopackage, "WAIT_S", 0.5)
-    holder = subprocess.Popen([sys.executable, "-c", HOLD, str(path), kind], stdin=subprocess.PIPE,
-                              stdout=subprocess.PIPE, text=True)
+    holder = subprocess.Popen(
+        [sys.executable, "-c", HOLD, str(path), kind], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
     try:
         assert holder.stdout.readline() == "held\n"
         for kept in ("trees.new.gpkg", "trees.new2.gpkg"):
@@ -186,8 +215,9 @@ def test_a_reader_with_a_write_ahead_log_is_no_hindrance(tmp_path):
     """So QGIS shows a layer: its old state to the reader, the new one to who asks anew."""
     path = write_trees(tmp_path / "trees.gpkg", trees(1), CRS)
     # In a process of its own, as QGIS is: locks of two SQLite libraries in one process undo each other.
-    reader = subprocess.Popen([sys.executable, "-c", WAL_READER, str(path)], text=True, stdin=subprocess.PIPE,
-                              stdout=subprocess.PIPE)
+    reader = subprocess.Popen(
+        [sys.executable, "-c", WAL_READER, str(path)], text=True, stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
     assert reader.stdin is not None and reader.stdout is not None
     assert reader.stdout.readline().strip() == "1"
     write_trees(path, trees(3), CRS)
@@ -211,8 +241,9 @@ write_trees(sys.argv[1], trees(2), CRS)
 """
     before = contents(site)
     folder = os.path.dirname(__file__)
-    done = subprocess.run([sys.executable, "-c", script, str(site), folder], cwd=os.path.join(folder, "..", ".."),
-                          check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", script, str(site), folder], cwd=os.path.join(folder, "..", ".."), check=False
+    )
     assert done.returncode == -9
     assert [name for name in os.listdir(site.parent) if name.startswith(".site.~")], "it was killed before it wrote"
     assert contents(site) == before and "trees" not in layers(site)

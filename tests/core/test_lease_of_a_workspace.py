@@ -34,8 +34,13 @@ with Workspace.held(Path(sys.argv[1])) as space:
 def holder(tmp_path):
     """Another process that works in ``tmp_path / "work"``."""
     (tmp_path / "work").mkdir()
-    running = subprocess.Popen([sys.executable, "-c", HOLD, str(tmp_path / "work")], stdin=subprocess.PIPE,
-                               stdout=subprocess.PIPE, text=True, cwd=ROOT)
+    running = subprocess.Popen(
+        [sys.executable, "-c", HOLD, str(tmp_path / "work")],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+    )
     assert running.stdout.readline() == "held\n"
     yield running
     running.kill()
@@ -50,8 +55,9 @@ def photos(tmp_path):
     return folder
 
 
-@pytest.mark.parametrize("verb", ["photos-to-dbh", "photos-to-dbh --dry-run", "reconstruct", "fit-gaussians",
-                                  "sample-surface"])
+@pytest.mark.parametrize(
+    "verb", ["photos-to-dbh", "photos-to-dbh --dry-run", "reconstruct", "fit-gaussians", "sample-surface"]
+)
 def test_the_second_run_is_refused_and_told_who_works_there(holder, photos, tmp_path, capsys, verb):
     work = tmp_path / "work"
     (work / "sfm").mkdir()

@@ -31,15 +31,18 @@ def cloud(tmp_path_factory) -> Path:
     return make_cloud(tmp_path_factory.mktemp("cloud") / "cloud.laz", 1)
 
 
-@pytest.mark.parametrize(("row", "words", "kind"), [
-    ("a,500000,3700000,8,inf", "epsg 'inf' is unknown", CRSError),
-    ("a,500000,3700000,8,1e400", "epsg '1e400' is unknown", CRSError),
-    ("a,nan,3700000,8,", "is not a number", InputError),
-    ("a,inf,3700000,8,", "is not a number", InputError),
-    ("a,500000,3700000,inf,", "radius_m is inf", InputError),
-    ("a,9e99,3700000,8,32615", "has no place in", InputError),
-    ("a,500000,3700000,8," + "6" * 140_000, "field larger than field limit", InputError),
-])
+@pytest.mark.parametrize(
+    ("row", "words", "kind"),
+    [
+        ("a,500000,3700000,8,inf", "epsg 'inf' is unknown", CRSError),
+        ("a,500000,3700000,8,1e400", "epsg '1e400' is unknown", CRSError),
+        ("a,nan,3700000,8,", "is not a number", InputError),
+        ("a,inf,3700000,8,", "is not a number", InputError),
+        ("a,500000,3700000,inf,", "radius_m is inf", InputError),
+        ("a,9e99,3700000,8,32615", "has no place in", InputError),
+        ("a,500000,3700000,8," + "6" * 140_000, "field larger than field limit", InputError),
+    ],
+)
 def test_a_plots_table_with_odd_values(tmp_path, row, words, kind):
     (tmp_path / "plots.csv").write_text(HEAD + row + "\n")
     with pytest.raises(kind, match=words) as told:
@@ -58,6 +61,7 @@ def test_a_position_table_with_an_endless_cell(tmp_path):
 
 def png(path: Path, side: int) -> Path:
     """A PNG whose header claims a square of this side; no pixel is needed to be fooled."""
+
     def chunk(kind: bytes, body: bytes) -> bytes:
         return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
 
@@ -70,15 +74,35 @@ def png(path: Path, side: int) -> Path:
 def test_a_picture_of_3600_megapixels(tmp_path, capsys):
     with pytest.raises(InputError, match=r"huge\.png: claims more than \d+ megapixels"):
         read_photo(png(tmp_path / "huge.png", 60_000))
-    code = main(["geotag", "--photos", str(tmp_path), "--crs", "EPSG:6344", "--log-format", "plain",
-                 "--output", str(tmp_path / "out" / "g.gpkg")])
+    code = main(
+        [
+            "geotag",
+            "--photos",
+            str(tmp_path),
+            "--crs",
+            "EPSG:6344",
+            "--log-format",
+            "plain",
+            "--output",
+            str(tmp_path / "out" / "g.gpkg"),
+        ]
+    )
     told = "".join(capsys.readouterr())
     assert code == 2 and "megapixels" in told and "Traceback" not in told and not (tmp_path / "out").exists(), told
 
 
-@pytest.mark.parametrize("content", ["{}", "[]", "null", '{"crs_wkt": "x", "origin": [0, 0, 0]}',
-                                     json.dumps({"crs_wkt": UTM.to_wkt(), "origin": [1, 2]}),
-                                     json.dumps({"crs_wkt": UTM.to_wkt(), "origin": "here"}), ""])
+@pytest.mark.parametrize(
+    "content",
+    [
+        "{}",
+        "[]",
+        "null",
+        '{"crs_wkt": "x", "origin": [0, 0, 0]}',
+        json.dumps({"crs_wkt": UTM.to_wkt(), "origin": [1, 2]}),
+        json.dumps({"crs_wkt": UTM.to_wkt(), "origin": "here"}),
+        "",
+    ],
+)
 def test_a_frame_that_says_nothing(tmp_path, content):
     (tmp_path / "frame.json").write_text(content)
     with pytest.raises(InputError, match=r"frame\.json"):
@@ -93,8 +117,22 @@ def test_a_record_with_other_stages(tmp_path, capsys, stages, dry):
     png(photos / "a.png", 10)
     write_json(work / "run.json", {"version": "0", "stages": stages})
     before = (work / "run.json").read_bytes()
-    code = main(["photos-to-dbh", "--photos", str(photos), "--crs", "EPSG:6344", "--workspace", str(work),
-                 "--output", str(tmp_path / "t.gpkg"), "--log-format", "plain", *dry])
+    code = main(
+        [
+            "photos-to-dbh",
+            "--photos",
+            str(photos),
+            "--crs",
+            "EPSG:6344",
+            "--workspace",
+            str(work),
+            "--output",
+            str(tmp_path / "t.gpkg"),
+            "--log-format",
+            "plain",
+            *dry,
+        ]
+    )
     told = "".join(capsys.readouterr())
     assert code == 2 and "Traceback" not in told
     if not dry:  # the dry run looks at the photos first, and they are none
@@ -119,8 +157,16 @@ NAMES = {
 
 
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize(("verb", "suffix"), [("pointcloud-to-dbh", ".gpkg"), ("pointcloud-to-dbh", ".csv"),
-                                              ("terrain", ".tif"), ("segment-stems", ".laz"), ("simulate-plot", "")])
+@pytest.mark.parametrize(
+    ("verb", "suffix"),
+    [
+        ("pointcloud-to-dbh", ".gpkg"),
+        ("pointcloud-to-dbh", ".csv"),
+        ("terrain", ".tif"),
+        ("segment-stems", ".laz"),
+        ("simulate-plot", ""),
+    ],
+)
 def test_names_that_no_output_should_have(tmp_path, cloud, capsys, name, verb, suffix):
     stem, words = NAMES[name]
     for target in (tmp_path / (stem + suffix), tmp_path / stem / f"out{suffix}"):
@@ -135,16 +181,35 @@ def test_names_that_no_output_should_have(tmp_path, cloud, capsys, name, verb, s
 @pytest.mark.parametrize("suffix", [".gpkg", ".csv", ".shp", ".geojson"])
 def test_an_output_that_is_a_folder(tmp_path, cloud, capsys, suffix):
     (tmp_path / f"out{suffix}").mkdir()
-    code = main(["pointcloud-to-dbh", "--input", str(cloud), "--output", str(tmp_path / f"out{suffix}"),
-                 "--log-format", "plain"])
+    code = main(
+        [
+            "pointcloud-to-dbh",
+            "--input",
+            str(cloud),
+            "--output",
+            str(tmp_path / f"out{suffix}"),
+            "--log-format",
+            "plain",
+        ]
+    )
     assert code == 2 and "is a folder" in "".join(capsys.readouterr())
 
 
 def test_a_geopackage_at_the_end_of_a_path_that_is_too_long_for_sqlite(tmp_path, cloud, capsys):
     deep = tmp_path.joinpath(*["d" * 100] * 5)
     for dry in (["--dry-run"], []):
-        code = main(["pointcloud-to-dbh", "--input", str(cloud), "--output", str(deep / "t.gpkg"),
-                     "--log-format", "plain", *dry])
+        code = main(
+            [
+                "pointcloud-to-dbh",
+                "--input",
+                str(cloud),
+                "--output",
+                str(deep / "t.gpkg"),
+                "--log-format",
+                "plain",
+                *dry,
+            ]
+        )
         assert code == 2 and "for a GeoPackage; choose a shorter one" in "".join(capsys.readouterr())
         assert os.listdir(tmp_path) == []
 

@@ -17,13 +17,17 @@ from treedgs_geo.terrain.dtm import Dtm
 
 ARKANSAS = (-91.8, 33.6)
 #: Web Mercator as other programs write it: no EPSG code.
-WEB = ("+proj=merc +a=6378137 +b=6378137 +lat_ts=0 +lon_0=0 +x_0=0 +y_0=0 +k=1 +units=m +nadgrids=@null +wktext "
-       "+no_defs +type=crs")
+WEB = (
+    "+proj=merc +a=6378137 +b=6378137 +lat_ts=0 +lon_0=0 +x_0=0 +y_0=0 +k=1 +units=m +nadgrids=@null +wktext "
+    "+no_defs +type=crs"
+)
 #: A UTM zone by its parameters, on a datum that nobody knows.
-UNKNOWN_UTM = ('PROJCS["field",GEOGCS["field",DATUM["unknown",SPHEROID["GRS80",6378137,298.257222101]],'
-               'PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]],PROJECTION["Transverse_Mercator"],'
-               'PARAMETER["latitude_of_origin",0],PARAMETER["central_meridian",-93],PARAMETER["scale_factor",0.9996],'
-               'PARAMETER["false_easting",500000],PARAMETER["false_northing",0],UNIT["metre",1]]')
+UNKNOWN_UTM = (
+    'PROJCS["field",GEOGCS["field",DATUM["unknown",SPHEROID["GRS80",6378137,298.257222101]],'
+    'PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]],PROJECTION["Transverse_Mercator"],'
+    'PARAMETER["latitude_of_origin",0],PARAMETER["central_meridian",-93],PARAMETER["scale_factor",0.9996],'
+    'PARAMETER["false_easting",500000],PARAMETER["false_northing",0],UNIT["metre",1]]'
+)
 #: A code that is none, and one of another country.
 MADE_UP = UNKNOWN_UTM[:-1] + ',AUTHORITY["EPSG","999999"]]'
 STOLEN = UNKNOWN_UTM[:-1] + ',AUTHORITY["EPSG","2154"]]'
@@ -46,9 +50,20 @@ def on_map(crs, lon, lat):
 
 @pytest.mark.parametrize(
     ("code", "place"),
-    [("EPSG:32615", ARKANSAS), ("EPSG:2154", (2.3, 44.0)), ("EPSG:27572", (2.3, 47.0)), ("EPSG:27700", (-3.0, 57.0)),
-     ("EPSG:3006", (23.5, 66.0)), ("EPSG:3035", ARKANSAS), ("EPSG:5070", ARKANSAS), ("EPSG:3031", (10.0, -75.0)),
-     ("EPSG:2193", (175.0, -39.0)), ("EPSG:28992", (5.5, 52.0)), ("EPSG:26951", ARKANSAS), ("EPSG:5514", (15.0, 49.5))],
+    [
+        ("EPSG:32615", ARKANSAS),
+        ("EPSG:2154", (2.3, 44.0)),
+        ("EPSG:27572", (2.3, 47.0)),
+        ("EPSG:27700", (-3.0, 57.0)),
+        ("EPSG:3006", (23.5, 66.0)),
+        ("EPSG:3035", ARKANSAS),
+        ("EPSG:5070", ARKANSAS),
+        ("EPSG:3031", (10.0, -75.0)),
+        ("EPSG:2193", (175.0, -39.0)),
+        ("EPSG:28992", (5.5, 52.0)),
+        ("EPSG:26951", ARKANSAS),
+        ("EPSG:5514", (15.0, 49.5)),
+    ],
 )
 def test_the_scale_is_that_of_the_projection(code, place):
     """PROJ's own factors, in every direction; false ones of spheres and grids in grads are not asked of it."""
@@ -103,14 +118,31 @@ def test_every_place_of_a_utm_zone_is_taken_without_a_word(zone, off_deg, lat, h
 
 @pytest.mark.parametrize(
     ("text", "place"),
-    [("EPSG:6344+5703", ARKANSAS), ("EPSG:2154", (2.3, 44.0)), ("EPSG:27572", (2.3, 47.0)),
-     ("EPSG:27700", (-3.0, 57.0)), ("EPSG:3006", (23.5, 66.0)), ("EPSG:25832+7837", (9.0, 50.0)),
-     ("EPSG:26951", (-91.8, 35.6)), ("EPSG:2193", (175.0, -39.0)), ("EPSG:28992", (5.5, 52.0)),
-     ("EPSG:31254", (10.5, 47.2)), ("EPSG:32756", (151.2, -33.9)), ("EPSG:3067", (30.0, 62.0)),
-     ("EPSG:2056", (8.0, 47.0)), ("EPSG:3031", (0.0, -71.0)), ("EPSG:32701", (-179.5, -17.0)),
-     ("EPSG:3035", (10.0, 51.0)), ("EPSG:31983", (-45.0, -22.0)), ("EPSG:6677", (139.8, 36.0)),
-     ("EPSG:5514", (15.0, 49.5)), (UNKNOWN_UTM, ARKANSAS), (MADE_UP, ARKANSAS), (STOLEN, ARKANSAS),
-     ("+proj=utm +zone=33 +ellps=bessel +towgs84=577,90,464,5.1,1.5,5.3,2.4 +type=crs", (15.0, 48.0))],
+    [
+        ("EPSG:6344+5703", ARKANSAS),
+        ("EPSG:2154", (2.3, 44.0)),
+        ("EPSG:27572", (2.3, 47.0)),
+        ("EPSG:27700", (-3.0, 57.0)),
+        ("EPSG:3006", (23.5, 66.0)),
+        ("EPSG:25832+7837", (9.0, 50.0)),
+        ("EPSG:26951", (-91.8, 35.6)),
+        ("EPSG:2193", (175.0, -39.0)),
+        ("EPSG:28992", (5.5, 52.0)),
+        ("EPSG:31254", (10.5, 47.2)),
+        ("EPSG:32756", (151.2, -33.9)),
+        ("EPSG:3067", (30.0, 62.0)),
+        ("EPSG:2056", (8.0, 47.0)),
+        ("EPSG:3031", (0.0, -71.0)),
+        ("EPSG:32701", (-179.5, -17.0)),
+        ("EPSG:3035", (10.0, 51.0)),
+        ("EPSG:31983", (-45.0, -22.0)),
+        ("EPSG:6677", (139.8, 36.0)),
+        ("EPSG:5514", (15.0, 49.5)),
+        (UNKNOWN_UTM, ARKANSAS),
+        (MADE_UP, ARKANSAS),
+        (STOLEN, ARKANSAS),
+        ("+proj=utm +zone=33 +ellps=bessel +towgs84=577,90,464,5.1,1.5,5.3,2.4 +type=crs", (15.0, 48.0)),
+    ],
 )
 def test_what_is_made_for_a_place_is_taken_there_without_a_word(text, place):
     crs = pyproj.CRS.from_user_input(text)
@@ -165,8 +197,12 @@ def test_coordinates_that_cannot_lie_in_the_crs(text, xy, words):
 
 def test_a_neighbouring_zone_is_told_and_the_far_north_is_not_refused():
     """Norway measures in zone 33 from coast to border, and Bergen's eastings are negative there."""
-    for code, place, better in ((32615, (-89.0, 33.6), "32616"), (25832, (14.9, 55.1), "32633"),
-                                (25833, (5.3, 60.4), "32631"), (32760, (-179.9, -17.0), "32701")):
+    for code, place, better in (
+        (32615, (-89.0, 33.6), "32616"),
+        (25832, (14.9, 55.1), "32633"),
+        (25833, (5.3, 60.4), "32631"),
+        (32760, (-179.9, -17.0), "32701"),
+    ):
         crs, ears = pyproj.CRS.from_epsg(code), Ears()
         check_place(crs, on_map(crs, *place), "a.laz", ears)
         assert len(ears.heard) == 1 and f"EPSG:{better}" in ears.heard[0] and "outside of the area" in ears.heard[0]
@@ -230,7 +266,10 @@ def test_a_terrain_model_is_asked_in_the_same_ground_metres():
 
 
 def test_a_map_that_cannot_be_turned_back_or_of_another_planet_ends_with_a_sentence():
-    for text in ("+proj=airy +ellps=WGS84 +units=m +type=crs", "IAU_2015:49910",
-                 "+proj=gnom +lat_0=-40 +lon_0=90 +type=crs"):
+    for text in (
+        "+proj=airy +ellps=WGS84 +units=m +type=crs",
+        "IAU_2015:49910",
+        "+proj=gnom +lat_0=-40 +lon_0=90 +type=crs",
+    ):
         with pytest.raises(CRSError, match=r"does not reach longitude -91.800, .*EPSG:32615"):
             check_lon_lat(pyproj.CRS.from_user_input(text), *ARKANSAS, "--crs")

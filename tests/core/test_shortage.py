@@ -37,9 +37,15 @@ def plot(tmp_path_factory):
     return path
 
 
-@pytest.mark.parametrize(("verb", "name", "more", "size"), [
-    ("pointcloud-to-dbh", "t.gpkg", [], 60_000), ("terrain", "t.tif", ["--resolution-m", "0.05"], 30_000),
-    ("segment-stems", "t.laz", ["--keep-all"], 50_000), ("segment-stems", "t.las", ["--keep-all"], 50_000)])
+@pytest.mark.parametrize(
+    ("verb", "name", "more", "size"),
+    [
+        ("pointcloud-to-dbh", "t.gpkg", [], 60_000),
+        ("terrain", "t.tif", ["--resolution-m", "0.05"], 30_000),
+        ("segment-stems", "t.laz", ["--keep-all"], 50_000),
+        ("segment-stems", "t.las", ["--keep-all"], 50_000),
+    ],
+)
 def test_a_full_disk_is_said_and_leaves_nothing(tmp_path, capsys, plot, verb, name, more, size):
     target = tmp_path / "out" / name
     arguments = [verb, "--input", str(plot), "--output", str(target), "--crs", "local", "--log-format", "plain", *more]
@@ -58,8 +64,17 @@ def test_tiles_and_mapped_files_without_room(tmp_path, capsys, plot, monkeypatch
     import treedgs_geo.pointcloud.tiles as tiles
 
     monkeypatch.setattr(tiles, "WHOLE_CLOUD_POINTS", 1000)
-    arguments = ["terrain", "--input", str(plot), "--output", str(tmp_path / "t.tif"), "--crs", "local",
-                 "--log-format", "plain"]
+    arguments = [
+        "terrain",
+        "--input",
+        str(plot),
+        "--output",
+        str(tmp_path / "t.tif"),
+        "--crs",
+        "local",
+        "--log-format",
+        "plain",
+    ]
     assert main(arguments) == 0
     (tmp_path / "t.tif").unlink()
     capsys.readouterr()
@@ -105,12 +120,32 @@ def test_memory_is_asked_for_before_a_library_aborts(tmp_path):
     rng = np.random.default_rng(0)
     xy = rng.uniform(0, 1500, (60_000, 2))
     write_las(tmp_path / "wide.laz", np.column_stack([xy, 0.02 * xy[:, 0] + rng.normal(0, 0.05, len(xy))]))
-    code = ("import resource, sys; resource.setrlimit(resource.RLIMIT_AS, (2 * 10**9,) * 2); "
-            "from treedgs_geo.cli import main; sys.exit(main(sys.argv[1:]))")
+    code = (
+        "import resource, sys; resource.setrlimit(resource.RLIMIT_AS, (2 * 10**9,) * 2); "
+        "from treedgs_geo.cli import main; sys.exit(main(sys.argv[1:]))"
+    )
     done = subprocess.run(
-        [sys.executable, "-c", code, "terrain", "--input", str(tmp_path / "wide.laz"), "--output",
-         str(tmp_path / "out" / "d.tif"), "--resolution-m", "5", "--crs", "local", "--log-format", "plain"],
-        capture_output=True, text=True, check=False, cwd=Path(__file__).parents[2])
+        [
+            sys.executable,
+            "-c",
+            code,
+            "terrain",
+            "--input",
+            str(tmp_path / "wide.laz"),
+            "--output",
+            str(tmp_path / "out" / "d.tif"),
+            "--resolution-m",
+            "5",
+            "--crs",
+            "local",
+            "--log-format",
+            "plain",
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=Path(__file__).parents[2],
+    )
     assert done.returncode == 4 and "GB of memory" in done.stderr and "a cloth over" in done.stderr
     assert not (tmp_path / "out").exists()
     assert free_memory() > 0

@@ -147,8 +147,15 @@ def test_covered_bands_are_called_so(tmp_path):
     summary = per_stem(table, 2)
     assert summary["free_views"].tolist() == [5, 0]
     assert summary["width_px"][0] == pytest.approx(1900 * 0.3 / 54, rel=0.05)
-    truth = pd.DataFrame({"tree_id": "a", "image": [f"{k}.png" for k in range(8)], "in_frame": 1, "foreshortening": 0.6,
-                          "visible_fraction": [1 - min(c, 1.0) for c in covers]})
+    truth = pd.DataFrame(
+        {
+            "tree_id": "a",
+            "image": [f"{k}.png" for k in range(8)],
+            "in_frame": 1,
+            "foreshortening": 0.6,
+            "visible_fraction": [1 - min(c, 1.0) for c in covers],
+        }
+    )
     told = agreement(table, ["a"], truth)
     assert told["precision"] == 1 and told["recall"] == 1 and told["views"] == 8
 

@@ -39,8 +39,9 @@ def workspace(tmp_path):
     sfm.mkdir(parents=True)
     lens = Camera(200, 200, 1500, 1500, 100, 100)
     model = pycolmap.Reconstruction()
-    camera = pycolmap.Camera(camera_id=1, model="OPENCV", width=200, height=200,
-                             params=[1500, 1500, 100, 100, 0, 0, 0, 0])
+    camera = pycolmap.Camera(
+        camera_id=1, model="OPENCV", width=200, height=200, params=[1500, 1500, 100, 100, 0, 0, 0, 0]
+    )
     model.add_camera_with_trivial_rig(camera)
     ground = np.random.default_rng(0).integers(140, 220, (200, 200, 3), dtype=np.uint8)
     for number in range(8):
@@ -59,8 +60,9 @@ def workspace(tmp_path):
     model.write(str(sfm))
     FRAME.save(sfm / "frame.json")
     shape = {"driver": "GTiff", "width": 40, "height": 40, "count": 1, "dtype": "float32"}
-    with rasterio.open(tmp_path / "work" / "dtm.tif", "w", crs=CRS.to_wkt(),
-                       transform=from_origin(611327, 3718461, 0.5, 0.5), **shape) as raster:
+    with rasterio.open(
+        tmp_path / "work" / "dtm.tif", "w", crs=CRS.to_wkt(), transform=from_origin(611327, 3718461, 0.5, 0.5), **shape
+    ) as raster:
         raster.write(np.full((40, 40), 38.0, np.float32), 1)
     (tmp_path / "seeds.csv").write_text("x,y\n611337.05,3718450.95\n")
     return tmp_path
@@ -91,7 +93,7 @@ def test_free_gaussians_are_measured_from_their_volume(workspace):
     sampled = run(SAMPLE, workspace=folder, points="volume", samples=30)
     assert sampled["points"] == 6000
     run(MEASURE, input=folder / "surface.laz", dtm=folder / "dtm.tif", weights="opacity", output=out)
-    tree, = gpd.read_file(out, layer="trees").to_dict("records")
+    (tree,) = gpd.read_file(out, layer="trees").to_dict("records")
     # The pole is 9 to 10 pixels of 3.3 cm wide; the ground behind it does not even hold still.
     assert tree["tree_id"] == 1 and tree["dbh_cm"] == pytest.approx(33, abs=7)
     assert abs(tree["x"] - 611337) < 0.05 and abs(tree["y"] - 3718451) < 0.05
@@ -128,20 +130,34 @@ def test_a_field_of_another_frame_is_refused(workspace):
 def test_an_openmvs_cloud_is_a_start(workspace):
     """Binary PLY with lists of views per point, as OpenMVS writes it."""
     rng, path = np.random.default_rng(0), workspace / "scene_dense.ply"
-    header = ("ply\nformat binary_little_endian 1.0\nelement vertex 300\nproperty float x\nproperty float y\n"
-              "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
-              "property list uint8 uint32 view_indices\nproperty list uint8 float view_weights\nend_header\n")
+    header = (
+        "ply\nformat binary_little_endian 1.0\nelement vertex 300\nproperty float x\nproperty float y\n"
+        "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+        "property list uint8 uint32 view_indices\nproperty list uint8 float view_weights\nend_header\n"
+    )
     points = rng.normal([0, 0, 1.5], [0.1, 0.1, 0.8], (300, 3)).astype(np.float32)
     with open(path, "wb") as stream:
         stream.write(header.encode())
         for point in points:
-            stream.write(point.tobytes() + bytes([60, 50, 40, 2]) + np.array([0, 3], np.uint32).tobytes()
-                         + bytes([2]) + np.array([1, 0.5], np.float32).tobytes())
+            stream.write(
+                point.tobytes()
+                + bytes([60, 50, 40, 2])
+                + np.array([0, 3], np.uint32).tobytes()
+                + bytes([2])
+                + np.array([1, 0.5], np.float32).tobytes()
+            )
     xyz, colours = read_dense(path, FRAME)
     np.testing.assert_allclose(xyz, points)
     assert colours.max() < 0.3
-    fitted = run(FIT, workspace=workspace / "work", photos=workspace / "photos", seeds=workspace / "seeds.csv",
-                 preset="fast", stems="free", dense=path)
+    fitted = run(
+        FIT,
+        workspace=workspace / "work",
+        photos=workspace / "photos",
+        seeds=workspace / "seeds.csv",
+        preset="fast",
+        stems="free",
+        dense=path,
+    )
     assert fitted["gaussians"] > 0 and fitted["stem_table"] is None
     path.write_text("ply\n")
     with pytest.raises(InputError, match="no readable points"):
@@ -157,9 +173,13 @@ def test_seed_tables(tmp_path):
     layer = gpd.GeoDataFrame(geometry=gpd.points_from_xy([611338.0], [3718450.0]), crs=CRS).to_crs(4326)
     layer.to_file(tmp_path / "a.gpkg")
     np.testing.assert_allclose(read_seeds(tmp_path / "a.gpkg", FRAME), [[1, -1]], atol=1e-3)
-    for text, message in (("x,z\n1,2\n", "expected x, y"), ("x,y\n1,b\n", "not a number"),
-                          ("x,y\n", "no stem position"),
-                          ("x,y\n1,2\n", "km from the photos"), ("x,y\nnan,2\n", "not numbers")):
+    for text, message in (
+        ("x,z\n1,2\n", "expected x, y"),
+        ("x,y\n1,b\n", "not a number"),
+        ("x,y\n", "no stem position"),
+        ("x,y\n1,2\n", "km from the photos"),
+        ("x,y\nnan,2\n", "not numbers"),
+    ):
         path.write_text(text)
         with pytest.raises(InputError, match=message):
             read_seeds(path, FRAME)

@@ -139,8 +139,15 @@ def test_densify_keeps_the_budget_and_what_is_drawn():
     assert len(densify(p, adam, np.zeros(60), VOLUME, 60, rng)[0]) == 49
 
 
-@pytest.mark.parametrize("change", [{"controller": "backtrack"}, {"controller": "rlgs"}, {"density": "split"},
-                                    {"controller": "rlgs", "density": "split"}])
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"controller": "backtrack"},
+        {"controller": "rlgs"},
+        {"density": "split"},
+        {"controller": "rlgs", "density": "split"},
+    ],
+)
 def test_every_way_fits_a_stem(change):
     views, _ = scene()
     options = GaussianOptions(stems="free", gaussians=200, coarse_epochs=3, fine_epochs=1, threads=1)

@@ -43,11 +43,33 @@ def test_round_trip_is_exact_and_local(tmp_path):
 
 
 def test_another_trainers_file_with_more_colour_bands(tmp_path):
-    names = ["x", "y", "z", "f_dc_0", "f_dc_1", "f_dc_2", "f_rest_0", "f_rest_1", "opacity",
-             "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3"]
+    names = [
+        "x",
+        "y",
+        "z",
+        "f_dc_0",
+        "f_dc_1",
+        "f_dc_2",
+        "f_rest_0",
+        "f_rest_1",
+        "opacity",
+        "scale_0",
+        "scale_1",
+        "scale_2",
+        "rot_0",
+        "rot_1",
+        "rot_2",
+        "rot_3",
+    ]
     rows = np.random.default_rng(0).normal(size=(4, len(names))).astype("<f4")
-    header = ["ply", "format binary_little_endian 1.0", "element vertex 4", *[f"property float {n}" for n in names],
-              "end_header", ""]
+    header = [
+        "ply",
+        "format binary_little_endian 1.0",
+        "element vertex 4",
+        *[f"property float {n}" for n in names],
+        "end_header",
+        "",
+    ]
     (tmp_path / "other.ply").write_bytes("\n".join(header).encode() + rows.tobytes())
     found, frame = read_field(tmp_path / "other.ply")
     assert frame is None and np.all(found.groups == -1)
@@ -55,11 +77,14 @@ def test_another_trainers_file_with_more_colour_bands(tmp_path):
     np.testing.assert_array_equal(found.opacity_logits, rows[:, 8])
 
 
-@pytest.mark.parametrize("damage, message", [
-    (lambda raw: raw[:-50], "truncated"),
-    (lambda raw: b"hello", "not a binary little-endian PLY"),
-    (lambda raw: raw.replace(b"float opacity", b"float opaqueX"), "lacks the vertex properties opacity"),
-])
+@pytest.mark.parametrize(
+    "damage, message",
+    [
+        (lambda raw: raw[:-50], "truncated"),
+        (lambda raw: b"hello", "not a binary little-endian PLY"),
+        (lambda raw: raw.replace(b"float opacity", b"float opaqueX"), "lacks the vertex properties opacity"),
+    ],
+)
 def test_broken_files_are_refused(tmp_path, damage, message):
     path = tmp_path / "field.ply"
     write_field(path, field(), FRAME)
@@ -72,8 +97,11 @@ def test_broken_files_are_refused(tmp_path, damage, message):
 
 def test_fields_refuse_nonsense():
     good = field().packed
-    for column, value, message in ((0, np.nan, "not finite"), (0, 611337.0, "expected a local frame"),
-                                   (slice(3, 7), 0.0, "zero length")):
+    for column, value, message in (
+        (0, np.nan, "not finite"),
+        (0, 611337.0, "expected a local frame"),
+        (slice(3, 7), 0.0, "zero length"),
+    ):
         bad = good.copy()
         bad[3, column] = value
         with pytest.raises(InputError, match=message):

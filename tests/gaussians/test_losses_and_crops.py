@@ -221,8 +221,10 @@ def test_plateau_stops_only_when_nothing_improves():
 
 def test_photos_finer_than_a_stem_needs_are_read_as_coarser_ones():
     fine, coarse = Camera(1000, 700, 9000.0, 9000.0, 500.0, 350.0), Camera(320, 240, 3000.0, 3000.0, 160.0, 120.0)
-    views = [View(name, Path(name), camera, DOWN, DOWN @ [0, 0, -30.0]) for name, camera in
-             (("fine", fine), ("coarse", coarse))]
+    views = [
+        View(name, Path(name), camera, DOWN, DOWN @ [0, 0, -30.0])
+        for name, camera in (("fine", fine), ("coarse", coarse))
+    ]
     picture = RNG.integers(0, 255, (700, 1000, 3)).astype(np.uint8)
     # 30 m away a pixel is 3.3 mm in one and 1 cm in the other.
     averaged, read = averaged_photos(views, [np.zeros(3)], lambda view: picture if view is views[0] else picture[:9])

@@ -94,9 +94,20 @@ def test_gradients_equal_torch():
     t = torch.tensor(p, requires_grad=True)
     q = t[:, 3:7] / t[:, 3:7].norm(dim=1, keepdim=True)
     w, x, y, z = q.unbind(1)
-    turn = torch.stack([1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
-                        2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-                        2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], 1).reshape(-1, 3, 3)
+    turn = torch.stack(
+        [
+            1 - 2 * (y * y + z * z),
+            2 * (x * y - w * z),
+            2 * (x * z + w * y),
+            2 * (x * y + w * z),
+            1 - 2 * (x * x + z * z),
+            2 * (y * z - w * x),
+            2 * (x * z - w * y),
+            2 * (y * z + w * x),
+            1 - 2 * (x * x + y * y),
+        ],
+        1,
+    ).reshape(-1, 3, 3)
     to_camera = torch.tensor(view.rotation)
     centre = t[:, :3] @ to_camera.T + torch.tensor(view.translation)
     axes = to_camera @ turn * torch.exp(t[:, None, 7:10])
@@ -167,8 +178,7 @@ def test_halving_keeps_corners_not_centres():
 
 
 def test_depth_of_a_flat_wall():
-    """An opaque wall square to the axis: expected and median distance are the distance to it, normals face the camera.
-    """
+    """An opaque wall square to the axis: both distances are the distance to it, and normals face the camera."""
     view = CropCamera(20, 20, 100.0, 100.0, 10.0, 10.0, np.eye(3), np.zeros(3))
     x, y = np.meshgrid(np.linspace(-1, 1, 25), np.linspace(-1, 1, 25))
     p = np.zeros((x.size, 14))

@@ -74,12 +74,22 @@ def test_units_change_nothing_in_the_picture(drawn, factor):
 @settings(max_examples=40, deadline=None)
 @given(st.lists(st.floats(-50, 50), min_size=8, max_size=8), st.floats(-3, 3), st.floats(0.05, 5))
 def test_any_stem_shape_covers_finitely(shape, shift, blur):
-    image = {name: np.zeros((30, 40), kind) for name, kind in
-             (("alpha", np.float32), ("edge", np.float32), ("angle", np.int16), ("level", np.int16), ("window", bool))}
-    view = CropCamera(40, 30, 60.0, 60.0, 20.0, 15.0, np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]]),
-                      np.array([0, 1.4, 8.0]))
-    cover(np.array(shape), 1.37, view.rotation, view.centre, view.intrinsics, shift, blur, 0.45, 0.3, 2.9,
-          *image.values())
+    image = {
+        name: np.zeros((30, 40), kind)
+        for name, kind in (
+            ("alpha", np.float32),
+            ("edge", np.float32),
+            ("angle", np.int16),
+            ("level", np.int16),
+            ("window", bool),
+        )
+    }
+    view = CropCamera(
+        40, 30, 60.0, 60.0, 20.0, 15.0, np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]]), np.array([0, 1.4, 8.0])
+    )
+    cover(
+        np.array(shape), 1.37, view.rotation, view.centre, view.intrinsics, shift, blur, 0.45, 0.3, 2.9, *image.values()
+    )
     assert np.isfinite(image["alpha"]).all() and (image["alpha"] >= 0).all() and (image["alpha"] <= 1).all()
     assert (image["angle"] >= 0).all() and (image["angle"] < 24).all() and (image["level"] >= 0).all()
 
@@ -118,15 +128,18 @@ def test_low_quantiles_lie_between_the_smallest_and_the_median():
         right /= np.linalg.norm(right)
         rotation = np.stack([right, np.cross(forward, right), forward])
         views.append(View(str(k), Path("a"), Camera(160, 160, 400, 400, 80, 80), rotation, -rotation @ centre))
-    least, low, middle = (sample_surface(field, views, SampleOptions(samples=10, quantile=q, tau=-0.0)).opacity
-                          for q in (0.0, 0.2, 0.5))
+    least, low, middle = (
+        sample_surface(field, views, SampleOptions(samples=10, quantile=q, tau=-0.0)).opacity for q in (0.0, 0.2, 0.5)
+    )
     assert (least <= low + 1e-6).all() and (low <= middle + 1e-6).all() and (low < middle - 1e-4).any()
 
 
 def test_exports_of_a_wall():
     field = wall()
-    views = [View(str(k), Path("a"), Camera(80, 80, 200, 200, 40, 40), DOWN, -DOWN @ np.array([shift, 0, 8.0]))
-             for k, shift in enumerate((-0.5, 0.0, 0.5))]
+    views = [
+        View(str(k), Path("a"), Camera(80, 80, 200, 200, 40, 40), DOWN, -DOWN @ np.array([shift, 0, 8.0]))
+        for k, shift in enumerate((-0.5, 0.0, 0.5))
+    ]
     points, groups, agree = fuse_depth(field, views, agree_m=0.02)
     assert len(points) > 500 and (groups == 0).all() and agree.min() >= 2 and agree.max() == 3
     assert np.abs(points[:, 2]).max() < 0.02

@@ -36,10 +36,26 @@ def looking_at(turn: float, tilt: float, far: float, target: np.ndarray, size: i
 
 def covered(camera: CropCamera, shape: np.ndarray, blur: float, shift: float = 0.0) -> dict[str, np.ndarray]:
     size = (camera.height, camera.width)
-    out = {"alpha": np.zeros(size, np.float32), "edge": np.zeros(size, np.float32),
-           "angle": np.zeros(size, np.int16), "level": np.zeros(size, np.int16), "window": np.zeros(size, bool)}
-    cover(shape, BH, np.ascontiguousarray(camera.rotation), camera.centre, camera.intrinsics, shift, blur, 0.45, 0.3,
-          2.9, *out.values())
+    out = {
+        "alpha": np.zeros(size, np.float32),
+        "edge": np.zeros(size, np.float32),
+        "angle": np.zeros(size, np.int16),
+        "level": np.zeros(size, np.int16),
+        "window": np.zeros(size, bool),
+    }
+    cover(
+        shape,
+        BH,
+        np.ascontiguousarray(camera.rotation),
+        camera.centre,
+        camera.intrinsics,
+        shift,
+        blur,
+        0.45,
+        0.3,
+        2.9,
+        *out.values(),
+    )
     return out
 
 
@@ -52,7 +68,7 @@ def hits(camera: CropCamera, shape: np.ndarray, fine: int = 4) -> np.ndarray:
     axis = np.column_stack([axis_xy(shape, BH, heights), heights])
     radius = radius_m(shape, BH, heights)
     inside = np.zeros(rays.shape[:2], bool)
-    t = (axis - many.centre)
+    t = axis - many.centre
     for point, r in zip(t, radius, strict=True):  # horizontal discs
         along = point[2] / rays[..., 2]
         away = np.hypot(rays[..., 0] * along - point[0], rays[..., 1] * along - point[1])
@@ -69,8 +85,10 @@ def test_silhouette_is_that_of_the_solid(turn, tilt):
     wide = [np.where(window, image, 0).sum() for image in (got["alpha"], true)]
     # A quarter of a percent of the width is 0.03 px a side: half a pixel's slip would be 8 %.
     assert wide[0] == pytest.approx(wide[1], rel=0.01)
-    middle = [(np.where(window, image, 0) * np.arange(110)).sum() / value
-              for image, value in zip((got["alpha"], true), wide, strict=True)]
+    middle = [
+        (np.where(window, image, 0) * np.arange(110)).sum() / value
+        for image, value in zip((got["alpha"], true), wide, strict=True)
+    ]
     assert middle[0] == pytest.approx(middle[1], abs=0.03)
 
 
@@ -85,12 +103,15 @@ def test_shift_moves_the_stem_by_that_many_pixels():
 
 @cache
 def _silhouettes(shape: tuple, views: int) -> list[np.ndarray]:
-    return [hits(looking_at(2 * np.pi * k / views, 0.9, 60.0, np.array([0, 0, 1.4]), 150, 2200.0), np.array(shape), 3)
-            for k in range(views)]
+    return [
+        hits(looking_at(2 * np.pi * k / views, 0.9, 60.0, np.array([0, 0, 1.4]), 150, 2200.0), np.array(shape), 3)
+        for k in range(views)
+    ]
 
 
-def painted(shape: np.ndarray, views: int = 14, seed: int = 0, noise: float = 0.02) -> tuple[list[Crop], GroundPlane,
-                                                                                         dict[int, np.ndarray]]:
+def painted(
+    shape: np.ndarray, views: int = 14, seed: int = 0, noise: float = 0.02
+) -> tuple[list[Crop], GroundPlane, dict[int, np.ndarray]]:
     """Crops of a stem over speckled ground, the stem drawn by the twin."""
     rng = np.random.default_rng(seed)
     plane = GroundPlane(0, 0, 0, 6.0, 0.08)
@@ -124,9 +145,31 @@ def test_gradient_points_to_the_true_shape():
         compare(sights, colour, settings)
         for v, s in enumerate(sights):
             h = np.zeros((9, 9))
-            normal_equations(wrong, BH, s.rotation, s.centre, s.intrinsics, 0.0, 0.4, s.alpha, s.edge, s.angle, s.level,
-                             s.window, colour[v], s.behind, s.through, s.gain, s.crop.image, s.shown, s.weight, s.clear,
-                             0.0, h, total)
+            normal_equations(
+                wrong,
+                BH,
+                s.rotation,
+                s.centre,
+                s.intrinsics,
+                0.0,
+                0.4,
+                s.alpha,
+                s.edge,
+                s.angle,
+                s.level,
+                s.window,
+                colour[v],
+                s.behind,
+                s.through,
+                s.gain,
+                s.crop.image,
+                s.shown,
+                s.weight,
+                s.clear,
+                0.0,
+                h,
+                total,
+            )
         assert total[at] < 0  # too large by ``step``: the right-hand side pulls back
 
 
@@ -226,8 +269,9 @@ def test_a_stem_in_photos_is_found_and_reported():
     """Photos drawn by splats of 3 cm about 13 cm radius: soft edges half a radius out, the place is what counts."""
     views, photos = scene()
     options = GaussianOptions(stem_gaussians=30, stem_epochs=1, threads=1)
-    field, report = fit_with_report(views, FRAME, ground, np.array([STEM + [0.08, -0.06]]), None, options, None,
-                                    lambda view: photos[view.name])
+    field, report = fit_with_report(
+        views, FRAME, ground, np.array([STEM + [0.08, -0.06]]), None, options, None, lambda view: photos[view.name]
+    )
     stem = report.primitives[0]
     assert np.linalg.norm(stem.origin[:2] + stem.primitive.shape[:2] - STEM) < 0.01
     assert report.stems[0]["dbh_cm"] == round(stem.primitive.dbh_cm, 2) and report.stems[0]["held_out"]["psnr_db"] > 20
@@ -238,8 +282,9 @@ def test_one_view_is_doubted():
     views, photos = scene()
     options = GaussianOptions(stem_gaussians=0, stem_epochs=0, threads=1)
     try:
-        _, report = fit_with_report(views[:1], FRAME, ground, STEM[None], None, options, None,
-                                    lambda view: photos[view.name])
+        _, report = fit_with_report(
+            views[:1], FRAME, ground, STEM[None], None, options, None, lambda view: photos[view.name]
+        )
     except InputError:
         return
     assert report.primitives[0].primitive.doubts[0]

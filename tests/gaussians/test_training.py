@@ -50,8 +50,11 @@ def test_a_stem_is_found_where_it_stands_and_the_ground_stays_clear():
     assert np.linalg.norm(axis - STEM) < 0.06
     view = views[3]
     camera = view.camera
-    seen = render(field.packed, CropCamera(260, 260, camera.fx, camera.fy, camera.cx, camera.cy, view.rotation,
-                                           view.translation), full=False)
+    seen = render(
+        field.packed,
+        CropCamera(260, 260, camera.fx, camera.fy, camera.cx, camera.cy, view.rotation, view.translation),
+        full=False,
+    )
     pixels, _ = view.project(np.array([[*STEM, GROUND + 1.4]]))
     u, v = pixels[0].astype(int)
     beside = int(2200 * 0.38 / 60)

@@ -35,8 +35,15 @@ def ring_of_views(count: int) -> list[View]:
         right = np.cross(forward, [0, 0, 1.0])
         right /= np.linalg.norm(right)
         rotation = np.stack([right, np.cross(forward, right), forward])
-        found.append(View("x", Path("x"), Camera(300, 300, 2000, 2000, 150, 150), rotation,
-                          -rotation @ (np.array([0, 0, 1.4]) - 40 * forward)))
+        found.append(
+            View(
+                "x",
+                Path("x"),
+                Camera(300, 300, 2000, 2000, 150, 150),
+                rotation,
+                -rotation @ (np.array([0, 0, 1.4]) - 40 * forward),
+            )
+        )
     return found
 
 
@@ -107,17 +114,17 @@ def test_the_bark_of_a_field_is_found_in_its_volume():
     crs = pyproj.CRS.from_epsg(6344)
     dtm = Dtm(np.zeros((20, 20)), Affine(0.5, 0, -5.0, 0, -0.5, 5.0), crs)
     cloud = PointCloud(points.xyz, crs, {"opacity": points.opacity, "even": np.ones(len(points), np.uint8)})
-    tree, = measure_stems(cloud, points.groups + 1, dtm, MeasureOptions(weights="opacity", source="splat"))
+    (tree,) = measure_stems(cloud, points.groups + 1, dtm, MeasureOptions(weights="opacity", source="splat"))
     assert tree.dbh_cm == pytest.approx(found.dbh_cm, abs=0.3)
     assert tree.qc_flag == "check" and tree.dbh_se_cm >= 2
     # Without --weights opacity too; other methods would count points that say nothing by their place.
-    tree, = measure_stems(cloud, points.groups + 1, dtm, MeasureOptions(source="splat"))
+    (tree,) = measure_stems(cloud, points.groups + 1, dtm, MeasureOptions(source="splat"))
     assert tree.dbh_cm == pytest.approx(found.dbh_cm, abs=0.3)
     with pytest.raises(InputError, match="spread evenly"):
         measure_stems(cloud, points.groups + 1, dtm, MeasureOptions(method="paper", weights="opacity"))
     # Opacity that has nothing to do with any stem is refused, not read.
     noise = cloud.with_attribute("opacity", np.random.default_rng(1).random(len(points)).astype(np.float32))
-    tree, = measure_stems(noise, points.groups + 1, dtm, MeasureOptions(source="splat"))
+    (tree,) = measure_stems(noise, points.groups + 1, dtm, MeasureOptions(source="splat"))
     assert tree.dbh_cm is None and tree.qc_flag == "reject" and tree.qc_reason == "occluded"
 
 

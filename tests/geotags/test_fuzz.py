@@ -35,7 +35,7 @@ def damage(text: str, rng: np.random.Generator) -> str:
         b = min(b, a + 40)
         match rng.integers(0, 6):
             case 0:
-                text = text[:a] + chr(int(rng.integers(1, 256))) + text[a + 1:]
+                text = text[:a] + chr(int(rng.integers(1, 256))) + text[a + 1 :]
             case 1:
                 text = text[:a] + text[b:]
             case 2:
@@ -53,15 +53,19 @@ def damage(text: str, rng: np.random.Generator) -> str:
 MRK = "".join(
     f"{k}\t{267313.99 + 2 * k:.6f}\t[2164]\t    17,N\t   -10,E\t   "
     f"193,V\t35.93{k:06d},Lat\t139.97336529,Lon\t84.704,Ellh\t"
-    "1.021122, 1.216043, 2.734893\t16,Q\n" for k in range(1, 9))
+    "1.021122, 1.216043, 2.734893\t16,Q\n"
+    for k in range(1, 9)
+)
 POS = (
     "% ref pos   :   35.1  139.9  80.0\n"
     "%  GPST         latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   sdu(m)\n"
 ) + "".join(
     f"2026/03/12 15:15:{k:02d}.200   33.59984{k:04d}  -91.800149874   108.28{k:02d}   1  16   0.011 0.010 0.027\n"
-    for k in range(12))
+    for k in range(12)
+)
 TABLE = "name,lat,lon,h,sd_e,sd_n,sd_u\n" + "".join(
-    f"p{k}.jpg,33.6{k:04d},-91.8,10{k}.5,0.01,0.01,0.02\n" for k in range(9))
+    f"p{k}.jpg,33.6{k:04d},-91.8,10{k}.5,0.01,0.01,0.02\n" for k in range(9)
+)
 
 
 def test_damaged_mrk(scratch):
@@ -130,10 +134,21 @@ def test_bytes_of_any_kind(scratch):
 @settings(max_examples=60)
 @given(
     st.lists(
-        st.tuples(st.floats(0, 604799), st.floats(-90, 90), st.floats(-180, 180), st.floats(-400, 9000),
-                  st.integers(-2000, 2000), st.integers(-2000, 2000), st.integers(-2000, 2000)),
-        min_size=1, max_size=5),
-    st.integers(2100, 2600), st.permutations(["N", "E", "V", "Lat", "Lon", "Ellh", "Q"]))
+        st.tuples(
+            st.floats(0, 604799),
+            st.floats(-90, 90),
+            st.floats(-180, 180),
+            st.floats(-400, 9000),
+            st.integers(-2000, 2000),
+            st.integers(-2000, 2000),
+            st.integers(-2000, 2000),
+        ),
+        min_size=1,
+        max_size=5,
+    ),
+    st.integers(2100, 2600),
+    st.permutations(["N", "E", "V", "Lat", "Lon", "Ellh", "Q"]),
+)
 def test_mrk_written_is_mrk_read(scratch, rows, week, order):
     """Any values, any order of the columns."""
     text = ""
@@ -159,13 +174,17 @@ def test_real_files_without_loss():
     marks = read_mrk(mrk)
     lines = [line for line in mrk.read_text().splitlines() if line.strip()]
     assert len(lines) == len(marks.index)
-    for line, lat, lon, h, sd, tow in zip(lines, marks.lat_deg, marks.lon_deg, marks.height_m, marks.sd,
-                                          marks.gps_s % 604800, strict=True):
+    for line, lat, lon, h, sd, tow in zip(
+        lines, marks.lat_deg, marks.lon_deg, marks.height_m, marks.sd, marks.gps_s % 604800, strict=True
+    ):
         fields = dict(reversed(part.split(",")) for part in re.findall(r"[-\d.]+,(?:Lat|Lon|Ellh)", line))
         assert (lat, lon, h) == (float(fields["Lat"]), float(fields["Lon"]), float(fields["Ellh"]))
         assert tow == pytest.approx(float(line.split()[1]), abs=1e-6) and (sd > 0).all()
-    sources = sorted(needs_shared("ppk_pos_samples").glob("*.pos")) + sorted(
-        needs_shared("ppk_matrtklib").rglob("*.pos")) + [needs_shared("plot_a") / "plot_a_ppk.pos"]
+    sources = (
+        sorted(needs_shared("ppk_pos_samples").glob("*.pos"))
+        + sorted(needs_shared("ppk_matrtklib").rglob("*.pos"))
+        + [needs_shared("plot_a") / "plot_a_ppk.pos"]
+    )
     seen = 0
     for path in sources:
         if "Invalid" in path.name:

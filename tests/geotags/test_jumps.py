@@ -100,8 +100,12 @@ def test_a_step_behind_a_gap_is_seen_by_the_photos(tmp_path: Path) -> None:
     flight, pos = _flight(tmp_path, exif_error=np.tile([2.0, 1.0, 0.0], (40, 1)))
     move_epochs(pos, flight.utc[33] - 0.9, flight.utc[-1] + 99, (0.0, 0.0, 30.0))
     rows = [line for line in pos.read_text().splitlines()]
-    gone = [k for k, line in enumerate(rows) if not line.startswith("%")
-            and abs(float(line.split()[1]) - float(rows[4].split()[1]) - (flight.utc[33] - flight.utc[0] + 5)) < 5.0]
+    gone = [
+        k
+        for k, line in enumerate(rows)
+        if not line.startswith("%")
+        and abs(float(line.split()[1]) - float(rows[4].split()[1]) - (flight.utc[33] - flight.utc[0] + 5)) < 5.0
+    ]
     pos.write_text("\n".join(line for k, line in enumerate(rows) if k not in set(gone)) + "\n")
     warnings: list[str] = []
     stations = _read(tmp_path, warnings)
@@ -122,8 +126,10 @@ def test_a_whole_solution_elsewhere(tmp_path: Path) -> None:
 
 def test_a_table_in_another_height(tmp_path: Path) -> None:
     flight, _ = _flight(tmp_path)
-    rows = "".join(f"DJI_{i + 1:04d}.JPG,{x:.3f},{y:.3f},{z + 160:.3f},0.02,0.02,0.03\n"
-                   for i, (x, y, z) in enumerate(flight.camera))
+    rows = "".join(
+        f"DJI_{i + 1:04d}.JPG,{x:.3f},{y:.3f},{z + 160:.3f},0.02,0.02,0.03\n"
+        for i, (x, y, z) in enumerate(flight.camera)
+    )
     (tmp_path / "places.csv").write_text("name,x,y,z,sd_e,sd_n,sd_u\n" + rows)
     warnings: list[str] = []
     _read(tmp_path, warnings, tmp_path / "places.csv")

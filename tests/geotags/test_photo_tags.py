@@ -46,33 +46,92 @@ def _photo(path: Path, *tags: str, size: tuple[int, int] = (4000, 3000)) -> Path
     ("tags", "size", "source", "focal"),
     [
         # 1/2.3 inch sensor of 6.17 mm: 648.3 px/mm
-        (("-FocalLength=4.31", "-FocalPlaneXResolution=648.298", "-FocalPlaneResolutionUnit=mm"), (4000, 3000), "plane",
-         2794.2),
-        (("-FocalLength=4.31", "-FocalPlaneXResolution=16466.77", "-FocalPlaneResolutionUnit=inches"), (4000, 3000),
-         "plane", 2794.2),
-        (("-FocalLength=4.31", "-FocalPlaneXResolution=6482.98", "-FocalPlaneResolutionUnit=cm"), (4000, 3000), "plane",
-         2794.2),
+        (
+            ("-FocalLength=4.31", "-FocalPlaneXResolution=648.298", "-FocalPlaneResolutionUnit=mm"),
+            (4000, 3000),
+            "plane",
+            2794.2,
+        ),
+        (
+            ("-FocalLength=4.31", "-FocalPlaneXResolution=16466.77", "-FocalPlaneResolutionUnit=inches"),
+            (4000, 3000),
+            "plane",
+            2794.2,
+        ),
+        (
+            ("-FocalLength=4.31", "-FocalPlaneXResolution=6482.98", "-FocalPlaneResolutionUnit=cm"),
+            (4000, 3000),
+            "plane",
+            2794.2,
+        ),
         # the unit is written wrong: no sensor is 0.24 mm or 157 mm wide
-        (("-FocalLength=4.31", "-FocalPlaneXResolution=648.298", "-FocalPlaneResolutionUnit=inches"), (4000, 3000),
-         "plane", 2794.2),
+        (
+            ("-FocalLength=4.31", "-FocalPlaneXResolution=648.298", "-FocalPlaneResolutionUnit=inches"),
+            (4000, 3000),
+            "plane",
+            2794.2,
+        ),
         # reduced to half after the photo was taken
-        (("-FocalLength=4.31", "-FocalPlaneXResolution=648.298", "-FocalPlaneResolutionUnit=mm", "-ExifImageWidth=4000",
-          "-ExifImageHeight=3000"), (2000, 1500), "plane", 1397.1),
+        (
+            (
+                "-FocalLength=4.31",
+                "-FocalPlaneXResolution=648.298",
+                "-FocalPlaneResolutionUnit=mm",
+                "-ExifImageWidth=4000",
+                "-ExifImageHeight=3000",
+            ),
+            (2000, 1500),
+            "plane",
+            1397.1,
+        ),
         # both: the 35 mm equivalent goes first, as it did
-        (("-FocalLength=4.31", "-FocalPlaneXResolution=648.298", "-FocalPlaneResolutionUnit=mm",
-          "-FocalLengthIn35mmFormat=25"), (4000, 3000), "exif35", 2889.0),
-        (("-XMP-Camera:PerspectiveFocalLength=4.5", "-FocalPlaneXResolution=648.298", "-FocalPlaneResolutionUnit=mm"),
-         (4000, 3000), "pix4d", 2917.3),
-        (("-XMP-Camera:PerspectiveFocalLength=4.5", "-XMP-Camera:PrincipalPoint=3.08,2.31"), (4000, 3000), "pix4d",
-         2922.1),
+        (
+            (
+                "-FocalLength=4.31",
+                "-FocalPlaneXResolution=648.298",
+                "-FocalPlaneResolutionUnit=mm",
+                "-FocalLengthIn35mmFormat=25",
+            ),
+            (4000, 3000),
+            "exif35",
+            2889.0,
+        ),
+        (
+            (
+                "-XMP-Camera:PerspectiveFocalLength=4.5",
+                "-FocalPlaneXResolution=648.298",
+                "-FocalPlaneResolutionUnit=mm",
+            ),
+            (4000, 3000),
+            "pix4d",
+            2917.3,
+        ),
+        (
+            ("-XMP-Camera:PerspectiveFocalLength=4.5", "-XMP-Camera:PrincipalPoint=3.08,2.31"),
+            (4000, 3000),
+            "pix4d",
+            2922.1,
+        ),
         (("-XMP-Camera:PerspectiveFocalLength=8.6", "-Model=FC6310"), (4000, 3000), "pix4d", 2606.1),
-        (("-XMP-Camera:PerspectiveFocalLength=4.2", "-FocalLength=4.31", "-FocalLengthIn35mmFormat=25"), (4000, 3000),
-         "pix4d", 2815.3),
+        (
+            ("-XMP-Camera:PerspectiveFocalLength=4.2", "-FocalLength=4.31", "-FocalLengthIn35mmFormat=25"),
+            (4000, 3000),
+            "pix4d",
+            2815.3,
+        ),
         # metres for millimetres: contradicts the 35 mm equivalent
-        (("-XMP-Camera:PerspectiveFocalLength=0.0042", "-FocalLength=4.31", "-FocalLengthIn35mmFormat=25"),
-         (4000, 3000), "exif35", 2889.0),
-        (("-FocalLength=8.8", "-Model=FC6310", "-FocalPlaneXResolution=100", "-FocalPlaneResolutionUnit=mm"),
-         (4000, 3000), "sensor", 2666.7),
+        (
+            ("-XMP-Camera:PerspectiveFocalLength=0.0042", "-FocalLength=4.31", "-FocalLengthIn35mmFormat=25"),
+            (4000, 3000),
+            "exif35",
+            2889.0,
+        ),
+        (
+            ("-FocalLength=8.8", "-Model=FC6310", "-FocalPlaneXResolution=100", "-FocalPlaneResolutionUnit=mm"),
+            (4000, 3000),
+            "sensor",
+            2666.7,
+        ),
     ],
 )
 def test_focal_length_of_other_makers(tmp_path: Path, tags, size, source: str, focal: float) -> None:
@@ -91,8 +150,17 @@ def test_an_unknown_focal_length_says_what_is_missing(tmp_path: Path) -> None:
 
 def test_the_dry_run_asks_for_the_focal_length(tmp_path: Path, capsys) -> None:
     write_photos(Flight(lines(12), model="", details={37386: 8.8}), tmp_path / "photos")
-    words = ["photos-to-dbh", "--photos", tmp_path / "photos", "--crs", CRS, "--workspace", tmp_path / "work",
-             "--output", tmp_path / "trees.gpkg"]
+    words = [
+        "photos-to-dbh",
+        "--photos",
+        tmp_path / "photos",
+        "--crs",
+        CRS,
+        "--workspace",
+        tmp_path / "work",
+        "--output",
+        tmp_path / "trees.gpkg",
+    ]
     for more in (["--dry-run"], []):
         assert main([str(word) for word in [*words, *more]]) == 2
         assert "8.8 mm and nothing about the sensor's size" in capsys.readouterr().err
@@ -101,14 +169,25 @@ def test_the_dry_run_asks_for_the_focal_length(tmp_path: Path, capsys) -> None:
 @pytest.mark.parametrize(
     ("yaw", "pitch", "roll", "same_as"),
     [
-        (0, 0, 0, (0, -90, 0)), (90, 0, 0, (90, -90, 0)), (30, 90, 0, (30, 0, 0)), (200, 35, 0, (200, -55, 0)),
+        (0, 0, 0, (0, -90, 0)),
+        (90, 0, 0, (90, -90, 0)),
+        (30, 90, 0, (30, 0, 0)),
+        (200, 35, 0, (200, -55, 0)),
         # a nadir camera banked by 10 degrees to the right looks to the left, the top of the photo ahead
-        (0, 0, 10, (-90, -80, 90)), (0, -45, 0, (180, -45, 180)),
+        (0, 0, 10, (-90, -80, 90)),
+        (0, -45, 0, (180, -45, 180)),
     ],
 )
 def test_pix4d_angles(tmp_path: Path, yaw: float, pitch: float, roll: float, same_as: tuple) -> None:
-    photo = read_photo(_photo(tmp_path / "a.jpg", f"-XMP-Camera:Yaw={yaw}", f"-XMP-Camera:Pitch={pitch}",
-                              f"-XMP-Camera:Roll={roll}", size=(200, 150)))
+    photo = read_photo(
+        _photo(
+            tmp_path / "a.jpg",
+            f"-XMP-Camera:Yaw={yaw}",
+            f"-XMP-Camera:Pitch={pitch}",
+            f"-XMP-Camera:Roll={roll}",
+            size=(200, 150),
+        )
+    )
     found = rotation_from_gimbal(photo.yaw_deg, photo.pitch_deg, photo.roll_deg)
     np.testing.assert_allclose(found, rotation_from_gimbal(*same_as), atol=1e-6)
     axes = found.T  # columns: right and down of the photo, and where it looks; east, north, up
@@ -120,16 +199,29 @@ def test_pix4d_angles(tmp_path: Path, yaw: float, pitch: float, roll: float, sam
 
 
 def test_gimbal_angles_go_before_pix4d_s_and_a_set_is_read_in_one_way(tmp_path: Path) -> None:
-    photo = read_photo(_photo(tmp_path / "a.jpg", "-XMP-Camera:Yaw=10", "-XMP-Camera:Pitch=5",
-                              "-XMP-drone-dji:GimbalYawDegree=77", "-XMP-drone-dji:GimbalPitchDegree=-60",
-                              "-XMP-drone-dji:GimbalRollDegree=0", size=(200, 150)))
+    photo = read_photo(
+        _photo(
+            tmp_path / "a.jpg",
+            "-XMP-Camera:Yaw=10",
+            "-XMP-Camera:Pitch=5",
+            "-XMP-drone-dji:GimbalYawDegree=77",
+            "-XMP-drone-dji:GimbalPitchDegree=-60",
+            "-XMP-drone-dji:GimbalRollDegree=0",
+            size=(200, 150),
+        )
+    )
     assert (photo.yaw_deg, photo.pitch_deg) == (77, -60)
     # -90 is straight down in DJI's way only, and then -45 is meant so too
     folder = tmp_path / "set"
     folder.mkdir()
     for number, pitch in enumerate((-90, -45, -45)):
-        _photo(folder / f"{number}.jpg", "-XMP-Camera:Yaw=20", f"-XMP-Camera:Pitch={pitch}", f"-ISO={100 + number}",
-               size=(200, 150))
+        _photo(
+            folder / f"{number}.jpg",
+            "-XMP-Camera:Yaw=20",
+            f"-XMP-Camera:Pitch={pitch}",
+            f"-ISO={100 + number}",
+            size=(200, 150),
+        )
     assert [photo.pitch_deg for photo in read_photos(folder)] == [-90, -45, -45]
     assert read_photo(folder / "1.jpg").yaw_deg == pytest.approx(-160)
 
@@ -177,8 +269,16 @@ def test_an_edited_export_of_the_same_exposure_is_a_copy_a_second_camera_is_not(
 
 
 def _raster(path: Path, bands: np.ndarray) -> None:
-    with rasterio.open(path, "w", driver="GTiff", width=bands.shape[2], height=bands.shape[1], count=len(bands),
-                       dtype=bands.dtype, photometric="RGB" if len(bands) == 3 else "MINISBLACK") as target:
+    with rasterio.open(
+        path,
+        "w",
+        driver="GTiff",
+        width=bands.shape[2],
+        height=bands.shape[1],
+        count=len(bands),
+        dtype=bands.dtype,
+        photometric="RGB" if len(bands) == 3 else "MINISBLACK",
+    ) as target:
         target.write(bands)
 
 

@@ -29,8 +29,9 @@ def placed(simulated_plot):
 
 
 def _table(path: Path, stations, xyz: np.ndarray) -> Path:
-    rows = [f"{Path(name).name},{x!r},{y!r},{z!r}"
-            for name, (x, y, z) in zip(stations.names, xyz.tolist(), strict=True)]
+    rows = [
+        f"{Path(name).name},{x!r},{y!r},{z!r}" for name, (x, y, z) in zip(stations.names, xyz.tolist(), strict=True)
+    ]
     path.write_text("\n".join(["name,x,y,z", *rows]) + "\n")
     return path
 
@@ -40,9 +41,12 @@ def test_a_stretching_project_crs_is_refused_by_every_verb(crs, simulated_plot, 
     """Before: EPSG:3857 gave trees 22 % too thick, ``ok``."""
     photos = ["--photos", str(simulated_plot / "images"), "--geotags", str(simulated_plot), "--crs", crs]
     work, out = str(tmp_path / "out_work"), str(tmp_path / "out.gpkg")
-    for words in (["photos-to-dbh", "--workspace", work, "--output", out, "--dry-run", "true"],
-                  ["photos-to-dbh", "--workspace", work, "--output", out],
-                  ["reconstruct", "--workspace", work], ["geotag", "--output", out]):
+    for words in (
+        ["photos-to-dbh", "--workspace", work, "--output", out, "--dry-run", "true"],
+        ["photos-to-dbh", "--workspace", work, "--output", out],
+        ["reconstruct", "--workspace", work],
+        ["geotag", "--output", out],
+    ):
         assert main([words[0], *photos, *words[1:], "--log-format", "plain"]) == 2
         told = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
         assert len(told) == 1 and told[0].startswith("error: --crs: ")
@@ -94,14 +98,18 @@ def test_a_table_in_the_zone_beside_is_named(placed, simulated_plot, tmp_path):
 
 def test_geo_txt_whose_positions_cannot_lie_in_its_own_crs(placed, simulated_plot, tmp_path):
     geo = tmp_path / "geo.txt"
-    lines = [f"{Path(name).name} {x - 611_000:.3f} {y - 3_718_000:.3f} {z:.3f}"
-             for name, (x, y, z) in zip(placed.names, placed.xyz.tolist(), strict=True)]
+    lines = [
+        f"{Path(name).name} {x - 611_000:.3f} {y - 3_718_000:.3f} {z:.3f}"
+        for name, (x, y, z) in zip(placed.names, placed.xyz.tolist(), strict=True)
+    ]
     geo.write_text("\n".join(["EPSG:32615", *lines]) + "\n")
     with pytest.raises(CRSError, match=r"geo\.txt, line 2: .*local metres"):
         read_stations(simulated_plot / "images", geo, "EPSG:6344", check_photos=False)
     to_web = pyproj.Transformer.from_crs("EPSG:6344", "EPSG:3857", always_xy=True)
-    lines = [f"{Path(name).name} {to_web.transform(x, y)[0]:.4f} {to_web.transform(x, y)[1]:.4f} {z:.3f}"
-             for name, (x, y, z) in zip(placed.names, placed.xyz.tolist(), strict=True)]
+    lines = [
+        f"{Path(name).name} {to_web.transform(x, y)[0]:.4f} {to_web.transform(x, y)[1]:.4f} {z:.3f}"
+        for name, (x, y, z) in zip(placed.names, placed.xyz.tolist(), strict=True)
+    ]
     geo.write_text("\n".join(["EPSG:3857", *lines]) + "\n")
     found = read_stations(simulated_plot / "images", geo, "EPSG:32615", check_photos=False)
     assert np.abs(found.xyz - placed.xyz)[:, :2].max() < 3, "positions may come on any map: they are turned into --crs"

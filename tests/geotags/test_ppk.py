@@ -95,14 +95,47 @@ def test_rinex_refusals(rinex: Path, tmp_path: Path, names, base, position, says
 
 def test_every_layout_that_rtklib_writes_means_the_same(rinex: Path, tmp_path: Path) -> None:
     """lat/lon/height in degrees and d'm's, ECEF and baselines; week + seconds, dates, UTC; other separators."""
-    command = ["rnx2rtkp", "-p", "2", "-m", "15", "-f", "2", "-te", "2024/6/24", "8:21:00", "-l", "35.134707705",
-               "136.977577939", "104.85"]
+    command = [
+        "rnx2rtkp",
+        "-p",
+        "2",
+        "-m",
+        "15",
+        "-f",
+        "2",
+        "-te",
+        "2024/6/24",
+        "8:21:00",
+        "-l",
+        "35.134707705",
+        "136.977577939",
+        "104.85",
+    ]
     tracks = {}
-    for name, options in {"plain": [], "dms": ["-g"], "ecef": ["-e"], "enu": ["-a"], "date": ["-t"],
-                          "utc": ["-u", "-t"], "comma": ["-s", ","], "semicolon": ["-s", ";", "-t"]}.items():
+    for name, options in {
+        "plain": [],
+        "dms": ["-g"],
+        "ecef": ["-e"],
+        "enu": ["-a"],
+        "date": ["-t"],
+        "utc": ["-u", "-t"],
+        "comma": ["-s", ","],
+        "semicolon": ["-s", ";", "-t"],
+    }.items():
         out = tmp_path / f"{name}.pos"
-        subprocess.run([*command, *options, "-o", str(out), str(rinex / "rover.obs"), str(rinex / "base.obs"),
-                        str(rinex / "base.nav")], check=True, capture_output=True)
+        subprocess.run(
+            [
+                *command,
+                *options,
+                "-o",
+                str(out),
+                str(rinex / "rover.obs"),
+                str(rinex / "base.obs"),
+                str(rinex / "base.nav"),
+            ],
+            check=True,
+            capture_output=True,
+        )
         tracks[name] = read_pos(out)
     first = tracks["plain"]
     assert len(first.gps_s) == 61
@@ -119,7 +152,8 @@ def test_every_layout_that_rtklib_writes_means_the_same(rinex: Path, tmp_path: P
 def _pos(path: Path, header: str, rows: str = "") -> Path:
     rows = rows or (
         "2026/03/12 15:15:14.200   33.599840069  -91.800149874   108.2814   1  16   0.0110   0.0105   0.0270\n"
-        "2026/03/12 15:15:14.400   33.599844264  -91.800148401   108.2887   1  14   0.0110   0.0105   0.0270\n")
+        "2026/03/12 15:15:14.400   33.599844264  -91.800148401   108.2887   1  14   0.0110   0.0105   0.0270\n"
+    )
     columns = "%  GPST  latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   sdu(m)\n"
     path.write_text(header + columns + rows)
     return path
@@ -128,8 +162,9 @@ def _pos(path: Path, header: str, rows: str = "") -> Path:
 def test_geodetic_heights_and_lonely_baselines_are_refused(tmp_path: Path) -> None:
     with pytest.raises(GeotagError, match="ellipsoidal"):
         read_pos(_pos(tmp_path / "a.pos", "% (lat/lon/height=WGS84/geodetic,Q=1:fix,2:float)\n"))
-    (tmp_path / "b.pos").write_text("%  GPST  e-baseline(m)  n-baseline(m)  u-baseline(m)   Q  ns\n2026/03/12 15:15:14 "
-                                    "1 2 3 1 9\n")
+    (tmp_path / "b.pos").write_text(
+        "%  GPST  e-baseline(m)  n-baseline(m)  u-baseline(m)   Q  ns\n2026/03/12 15:15:14 1 2 3 1 9\n"
+    )
     with pytest.raises(GeotagError, match="ref pos"):
         read_pos(tmp_path / "b.pos")
 
@@ -158,8 +193,9 @@ def test_a_frame_other_than_the_project_s_is_refused_or_transformed(tmp_path: Pa
 def test_wgs84_as_a_label_is_told(tmp_path: Path) -> None:
     folder = needs_shared("plot_a")
     listening = Listening()
-    read_stations(folder / "images", _as_frame(folder, tmp_path, "WGS84"), "EPSG:6344", check_photos=False,
-                  reporter=listening)
+    read_stations(
+        folder / "images", _as_frame(folder, tmp_path, "WGS84"), "EPSG:6344", check_photos=False, reporter=listening
+    )
     assert len(listening.warnings) == 1 and "m off" in listening.warnings[0]
     with pytest.raises(CRSError, match="2 m only"):
         read_stations(folder / "images", tmp_path, "EPSG:6344", check_photos=False, frame="EPSG:4979")

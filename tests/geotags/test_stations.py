@@ -193,9 +193,11 @@ def test_events_file_of_rtklib(tmp_path: Path) -> None:
     gps = utc_to_gps(whole.utc)
     rows = "".join(
         f"{int(g // 604800)} {g % 604800:.4f} {la:.9f} {lo:.9f} {z:.4f} 1 16 0.011 0.010 0.027\n"
-        for g, la, lo, z in zip(gps, lat, lon, whole.xyz[:, 2], strict=True))
-    (tmp_path / "f_events.pos").write_text("% ref frame : NAD83(2011)\n%  GPST latitude(deg) longitude(deg) height(m)  "
-                                           "Q  ns sdn(m) sde(m) sdu(m)\n" + rows)
+        for g, la, lo, z in zip(gps, lat, lon, whole.xyz[:, 2], strict=True)
+    )
+    (tmp_path / "f_events.pos").write_text(
+        "% ref frame : NAD83(2011)\n%  GPST latitude(deg) longitude(deg) height(m)  Q  ns sdn(m) sde(m) sdu(m)\n" + rows
+    )
     listening = Listening()
     found = read_stations(folder / "images", tmp_path, "EPSG:6344", check_photos=False, reporter=listening)
     np.testing.assert_allclose(found.xyz, whole.xyz, atol=2e-3)

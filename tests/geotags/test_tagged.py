@@ -29,8 +29,17 @@ def test_copies_carry_the_corrected_position(tmp_path: Path) -> None:
         shutil.copy(path, photos / ("sub" if number > 4 else ".") / path.name)
     before = {p: hashlib.sha256(p.read_bytes()).hexdigest() for p in photos.rglob("*.JPG")}
     target = tmp_path / "tagged photos ü"
-    result = run(GeotagSettings(photos=photos, geotags=folder, crs="EPSG:6344", output=tmp_path / "s.gpkg",
-                                tagged_photos=target, check_photos=False), Reporter())
+    result = run(
+        GeotagSettings(
+            photos=photos,
+            geotags=folder,
+            crs="EPSG:6344",
+            output=tmp_path / "s.gpkg",
+            tagged_photos=target,
+            check_photos=False,
+        ),
+        Reporter(),
+    )
     assert result["n_tagged"] == 8
     assert {p: hashlib.sha256(p.read_bytes()).hexdigest() for p in photos.rglob("*.JPG")} == before
     wanted = read_stations(photos, folder, "EPSG:6344", check_photos=False)
@@ -61,6 +70,7 @@ def test_no_configuration_of_the_current_folder_is_executed(tmp_path: Path, word
         pytest.skip("ExifTool is not installed")
     (tmp_path / ".ExifTool_config").write_text("open(my $f, '>', 'executed'); 1;")
     nowhere = {"PATH": os.environ["PATH"]}
-    subprocess.run(["exiftool", *words], input="-ver\n-execute\n", text=True, cwd=tmp_path, env=nowhere,
-                   capture_output=True)
+    subprocess.run(
+        ["exiftool", *words], input="-ver\n-execute\n", text=True, cwd=tmp_path, env=nowhere, capture_output=True
+    )
     assert (tmp_path / "executed").exists() == executed

@@ -130,8 +130,14 @@ def test_any_text_is_parsed_or_told(tmp_path_factory, text):
 @pytest.mark.parametrize(
     ("lon", "lat", "year", "expected"),
     # Test values that NOAA publishes with WMM2025 and WMM2020 (height 0 km).
-    [(0, 80, 2025, 1.28), (120, 0, 2025, -0.16), (240, -80, 2025, 68.78), (0, 80, 2020, -1.28), (120, 0, 2020, 0.16),
-     (240, -80, 2020, 69.36)],
+    [
+        (0, 80, 2025, 1.28),
+        (120, 0, 2025, -0.16),
+        (240, -80, 2025, 68.78),
+        (0, 80, 2020, -1.28),
+        (120, 0, 2020, 0.16),
+        (240, -80, 2020, 69.36),
+    ],
 )
 def test_declination_against_the_model_s_own_test_values(lon, lat, year, expected):
     found = declination_deg(lon - 360 if lon > 180 else lon, lat, 0.0, date(year, 1, 1), "test")
@@ -156,8 +162,15 @@ def test_magnetic_bearings_by_place_and_date(tmp_path):
 
 
 @settings(max_examples=25)
-@given(st.floats(0, 360), st.floats(0.5, 30), st.floats(-60, 60), st.floats(0, 45), st.floats(5, 120),
-       st.sampled_from(["horizontal", "slope"]), st.sampled_from(["pith", "face"]))
+@given(
+    st.floats(0, 360),
+    st.floats(0.5, 30),
+    st.floats(-60, 60),
+    st.floats(0, 45),
+    st.floats(5, 120),
+    st.sampled_from(["horizontal", "slope"]),
+    st.sampled_from(["pith", "face"]),
+)
 def test_what_the_crew_would_measure_leads_back_to_the_tree(bearing, level, declination, slope, dbh, distance, to):
     """Forward: a tree's place -> magnetic bearing, slope distance to its face; back: ``place`` finds the place."""
     import tempfile

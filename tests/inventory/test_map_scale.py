@@ -18,8 +18,9 @@ def survey(tmp_path):
     """The usual survey, its tree layer reprojected to Web Mercator as QGIS does."""
     folder = make_survey(tmp_path)
     gpd.GeoDataFrame(read_trees(folder / "trees.gpkg")).to_crs(WEB).to_file(folder / "web.gpkg", layer="trees")
-    pd.DataFrame([{"plot_id": "A", "tree_id": k, "azimuth_deg": 40 * k, "distance_m": 3 + k, "dbh_cm": 20 + k}
-                  for k in range(8)]).to_csv(folder / "field.csv", index=False)
+    pd.DataFrame(
+        [{"plot_id": "A", "tree_id": k, "azimuth_deg": 40 * k, "distance_m": 3 + k, "dbh_cm": 20 + k} for k in range(8)]
+    ).to_csv(folder / "field.csv", index=False)
     return folder
 
 
@@ -34,19 +35,42 @@ def refused(capsys, *words):
 def test_a_tree_layer_on_a_stretching_map_is_refused(survey, capsys):
     """Before: plots of 4 ares held the trees of 2.8: 20.4 m2/ha for 27.4, without a word."""
     plots, out = survey / "plots.csv", survey / "out"
-    told = refused(capsys, "stand-table", "--trees", survey / "web.gpkg", "--plots", plots, "--species", "PITA",
-                   "--output", out)
+    told = refused(
+        capsys, "stand-table", "--trees", survey / "web.gpkg", "--plots", plots, "--species", "PITA", "--output", out
+    )
     assert "web.gpkg: " in told and not out.exists()
-    told = refused(capsys, "match-plots", "--trees", survey / "web.gpkg", "--plots", plots, "--field",
-                   survey / "field.csv", "--output", survey / "out.gpkg")
+    told = refused(
+        capsys,
+        "match-plots",
+        "--trees",
+        survey / "web.gpkg",
+        "--plots",
+        plots,
+        "--field",
+        survey / "field.csv",
+        "--output",
+        survey / "out.gpkg",
+    )
     assert "web.gpkg: " in told and not (survey / "out.gpkg").exists()
 
 
 def test_a_tally_is_not_expanded_by_an_area_of_such_a_map(survey, capsys):
     tally = pd.DataFrame([{"plot_id": "A", "tree_id": k, "dbh_cm": 20 + k} for k in range(8)])
     tally.to_csv(survey / "tally.csv", index=False)
-    told = refused(capsys, "stand-table", "--field", survey / "tally.csv", "--boundary", survey / "stand.gpkg", "--crs",
-                   WEB, "--species", "PITA", "--output", survey / "out")
+    told = refused(
+        capsys,
+        "stand-table",
+        "--field",
+        survey / "tally.csv",
+        "--boundary",
+        survey / "stand.gpkg",
+        "--crs",
+        WEB,
+        "--species",
+        "PITA",
+        "--output",
+        survey / "out",
+    )
     assert "stand.gpkg: " in told and not (survey / "out").exists()
 
 
@@ -54,7 +78,18 @@ def test_a_layer_whose_numbers_are_not_of_its_crs_is_refused(survey, capsys):
     trees = gpd.GeoDataFrame(read_trees(survey / "trees.gpkg"))
     trees["geometry"] = trees.translate(-EAST - 190, -NORTH + 30)
     trees.to_file(survey / "moved.gpkg", layer="trees")
-    words = ["stand-table", "--trees", survey / "moved.gpkg", "--plots", survey / "plots.csv", "--species", "PITA",
-             "--output", survey / "out", "--log-format", "plain"]
+    words = [
+        "stand-table",
+        "--trees",
+        survey / "moved.gpkg",
+        "--plots",
+        survey / "plots.csv",
+        "--species",
+        "PITA",
+        "--output",
+        survey / "out",
+        "--log-format",
+        "plain",
+    ]
     assert main([str(word) for word in words]) == 2
     assert "local metres by their size" in capsys.readouterr().err

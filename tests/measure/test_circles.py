@@ -27,8 +27,10 @@ def ring(rng, count=150, noise=0.01, arc_deg=360.0, clutter=0.0, filled=False, r
 @pytest.mark.parametrize("noise", [0.0, 0.005, 0.01, 0.02, 0.03])
 @pytest.mark.parametrize("arc", [360, 180])
 def test_ring_is_unbiased_on_full_and_half_arcs(noise, arc):
-    errors = [200 * (fit_circle(ring(np.random.default_rng(s), 150, noise, arc), noise_m=max(noise, 0.004)).r - R)
-              for s in range(25)]
+    errors = [
+        200 * (fit_circle(ring(np.random.default_rng(s), 150, noise, arc), noise_m=max(noise, 0.004)).r - R)
+        for s in range(25)
+    ]
     limit = 0.05 if noise <= 0.005 else 0.25 if arc == 360 else 0.6
     assert abs(np.mean(errors)) < limit
     assert np.std(errors) < (0.9 if arc == 360 else 2.2)
@@ -77,9 +79,17 @@ def test_scale(factor, seed):
 
 
 @pytest.mark.parametrize("method", ["ring", "paper", "hyper"])
-@pytest.mark.parametrize("points", [
-    np.empty((0, 2)), np.zeros((2, 2)), np.ones((20, 2)), np.column_stack([np.arange(9.0), 2 * np.arange(9.0)]),
-    np.array([[0, 0], [1, 0], [0, 1], [np.nan, 1]]), np.array([[0, 0], [0, 0], [1, 1], [1, 1]])])
+@pytest.mark.parametrize(
+    "points",
+    [
+        np.empty((0, 2)),
+        np.zeros((2, 2)),
+        np.ones((20, 2)),
+        np.column_stack([np.arange(9.0), 2 * np.arange(9.0)]),
+        np.array([[0, 0], [1, 0], [0, 1], [np.nan, 1]]),
+        np.array([[0, 0], [0, 0], [1, 1], [1, 1]]),
+    ],
+)
 def test_what_is_no_circle_is_refused(method, points):
     assert fit_circle(points, method=method) is None
 

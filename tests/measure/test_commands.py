@@ -54,8 +54,22 @@ def test_a_dtm_off_the_clouds_ground_is_told_and_widens_the_intervals(laz, tmp_p
     tables = []
     for ground, told in ((dtm, False), (shifted, True)):
         out = tmp_path / f"{ground.stem}.gpkg"
-        assert main(["pointcloud-to-dbh", "--input", str(laz), "--dtm", str(ground), "--output", str(out),
-                     "--log-format", "plain"]) == 0
+        assert (
+            main(
+                [
+                    "pointcloud-to-dbh",
+                    "--input",
+                    str(laz),
+                    "--dtm",
+                    str(ground),
+                    "--output",
+                    str(out),
+                    "--log-format",
+                    "plain",
+                ]
+            )
+            == 0
+        )
         assert ("+0.60 m from the ground that the cloud shows" in capsys.readouterr().err) == told
         tables.append(gpd.read_file(out, layer="trees").sort_values("x"))
     right, wrong = tables

@@ -32,22 +32,46 @@ def section(rng, count=200, noise=0.01, arc_deg=360.0, clutter=0.0, filled=0.0, 
 
 # Limits in cm of diameter (R 12.5 cm), without clutter and with half as many stray points as bark. Half an arc in
 # noise of a quarter of the radius and clutter is beyond a single slice: the last limits say so.
-@pytest.mark.parametrize("noise, arc, clutter, limit", [
-    (0.0, 360, 0.0, 0.02), (0.0, 180, 0.0, 0.02), (0.01, 360, 0.0, 0.25), (0.01, 180, 0.0, 0.5),
-    (0.02, 360, 0.0, 0.5), (0.02, 180, 0.0, 1.0), (0.03, 360, 0.0, 0.8), (0.03, 180, 0.0, 2.5),
-    (0.0, 360, 0.5, 0.05), (0.0, 180, 0.5, 0.05), (0.01, 360, 0.5, 0.3), (0.01, 180, 0.5, 0.6),
-    (0.02, 360, 0.5, 0.8), (0.02, 180, 0.5, 3.0), (0.03, 360, 0.5, 1.5), (0.03, 180, 0.5, 8.0)])
+@pytest.mark.parametrize(
+    "noise, arc, clutter, limit",
+    [
+        (0.0, 360, 0.0, 0.02),
+        (0.0, 180, 0.0, 0.02),
+        (0.01, 360, 0.0, 0.25),
+        (0.01, 180, 0.0, 0.5),
+        (0.02, 360, 0.0, 0.5),
+        (0.02, 180, 0.0, 1.0),
+        (0.03, 360, 0.0, 0.8),
+        (0.03, 180, 0.0, 2.5),
+        (0.0, 360, 0.5, 0.05),
+        (0.0, 180, 0.5, 0.05),
+        (0.01, 360, 0.5, 0.3),
+        (0.01, 180, 0.5, 0.6),
+        (0.02, 360, 0.5, 0.8),
+        (0.02, 180, 0.5, 3.0),
+        (0.03, 360, 0.5, 1.5),
+        (0.03, 180, 0.5, 8.0),
+    ],
+)
 def test_rings_on_shells(noise, arc, clutter, limit):
-    fits = [fit_circle(section(np.random.default_rng(s), 200, noise, arc, clutter), noise_m=max(noise, 0.004))
-            for s in range(30)]
+    fits = [
+        fit_circle(section(np.random.default_rng(s), 200, noise, arc, clutter), noise_m=max(noise, 0.004))
+        for s in range(30)
+    ]
     error = np.array([200 * (fit.r - R) for fit in fits])
     assert abs(np.median(error)) < limit
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.01, 0.02, 0.03])
-@pytest.mark.parametrize("filled, power, low, high", [
-    # A disc at p = 1 is what the published score is made for; on shells it reads wide, the wider the noisier.
-    (1.0, 1.0, -2.5, 1.5), (0.0, 1.0, -0.5, 9.5), (0.5, 1.0, -0.5, 8.0)])
+@pytest.mark.parametrize(
+    "filled, power, low, high",
+    [
+        # A disc at p = 1 is what the published score is made for; on shells it reads wide, the wider the noisier.
+        (1.0, 1.0, -2.5, 1.5),
+        (0.0, 1.0, -0.5, 9.5),
+        (0.5, 1.0, -0.5, 8.0),
+    ],
+)
 def test_solid_circles_on_discs_and_shells(noise, filled, power, low, high):
     slices = [section(np.random.default_rng(s), 300, noise, filled=filled) for s in range(20)]
     circles = fit_solid_circles(slices, [np.ones(len(p)) for p in slices], SolidCircle(power=power), seed=1)
@@ -163,8 +187,9 @@ def test_the_scanner_is_found_from_its_pulses():
     times, places = scanner_track(PointCloud(points, None, {"gps_time": stamp}))
     true = np.column_stack([5 * times - 30, 0.3 * np.sin(times), np.full(len(times), 60.0)]) + (5e5, 4e6, 100.0)
     assert len(times) >= 20 and np.abs(places - true).max() < 0.7
-    distance = np.linalg.norm(points - np.column_stack([5 * stamp - 30 + 5e5, 0.3 * np.sin(stamp) + 4e6,
-                                                        np.full(len(stamp), 160.0)]), axis=1)
+    distance = np.linalg.norm(
+        points - np.column_stack([5 * stamp - 30 + 5e5, 0.3 * np.sin(stamp) + 4e6, np.full(len(stamp), 160.0)]), axis=1
+    )
     faded = PointCloud(points, None, {"gps_time": stamp, "intensity": bright * (60 / distance) ** 2})
     even = range_normalised(faded)
     assert np.std(np.log(even / bright)) < 0.05 < np.std(np.log(faded.attributes["intensity"] / bright))

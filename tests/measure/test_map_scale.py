@@ -20,16 +20,22 @@ from treedgs_geo.terrain.ground import dtm_from_cloud
 STEMS = [(3.0, 3.0, 25.0), (8.0, 8.0, 40.0)]
 LON_LAT = (-91.8, 33.6)
 #: The same plot on maps that are made for measuring, and stretch by as much as is taken.
-TRUE, LONG, SHORT = (f"+proj=tmerc +lon_0=-91.8 +lat_0=33.6 +k={k} +x_0=5e5 +y_0=2e5 +ellps=GRS80 +units=m +type=crs"
-                     for k in (1.0, 1.0045, 0.9955))
+TRUE, LONG, SHORT = (
+    f"+proj=tmerc +lon_0=-91.8 +lat_0=33.6 +k={k} +x_0=5e5 +y_0=2e5 +ellps=GRS80 +units=m +type=crs"
+    for k in (1.0, 1.0045, 0.9955)
+)
 
 
 def on_map(ground, crs):
     """Metres east and north of :data:`LON_LAT` on the ellipsoid -> coordinates of ``crs``."""
     earth = pyproj.Geod(ellps="GRS80")
     many = np.ones(len(ground))
-    lon, lat, _ = earth.fwd(LON_LAT[0] * many, LON_LAT[1] * many, np.degrees(np.arctan2(ground[:, 0], ground[:, 1])),
-                            np.hypot(ground[:, 0], ground[:, 1]))
+    lon, lat, _ = earth.fwd(
+        LON_LAT[0] * many,
+        LON_LAT[1] * many,
+        np.degrees(np.arctan2(ground[:, 0], ground[:, 1])),
+        np.hypot(ground[:, 0], ground[:, 1]),
+    )
     east, north = pyproj.Transformer.from_crs(crs.geodetic_crs, crs, always_xy=True).transform(lon, lat)
     return np.column_stack([east, north, ground[:, 2]])
 
@@ -50,8 +56,13 @@ def run(*arguments):
 def test_a_stretching_map_is_refused_by_every_verb(text, tmp_path, capsys):
     """Before: 25 and 40 cm read 30.1 and 48.5 on EPSG:3857, ``ok``."""
     cloud, out = made(tmp_path / "in.laz", text, 1), tmp_path / "out"
-    for verb, ending, more in (("pointcloud-to-dbh", "gpkg", ()), ("pointcloud-to-dbh", "gpkg", ("--dry-run", "true")),
-                               ("measure-dbh", "gpkg", ()), ("segment-stems", "laz", ()), ("terrain", "tif", ())):
+    for verb, ending, more in (
+        ("pointcloud-to-dbh", "gpkg", ()),
+        ("pointcloud-to-dbh", "gpkg", ("--dry-run", "true")),
+        ("measure-dbh", "gpkg", ()),
+        ("segment-stems", "laz", ()),
+        ("terrain", "tif", ()),
+    ):
         assert run(verb, "--input", cloud, "--output", f"{out}.{ending}", *more) == 2
         told = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
         assert len(told) == 1 and "in.laz: " in told[0] and "EPSG:32615 (WGS 84 / UTM zone 15N)" in told[0]
@@ -78,12 +89,35 @@ def test_coordinates_that_are_not_of_the_crs_are_refused(dry, tmp_path, capsys):
     ):
         write_cloud(tmp_path / name, PointCloud(moved), 1e-7 if name == "degrees.laz" else 1e-3)
         words_given = ("--dry-run", "true") if dry else ()
-        assert run("pointcloud-to-dbh", "--input", tmp_path / name, "--crs", crs, "--output", tmp_path / "out.gpkg",
-                   *words_given) == 2
+        assert (
+            run(
+                "pointcloud-to-dbh",
+                "--input",
+                tmp_path / name,
+                "--crs",
+                crs,
+                "--output",
+                tmp_path / "out.gpkg",
+                *words_given,
+            )
+            == 2
+        )
         told = capsys.readouterr().err
         assert words in told and "Traceback" not in told and not list(tmp_path.glob("out*"))
-    assert run("pointcloud-to-dbh", "--input", tmp_path / "local.laz", "--crs", "local", "--output",
-               tmp_path / "out.gpkg", "--dry-run", "true") == 0
+    assert (
+        run(
+            "pointcloud-to-dbh",
+            "--input",
+            tmp_path / "local.laz",
+            "--crs",
+            "local",
+            "--output",
+            tmp_path / "out.gpkg",
+            "--dry-run",
+            "true",
+        )
+        == 0
+    )
 
 
 def test_diameters_are_those_on_the_ground(tmp_path, capsys):
@@ -124,21 +158,43 @@ def test_a_neighbouring_zone_is_told(tmp_path, capsys):
     """The cloud's own zone is named where its place lies beyond its zone's edge, and where its terrain model lies."""
     xyz = plot_cloud(np.random.default_rng(1), STEMS) + (880_000, 3_718_400, 0)
     write_cloud(tmp_path / "east.laz", PointCloud(xyz, pyproj.CRS.from_epsg(32615)))
-    assert run("pointcloud-to-dbh", "--input", tmp_path / "east.laz", "--output", tmp_path / "a.gpkg", "--dry-run",
-               "true") == 0
+    assert (
+        run("pointcloud-to-dbh", "--input", tmp_path / "east.laz", "--output", tmp_path / "a.gpkg", "--dry-run", "true")
+        == 0
+    )
     assert "EPSG:32616 (WGS 84 / UTM zone 16N) suits the place better" in capsys.readouterr().err
     xyz += (-268_700, 0, 0)
     write_cloud(tmp_path / "wrong.laz", PointCloud(xyz, pyproj.CRS.from_epsg(32614)))
     write_dtm(tmp_path / "dtm.tif", dtm_from_cloud(xyz, crs=pyproj.CRS.from_epsg(32615)))
-    assert run("pointcloud-to-dbh", "--input", tmp_path / "wrong.laz", "--dtm", tmp_path / "dtm.tif", "--output",
-               tmp_path / "out.gpkg") == 2
+    assert (
+        run(
+            "pointcloud-to-dbh",
+            "--input",
+            tmp_path / "wrong.laz",
+            "--dtm",
+            tmp_path / "dtm.tif",
+            "--output",
+            tmp_path / "out.gpkg",
+        )
+        == 2
+    )
     assert "it covers these coordinates in EPSG:32615" in capsys.readouterr().err
     # Field stems as they stand in the neighbouring zone, without a word about it.
     to_next = pyproj.Transformer.from_crs("EPSG:32614", "EPSG:32615", always_xy=True)
     x, y = to_next.transform(*xyz[:, :2].mean(axis=0))
     (tmp_path / "stems.csv").write_text(f"tree_id,x,y\n1,{x},{y}\n")
-    assert run("segment-stems", "--input", tmp_path / "wrong.laz", "--field-stems", tmp_path / "stems.csv", "--output",
-               tmp_path / "out.laz") == 2
+    assert (
+        run(
+            "segment-stems",
+            "--input",
+            tmp_path / "wrong.laz",
+            "--field-stems",
+            tmp_path / "stems.csv",
+            "--output",
+            tmp_path / "out.laz",
+        )
+        == 2
+    )
     assert "in EPSG:32615, WGS 84 / UTM zone 15N, they would" in capsys.readouterr().err
 
 
@@ -165,7 +221,8 @@ def test_drone_lidar_on_a_stretching_map(code, tmp_path, capsys):
     web = pyproj.CRS.from_epsg(code)
     moved = cloud.xyz.copy()
     moved[:, 0], moved[:, 1] = pyproj.Transformer.from_crs(cloud.horizontal_crs, web, always_xy=True).transform(
-        cloud.xyz[:, 0], cloud.xyz[:, 1])
+        cloud.xyz[:, 0], cloud.xyz[:, 1]
+    )
     write_cloud(tmp_path / "in.laz", PointCloud(moved, web, cloud.attributes), 1e-4)
     assert run("pointcloud-to-dbh", "--input", tmp_path / "in.laz", "--output", tmp_path / "out.gpkg") == 2
     assert "EPSG:32615" in capsys.readouterr().err and not list(tmp_path.glob("out*"))

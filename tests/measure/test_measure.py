@@ -192,8 +192,12 @@ def test_rendered_lidar_against_truth(plot, rmse):
 
 def test_buttressed_trees_are_refused_and_round_ones_measured():
     folder = needs_shared("lidar_itsme")
-    for name, dbh in (("tree_1_pc.txt", 15.1), ("tree_2_pc.txt", 31.5), ("buttressed_tree_1_pc.txt", None),
-                      ("buttressed_tree_2_pc.txt", None)):
+    for name, dbh in (
+        ("tree_1_pc.txt", 15.1),
+        ("tree_2_pc.txt", 31.5),
+        ("buttressed_tree_1_pc.txt", None),
+        ("buttressed_tree_2_pc.txt", None),
+    ):
         cloud = read_cloud(folder / name, crs="local")
         trees, _ = measure_cloud(cloud, flat_ground(cloud.xyz))
         assert len(trees) == 1, name
@@ -220,9 +224,16 @@ def _cloud_of(stems, order):
     return PointCloud(xyz, None, {"opacity": np.full(len(xyz), 0.6, np.float32)}), ids
 
 
-@pytest.mark.parametrize("case", [
-    {"method": "paper"}, {"method": "paper", "weights": "opacity"}, {"method": "paper", "fit": "cylinder"},
-    {"source": "splat", "weights": "opacity"}, {"fit": "cylinder"}])
+@pytest.mark.parametrize(
+    "case",
+    [
+        {"method": "paper"},
+        {"method": "paper", "weights": "opacity"},
+        {"method": "paper", "fit": "cylinder"},
+        {"source": "splat", "weights": "opacity"},
+        {"fit": "cylinder"},
+    ],
+)
 def test_a_tree_reads_the_same_alone_in_a_batch_reversed_and_in_another_order_of_points(case):
     """Random draws belong to the tree: neighbours, ids and the file's order change nothing, to the last bit."""
     rng = np.random.default_rng(8)

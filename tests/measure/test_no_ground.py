@@ -158,8 +158,18 @@ def test_the_dry_run_says_what_the_run_would_say(xyz, whole, tmp_path, capsys):
     out = tmp_path / "out.gpkg"
 
     def dry(*arguments):
-        code = main(["pointcloud-to-dbh", *map(str, arguments), "--output", str(out), "--dry-run", "true",
-                     "--log-format", "plain"])
+        code = main(
+            [
+                "pointcloud-to-dbh",
+                *map(str, arguments),
+                "--output",
+                str(out),
+                "--dry-run",
+                "true",
+                "--log-format",
+                "plain",
+            ]
+        )
         assert not out.exists()
         return code, capsys.readouterr().err
 

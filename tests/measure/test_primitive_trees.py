@@ -31,12 +31,19 @@ def test_a_clear_stem_is_a_tree_where_it_stands():
     assert tree.lean_deg == pytest.approx(2.86, abs=0.01) and tree.dbh_lo_cm < 30 < tree.dbh_hi_cm
 
 
-@pytest.mark.parametrize("change,flag,reason", [
-    ({"n_views": 1}, "reject", "few_views"), ({"n_views": 3}, "check", "few_views"),
-    ({"gap": 1e-4}, "reject", "ambiguous"), ({"gap": 8e-4}, "check", "ambiguous"),
-    ({"r": 0.03}, "reject", "too_small"), ({"n_views": 3, "gap": 8e-4}, "reject", "few_views,ambiguous"),
-    ({"evidence": 0.001}, "reject", "occluded"), ({"se_cm": 9.0}, "reject", "wide_error"),
-])
+@pytest.mark.parametrize(
+    "change,flag,reason",
+    [
+        ({"n_views": 1}, "reject", "few_views"),
+        ({"n_views": 3}, "check", "few_views"),
+        ({"gap": 1e-4}, "reject", "ambiguous"),
+        ({"gap": 8e-4}, "check", "ambiguous"),
+        ({"r": 0.03}, "reject", "too_small"),
+        ({"n_views": 3, "gap": 8e-4}, "reject", "few_views,ambiguous"),
+        ({"evidence": 0.001}, "reject", "occluded"),
+        ({"se_cm": 9.0}, "reject", "wide_error"),
+    ],
+)
 def test_doubts_are_said(change, flag, reason):
     tree = to_trees({0: stem(0.0, **change)}, FRAME, 1.37)[0]
     assert tree.qc_flag == flag and reason in tree.qc_reason

@@ -25,8 +25,9 @@ def stand(n=30, spread=0.05, seed=1):
 
 def test_a_sapling_read_as_a_tree_is_refused_and_a_broken_one_to_check():
     """As on a rendered plot: 5.3 cm read as 11.0 on half a circumference, under twigs of 7.6 m."""
-    sapling = Tree(90, 0, 9, dbh_cm=11.0, dbh_se_cm=1.8, height_m=7.57, qc_flag="check",
-                   qc_reason="short_arc,wide_error")
+    sapling = Tree(
+        90, 0, 9, dbh_cm=11.0, dbh_se_cm=1.8, height_m=7.57, qc_flag="check", qc_reason="short_arc,wide_error"
+    )
     broken = Tree(91, 5, 9, dbh_cm=30.0, dbh_se_cm=0.9, height_m=11.0)
     unsure = Tree(92, 9, 9, dbh_cm=30.0, dbh_se_cm=0.9, height_m=11.0, qc_flag="check", qc_reason="edge")
     trees = [*(tree.finish() for tree in stand()), sapling.finish(), broken.finish(), unsure.finish()]
@@ -48,8 +49,12 @@ def test_heights_of_a_stand_are_not_doubted(spread):
 
 def test_nothing_to_compare_with_is_no_doubt():
     low = Tree(90, 0, 9, dbh_cm=30.0, dbh_se_cm=0.9, height_m=6.0)
-    for others in (stand(8), [], [Tree(k, k, 0, dbh_cm=20.0, height_m=15.0) for k in range(30)],
-                   [Tree(k, k, 0, dbh_cm=20.0 + k) for k in range(30)]):
+    for others in (
+        stand(8),
+        [],
+        [Tree(k, k, 0, dbh_cm=20.0, height_m=15.0) for k in range(30)],
+        [Tree(k, k, 0, dbh_cm=20.0 + k) for k in range(30)],
+    ):
         doubt_short_trees([*others, low])
         assert low.qc_flag == "ok"
     refused = Tree(91, 0, 9, qc_flag="reject", qc_reason="occluded", height_m=4.0)

@@ -20,18 +20,40 @@ from treedgs_geo.stems.photos.strips import Axis
 FRAME = LocalFrame(pyproj.CRS.from_epsg(6344), np.array([611337.0, 3718451.0, 38.0]))
 
 
-def edges(x: float, dbh_cm: float, flag: str, *reasons: str, llr: float = 90.0, contrast: float = 2.0,
-          gain: float = 0.0) -> StemFit:
+def edges(
+    x: float, dbh_cm: float, flag: str, *reasons: str, llr: float = 90.0, contrast: float = 2.0, gain: float = 0.0
+) -> StemFit:
     axis = Axis(np.array([x, 2.0]), np.zeros(2), np.zeros(2), 1.0, 1.37)
-    return StemFit(axis, dbh_cm / 200, -0.0045, dbh_cm, 0.4, flag, reasons, 100.0, llr, 20.0, 8, 7.0, 250.0, 0.5,
-                   dbh_cm, np.ones(9), contrast, foot_z=1.0, gain=gain)
+    return StemFit(
+        axis,
+        dbh_cm / 200,
+        -0.0045,
+        dbh_cm,
+        0.4,
+        flag,
+        reasons,
+        100.0,
+        llr,
+        20.0,
+        8,
+        7.0,
+        250.0,
+        0.5,
+        dbh_cm,
+        np.ones(9),
+        contrast,
+        foot_z=1.0,
+        gain=gain,
+    )
 
 
 def bark(x: float, dbh_cm: float, **change) -> FoundStem:
     values = {"se_cm": 0.8, "n_views": 9, "gap": math.inf, "evidence": 0.05, "loss": 0.25, **change}
     shape = np.array([0.0, 0.0, 0.05, 0.0, 0.0, 0.0, dbh_cm / 200, -0.0045])
-    return FoundStem(np.array([x, 2.0, 1.0]), StemPrimitive(shape, shifts=np.zeros(9), texture=np.zeros((24, 13, 3)),
-                                                            seconds=1.0, **values))
+    return FoundStem(
+        np.array([x, 2.0, 1.0]),
+        StemPrimitive(shape, shifts=np.zeros(9), texture=np.zeros((24, 13, 3)), seconds=1.0, **values),
+    )
 
 
 def after(fits, found):
@@ -39,9 +61,15 @@ def after(fits, found):
 
 
 def test_only_the_doubtful_are_asked_the_clearest_first_and_not_what_cannot_be_mended():
-    fits = [edges(0, 30, "ok"), edges(2, 30, "reject", "ambiguous", llr=50), edges(4, 30, "check", "ambiguous"),
-            edges(6, 6, "reject", "too_small"), edges(8, 30, "reject", "lean"),
-            edges(10, 30, "reject", "occluded", llr=20, contrast=0.3), edges(12, 30, "reject", "ambiguous")]
+    fits = [
+        edges(0, 30, "ok"),
+        edges(2, 30, "reject", "ambiguous", llr=50),
+        edges(4, 30, "check", "ambiguous"),
+        edges(6, 6, "reject", "too_small"),
+        edges(8, 30, "reject", "lean"),
+        edges(10, 30, "reject", "occluded", llr=20, contrast=0.3),
+        edges(12, 30, "reject", "ambiguous"),
+    ]
     inside = np.array([True] * 6 + [False])
     assert to_ask(fits, inside) == [2, 1]
     assert to_ask(fits, inside, everyone=True) == [2, 1, 0]

@@ -24,11 +24,24 @@ def with_strays(rng, points, share):
 
 
 # Limits of mean and worst error, cm. Half a stem in 2 cm of noise with half as many strays cannot be told: refused.
-@pytest.mark.parametrize("noise, arc, share, mean, worst", [
-    (0.0, 360, 0.0, 0.02, 0.05), (0.0, 180, 0.0, 0.02, 0.05), (0.0, 360, 0.5, 0.05, 0.1), (0.0, 180, 0.5, 0.3, 0.8),
-    (0.01, 360, 0.0, 0.2, 0.6), (0.01, 180, 0.0, 0.2, 0.6), (0.01, 360, 0.5, 0.2, 0.7),
-    (0.02, 360, 0.0, 0.3, 1.1), (0.02, 180, 0.0, 0.4, 1.1), (0.02, 360, 0.5, 0.3, 1.3),
-    (0.03, 360, 0.0, 0.4, 1.6), (0.03, 180, 0.0, 0.6, 2.0), (0.03, 360, 0.5, 0.7, 2.2)])
+@pytest.mark.parametrize(
+    "noise, arc, share, mean, worst",
+    [
+        (0.0, 360, 0.0, 0.02, 0.05),
+        (0.0, 180, 0.0, 0.02, 0.05),
+        (0.0, 360, 0.5, 0.05, 0.1),
+        (0.0, 180, 0.5, 0.3, 0.8),
+        (0.01, 360, 0.0, 0.2, 0.6),
+        (0.01, 180, 0.0, 0.2, 0.6),
+        (0.01, 360, 0.5, 0.2, 0.7),
+        (0.02, 360, 0.0, 0.3, 1.1),
+        (0.02, 180, 0.0, 0.4, 1.1),
+        (0.02, 360, 0.5, 0.3, 1.3),
+        (0.03, 360, 0.0, 0.4, 1.6),
+        (0.03, 180, 0.0, 0.6, 2.0),
+        (0.03, 360, 0.5, 0.7, 2.2),
+    ],
+)
 def test_bias_of_the_stem_fit(noise, arc, share, mean, worst):
     errors = []
     for seed in range(6):
@@ -74,10 +87,14 @@ def test_a_larger_stem_is_read_larger_by_the_same_factor():
 def nonsense():
     rng = np.random.default_rng(0)
     height = np.linspace(0.2, 5, 300)
-    return {"none": np.empty((0, 3)), "two": rng.uniform(0, 1, (2, 3)), "all nan": np.full((300, 3), np.nan),
-            "one place": np.repeat([[0.0, 0.0, 1.3]], 300, axis=0),
-            "a vertical line": np.column_stack([np.zeros((300, 2)), height]),
-            "a plane": np.column_stack([rng.uniform(-0.3, 0.3, 300), np.zeros(300), height])}
+    return {
+        "none": np.empty((0, 3)),
+        "two": rng.uniform(0, 1, (2, 3)),
+        "all nan": np.full((300, 3), np.nan),
+        "one place": np.repeat([[0.0, 0.0, 1.3]], 300, axis=0),
+        "a vertical line": np.column_stack([np.zeros((300, 2)), height]),
+        "a plane": np.column_stack([rng.uniform(-0.3, 0.3, 300), np.zeros(300), height]),
+    }
 
 
 @pytest.mark.parametrize("kind", nonsense())

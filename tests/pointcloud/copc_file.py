@@ -40,14 +40,38 @@ def write_copc(path: Path, las: laspy.LasData) -> None:
         pages = b"".join(entries)
         stream.write(struct.pack("<H16sHQ32s", 0, b"copc", 1000, len(pages), b"") + pages)
         stream.seek(0)
-        header = struct.pack("<4sHHIHH8sBB32s32sHHHIIBHI20s", b"LASF", 0, 17, 0, 0, 0, b"", 1, 4, b"", b"", 1,
-                             2026, 375, to_points, 3, 6 | 128, 30, 0, b"")
+        header = struct.pack(
+            "<4sHHIHH8sBB32s32sHHHIIBHI20s",
+            b"LASF",
+            0,
+            17,
+            0,
+            0,
+            0,
+            b"",
+            1,
+            4,
+            b"",
+            b"",
+            1,
+            2026,
+            375,
+            to_points,
+            3,
+            6 | 128,
+            30,
+            0,
+            b"",
+        )
         header += struct.pack("<6d", *las.header.scales, *las.header.offsets)
         header += struct.pack("<6d", *(v for a, b in zip(xyz.max(axis=0), low, strict=True) for v in (a, b)))
         header += struct.pack("<QQIQ15Q", 0, evlr, 1, len(xyz), len(xyz), *([0] * 14))
         stream.write(header)
         info = struct.pack("<5dQQ2d88s", *centre, half, 1.0, evlr + 60, len(pages), 0.0, 0.0, b"")
-        for user, number, data in ((b"copc", 1, info), (b"laszip encoded", 22204, record),
-                                   (b"LASF_Projection", 2112, wkt)):
+        for user, number, data in (
+            (b"copc", 1, info),
+            (b"laszip encoded", 22204, record),
+            (b"LASF_Projection", 2112, wkt),
+        ):
             stream.write(struct.pack("<H16sHH32s", 0, user, number, len(data), b"") + data)
         assert stream.tell() == to_points

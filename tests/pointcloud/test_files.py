@@ -17,12 +17,21 @@ UTM = pyproj.CRS.from_epsg(32615)
 
 def make_cloud(count=5000, crs=UTM):
     rng = np.random.default_rng(3)
-    xyz = np.column_stack([rng.uniform(611300, 611400, count), rng.uniform(3718400, 3718500, count),
-                           rng.uniform(30, 60, count)])
-    return PointCloud(xyz, crs, {
-        "intensity": rng.integers(0, 65535, count).astype(np.uint16), "classification": np.full(count, 2, np.uint8),
-        "opacity": rng.uniform(0, 1, count).astype(np.float32), "tree_id": rng.integers(0, 40, count).astype(np.int32),
-        "return_number": np.ones(count, np.uint8), "number_of_returns": np.ones(count, np.uint8)})
+    xyz = np.column_stack(
+        [rng.uniform(611300, 611400, count), rng.uniform(3718400, 3718500, count), rng.uniform(30, 60, count)]
+    )
+    return PointCloud(
+        xyz,
+        crs,
+        {
+            "intensity": rng.integers(0, 65535, count).astype(np.uint16),
+            "classification": np.full(count, 2, np.uint8),
+            "opacity": rng.uniform(0, 1, count).astype(np.float32),
+            "tree_id": rng.integers(0, 40, count).astype(np.int32),
+            "return_number": np.ones(count, np.uint8),
+            "number_of_returns": np.ones(count, np.uint8),
+        },
+    )
 
 
 @pytest.mark.parametrize("suffix", [".las", ".laz"])
@@ -56,8 +65,12 @@ def test_chunks_bounds_and_choice_of_attributes(tmp_path):
     pieces = list(iter_cloud(tmp_path / "a.laz", bounds=box, attributes=("opacity",), chunk_points=700))
     assert len(pieces) == 8
     joined = concatenate(pieces)
-    inside = ((cloud.xyz[:, 0] >= box[0]) & (cloud.xyz[:, 0] <= box[2])
-              & (cloud.xyz[:, 1] >= box[1]) & (cloud.xyz[:, 1] <= box[3]))
+    inside = (
+        (cloud.xyz[:, 0] >= box[0])
+        & (cloud.xyz[:, 0] <= box[2])
+        & (cloud.xyz[:, 1] >= box[1])
+        & (cloud.xyz[:, 1] <= box[3])
+    )
     assert abs(len(joined) - inside.sum()) <= 2 and list(joined.attributes) == ["opacity"]
     with pytest.raises(InputError, match="no point within"):
         read_cloud(tmp_path / "a.laz", bounds=(0, 0, 1, 1))

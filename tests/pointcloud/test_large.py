@@ -40,8 +40,9 @@ def test_tiles_lose_no_point_and_no_digit(tmp_path):
     key = np.lexsort(np.concatenate([p[0] for p in parts]).T)
     want = np.lexsort(cloud.xyz.T)
     np.testing.assert_array_equal(np.concatenate([p[0] for p in parts])[key], cloud.xyz[want])
-    np.testing.assert_array_equal(np.concatenate([p[1]["opacity"] for p in parts])[key],
-                                  cloud.attributes["opacity"][want])
+    np.testing.assert_array_equal(
+        np.concatenate([p[1]["opacity"] for p in parts])[key], cloud.attributes["opacity"][want]
+    )
     low, high = np.array([611325.5, 3718407.25]), np.array([611352.0, 3718431.0])
     box, _ = store.read_box(low, high)
     inside = ((cloud.xyz[:, :2] >= low) & (cloud.xyz[:, :2] < high)).all(axis=1)
@@ -88,11 +89,19 @@ def test_verbs_on_a_large_file(tmp_path, monkeypatch):
         (tmp_path / name).mkdir()
         if name == "tiled":
             monkeypatch.setattr(tiles, "WHOLE_CLOUD_POINTS", 1000)
-        ground = terrain(TerrainSettings(input=tmp_path / "in.laz", output=tmp_path / name / "dtm.tif",
-                                         ground_points=tmp_path / name / "ground.laz"), Reporter())
+        ground = terrain(
+            TerrainSettings(
+                input=tmp_path / "in.laz",
+                output=tmp_path / name / "dtm.tif",
+                ground_points=tmp_path / name / "ground.laz",
+            ),
+            Reporter(),
+        )
         assert ground["n_points"] == len(xyz)
-        stems = segment(SegmentStemsSettings(input=tmp_path / "in.laz", output=tmp_path / name / "stems.laz",
-                                             keep_all=True), Reporter())
+        stems = segment(
+            SegmentStemsSettings(input=tmp_path / "in.laz", output=tmp_path / name / "stems.laz", keep_all=True),
+            Reporter(),
+        )
         assert stems["n_stems"] == 2
     one, other = (read_dtm(tmp_path / name / "dtm.tif") for name in ("whole", "tiled"))
     np.testing.assert_allclose(one.heights, other.heights, atol=0.03)
@@ -124,9 +133,13 @@ def test_a_foreign_dtm_is_refused_for_tiles_too(tmp_path, monkeypatch):
     write_cloud(tmp_path / "in.laz", PointCloud(xyz, UTM))
     write_dtm(tmp_path / "dtm.tif", dtm_from_cloud(xyz + (0, 0, 27.0), crs=UTM))
     with pytest.raises(InputError, match="vertical datum"):
-        segment(SegmentStemsSettings(input=tmp_path / "in.laz", dtm=tmp_path / "dtm.tif", output=tmp_path / "s.laz"),
-                Reporter())
+        segment(
+            SegmentStemsSettings(input=tmp_path / "in.laz", dtm=tmp_path / "dtm.tif", output=tmp_path / "s.laz"),
+            Reporter(),
+        )
     write_dtm(tmp_path / "far.tif", dtm_from_cloud(xyz + (500, 0, 0), crs=UTM))
     with pytest.raises(InputError, match="covers the plot"):
-        segment(SegmentStemsSettings(input=tmp_path / "in.laz", dtm=tmp_path / "far.tif", output=tmp_path / "s.laz"),
-                Reporter())
+        segment(
+            SegmentStemsSettings(input=tmp_path / "in.laz", dtm=tmp_path / "far.tif", output=tmp_path / "s.laz"),
+            Reporter(),
+        )

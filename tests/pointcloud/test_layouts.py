@@ -24,11 +24,14 @@ def made(point_format: int, count: int = 500, crs: pyproj.CRS = UTM) -> laspy.La
     header = laspy.LasHeader(version=VERSION.get(point_format, "1.4"), point_format=point_format)
     header.scales, header.offsets = [0.01, 0.001, 0.0001], [611000.0, 3718000.0, -5.0]
     header.add_crs(crs)
-    header.add_extra_dims([laspy.ExtraBytesParams(name="tree", type="int32", description="tree id"),
-                           laspy.ExtraBytesParams(name="wave", type="float64"),
-                           laspy.ExtraBytesParams(name="rough", type="uint16", scales=np.array([0.01]),
-                                                  offsets=np.array([5.0])),
-                           laspy.ExtraBytesParams(name="normal", type="3float32")])
+    header.add_extra_dims(
+        [
+            laspy.ExtraBytesParams(name="tree", type="int32", description="tree id"),
+            laspy.ExtraBytesParams(name="wave", type="float64"),
+            laspy.ExtraBytesParams(name="rough", type="uint16", scales=np.array([0.01]), offsets=np.array([5.0])),
+            laspy.ExtraBytesParams(name="normal", type="3float32"),
+        ]
+    )
     las = laspy.LasData(header, laspy.ScaleAwarePointRecord.zeros(count, header=header))
     for name in las.points.array.dtype.names:
         column = las.points.array[name]
@@ -47,8 +50,9 @@ def same(one: laspy.LasData, other: laspy.LasData, ignore: tuple[str, ...] = ())
     assert one.header.point_format.id == other.header.point_format.id
     np.testing.assert_array_equal(one.header.scales, other.header.scales)
     np.testing.assert_array_equal(one.header.offsets, other.header.offsets)
-    for mine, theirs in zip(one.header.point_format.extra_dimensions, other.header.point_format.extra_dimensions,
-                            strict=False):
+    for mine, theirs in zip(
+        one.header.point_format.extra_dimensions, other.header.point_format.extra_dimensions, strict=False
+    ):
         assert (mine.name, mine.dtype, mine.description) == (theirs.name, theirs.dtype, theirs.description)
 
 
@@ -57,8 +61,10 @@ def same(one: laspy.LasData, other: laspy.LasData, ignore: tuple[str, ...] = ())
 def test_every_point_format_survives(tmp_path, point_format, suffix):
     if suffix == ".laz" and point_format in (9, 10):
         made(point_format).write(str(tmp_path / "a.las"))
-        for write in (lambda path: write_cloud(path, read_cloud(tmp_path / "a.las")),
-                      lambda path: copy_cloud(tmp_path / "a.las", path, lambda xyz, read: (None, {}), {})):
+        for write in (
+            lambda path: write_cloud(path, read_cloud(tmp_path / "a.las")),
+            lambda path: copy_cloud(tmp_path / "a.las", path, lambda xyz, read: (None, {}), {}),
+        ):
             with pytest.raises(InputError, match="waveform"):
                 write(tmp_path / "b.laz")
         return
@@ -69,8 +75,12 @@ def test_every_point_format_survives(tmp_path, point_format, suffix):
     assert cloud.crs.to_epsg() == 32615
     write_cloud(tmp_path / f"b{suffix}", cloud)
     same(before, laspy.read(tmp_path / f"b{suffix}"))
-    copied = copy_cloud(source, tmp_path / f"c{suffix}", lambda xyz, read: (None, {
-        "tree_id": np.arange(len(xyz)), "height_m": xyz[:, 2]}), {"tree_id": "int32", "height_m": "float32"})
+    copied = copy_cloud(
+        source,
+        tmp_path / f"c{suffix}",
+        lambda xyz, read: (None, {"tree_id": np.arange(len(xyz)), "height_m": xyz[:, 2]}),
+        {"tree_id": "int32", "height_m": "float32"},
+    )
     after = laspy.read(tmp_path / f"c{suffix}")
     assert copied == 500 and after.header.parse_crs().to_epsg() == 32615
     same(before, after)
@@ -106,8 +116,13 @@ def test_every_real_file_survives(tmp_path):
         cloud = read_cloud(path, crs="local" if before.header.parse_crs() is None else None)
         write_cloud(tmp_path / f"w{path.suffix}", cloud)
         same(before, laspy.read(tmp_path / f"w{path.suffix}"))
-        copy_cloud(path, tmp_path / f"c{path.suffix}", lambda xyz, read: (xyz[:, 0] > -1e12, {}), {},
-                   "local" if cloud.crs is None else None)
+        copy_cloud(
+            path,
+            tmp_path / f"c{path.suffix}",
+            lambda xyz, read: (xyz[:, 0] > -1e12, {}),
+            {},
+            "local" if cloud.crs is None else None,
+        )
         same(before, laspy.read(tmp_path / f"c{path.suffix}"))
         seen += 1
     assert seen >= 6
@@ -149,6 +164,11 @@ def test_text_in_pieces(tmp_path):
     (tmp_path / "a.txt").write_text("x y z\n" + "".join(f"{k} {k / 2} {k / 4}\n" for k in range(1000)))
     pieces = list(iter_cloud(tmp_path / "a.txt", crs="local", chunk_points=300))
     assert [len(piece) for piece in pieces] == [300, 300, 300, 100] and pieces[3].xyz[-1, 1] == 499.5
-    copy_cloud(tmp_path / "a.txt", tmp_path / "b.laz", lambda xyz, read: (xyz[:, 0] >= 990, {"tree_id": xyz[:, 0]}),
-               {"tree_id": "int32"}, "local")
+    copy_cloud(
+        tmp_path / "a.txt",
+        tmp_path / "b.laz",
+        lambda xyz, read: (xyz[:, 0] >= 990, {"tree_id": xyz[:, 0]}),
+        {"tree_id": "int32"},
+        "local",
+    )
     assert laspy.read(tmp_path / "b.laz").tree_id.tolist() == list(range(990, 1000))

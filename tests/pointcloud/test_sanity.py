@@ -43,25 +43,34 @@ def sentence(capsys, *arguments, code=2):
 PLOT = stand()
 
 
-@pytest.mark.parametrize(("xyz", "kind", "words"), [
-    (PLOT * 1000, "tall", "millimetres (2"),
-    (PLOT * 100, "tall", "centimetres (2"),
-    (PLOT * (1, 1, 100), "tall", "130 m"),
-    (turned(PLOT, 1), "axis", "across the y axis"),
-    (turned(PLOT, 0), "axis", "across the x axis"),
-    (PLOT * (1, -1, -1), "axis", "downward z"),
-    (PLOT * (1e-5, 1e-5, 1) + (-93.5, 33.6, 0), "degrees", "looks like degrees"),
-    (np.vstack([stem_points(np.random.default_rng(0), 25.0, 900, low=1.2, high=1.4, xy=(x, 2.0)) for x in (1, 4, 9)]),
-     "thin", "only 0.2"),
-    (PLOT * (1000, 1000, 1), "extent", "12 km x 12 km"),
-])
+@pytest.mark.parametrize(
+    ("xyz", "kind", "words"),
+    [
+        (PLOT * 1000, "tall", "millimetres (2"),
+        (PLOT * 100, "tall", "centimetres (2"),
+        (PLOT * (1, 1, 100), "tall", "130 m"),
+        (turned(PLOT, 1), "axis", "across the y axis"),
+        (turned(PLOT, 0), "axis", "across the x axis"),
+        (PLOT * (1, -1, -1), "axis", "downward z"),
+        (PLOT * (1e-5, 1e-5, 1) + (-93.5, 33.6, 0), "degrees", "looks like degrees"),
+        (
+            np.vstack(
+                [stem_points(np.random.default_rng(0), 25.0, 900, low=1.2, high=1.4, xy=(x, 2.0)) for x in (1, 4, 9)]
+            ),
+            "thin",
+            "only 0.2",
+        ),
+        (PLOT * (1000, 1000, 1), "extent", "12 km x 12 km"),
+    ],
+)
 def test_each_fault_ends_run_and_dry_run_with_its_own_sentence(tmp_path, capsys, xyz, kind, words):
     assert kinds(PLOT) == []
     assert kinds(xyz, scale=np.full(3, 0.01))[0] == (kind, True)
     write_las(tmp_path / "odd.laz", xyz, (1e-7, 1e-7, 0.001) if kind == "degrees" else (0.01, 0.01, 0.01))
     for more in ([], ["--dry-run"]):
-        told = sentence(capsys, "pointcloud-to-dbh", "--input", tmp_path / "odd.laz", "--output",
-                        tmp_path / "out" / "t.gpkg", *more)
+        told = sentence(
+            capsys, "pointcloud-to-dbh", "--input", tmp_path / "odd.laz", "--output", tmp_path / "out" / "t.gpkg", *more
+        )
         assert words in told and str(tmp_path / "odd.laz") in told
         assert not (tmp_path / "out").exists()
 
@@ -108,8 +117,15 @@ def test_stems_in_a_cloud_with_heights_in_feet_are_all_marked(tmp_path, capsys):
     flags = {}
     for name, factor in (("metres", 1.0), ("feet", 3.2808)):
         write_las(tmp_path / f"{name}.laz", xyz * (1, 1, factor))
-        told = sentence(capsys, "pointcloud-to-dbh", "--input", tmp_path / f"{name}.laz", "--output",
-                        tmp_path / f"{name}.csv", code=0)
+        told = sentence(
+            capsys,
+            "pointcloud-to-dbh",
+            "--input",
+            tmp_path / f"{name}.laz",
+            "--output",
+            tmp_path / f"{name}.csv",
+            code=0,
+        )
         assert ("probably in feet" in told) == (name == "feet")
         rows = list(csv.DictReader((tmp_path / f"{name}.csv").open()))
         assert len(rows) >= 5
@@ -122,16 +138,20 @@ def test_stems_in_a_cloud_with_heights_in_feet_are_all_marked(tmp_path, capsys):
 def test_units_in_the_geotiff_keys_are_read(tmp_path):
     from laspy.vlrs.known import GeoKeyDirectoryVlr, GeoKeyEntryStruct
 
-    for keys, words in (({3072: 26915, 4099: 9003}, "heights are in US survey feet"),
-                        ({3072: 26915, 3076: 9002}, "x and y are in feet"),
-                        ({3072: 26915, 4096: 6360}, "heights are in US survey foot"),
-                        ({3072: 26915, 3076: 9001, 4096: 5703, 4099: 9001}, "")):
+    for keys, words in (
+        ({3072: 26915, 4099: 9003}, "heights are in US survey feet"),
+        ({3072: 26915, 3076: 9002}, "x and y are in feet"),
+        ({3072: 26915, 4096: 6360}, "heights are in US survey foot"),
+        ({3072: 26915, 3076: 9001, 4096: 5703, 4099: 9001}, ""),
+    ):
         path = tmp_path / "keys.las"
         header = laspy.LasHeader(version="1.2", point_format=0)
         header.scales, header.offsets = [0.001] * 3, [500000, 4000000, 0]
         directory = GeoKeyDirectoryVlr()
-        directory.geo_keys = [GeoKeyEntryStruct(id=key, tiff_tag_location=0, count=1, value_offset=value)
-                              for key, value in {1024: 1, **keys}.items()]
+        directory.geo_keys = [
+            GeoKeyEntryStruct(id=key, tiff_tag_location=0, count=1, value_offset=value)
+            for key, value in {1024: 1, **keys}.items()
+        ]
         directory.geo_keys_header.number_of_keys = len(directory.geo_keys)
         header.vlrs.append(directory)
         data = laspy.LasData(header)
@@ -144,8 +164,10 @@ def test_units_in_the_geotiff_keys_are_read(tmp_path):
             assert read_cloud(path).crs.to_epsg() == 26915
 
 
-@pytest.mark.parametrize("stray", [[[1e6, 0, 0]], [[1e6, -1e6, 5e4]], [[5, 5, 1e5]], [[3000, 5, 1]],
-                                   [[2e6, 0, 0], [-2e6, 1e6, 0], [5, 5, -4000]]])
+@pytest.mark.parametrize(
+    "stray",
+    [[[1e6, 0, 0]], [[1e6, -1e6, 5e4]], [[5, 5, 1e5]], [[3000, 5, 1]], [[2e6, 0, 0], [-2e6, 1e6, 0], [5, 5, -4000]]],
+)
 def test_points_far_off_are_counted_and_left_out(tmp_path, capsys, monkeypatch, stray):
     xyz = np.vstack([np.array(stray, float), PLOT])
     extent, findings = examine(survey_of(xyz, 7), "a.laz")
@@ -178,8 +200,17 @@ def test_strays_are_in_no_output_by_either_road(tmp_path, capsys, monkeypatch, s
         monkeypatch.setattr(tiles, "WHOLE_CLOUD_POINTS", limit)
         told = sentence(capsys, "segment-stems", "--input", path, "--keep-all", "--output", tmp_path / "s.laz", code=0)
         assert told.count("away from all others") == 1
-        sentence(capsys, "terrain", "--input", path, "--ground-points", tmp_path / "g.laz", "--output",
-                 tmp_path / "d.tif", code=0)
+        sentence(
+            capsys,
+            "terrain",
+            "--input",
+            path,
+            "--ground-points",
+            tmp_path / "g.laz",
+            "--output",
+            tmp_path / "d.tif",
+            code=0,
+        )
         for name in ("s.laz", "g.laz"):
             out = laspy.read(tmp_path / name).xyz
             assert len(out) == len(PLOT) and np.abs(out - PLOT).max() < 0.002
@@ -204,8 +235,10 @@ def test_a_large_survey_keeps_a_sample_and_the_whole_extent():
     assert extent.n_strays == 0 and (extent.high - extent.low > [299, 199, 29.9]).all()
 
 
-@pytest.mark.parametrize(("suffix", "version", "point_format"), [
-    (".las", "1.2", 1), (".las", "1.4", 6), (".laz", "1.2", 1), (".laz", "1.4", 6), (".laz", "1.4", 7)])
+@pytest.mark.parametrize(
+    ("suffix", "version", "point_format"),
+    [(".las", "1.2", 1), (".las", "1.4", 6), (".laz", "1.2", 1), (".laz", "1.4", 6), (".laz", "1.4", 7)],
+)
 def test_a_header_that_claims_fewer_points_than_the_file_holds(tmp_path, suffix, version, point_format):
     xyz = np.tile(PLOT, (5, 1))[:130_000]
     path = tmp_path / f"less{suffix}"
@@ -224,22 +257,39 @@ def test_memory_stays_that_of_the_plot_with_a_point_a_thousand_kilometres_off(tm
     """A child with the address space of a small job: without the check the grids ask for terabytes."""
     write_las(tmp_path / "far.laz", np.vstack([PLOT, [[1e6, 0, 0]]]))
     # Not ru_maxrss: that of a child begins with what its parent held before exec.
-    code = ("import re, sys; from treedgs_geo.cli import main; "
-            f"code = main(['pointcloud-to-dbh', '--input', r'{tmp_path / 'far.laz'}', '--output', "
-            f"r'{tmp_path / 't.csv'}', '--crs', 'local', '--log-format', 'quiet']); "
-            "print(int(re.search(r'VmHWM:\\s*(\\d+)', open('/proc/self/status').read())[1]) // 1024); sys.exit(code)")
+    code = (
+        "import re, sys; from treedgs_geo.cli import main; "
+        f"code = main(['pointcloud-to-dbh', '--input', r'{tmp_path / 'far.laz'}', '--output', "
+        f"r'{tmp_path / 't.csv'}', '--crs', 'local', '--log-format', 'quiet']); "
+        "print(int(re.search(r'VmHWM:\\s*(\\d+)', open('/proc/self/status').read())[1]) // 1024); sys.exit(code)"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert int(done.stdout.split()[-1]) < 1500 and (tmp_path / "t.csv").is_file()
 
 
-@pytest.mark.parametrize(("folder", "name"), [
-    ("als_chablais3", "las_chablais3.laz"), ("als_lasr_bcts", "bcts_1.laz"), ("als_lidr", "Megaplot.laz"),
-    ("als_lidr", "MixedConifer.laz"), ("als_lidr", "Topography.laz"), ("als_pycrown_dtm", "POINTS.laz"),
-    ("lidar_itsme", "pc_tree.las"), ("lidar_itsme", "buttressed_tree_1_pc.txt"), ("lidar_itsme", "pc_tree_uav.txt"),
-    ("lidar_spanner", "ALS_Clip.laz"), ("lidar_spanner", "UAS_Clip.laz"), ("lidar_treeiso", "LPine1_demo.laz"),
-    ("lidar_treels", "pine.laz"), ("lidar_treels", "pine_plot.laz"), ("lidar_treels", "spruce.laz"),
-    ("plot_a", "lidar/plot_a_uls.laz"), ("plot_h", "lidar/plot_h_uls.laz")])
+@pytest.mark.parametrize(
+    ("folder", "name"),
+    [
+        ("als_chablais3", "las_chablais3.laz"),
+        ("als_lasr_bcts", "bcts_1.laz"),
+        ("als_lidr", "Megaplot.laz"),
+        ("als_lidr", "MixedConifer.laz"),
+        ("als_lidr", "Topography.laz"),
+        ("als_pycrown_dtm", "POINTS.laz"),
+        ("lidar_itsme", "pc_tree.las"),
+        ("lidar_itsme", "buttressed_tree_1_pc.txt"),
+        ("lidar_itsme", "pc_tree_uav.txt"),
+        ("lidar_spanner", "ALS_Clip.laz"),
+        ("lidar_spanner", "UAS_Clip.laz"),
+        ("lidar_treeiso", "LPine1_demo.laz"),
+        ("lidar_treels", "pine.laz"),
+        ("lidar_treels", "pine_plot.laz"),
+        ("lidar_treels", "spruce.laz"),
+        ("plot_a", "lidar/plot_a_uls.laz"),
+        ("plot_h", "lidar/plot_h_uls.laz"),
+    ],
+)
 def test_real_clouds_pass(folder, name):
     path = needs_shared(folder) / name
     cloud = read_cloud(path, crs="local", attributes=())

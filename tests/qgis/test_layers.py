@@ -42,16 +42,38 @@ def folder(tmp_path_factory):
 
     place = tmp_path_factory.mktemp("Projekt é")
     crs = pyproj.CRS.from_epsg(32617)
-    trees = [Tree(tree_id=n, x=500000.0 + 2 * n, y=3450000.0, z_ground=100.0, dbh_cm=20.0 + n, dbh_se_cm=0.4,
-                  dbh_lo_cm=19.0 + n, dbh_hi_cm=21.0 + n, bh_m=1.37, qc_flag="ok") for n in (1, 2, 3)]
+    trees = [
+        Tree(
+            tree_id=n,
+            x=500000.0 + 2 * n,
+            y=3450000.0,
+            z_ground=100.0,
+            dbh_cm=20.0 + n,
+            dbh_se_cm=0.4,
+            dbh_lo_cm=19.0 + n,
+            dbh_hi_cm=21.0 + n,
+            bh_m=1.37,
+            qc_flag="ok",
+        )
+        for n in (1, 2, 3)
+    ]
     write_trees(place / "trees.gpkg", trees, crs)
     plots = geopandas.GeoDataFrame({"plot_id": ["A"]}, geometry=[box(499990, 3449990, 500020, 3450010)], crs=crs)
     plots.to_file(place / "two.gpkg", layer="other")
     plots.to_file(place / "two.gpkg", layer="mine")
     (place / "plots.csv").write_text("plot_id,easting,northing,radius_m\nA,500004,3450000,10\n")
     geopandas.GeoDataFrame({"tree_id": [7]}, geometry=[Point(500001, 3450001)], crs=crs).to_file(place / "one.gpkg")
-    with rasterio.open(place / "dtm.tif", "w", driver="GTiff", width=4, height=4, count=1, dtype="float32",
-                       crs=crs, transform=from_origin(499990, 3450010, 10, 10)) as raster:
+    with rasterio.open(
+        place / "dtm.tif",
+        "w",
+        driver="GTiff",
+        width=4,
+        height=4,
+        count=1,
+        dtype="float32",
+        crs=crs,
+        transform=from_origin(499990, 3450010, 10, 10),
+    ) as raster:
         raster.write(np.full((1, 4, 4), 100, "float32"))
     (place / "broken.gpkg").write_text("no layer")
     return place

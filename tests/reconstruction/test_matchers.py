@@ -35,7 +35,9 @@ def block(tmp_path):
     rng = np.random.default_rng(0)
     wall = cv2.GaussianBlur(rng.integers(0, 255, (900, 1200, 3), dtype=np.uint8), (0, 0), 1.5)
     wall = cv2.normalize(wall, None, 0, 255, cv2.NORM_MINMAX)
-    photos = {f"{k}.png": wall[100:500, 100 + 60 * k:600 + 60 * k].copy() for k in range(3)}  # a fronto-parallel shift
+    photos = {
+        f"{k}.png": wall[100:500, 100 + 60 * k : 600 + 60 * k].copy() for k in range(3)
+    }  # a fronto-parallel shift
     database = pycolmap.Database.open(str(tmp_path / "d.db"))
     camera = pycolmap.Camera(camera_id=1, model="PINHOLE", width=500, height=400, params=[600, 600, 250, 200])
     camera_id = database.write_camera(camera)
@@ -75,13 +77,14 @@ def test_matches_are_added_to_those_that_are_there(block):
     import_matches(folder / "d.db", [("1.png", "0.png")], photos.__getitem__, matcher)
     before = FeatureStore(folder / "d.db", list(photos))
     target = folder / "learned.db"
-    report = match_photos(folder / "d.db", target, [("0.png", "1.png"), ("1.png", "2.png")], photos.__getitem__,
-                          matcher, plugin)
+    report = match_photos(
+        folder / "d.db", target, [("0.png", "1.png"), ("1.png", "2.png")], photos.__getitem__, matcher, plugin
+    )
     after = FeatureStore(target, list(photos))
     assert report.pairs == report.verified == 2 and report.added > 300
     assert set(before.matches) == {(0, 1)} and set(after.matches) == {(0, 1), (1, 2)}
     for old, new, described in zip(before.keypoints, after.keypoints, after.descriptors, strict=True):
-        np.testing.assert_array_equal(new[:len(old)], old)
+        np.testing.assert_array_equal(new[: len(old)], old)
         assert len(described) == len(new)
     one, two = after.matches[0, 1].T
     shift = after.keypoints[0][one] - after.keypoints[1][two]
@@ -90,8 +93,14 @@ def test_matches_are_added_to_those_that_are_there(block):
     # A matcher that finds nothing is no help, and leaves no database that a later run would take for a whole one.
     empty = np.empty((0, 2))
     with pytest.raises(InputError, match="found no match in any of 1 pairs"):
-        match_photos(folder / "d.db", folder / "none.db", [("0.png", "1.png")], photos.__getitem__,
-                     lambda a, b: (empty, empty, np.empty(0)), plugin)
+        match_photos(
+            folder / "d.db",
+            folder / "none.db",
+            [("0.png", "1.png")],
+            photos.__getitem__,
+            lambda a, b: (empty, empty, np.empty(0)),
+            plugin,
+        )
     assert not (folder / "none.db").exists()
 
 
@@ -144,8 +153,12 @@ def test_misbehaving_plugins_are_refused_in_one_sentence(block):
         import_matches(folder / "d.db", [("0.png", "9.png")], photos.__getitem__, lambda a, b: None)
     with pytest.raises(InputError, match="failed on 0.png"):
         import_matches(folder / "d.db", pair, photos.__getitem__, lambda a, b: 1 / 0)
-    for text, message in (("x = 1", "cannot be loaded"), ("def load(w): return 3", "expected a function"),
-                          ("def load(w): raise OSError('torn')", "cannot load it"), ("def", "cannot be loaded")):
+    for text, message in (
+        ("x = 1", "cannot be loaded"),
+        ("def load(w): return 3", "expected a function"),
+        ("def load(w): raise OSError('torn')", "cannot load it"),
+        ("def", "cannot be loaded"),
+    ):
         (folder / "bad.py").write_text(text)
         with pytest.raises(InputError, match=message):
             load_matcher(Plugin(folder / "bad.py", folder / "orb.json"))

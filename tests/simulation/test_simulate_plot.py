@@ -23,8 +23,18 @@ from treedgs_geo.simulation import flight, light, scene, terrain, truth
 from treedgs_geo.simulation.settings import SimulateSettings, resolve
 from treedgs_geo.simulation.simulate import simulate_plot
 
-TINY = dict(preset="test", seed=5, radius_m=3.5, image_width=480, image_height=360, photos=14, samples=3,
-            stems_per_ha=900.0, dbh_mean_cm=30.0, lidar_density_m2=150.0)
+TINY = dict(
+    preset="test",
+    seed=5,
+    radius_m=3.5,
+    image_width=480,
+    image_height=360,
+    photos=14,
+    samples=3,
+    stems_per_ha=900.0,
+    dbh_mean_cm=30.0,
+    lidar_density_m2=150.0,
+)
 #: Without anything that stands in the way or that LiDAR could take for a stem.
 BARE = dict(TINY, leaf_area_m2=0.0, shrubs_per_m2=0.0, saplings_per_m2=0.0, logs=0)
 
@@ -59,16 +69,28 @@ def views_of(folder: Path) -> dict[str, View]:
         camera = Camera(int(row["width"]), int(row["height"]), **number)
         rotation = np.array([[float(row[f"r{i}{j}"]) for j in range(3)] for i in range(3)])
         translation = np.array([float(row["t" + axis]) for axis in "xyz"])
-        views[row["image"]] = View(row["image"], folder / "images" / row["image"], camera, rotation, translation,
-                                   int(row["flight"]))
+        views[row["image"]] = View(
+            row["image"], folder / "images" / row["image"], camera, rotation, translation, int(row["flight"])
+        )
     return views
 
 
 def test_layout(leafy):
     names = {path.relative_to(leafy).as_posix() for path in leafy.rglob("*") if path.is_file()}
-    assert {"dtm.tif", "plots.csv", "field_trees.csv", "leafy_ppk.pos", "lidar/leafy_uls.laz", "truth/trees.csv",
-            "truth/visibility.csv", "truth/cameras.csv", "truth/stems.json", "truth/config.json",
-            "truth/field_key.json", "truth/timing.json"} <= names
+    assert {
+        "dtm.tif",
+        "plots.csv",
+        "field_trees.csv",
+        "leafy_ppk.pos",
+        "lidar/leafy_uls.laz",
+        "truth/trees.csv",
+        "truth/visibility.csv",
+        "truth/cameras.csv",
+        "truth/stems.json",
+        "truth/config.json",
+        "truth/field_key.json",
+        "truth/timing.json",
+    } <= names
     photos = sorted(path.name for path in (leafy / "images").iterdir())
     assert len(photos) == 14 and all(re.fullmatch(r"DJI_\d{14}_\d{4}_V\.JPG", name) for name in photos)
     assert [row["image"] for row in table(leafy / "truth" / "cameras.csv")] == photos
@@ -92,16 +114,25 @@ def test_mrk_and_pos_give_the_true_camera_positions(leafy):
             part = line.split()
             when = dt.datetime.strptime(part[0] + " " + part[1], "%Y/%m/%d %H:%M:%S.%f")
             assert when.microsecond % 200000 == 0
-            epochs.append(((when - dt.datetime(1980, 1, 6)).total_seconds() % 604800,
-                           *to_grid.transform(float(part[3]), float(part[2])), float(part[4]), int(part[5])))
+            epochs.append(
+                (
+                    (when - dt.datetime(1980, 1, 6)).total_seconds() % 604800,
+                    *to_grid.transform(float(part[3]), float(part[2])),
+                    float(part[4]),
+                    int(part[5]),
+                )
+            )
     epochs = np.array(epochs)
     cameras = table(leafy / "truth" / "cameras.csv")
     lines = next(leafy.glob("*.MRK")).read_text().splitlines()
     assert len(lines) == len(cameras)
     errors, floating = [], []
     for line, camera in zip(lines, cameras, strict=True):
-        found = re.match(r"\d+\t([\d.]+)\t\[(\d+)\]\t\s*(-?\d+),N\t\s*(-?\d+),E\t\s*(-?\d+),V\t"
-                         r"(.+),Lat\t(.+),Lon\t(.+),Ellh", line)
+        found = re.match(
+            r"\d+\t([\d.]+)\t\[(\d+)\]\t\s*(-?\d+),N\t\s*(-?\d+),E\t\s*(-?\d+),V\t"
+            r"(.+),Lat\t(.+),Lon\t(.+),Ellh",
+            line,
+        )
         seconds, north, east, down = (float(found[k]) for k in (1, 3, 4, 5))
         utc = dt.datetime.fromisoformat(camera["utc"])
         since = (utc - dt.datetime(1980, 1, 6)).total_seconds() + 18 - 604800 * int(found[2])
@@ -137,7 +168,7 @@ def test_photo_metadata(leafy):
         east, north = pyproj.Transformer.from_crs(6318, 6344, always_xy=True).transform(-lon, lat)
         assert np.hypot(east - float(camera["E"]), north - float(camera["N"])) < 12
         data = path.read_bytes()
-        xmp = data[data.index(b"<x:xmpmeta"):data.index(b"</x:xmpmeta>")].decode()
+        xmp = data[data.index(b"<x:xmpmeta") : data.index(b"</x:xmpmeta>")].decode()
         value = {key: float(text) for key, text in re.findall(r'drone-dji:(\w+)="([+-]?[\d.]+)"', xmp)}
         convergence = json.loads((leafy / "truth" / "config.json").read_text())["meridian_convergence_deg"]
         off = (value["GimbalYawDegree"] - float(camera["yaw_grid_deg"]) - convergence + 180) % 360 - 180
@@ -162,8 +193,12 @@ def test_stem_edges_lie_where_the_truth_projects(bare):
     misses = []
     for record in table(bare / "truth" / "visibility.csv"):
         tree = trees[record["tree_id"]]
-        if (float(record["visible_fraction"]) < 0.95 or record["in_frame"] == "0" or float(tree["dbh_cm"]) < 22
-                or float(record["foreshortening"]) < 0.4):
+        if (
+            float(record["visible_fraction"]) < 0.95
+            or record["in_frame"] == "0"
+            or float(tree["dbh_cm"]) < 22
+            or float(record["foreshortening"]) < 0.4
+        ):
             continue
         view = views[record["image"]]
         profile = np.array(stems[record["tree_id"]])
@@ -225,8 +260,16 @@ def test_visibility_is_sane(leafy, bare):
         for row in table(folder / "truth" / "visibility.csv"):
             if row["image"] in nadir and row["tree_id"] in inside:
                 assert float(row["foreshortening"]) < 0.35
-    mean = {folder.name: np.mean([float(row["visible_fraction"]) for row in table(folder / "truth" / "visibility.csv")
-                                  if float(row["foreshortening"]) > 0.35]) for folder in (leafy, bare)}
+    mean = {
+        folder.name: np.mean(
+            [
+                float(row["visible_fraction"])
+                for row in table(folder / "truth" / "visibility.csv")
+                if float(row["foreshortening"]) > 0.35
+            ]
+        )
+        for folder in (leafy, bare)
+    }
     assert mean["leafy"] < 0.6 * mean["bare"] and mean["bare"] > 0.7
 
 
@@ -246,7 +289,7 @@ def test_visibility_agrees_with_the_photo(bare):
         for on, du in ((True, 0.0), (False, 1.2 * float(record["width_px"]))):
             u, v = int(pixel[0, 0] + du), int(pixel[0, 1])
             if 4 <= u < 476 and 4 <= v < 356:
-                tones[on].append(image[v - 3:v + 4, u - 1:u + 2].mean())
+                tones[on].append(image[v - 3 : v + 4, u - 1 : u + 2].mean())
     assert np.mean(tones[True]) < np.mean(tones[False]) - 5
 
 
@@ -285,8 +328,21 @@ def test_section_of_a_tilted_cone_is_its_diameter():
     """No relief: an octagon-like tube of many sides; hull perimeter / pi against the taper curve."""
     rng = np.random.default_rng(0)
     ground = terrain.make_ground(rng, 10, 0.0, 0.0)
-    stem = scene.grow_stem(rng, ground, np.zeros(2), 0.30, 20.0, np.radians(8), 1.0, tree_id="T1", kind="normal",
-                           status="live", in_plot=True, detail=2, crown_base_m=10.0)
+    stem = scene.grow_stem(
+        rng,
+        ground,
+        np.zeros(2),
+        0.30,
+        20.0,
+        np.radians(8),
+        1.0,
+        tree_id="T1",
+        kind="normal",
+        status="live",
+        in_plot=True,
+        detail=2,
+        crown_base_m=10.0,
+    )
     mesh = scene.mesh_stems(np.random.default_rng(1), [stem])
     cut = truth.section(mesh, 0, stem, 1.37)
     nominal = 2 * scene.axis_at(stem, np.array([1.37]))[2][0]

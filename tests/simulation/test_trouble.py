@@ -79,8 +79,9 @@ def test_a_clearing_is_empty():
 
 
 def test_wind_moves_crowns_and_hardly_breast_height():
-    points = np.array([[x, y, z] for x in range(-9, 10) for y in range(-9, 10) for z in (0.0, 1.37, SWAY_HEIGHT_M)],
-                      float)
+    points = np.array(
+        [[x, y, z] for x in range(-9, 10) for y in range(-9, 10) for z in (0.0, 1.37, SWAY_HEIGHT_M)], float
+    )
     moved = np.concatenate([sway(points, 60.0, np.random.default_rng(k)) - points for k in range(40)])
     height = np.tile(points[:, 2], 40)
     assert np.abs(moved[:, 2]).max() == 0 and np.abs(moved[height == 0]).max() == 0

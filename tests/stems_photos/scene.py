@@ -24,8 +24,15 @@ class Stem:
     top: float = 9.0
 
 
-def oblique_views(folder: Path, n: int, height: float = 40.0, distance: float = 27.0, width: int = 520, rows: int = 400,
-                  focal: float = 1500.0) -> list[View]:
+def oblique_views(
+    folder: Path,
+    n: int,
+    height: float = 40.0,
+    distance: float = 27.0,
+    width: int = 520,
+    rows: int = 400,
+    focal: float = 1500.0,
+) -> list[View]:
     """Cameras on a ring looking at the origin."""
     views = []
     for k in range(n):
@@ -50,8 +57,9 @@ def render(views: list[View], stems: list[Stem], seed: int = 0, samples: int = 2
     bark = 0.16 + 0.03 * bark / bark.std()
     for view in views:
         camera = view.camera
-        u, v = np.meshgrid((np.arange(camera.width * samples) + 0.5) / samples,
-                           (np.arange(camera.height * samples) + 0.5) / samples)
+        u, v = np.meshgrid(
+            (np.arange(camera.width * samples) + 0.5) / samples, (np.arange(camera.height * samples) + 0.5) / samples
+        )
         rays = view.rays(np.column_stack([u.ravel(), v.ravel()]))
         origin = view.centre
         depth = -origin[2] / rays[:, 2]

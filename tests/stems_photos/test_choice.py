@@ -61,8 +61,18 @@ def test_crowded_sides_are_those_the_companion_reaches():
 
 def explanation(dbh_cm: float, contrast: float, evidence: float, edges: float = 50.0, rms: float = 0.5) -> Explanation:
     nothing = np.zeros(3)
-    fine = FineFit(Axis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37), dbh_cm / 200, -0.005, nothing, nothing,
-                   nothing > 0, nothing, 100.0, rms, 0.001)
+    fine = FineFit(
+        Axis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37),
+        dbh_cm / 200,
+        -0.005,
+        nothing,
+        nothing,
+        nothing > 0,
+        nothing,
+        100.0,
+        rms,
+        0.001,
+    )
     vector = np.array([0, 0, 0, 0, dbh_cm / 200])
     return Explanation(edges, contrast, Mode(0, 0, 0, 0, dbh_cm / 200, edges), fine, vector, nothing, evidence, rms)
 
@@ -100,8 +110,22 @@ def test_ragged_edges_and_an_odd_taper_count_against():
 
 
 def test_verdict_on_probability_and_companions():
-    clear = dict(dbh_cm=30, polish_cm=30.5, r1=-0.005, lean=0.02, score=120, gap=60, n_views=12, kish=10, se_cm=0.5,
-                 rms_px=0.48, options=PhotoStemOptions(), sure=0.99, contrast=1.5, outline_cm=29.0)
+    clear = dict(
+        dbh_cm=30,
+        polish_cm=30.5,
+        r1=-0.005,
+        lean=0.02,
+        score=120,
+        gap=60,
+        n_views=12,
+        kish=10,
+        se_cm=0.5,
+        rms_px=0.48,
+        options=PhotoStemOptions(),
+        sure=0.99,
+        contrast=1.5,
+        outline_cm=29.0,
+    )
     assert verdict(**clear) == ("ok", ())
     assert verdict(**clear | {"sure": 0.4}) == ("reject", ("ambiguous",))
     assert verdict(**clear | {"sure": 0.7}) == ("check", ("ambiguous",))
@@ -133,7 +157,7 @@ def test_the_error_of_an_oval_stem_is_that_of_ovals_turned_at_random(spread_deg)
     random = np.random.default_rng(3)
     azimuth, weight = np.radians(random.uniform(0, spread_deg, 40)), random.uniform(0.2, 1.0, 40)
     turned = np.linspace(0, np.pi, 500, endpoint=False)[:, None]
-    widths = 30 * (1 + 2 ** 0.5 * OVAL_SD * np.cos(2 * (azimuth - turned)))
+    widths = 30 * (1 + 2**0.5 * OVAL_SD * np.cos(2 * (azimuth - turned)))
     errors = widths @ weight / weight.sum() - 30
     assert oval_error_cm(30, azimuth, weight) == pytest.approx(np.sqrt((errors**2).mean()), rel=1e-6)
 

@@ -77,7 +77,8 @@ def test_errors_that_a_plot_shares_widen_each_side_by_itself():
     wide = with_block_errors(tree, 0.02, 0.0)
     extra = HALF_WIDTH_SE * 0.6
     assert wide.dbh_lo_cm == pytest.approx(30 - np.hypot(1.0, extra)) and wide.dbh_hi_cm == pytest.approx(
-        30 + np.hypot(7.0, extra))
+        30 + np.hypot(7.0, extra)
+    )
     assert wide.dbh_se_cm == pytest.approx(np.hypot(3.0, 0.6))
     same = with_block_errors(replace(tree), 0.0, 0.0)
     assert (same.dbh_lo_cm, same.dbh_hi_cm) == (29.0, 37.0)
@@ -86,8 +87,25 @@ def test_errors_that_a_plot_shares_widen_each_side_by_itself():
 def fitted(dbh_cm: float, llr: float, gain: float = 0.0, flag: str = "ok", x: float = 0.0) -> StemFit:
     axis = Axis(np.array([x, 2.0]), np.zeros(2), np.zeros(2), 1.0, 1.37)
     reasons = ("merged",) if gain > GAIN_DOUBTFUL else ()
-    return StemFit(axis, dbh_cm / 200, -0.0045, dbh_cm, 0.5, flag, reasons, 100.0, llr, 20.0, 8, 7.0, 250.0, 0.5,
-                   dbh_cm, np.ones(9), gain=gain)
+    return StemFit(
+        axis,
+        dbh_cm / 200,
+        -0.0045,
+        dbh_cm,
+        0.5,
+        flag,
+        reasons,
+        100.0,
+        llr,
+        20.0,
+        8,
+        7.0,
+        250.0,
+        0.5,
+        dbh_cm,
+        np.ones(9),
+        gain=gain,
+    )
 
 
 def test_two_stems_explain_a_place_better_than_one_and_are_not_the_better_stem_for_that():

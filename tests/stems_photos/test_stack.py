@@ -42,7 +42,7 @@ def test_a_mark_stays_where_it_is_and_light_is_kept(k):
 
     def centre(picture, scale):
         light = (picture[..., 0] / 255.0) ** 2.2 - 0.05
-        v, u = np.mgrid[0:light.shape[0], 0:light.shape[1]] + 0.5
+        v, u = np.mgrid[0 : light.shape[0], 0 : light.shape[1]] + 0.5
         return np.array([(u * light).sum(), (v * light).sum()]) / light.sum() * scale, light.mean()
 
     before, mean = centre(image, 1)

@@ -167,8 +167,19 @@ def test_azimuth_spread():
 
 
 def test_verdict_refuses_what_is_unclear():
-    clear = dict(dbh_cm=30, polish_cm=30.5, r1=-0.005, lean=0.02, score=120, gap=60, n_views=12, kish=10, se_cm=0.5,
-                 rms_px=0.48, options=PhotoStemOptions())
+    clear = dict(
+        dbh_cm=30,
+        polish_cm=30.5,
+        r1=-0.005,
+        lean=0.02,
+        score=120,
+        gap=60,
+        n_views=12,
+        kish=10,
+        se_cm=0.5,
+        rms_px=0.48,
+        options=PhotoStemOptions(),
+    )
     assert verdict(**clear) == ("ok", ())
     assert verdict(**clear | {"gap": 2})[0] == "reject"
     assert verdict(**clear | {"score": 40}) == ("reject", ("few_views",))

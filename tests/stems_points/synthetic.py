@@ -5,8 +5,21 @@ from __future__ import annotations
 import numpy as np
 
 
-def stem_points(rng, dbh_cm, count=300, noise_m=0.01, arc_deg=360.0, lean=(0.0, 0.0), taper_cm_m=1.0, low=0.2,
-                high=5.0, xy=(0.0, 0.0), bh_m=1.37, filled=False, lobes=0.0):
+def stem_points(
+    rng,
+    dbh_cm,
+    count=300,
+    noise_m=0.01,
+    arc_deg=360.0,
+    lean=(0.0, 0.0),
+    taper_cm_m=1.0,
+    low=0.2,
+    high=5.0,
+    xy=(0.0, 0.0),
+    bh_m=1.37,
+    filled=False,
+    lobes=0.0,
+):
     """(count, 3) points on the bark of a leaning, tapering stem, z above ground; ``filled``: over the whole disc."""
     h = rng.uniform(low, high, count)
     angle = rng.uniform(0, np.radians(arc_deg), count)

@@ -25,8 +25,19 @@ def nearest(trees, place):
 @pytest.mark.parametrize("noise_m, drift_m", [(0.015, 0.010), (0.02, 0.015)])
 def test_more_points_give_no_fewer_stems(noise_m, drift_m):
     """Full rings in bark as thick as SLAM makes it: all are found at every density, and nothing else is ``ok``."""
-    cloud = mobile_cloud(21, MobileScan(stems=8, size_m=8.5, noise_m=noise_m, drift_m=drift_m, bark=16_000,
-                                        dbh_cm=(13.0, 30.0), saplings=4, shrubs=8))
+    cloud = mobile_cloud(
+        21,
+        MobileScan(
+            stems=8,
+            size_m=8.5,
+            noise_m=noise_m,
+            drift_m=drift_m,
+            bark=16_000,
+            dbh_cm=(13.0, 30.0),
+            saplings=4,
+            shrubs=8,
+        ),
+    )
     for share in (1.0, 0.25, 1 / 16):
         xyz = cloud.thinned(share)
         trees, _ = measure_cloud(PointCloud(xyz), dtm_from_cloud(xyz))
@@ -40,8 +51,10 @@ def test_more_points_give_no_fewer_stems(noise_m, drift_m):
 
 
 def test_the_noise_is_the_clouds_own_whatever_its_density():
-    clean, thick = (mobile_cloud(23, MobileScan(stems=4, size_m=6.0, noise_m=noise, drift_m=0.0, bark=8000, saplings=0,
-                                                shrubs=2)) for noise in (0.004, 0.02))
+    clean, thick = (
+        mobile_cloud(23, MobileScan(stems=4, size_m=6.0, noise_m=noise, drift_m=0.0, bark=8000, saplings=0, shrubs=2))
+        for noise in (0.004, 0.02)
+    )
     for cloud, low, high in ((clean, 0.010, 0.0101), (thick, 0.018, 0.023)):
         for share in (1.0, 0.25):
             xyz = cloud.thinned(share)
@@ -61,8 +74,21 @@ def test_crowded_voxels_keep_their_proportions():
 
 
 def test_half_rings_of_a_single_scan_are_measured():
-    cloud = mobile_cloud(25, MobileScan(stems=6, size_m=7.5, noise_m=0.005, drift_m=0.0, walks=1, seen_deg=155.0,
-                                        ghosts=0.005, bark=12_000, saplings=2, shrubs=4))
+    cloud = mobile_cloud(
+        25,
+        MobileScan(
+            stems=6,
+            size_m=7.5,
+            noise_m=0.005,
+            drift_m=0.0,
+            walks=1,
+            seen_deg=155.0,
+            ghosts=0.005,
+            bark=12_000,
+            saplings=2,
+            shrubs=4,
+        ),
+    )
     for share in (1.0, 0.25):
         xyz = cloud.thinned(share)
         trees, _ = measure_cloud(PointCloud(xyz), dtm_from_cloud(xyz))
@@ -77,8 +103,9 @@ def test_half_rings_of_a_single_scan_are_measured():
 
 def test_what_stands_out_and_cannot_be_measured_is_listed():
     """A stem of 8 cm in noise of 2.5 cm, and a sliver of bark: refused, with the reason. Shrubs are not listed."""
-    scan = MobileScan(stems=6, size_m=8.0, noise_m=0.025, drift_m=0.005, bark=12_000, saplings=2, shrubs=8,
-                      dbh_cm=(18.0, 30.0))
+    scan = MobileScan(
+        stems=6, size_m=8.0, noise_m=0.025, drift_m=0.005, bark=12_000, saplings=2, shrubs=8, dbh_cm=(18.0, 30.0)
+    )
     cloud = mobile_cloud(27, scan)
     rng = np.random.default_rng(1)
     thin = stem(rng, np.array([9.5, 2.0]), 9.0, scan)
@@ -96,12 +123,24 @@ def test_what_stands_out_and_cannot_be_measured_is_listed():
 def test_a_fork_above_breast_height_is_one_tree(fork_m, spread, per_m):
     rng = np.random.default_rng(1)
     floor = rng.uniform(0, 6, (8000, 2))
-    parts = [np.column_stack([floor, rng.normal(0, 0.01, 8000)]),
-             stem_points(rng, 30.0, int(per_m * fork_m), 0.008, high=fork_m, xy=(3, 3), low=0.1)]
+    parts = [
+        np.column_stack([floor, rng.normal(0, 0.01, 8000)]),
+        stem_points(rng, 30.0, int(per_m * fork_m), 0.008, high=fork_m, xy=(3, 3), low=0.1),
+    ]
     for side in (-1, 1):
-        parts.append(stem_points(rng, 20.0, int(0.66 * per_m * (9 - fork_m)), 0.008, low=fork_m - 0.1, high=9.0,
-                                 lean=(side * spread, 0.03), taper_cm_m=0.8,
-                                 xy=(3 + side * (0.09 - spread * (fork_m - 1.37)), 3)))
+        parts.append(
+            stem_points(
+                rng,
+                20.0,
+                int(0.66 * per_m * (9 - fork_m)),
+                0.008,
+                low=fork_m - 0.1,
+                high=9.0,
+                lean=(side * spread, 0.03),
+                taper_cm_m=0.8,
+                xy=(3 + side * (0.09 - spread * (fork_m - 1.37)), 3),
+            )
+        )
     xyz = np.concatenate([*parts, np.column_stack([rng.normal(3, 1, (3000, 2)), rng.uniform(9, 14, 3000)])])
     trees, _ = measure_cloud(PointCloud(xyz), dtm_from_cloud(xyz))
     assert len(trees) == 1 and trees[0].dbh_cm == pytest.approx(30.0, abs=0.8)

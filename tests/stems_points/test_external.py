@@ -46,10 +46,19 @@ def test_another_order_is_noticed_and_undone(cloud):
     assert found.reordered and same_partition(found.tree_id, expected(cloud))
 
 
-@pytest.mark.parametrize("fault, message", [
-    ("crash", "exit code 1 .CUDA out of memory"), ("skips", "wrote no .ply"), ("nothing", "found no tree at all"),
-    ("thinned", "expected the"), ("moved", "other points than it was given"), ("squeezed", "other points"),
-    ("unlabelled", "expected x, y, z and instance_pred"), ("truncated", "promises")])
+@pytest.mark.parametrize(
+    "fault, message",
+    [
+        ("crash", "exit code 1 .CUDA out of memory"),
+        ("skips", "wrote no .ply"),
+        ("nothing", "found no tree at all"),
+        ("thinned", "expected the"),
+        ("moved", "other points than it was given"),
+        ("squeezed", "other points"),
+        ("unlabelled", "expected x, y, z and instance_pred"),
+        ("truncated", "promises"),
+    ],
+)
 def test_a_broken_contract_is_loud(cloud, fault, message):
     with pytest.raises(OutputError, match=message):
         segment_external(cloud, "forestformer3d", f"{COMMAND} {fault}")
@@ -78,7 +87,8 @@ def test_las_segmenters(cloud, tmp_path):
         "data = laspy.read(sys.argv[1] + '/cloud.laz')\n"
         "data.add_extra_dim(laspy.ExtraBytesParams('PredInstance', 'int32'))\n"
         "data.PredInstance = np.where(data.z > data.z.min() + 0.5, 7 + (data.x > 6), 0)\n"
-        "data.write(sys.argv[2] + '/cloud.laz')\n")
+        "data.write(sys.argv[2] + '/cloud.laz')\n"
+    )
     found = segment_external(cloud, "segmentanytree", f"{sys.executable} {script} {{input}} {{output}}")
     assert found.n_trees == 2 and not found.reordered
     right = cloud.xyz[:, 0] - np.floor(cloud.xyz[:, 0].min()) > 6
@@ -99,8 +109,15 @@ def test_the_verb_runs_it_and_measures_its_trees(cloud, tmp_path):
     own = read_cloud(tmp_path / "own.laz", crs="local").attributes
     assert set(np.unique(own["stem_class"])) == {0, 1, 2}
     assert ((own["stem_class"] == 2) == (own["tree_id"] > 0)).all()
-    theirs = [*map(str, words), "--output", str(tmp_path / "theirs.laz"), "--segmenter", "forestformer3d",
-              "--segmenter-command", COMMAND]
+    theirs = [
+        *map(str, words),
+        "--output",
+        str(tmp_path / "theirs.laz"),
+        "--segmenter",
+        "forestformer3d",
+        "--segmenter-command",
+        COMMAND,
+    ]
     assert main(theirs) == 0
     found = read_cloud(tmp_path / "theirs.laz", crs="local").attributes
     assert len(found["tree_id"]) == len(xyz) and found["tree_id"].max() > 10

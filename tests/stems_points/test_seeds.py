@@ -70,8 +70,9 @@ def test_exact_places_get_an_answer_each_and_no_neighbour_is_named(tmp_path, cap
     rng = np.random.default_rng(4)
     xyz = plot_cloud(rng, STEMS)
     # Bark of half a quarter of a stem, and twigs without a stem.
-    sliver = np.column_stack([8 + 0.15 * np.cos(t := rng.uniform(0, 0.7, 150)), 2 + 0.15 * np.sin(t),
-                              100.5 + rng.uniform(0.3, 4.5, 150)])
+    sliver = np.column_stack(
+        [8 + 0.15 * np.cos(t := rng.uniform(0, 0.7, 150)), 2 + 0.15 * np.sin(t), 100.5 + rng.uniform(0.3, 4.5, 150)]
+    )
     twigs = np.column_stack([rng.normal((1.2, 6), 0.2, (300, 2)), 100.4 + rng.uniform(0.3, 4, 300)])
     cloud, dtm = PointCloud(np.vstack([xyz, sliver, twigs])), dtm_from_cloud(xyz)
     rows = [(70, 2.02, 2.51), (12, 6.01, 2.98), (31, 9.48, 8.03), (5, 4.0, 9.9), (6, 8.15, 2.05), (7, 1.2, 6.0)]
@@ -80,8 +81,10 @@ def test_exact_places_get_an_answer_each_and_no_neighbour_is_named(tmp_path, cap
     answers = answer_stems(stems, field)
     assert [one.answer for one in answers][:4] == ["found", "found", "found", "missing"]
     assert answers[3].reason == "few_points" and answers[3].gap_m == pytest.approx(0.9, abs=0.05)
-    assert all(one.answer in ("missing", "refused") and one.reason in ("short_arc", "occluded", "few_points")
-               for one in answers[4:])
+    assert all(
+        one.answer in ("missing", "refused") and one.reason in ("short_arc", "occluded", "few_points")
+        for one in answers[4:]
+    )
     ids, missing = name_stems(stems, field)
     assert 5 not in ids and "5" in missing
     # The same through the command, with the table beside the output.
@@ -135,10 +138,15 @@ def test_seeds_end_to_end(tmp_path, capsys):
     assert "none of its 1 stems stands in the cloud" in capsys.readouterr().err and out.read_bytes() == before
 
 
-@pytest.mark.parametrize("rows, header, sentence", [
-    ([(1, 2)], "tree_id,azimuth", "expected x and y"), ([], "tree_id,x,y", "holds no stem"),
-    ([(1, 2, "?")], "tree_id,x,y", "line 2 has no position"),
-    ([(1, 2, 3), (1, 5, 6)], "tree_id,x,y", "more than once")])
+@pytest.mark.parametrize(
+    "rows, header, sentence",
+    [
+        ([(1, 2)], "tree_id,azimuth", "expected x and y"),
+        ([], "tree_id,x,y", "holds no stem"),
+        ([(1, 2, "?")], "tree_id,x,y", "line 2 has no position"),
+        ([(1, 2, 3), (1, 5, 6)], "tree_id,x,y", "more than once"),
+    ],
+)
 def test_bad_field_stems_are_refused(tmp_path, rows, header, sentence):
     with pytest.raises(InputError, match=sentence):
         read_field_stems(table(tmp_path / "f.csv", rows, header))
@@ -156,7 +164,8 @@ def test_field_stems_get_an_answer_in_a_cloud_without_stems_and_beside_a_taken_o
     answers = answer_stems(find_stems(PointCloud(xyz), dtm_from_cloud(xyz), seeds_xy=field.xy), field)
     assert [(one.answer, one.reason) for one in answers] == [("missing", "few_points")] * 2
     xyz = plot_cloud(np.random.default_rng(0), STEMS)
-    field = read_field_stems(table(tmp_path / "g.csv", [(k, x, y) for k, (x, y, _) in enumerate(STEMS, 1)]
-                                   + [(9, 6.2, 3.2)]))
+    field = read_field_stems(
+        table(tmp_path / "g.csv", [(k, x, y) for k, (x, y, _) in enumerate(STEMS, 1)] + [(9, 6.2, 3.2)])
+    )
     answers = answer_stems(find_stems(PointCloud(xyz), dtm_from_cloud(xyz), seeds_xy=field.xy), field)
     assert [one.answer for one in answers] == ["found"] * 4 + ["missing"] and answers[4].reason == "merged"

@@ -117,8 +117,10 @@ def test_a_model_at_another_height_is_refused_with_both_heights(cloud):
 
 
 def test_gaps_and_wrong_patches_of_a_model_are_filled_from_the_cloud(cloud):
-    for change, said in ((lambda x, y, z: np.where(x < 5, np.nan, z), "no height in"),
-                         (lambda x, y, z: np.where(x < 5, z - 22.5, z), "more than 3 m off in")):
+    for change, said in (
+        (lambda x, y, z: np.where(x < 5, np.nan, z), "no height in"),
+        (lambda x, y, z: np.where(x < 5, z - 22.5, z), "more than 3 m off in"),
+    ):
         told = Told()
         found = given_ground(given(cloud, change), cloud, "dtm", told)
         assert any(said in message for message in told.warnings)
@@ -181,9 +183,18 @@ def test_a_given_model_is_as_unsure_as_it_is_off_the_photos_ground_at_the_stem()
 
 def raster(path, values, nodata=None):
     values = np.asarray(values, np.float32)
-    with rasterio.open(path, "w", driver="GTiff", width=values.shape[1], height=values.shape[0], count=1,
-                       dtype="float32", crs="EPSG:32615", nodata=nodata,
-                       transform=Affine(0.5, 0, 0, 0, -0.5, 20)) as target:
+    with rasterio.open(
+        path,
+        "w",
+        driver="GTiff",
+        width=values.shape[1],
+        height=values.shape[0],
+        count=1,
+        dtype="float32",
+        crs="EPSG:32615",
+        nodata=nodata,
+        transform=Affine(0.5, 0, 0, 0, -0.5, 20),
+    ) as target:
         target.write(values, 1)
     return path
 
@@ -212,9 +223,15 @@ def test_blends_round_unmarked_nodata_go_with_it_and_slopes_stay(tmp_path):
     assert np.isnan(heights).sum() < 0.25 * heights.size
 
 
-@pytest.mark.parametrize("values", [
-    np.zeros((8, 8)), np.where(np.eye(8) > 0, 0.3, 0.0), np.add.outer(np.arange(8.0), np.arange(8.0)),
-    np.full((8, 8), 3.0)])
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.zeros((8, 8)),
+        np.where(np.eye(8) > 0, 0.3, 0.0),
+        np.add.outer(np.arange(8.0), np.arange(8.0)),
+        np.full((8, 8), 3.0),
+    ],
+)
 def test_heights_near_zero_are_heights(tmp_path, values):
     told = Told()
     assert np.isfinite(read_dtm(raster(tmp_path / "d.tif", values), reporter=told).heights).all() and not told.warnings

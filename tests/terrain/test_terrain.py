@@ -64,8 +64,18 @@ def test_file_round_trip_and_reprojected_queries(tmp_path):
 
 def test_traps_of_raster_files(tmp_path):
     def write(name, values, nodata=None, crs="EPSG:32615"):
-        with rasterio.open(tmp_path / name, "w", driver="GTiff", width=4, height=4, count=1, dtype="float32", crs=crs,
-                           nodata=nodata, transform=Affine(1, 0, 0, 0, -1, 4)) as target:
+        with rasterio.open(
+            tmp_path / name,
+            "w",
+            driver="GTiff",
+            width=4,
+            height=4,
+            count=1,
+            dtype="float32",
+            crs=crs,
+            nodata=nodata,
+            transform=Affine(1, 0, 0, 0, -1, 4),
+        ) as target:
             target.write(np.asarray(values, np.float32).reshape(4, 4), 1)
         return tmp_path / name
 

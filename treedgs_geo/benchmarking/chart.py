@@ -35,17 +35,26 @@ def machine() -> dict[str, Any]:
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**30 if hasattr(os, "sysconf") else None
     name = platform.processor() or platform.machine()
     try:
-        found = [line.split(":", 1)[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines()
-                 if line.startswith("model name")]
+        found = [
+            line.split(":", 1)[1].strip()
+            for line in Path("/proc/cpuinfo").read_text().splitlines()
+            if line.startswith("model name")
+        ]
         name = found[0] if found else name
     except OSError:
         pass
-    return {"processor": name, "cores": cores(), "memory_gb": None if memory is None else round(memory, 1),
-            "python": platform.python_version(), "version": __version__}
+    return {
+        "processor": name,
+        "cores": cores(),
+        "memory_gb": None if memory is None else round(memory, 1),
+        "python": platform.python_version(),
+        "version": __version__,
+    }
 
 
-def run_configs(plots: list[Path], configs: list[Config], repeats: int, folder: Path, reporter: Reporter,
-                budget_s: float = np.inf) -> tuple[list[dict], list[str]]:
+def run_configs(
+    plots: list[Path], configs: list[Config], repeats: int, folder: Path, reporter: Reporter, budget_s: float = np.inf
+) -> tuple[list[dict], list[str]]:
     """Every configuration on every plot, ``repeats`` times; kept runs are not run again.
 
     Returns:
@@ -91,8 +100,17 @@ def _warm_up(plot: Path, folder: Path, reporter: Reporter, began: float, budget_
         return
     sfm = _reconstruction("2000 features", plot, 0, folder, reporter)
     if "error" not in sfm:
-        run_job({"kind": "photos", "plot": str(plot), "sfm": sfm["folder"], "scale": 1.0, "params": {"max_views": 6},
-                 "scratch": str(folder / "scratch")}, done)
+        run_job(
+            {
+                "kind": "photos",
+                "plot": str(plot),
+                "sfm": sfm["folder"],
+                "scale": 1.0,
+                "params": {"max_views": 6},
+                "scratch": str(folder / "scratch"),
+            },
+            done,
+        )
 
 
 def _reconstruction(name: str, plot: Path, repeat: int, folder: Path, reporter: Reporter) -> dict[str, Any]:
@@ -113,17 +131,34 @@ def _measure(config: Config, plot: Path, repeat: int, folder: Path, kept: Path, 
             write_json(kept, {"error": f"reconstruction: {sfm['error']}", "seconds": None})
             return
     scratch = folder / "scratch"
-    job = {"kind": config.kind, "plot": str(plot), "sfm": sfm["folder"], "params": config.params,
-           "scale": config.scale, "reads": config.reads, "preset": config.preset, "scratch": str(scratch),
-           "points": str(kept.with_suffix(".laz"))}
+    job = {
+        "kind": config.kind,
+        "plot": str(plot),
+        "sfm": sfm["folder"],
+        "params": config.params,
+        "scale": config.scale,
+        "reads": config.reads,
+        "preset": config.preset,
+        "scratch": str(scratch),
+        "points": str(kept.with_suffix(".laz")),
+    }
     record = run_job(job, kept)
     shutil.rmtree(scratch, ignore_errors=True)
     if "error" in record:
         return
     stage_s = sum(record["stages"].values())
-    write_json(kept, {**record, "version": __version__, "sfm_s": sfm["wall_s"], "stage_s": round(stage_s, 2),
-                      "seconds": round(sfm["wall_s"] + stage_s, 2), "sfm_stages": sfm["stages"],
-                      "peak_memory_mb": max(record["peak_memory_mb"], sfm["peak_memory_mb"])})
+    write_json(
+        kept,
+        {
+            **record,
+            "version": __version__,
+            "sfm_s": sfm["wall_s"],
+            "stage_s": round(stage_s, 2),
+            "seconds": round(sfm["wall_s"] + stage_s, 2),
+            "sfm_stages": sfm["stages"],
+            "peak_memory_mb": max(record["peak_memory_mb"], sfm["peak_memory_mb"]),
+        },
+    )
 
 
 def summarise(records: list[dict], seed: int = 0, resamples: int = 1000) -> pd.DataFrame:
@@ -150,23 +185,40 @@ def summarise(records: list[dict], seed: int = 0, resamples: int = 1000) -> pd.D
         bounded = [row for row in read if row["lo_cm"] is not None]
         times = [run["seconds"] for run in runs]
         ok = [abs(row["read_cm"] - row["true_cm"]) for row in read if row["flag"] == "ok"]
-        rows.append({
-            "key": key, "title": config.title, "group": config.group, "preset": config.preset, "runs": len(runs),
-            "seconds": float(np.median(times)), "seconds_lo": min(times), "seconds_hi": max(times),
-            "sfm_s": float(np.median([run["sfm_s"] for run in runs])),
-            "stage_s": float(np.median([run["stage_s"] for run in runs])),
-            "rmse_cm": rmse, "rmse_lo": float(low), "rmse_hi": float(high),
-            "me_cm": float(error.mean()) if len(error) else np.nan,
-            "worst_cm": float(np.abs(error).max()) if len(error) else np.nan,
-            "stems": len({(row["plot"], row["tree_id"]) for row in visible}),
-            "success": sum(row["read_cm"] is not None for row in visible) / max(len(visible), 1),
-            "ok": len(ok), "ok_off_5cm": sum(value > 5 for value in ok),
-            "coverage": (sum(row["lo_cm"] <= row["true_cm"] <= row["hi_cm"] for row in bounded) / len(bounded)
-                         if bounded else np.nan),
-            "false": sum(bool(row.get("false")) for run in runs for row in run["rows"]) / len(runs),
-            "peak_memory_mb": max(run["peak_memory_mb"] for run in runs),
-            **{name: next((run["modelled"].get(name) for run in runs if run["modelled"].get(name)), None)
-               for name in ("photos", "megapixels", "gaussians")}})
+        rows.append(
+            {
+                "key": key,
+                "title": config.title,
+                "group": config.group,
+                "preset": config.preset,
+                "runs": len(runs),
+                "seconds": float(np.median(times)),
+                "seconds_lo": min(times),
+                "seconds_hi": max(times),
+                "sfm_s": float(np.median([run["sfm_s"] for run in runs])),
+                "stage_s": float(np.median([run["stage_s"] for run in runs])),
+                "rmse_cm": rmse,
+                "rmse_lo": float(low),
+                "rmse_hi": float(high),
+                "me_cm": float(error.mean()) if len(error) else np.nan,
+                "worst_cm": float(np.abs(error).max()) if len(error) else np.nan,
+                "stems": len({(row["plot"], row["tree_id"]) for row in visible}),
+                "success": sum(row["read_cm"] is not None for row in visible) / max(len(visible), 1),
+                "ok": len(ok),
+                "ok_off_5cm": sum(value > 5 for value in ok),
+                "coverage": (
+                    sum(row["lo_cm"] <= row["true_cm"] <= row["hi_cm"] for row in bounded) / len(bounded)
+                    if bounded
+                    else np.nan
+                ),
+                "false": sum(bool(row.get("false")) for run in runs for row in run["rows"]) / len(runs),
+                "peak_memory_mb": max(run["peak_memory_mb"] for run in runs),
+                **{
+                    name: next((run["modelled"].get(name) for run in runs if run["modelled"].get(name)), None)
+                    for name in ("photos", "megapixels", "gaussians")
+                },
+            }
+        )
     table = pd.DataFrame(rows)
     if len(table):
         table["front"] = pareto(table)
@@ -210,8 +262,11 @@ def knees(table: pd.DataFrame) -> dict[str, str]:
     best = photos.loc[photos["rmse_cm"].idxmin()]
     good = photos[photos["rmse_cm"] <= best["rmse_hi"]]
     fair = photos[photos["rmse_cm"] <= 2 * best["rmse_cm"]]
-    return {"best": best["key"], "balanced": good.loc[good["seconds"].idxmin(), "key"],
-            "fast": fair.loc[fair["seconds"].idxmin(), "key"]}
+    return {
+        "best": best["key"],
+        "balanced": good.loc[good["seconds"].idxmin(), "key"],
+        "fast": fair.loc[fair["seconds"].idxmin(), "key"],
+    }
 
 
 def plots_of(given: Path | None, folder: Path, quick: bool, reporter: Reporter) -> list[Path]:
@@ -237,8 +292,12 @@ def plots_of(given: Path | None, folder: Path, quick: bool, reporter: Reporter) 
         if not (plot / "truth" / "config.json").exists():
             with reporter.stage(f"simulate plot {seed}", 0.0, 1.0):
                 size = dict(preset="plot", radius_m=9.0, photos=50, samples=3) if quick else dict(preset="plot")
-                simulate_plot(SimulateSettings(output=plot, seed=seed, touching_saplings=1, strong_leans=1,
-                                               lean_max_deg=8.0, **size), reporter)  # type: ignore[arg-type]
+                simulate_plot(
+                    SimulateSettings(
+                        output=plot, seed=seed, touching_saplings=1, strong_leans=1, lean_max_deg=8.0, **size
+                    ),
+                    reporter,
+                )  # type: ignore[arg-type]
         plots.append(plot.resolve())
     return plots
 
@@ -247,8 +306,13 @@ def write_records(folder: Path, records: list[dict], table: pd.DataFrame, facts:
     """``benchmark.csv`` (a row a configuration), ``trees.csv`` (a row a tree and run), ``benchmark.json``."""
     from ..core.files import atomic_path
 
-    trees = pd.DataFrame([{"config": record["config"], "plot": record["plot"], "repeat": record["repeat"], **row}
-                          for record in records for row in record.get("rows", [])])
+    trees = pd.DataFrame(
+        [
+            {"config": record["config"], "plot": record["plot"], "repeat": record["repeat"], **row}
+            for record in records
+            for row in record.get("rows", [])
+        ]
+    )
     for name, frame in (("benchmark.csv", table), ("trees.csv", trees)):
         with atomic_path(folder / name) as path:
             safe_frame(frame).to_csv(path, index=False, float_format="%.4g")

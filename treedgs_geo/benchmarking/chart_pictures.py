@@ -11,9 +11,15 @@ import numpy as np
 import pandas as pd
 
 # Okabe-Ito, each group with a mark of its own: the chart reads in grey too.
-LOOKS = {"presets": ("#000000", "o"), "photos used": ("#0072B2", "s"), "pixels used": ("#56B4E9", "D"),
-         "stem model": ("#009E73", "v"), "reconstruction": ("#E69F00", "P"), "splat, then fit": ("#D55E00", "X"),
-         "LiDAR": ("#CC79A7", "^")}
+LOOKS = {
+    "presets": ("#000000", "o"),
+    "photos used": ("#0072B2", "s"),
+    "pixels used": ("#56B4E9", "D"),
+    "stem model": ("#009E73", "v"),
+    "reconstruction": ("#E69F00", "P"),
+    "splat, then fit": ("#D55E00", "X"),
+    "LiDAR": ("#CC79A7", "^"),
+}
 #: Half the size of a mark that names keep clear of, pixels.
 MARK_PX = 6.0
 #: Darker shades for words: light ones do not read in print.
@@ -39,16 +45,42 @@ def draw_chart(table: pd.DataFrame, facts: dict[str, Any]) -> Any:
         enough = rows["success"] >= 0.9 * shown["success"].max()
         spread = np.abs(rows[["seconds_lo", "seconds_hi"]].to_numpy(float).T - rows["seconds"].to_numpy(float))
         doubt = np.abs(rows[["rmse_lo", "rmse_hi"]].to_numpy(float).T - rows["rmse_cm"].to_numpy(float))
-        axes.errorbar(rows["seconds"], rows["rmse_cm"], xerr=spread, yerr=doubt, fmt="none", ecolor=colour, alpha=0.35,
-                      elinewidth=1, zorder=2)
+        axes.errorbar(
+            rows["seconds"],
+            rows["rmse_cm"],
+            xerr=spread,
+            yerr=doubt,
+            fmt="none",
+            ecolor=colour,
+            alpha=0.35,
+            elinewidth=1,
+            zorder=2,
+        )
         face = [colour if ok else "white" for ok in enough]
-        axes.scatter(rows["seconds"], rows["rmse_cm"], marker=mark, s=58, c=face, edgecolors=colour, linewidths=1.5,
-                     zorder=3, label=group)
+        axes.scatter(
+            rows["seconds"],
+            rows["rmse_cm"],
+            marker=mark,
+            s=58,
+            c=face,
+            edgecolors=colour,
+            linewidths=1.5,
+            zorder=3,
+            label=group,
+        )
     for number, cloud in enumerate((False, True)):
         front = shown[shown["front"] & ((shown["group"] == "LiDAR") == cloud)].sort_values("seconds")
         if len(front):
-            axes.step(front["seconds"], front["rmse_cm"], where="post", color="0.35", lw=1.4, ls="--", zorder=1,
-                      label="_" if number else "Pareto front")
+            axes.step(
+                front["seconds"],
+                front["rmse_cm"],
+                where="post",
+                color="0.35",
+                lw=1.4,
+                ls="--",
+                zorder=1,
+                label="_" if number else "Pareto front",
+            )
     axes.set_xscale("log")
     axes.set_yscale("log")
     low, high = shown["rmse_cm"].min() / 1.6, shown["rmse_cm"].max() * 1.5
@@ -59,8 +91,9 @@ def draw_chart(table: pd.DataFrame, facts: dict[str, Any]) -> Any:
     axes.set_yticks(ticks, [f"{t:g}" for t in ticks])
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.xaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}"))
-    marks = [t for t in (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1800, 3600)
-             if axes.get_xlim()[0] <= t <= axes.get_xlim()[1]]
+    marks = [
+        t for t in (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1800, 3600) if axes.get_xlim()[0] <= t <= axes.get_xlim()[1]
+    ]
     axes.set_xticks(marks, [_time(t) for t in marks])
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.grid(alpha=0.25, linewidth=0.6)
@@ -69,11 +102,23 @@ def draw_chart(table: pd.DataFrame, facts: dict[str, Any]) -> Any:
     axes.set_xlabel("time for one plot, reconstruction included")
     axes.set_ylabel("RMSE of DBH, cm")
     axes.set_title(f"{facts['plots_text']}; {facts['machine']['cores']} cores", fontsize=10, loc="left")
-    axes.legend(fontsize=8, frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=8, columnspacing=1.2,
-                handletextpad=0.3)
-    figure.text(0.01, 0.005, "Figures beside the marks: stems measured of those that 3 or more photos show clearly. "
-                "Hollow: fewer than 0.9 of the best. Bars: 90 % interval of the RMSE, least and most seconds.",
-                fontsize=7, color="0.3")
+    axes.legend(
+        fontsize=8,
+        frameon=False,
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.1),
+        ncols=8,
+        columnspacing=1.2,
+        handletextpad=0.3,
+    )
+    figure.text(
+        0.01,
+        0.005,
+        "Figures beside the marks: stems measured of those that 3 or more photos show clearly. "
+        "Hollow: fewer than 0.9 of the best. Bars: 90 % interval of the RMSE, least and most seconds.",
+        fontsize=7,
+        color="0.3",
+    )
     figure.tight_layout(rect=(0, 0.025, 1, 1))
     return figure
 
@@ -91,20 +136,52 @@ def _label(axes: Any, shown: pd.DataFrame) -> None:
         text = f"{row['title']} {round(row['success'] * row['stems'])}/{row['stems']}"
         bold = "bold" if row["group"] == "presets" else "normal"
         colour = WORDS.get(row["group"], LOOKS[row["group"]][0])
-        for dx, dy, align in ((7, 3, "left"), (7, -9, "left"), (-7, 3, "right"), (-7, -9, "right"), (0, 10, "center"),
-                              (0, -16, "center"), (7, 14, "left"), (7, -20, "left"), (-7, 14, "right"),
-                              (-7, -20, "right"), (0, 22, "center"), (0, -28, "center"), (9, 25, "left"),
-                              (9, -31, "left"), (-9, 25, "right"), (-9, -31, "right")):
-            note = axes.annotate(text, (row["seconds"], row["rmse_cm"]), xytext=(dx, dy), textcoords="offset points",
-                                 ha=align, fontsize=7.2, color=colour, weight=bold)
+        for dx, dy, align in (
+            (7, 3, "left"),
+            (7, -9, "left"),
+            (-7, 3, "right"),
+            (-7, -9, "right"),
+            (0, 10, "center"),
+            (0, -16, "center"),
+            (7, 14, "left"),
+            (7, -20, "left"),
+            (-7, 14, "right"),
+            (-7, -20, "right"),
+            (0, 22, "center"),
+            (0, -28, "center"),
+            (9, 25, "left"),
+            (9, -31, "left"),
+            (-9, 25, "right"),
+            (-9, -31, "right"),
+        ):
+            note = axes.annotate(
+                text,
+                (row["seconds"], row["rmse_cm"]),
+                xytext=(dx, dy),
+                textcoords="offset points",
+                ha=align,
+                fontsize=7.2,
+                color=colour,
+                weight=bold,
+            )
             box = note.get_window_extent(renderer)
-            if not any(box.overlaps(other) for other in taken) and axes.bbox.containsx(box.x0) \
-                    and axes.bbox.containsx(box.x1):
+            if (
+                not any(box.overlaps(other) for other in taken)
+                and axes.bbox.containsx(box.x0)
+                and axes.bbox.containsx(box.x1)
+            ):
                 break
             note.remove()
         else:
-            note = axes.annotate(text, (row["seconds"], row["rmse_cm"]), xytext=(7, 3), textcoords="offset points",
-                                 fontsize=7.2, color=colour, weight=bold)
+            note = axes.annotate(
+                text,
+                (row["seconds"], row["rmse_cm"]),
+                xytext=(7, 3),
+                textcoords="offset points",
+                fontsize=7.2,
+                color=colour,
+                weight=bold,
+            )
             box = note.get_window_extent(renderer)
         taken.append(box)
 
@@ -113,10 +190,22 @@ def _time(seconds: float) -> str:
     return f"{seconds:g} s" if seconds < 60 else f"{seconds / 60:g} min"
 
 
-COLUMNS = (("title", "configuration"), ("group", "rung"), ("seconds", "s"), ("sfm_s", "of it SfM s"),
-           ("peak_memory_mb", "MB"), ("rmse_cm", "RMSE cm"), ("me_cm", "mean cm"), ("worst_cm", "worst cm"),
-           ("success", "success"), ("ok_off_5cm", "ok but > 5 cm off"), ("coverage", "in 90 %"), ("false", "false"),
-           ("megapixels", "megapixels"), ("gaussians", "Gaussians"))
+COLUMNS = (
+    ("title", "configuration"),
+    ("group", "rung"),
+    ("seconds", "s"),
+    ("sfm_s", "of it SfM s"),
+    ("peak_memory_mb", "MB"),
+    ("rmse_cm", "RMSE cm"),
+    ("me_cm", "mean cm"),
+    ("worst_cm", "worst cm"),
+    ("success", "success"),
+    ("ok_off_5cm", "ok but > 5 cm off"),
+    ("coverage", "in 90 %"),
+    ("false", "false"),
+    ("megapixels", "megapixels"),
+    ("gaussians", "Gaussians"),
+)
 
 
 def table_rows(table: pd.DataFrame) -> list[list[str]]:
@@ -147,9 +236,11 @@ def markdown(table: pd.DataFrame, facts: dict[str, Any], knees: dict[str, str]) 
     body = "".join("| " + " | ".join(cells) + " |\n" for cells in table_rows(table))
     advice = "; ".join(f"`{preset}`: {titles[key]}" for preset, key in knees.items())
     notes = "" if not facts["left_out"] else f" Left out for lack of time: {', '.join(facts['left_out'])}."
-    return (f"{facts['plots_text']}; {facts['machine']['cores']} cores of {facts['machine']['processor']}, "
-            f"TreeDGS {facts['machine']['version']}; {facts['repeats']} run(s) each; seed 0. * = on the Pareto front. "
-            f"Recommended by the rule of the page: {advice or 'nothing'}.{notes}\n\n{head}{body}\n{rungs(table)}")
+    return (
+        f"{facts['plots_text']}; {facts['machine']['cores']} cores of {facts['machine']['processor']}, "
+        f"TreeDGS {facts['machine']['version']}; {facts['repeats']} run(s) each; seed 0. * = on the Pareto front. "
+        f"Recommended by the rule of the page: {advice or 'nothing'}.{notes}\n\n{head}{body}\n{rungs(table)}"
+    )
 
 
 def rungs(table: pd.DataFrame) -> str:
@@ -157,8 +248,12 @@ def rungs(table: pd.DataFrame) -> str:
     if "balanced" not in set(table["key"]):
         return ""
     base = table[table["key"] == "balanced"].iloc[0]
-    lines = ["Against `balanced` (a difference counts when the 90 % intervals of the two RMSEs do not meet):", "",
-             "| rung | configuration | seconds | RMSE cm | stems | says |", "|---|---|---|---|---|---|"]
+    lines = [
+        "Against `balanced` (a difference counts when the 90 % intervals of the two RMSEs do not meet):",
+        "",
+        "| rung | configuration | seconds | RMSE cm | stems | says |",
+        "|---|---|---|---|---|---|",
+    ]
     for _, row in table[(table["group"] != "LiDAR") & (table["key"] != "balanced")].sort_values("group").iterrows():
         stems = round((row["success"] - base["success"]) * base["stems"])
         if not np.isfinite(row["rmse_cm"]):
@@ -186,15 +281,28 @@ def page(table: pd.DataFrame, facts: dict[str, Any], knees: dict[str, str]) -> s
     looks = {group: colour for group, (colour, _) in LOOKS.items()}
     titles = dict(zip(table["key"], table["title"], strict=True))
     head = "".join(f"<th>{html.escape(label)}</th>" for _, label in COLUMNS)
-    body = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>"
-                   for row in table_rows(table))
+    body = "".join(
+        "<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in table_rows(table)
+    )
     advice = "".join(f"<li><b>{preset}</b>: {html.escape(titles[key])}</li>" for preset, key in knees.items())
     script = {name: json.dumps(value).replace("</", "<\\/") for name, value in (("d", data), ("l", looks))}
-    left = "" if not facts["left_out"] else "<p>Left out for lack of time: " + html.escape(
-        ", ".join(facts["left_out"])) + ".</p>"
+    left = (
+        ""
+        if not facts["left_out"]
+        else "<p>Left out for lack of time: " + html.escape(", ".join(facts["left_out"])) + ".</p>"
+    )
     machine = ", ".join(f"{name} {value}" for name, value in facts["machine"].items())
-    filled = {"PLOTS": html.escape(facts["plots_text"]), "MACHINE": html.escape(machine), "REPEATS": facts["repeats"],
-              "ADVICE": advice, "LEFT": left, "HEAD": head, "BODY": body, "DATA": script["d"], "LOOKS": script["l"]}
+    filled = {
+        "PLOTS": html.escape(facts["plots_text"]),
+        "MACHINE": html.escape(machine),
+        "REPEATS": facts["repeats"],
+        "ADVICE": advice,
+        "LEFT": left,
+        "HEAD": head,
+        "BODY": body,
+        "DATA": script["d"],
+        "LOOKS": script["l"],
+    }
     text = files(__package__).joinpath("chart_page.html").read_text(encoding="utf-8")
     for name, value in filled.items():
         text = text.replace(f"@@{name}@@", str(value))
@@ -207,8 +315,13 @@ def by_plot(tables: dict[str, pd.DataFrame]) -> str:
         return ""
     keys = list(dict.fromkeys(key for table in tables.values() for key in table["key"]))
     titles = {key: title for table in tables.values() for key, title in zip(table["key"], table["title"], strict=True)}
-    lines = ["", "RMSE cm (mean error), stems measured of those visible, plot by plot:", "",
-             "| configuration | " + " | ".join(tables) + " |", "|---|" + "---|" * len(tables)]
+    lines = [
+        "",
+        "RMSE cm (mean error), stems measured of those visible, plot by plot:",
+        "",
+        "| configuration | " + " | ".join(tables) + " |",
+        "|---|" + "---|" * len(tables),
+    ]
     for key in keys:
         cells = []
         for table in tables.values():
@@ -217,7 +330,8 @@ def by_plot(tables: dict[str, pd.DataFrame]) -> str:
                 cells.append("–")
                 continue
             row = found.iloc[0]
-            cells.append(f"{row['rmse_cm']:.2f} ({row['me_cm']:+.2f}), {round(row['success'] * row['stems'])} of "
-                         f"{row['stems']}")
+            cells.append(
+                f"{row['rmse_cm']:.2f} ({row['me_cm']:+.2f}), {round(row['success'] * row['stems'])} of {row['stems']}"
+            )
         lines.append(f"| {titles[key]} | " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"

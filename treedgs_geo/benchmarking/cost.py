@@ -26,11 +26,16 @@ from .plot import TruePlot
 #: The paper's case (tab:runtime_breakdown): one plot of 365 photos of 20 MP, 45 stems, 83 minutes on 192 threads + GPU.
 PAPER = {"photos": 365, "megapixels": 20.0, "stems": 45, "radius_m": 16.05, "minutes": 83.0}
 #: Stage -> (what its seconds grow with, limits of the exponent).
-GROWTH = {"features": ("photos x min(megapixels, 12)", (0.8, 1.2)),
-          "reducing": ("photos x megapixels beyond 12", (0.8, 1.2)), "matching": ("pairs", (0.8, 1.2)),
-          "mapping": ("photos", (0.8, 2.0)), "adjustment": ("photos", (0.8, 2.0)),
-          "stems": ("area x photos used", (0.5, 1.2)),
-          "second opinion": ("stems asked x photos", (0.8, 1.2)), "lidar": ("points", (0.8, 1.2))}
+GROWTH = {
+    "features": ("photos x min(megapixels, 12)", (0.8, 1.2)),
+    "reducing": ("photos x megapixels beyond 12", (0.8, 1.2)),
+    "matching": ("pairs", (0.8, 1.2)),
+    "mapping": ("photos", (0.8, 2.0)),
+    "adjustment": ("photos", (0.8, 2.0)),
+    "stems": ("area x photos used", (0.5, 1.2)),
+    "second opinion": ("stems asked x photos", (0.8, 1.2)),
+    "lidar": ("points", (0.8, 1.2)),
+}
 MOST_FEATURE_MP, NEIGHBOURS, MOST_VIEWS = 12.0, 20, 96
 
 
@@ -45,12 +50,20 @@ def run_cost(output: Path, plots: Path | None, budget_min: float, reporter: Repo
     if len(points) < 4:
         raise InputError("Too few measurements were made to fit a cost model; give more time with --budget-min.")
     table = split_reducing(pd.DataFrame(points))
-    fits = {stage: fit_power(rows["size"].to_numpy(float), rows["seconds"].to_numpy(float), GROWTH[stage][1])
-            for stage, rows in table.groupby("stage")}
+    fits = {
+        stage: fit_power(rows["size"].to_numpy(float), rows["seconds"].to_numpy(float), GROWTH[stage][1])
+        for stage, rows in table.groupby("stage")
+    }
     memory = fit_memory(table)
     prediction = predict(fits, memory, PAPER)
-    facts = {"machine": chart.machine(), "plot": plot.name, "points": _records(table), "fits": fits, "memory": memory,
-             "paper_case": {**PAPER, **prediction}}
+    facts = {
+        "machine": chart.machine(),
+        "plot": plot.name,
+        "points": _records(table),
+        "fits": fits,
+        "memory": memory,
+        "paper_case": {**PAPER, **prediction},
+    }
     write_json(output / "cost.json", facts)
     with atomic_path(output / "cost.csv") as path:
         safe_frame(table).to_csv(path, index=False)
@@ -61,8 +74,11 @@ def run_cost(output: Path, plots: Path | None, budget_min: float, reporter: Repo
     close(figure)
     with atomic_path(output / "cost.md") as path:
         path.write_text(markdown(facts), encoding="utf-8")
-    return {"output": str(output), "chart": str(output / "cost.svg"),
-            "predicted_min": round(prediction["total_s"] / 60, 1)}
+    return {
+        "output": str(output),
+        "chart": str(output / "cost.svg"),
+        "predicted_min": round(prediction["total_s"] / 60, 1),
+    }
 
 
 def _measure(plot: Path, output: Path, reporter: Reporter, budget_min: float) -> list[dict]:
@@ -76,18 +92,28 @@ def _measure(plot: Path, output: Path, reporter: Reporter, budget_min: float) ->
     names = sorted(path.name for path in (plot / "images").iterdir())
     runs: list[tuple[str, dict[str, Any]]] = []
     for _, share, scale in subsets:
-        runs.append((f"sfm-{share:g}-{scale:g}", {"kind": "subset_sfm", "plot": str(plot), "share": share,
-                                                  "scale": scale}))
+        runs.append(
+            (f"sfm-{share:g}-{scale:g}", {"kind": "subset_sfm", "plot": str(plot), "share": share, "scale": scale})
+        )
     for radius in (0.4, 0.7, 1.0):
         for views in (12, 48):
-            runs.append((f"stems-{radius:g}-{views}", {"kind": "stems_cost", "plot": str(plot), "radius": radius,
-                                                       "views": views}))
+            runs.append(
+                (
+                    f"stems-{radius:g}-{views}",
+                    {"kind": "stems_cost", "plot": str(plot), "radius": radius, "views": views},
+                )
+            )
     for photos, megapixels in ((6, 4.0), (6, 12.0), (4, 50.0)):
-        runs.append((f"features-{photos}-{megapixels:g}", {"kind": "features_cost", "plot": str(plot), "photos": photos,
-                                                           "megapixels": megapixels}))
+        runs.append(
+            (
+                f"features-{photos}-{megapixels:g}",
+                {"kind": "features_cost", "plot": str(plot), "photos": photos, "megapixels": megapixels},
+            )
+        )
     for stems, scale in ((1, 1.0), (3, 1.0), (6, 1.0), (3, 2.0)):
-        runs.append((f"second-{stems}-{scale:g}", {"kind": "second_cost", "plot": str(plot), "stems": stems,
-                                                   "scale": scale}))
+        runs.append(
+            (f"second-{stems}-{scale:g}", {"kind": "second_cost", "plot": str(plot), "stems": stems, "scale": scale})
+        )
     if (plot / "lidar").exists():
         for share in (0.25, 0.5, 1.0):
             runs.append((f"lidar-{share:g}", {"kind": "lidar_cost", "plot": str(plot), "share": share}))
@@ -105,8 +131,16 @@ def _measure(plot: Path, output: Path, reporter: Reporter, budget_min: float) ->
             reporter.warn(f"{name}: {record['error']}")
             continue
         for stage, seconds in record["stages"].items():
-            points.append({"run": name, "stage": stage, "size": record["sizes"][stage], "seconds": seconds,
-                           "peak_memory_mb": record["peak_memory_mb"], **record["facts"]})
+            points.append(
+                {
+                    "run": name,
+                    "stage": stage,
+                    "size": record["sizes"][stage],
+                    "seconds": seconds,
+                    "peak_memory_mb": record["peak_memory_mb"],
+                    **record["facts"],
+                }
+            )
     reporter.info(f"{len(points)} measurements on {len(names)} photos and {len(truth.trees)} stems.")
     return points
 
@@ -140,8 +174,14 @@ def fit_power(size: np.ndarray, seconds: np.ndarray, limits: tuple[float, float]
     b = float(np.clip(np.polyfit(x, y, 1)[0] if np.ptp(x) > 0.1 else 1.0, *limits))
     a = float(np.exp(np.mean(y - b * x)))
     off = float(np.exp(np.abs(y - np.log(a) - b * x).max()))
-    return {"a": a, "b": round(b, 3), "from": float(size.min()), "to": float(size.max()), "n": len(size),
-            "spread": round(off, 2)}
+    return {
+        "a": a,
+        "b": round(b, 3),
+        "from": float(size.min()),
+        "to": float(size.max()),
+        "n": len(size),
+        "spread": round(off, 2),
+    }
 
 
 def fit_memory(table: pd.DataFrame) -> dict[str, float]:
@@ -158,8 +198,12 @@ def fit_memory(table: pd.DataFrame) -> dict[str, float]:
 
     base, crops = line("stems", "crop_megapixels", 3.0)
     second, stems = line("second opinion", "size", 0.0)
-    return {"base_mb": round(base), "mb_per_crop_megapixel": round(crops, 2), "second_base_mb": round(second),
-            "second_mb_per_stem_photo": round(stems, 3)}
+    return {
+        "base_mb": round(base),
+        "mb_per_crop_megapixel": round(crops, 2),
+        "second_base_mb": round(second),
+        "second_mb_per_stem_photo": round(stems, 3),
+    }
 
 
 def predict(fits: dict[str, dict], memory: dict[str, float], case: dict[str, float]) -> dict[str, Any]:
@@ -170,17 +214,28 @@ def predict(fits: dict[str, dict], memory: dict[str, float], case: dict[str, flo
     asked = min(case["stems"], MOST_ASKED)
     used = min(case["photos"], MOST_VIEWS)
     crop = min(case["megapixels"], (2 * case["radius_m"] + 6) ** 2 / gsd_m**2 / 1e6)
-    sizes = {"features": case["photos"] * min(case["megapixels"], MOST_FEATURE_MP),
-             "matching": case["photos"] * NEIGHBOURS / 2, "mapping": case["photos"], "adjustment": case["photos"],
-             "reducing": case["photos"] * max(case["megapixels"] - MOST_FEATURE_MP, 0.0),
-             "stems": np.pi * case["radius_m"] ** 2 * used, "second opinion": asked * case["photos"]}
+    sizes = {
+        "features": case["photos"] * min(case["megapixels"], MOST_FEATURE_MP),
+        "matching": case["photos"] * NEIGHBOURS / 2,
+        "mapping": case["photos"],
+        "adjustment": case["photos"],
+        "reducing": case["photos"] * max(case["megapixels"] - MOST_FEATURE_MP, 0.0),
+        "stems": np.pi * case["radius_m"] ** 2 * used,
+        "second opinion": asked * case["photos"],
+    }
     known = {name: size for name, size in sizes.items() if name in fits and size > 0}
     stages = {name: round(fits[name]["a"] * size ** fits[name]["b"], 1) for name, size in known.items()}
     beyond = {name: round(size / fits[name]["to"], 1) for name, size in known.items()}
-    peaks = (memory["base_mb"] + memory["mb_per_crop_megapixel"] * crop * used,
-             memory["second_base_mb"] + memory["second_mb_per_stem_photo"] * sizes["second opinion"])
-    return {"stages_s": stages, "total_s": round(sum(stages.values()), 1), "times_beyond_measured": beyond,
-            "peak_memory_mb": round(max(peaks))}
+    peaks = (
+        memory["base_mb"] + memory["mb_per_crop_megapixel"] * crop * used,
+        memory["second_base_mb"] + memory["second_mb_per_stem_photo"] * sizes["second opinion"],
+    )
+    return {
+        "stages_s": stages,
+        "total_s": round(sum(stages.values()), 1),
+        "times_beyond_measured": beyond,
+        "peak_memory_mb": round(max(peaks)),
+    }
 
 
 def draw(table: pd.DataFrame, fits: dict[str, dict]) -> Any:
@@ -193,7 +248,7 @@ def draw(table: pd.DataFrame, fits: dict[str, dict]) -> Any:
 
     stages = list(fits)
     figure, grid = plt.subplots(2, 4, figsize=(11.5, 5), dpi=110)
-    for axes in grid.flat[len(stages):]:
+    for axes in grid.flat[len(stages) :]:
         axes.set_visible(False)
     for axes, stage in zip(grid.flat, stages, strict=False):
         rows, fit = table[table["stage"] == stage], fits[stage]
@@ -220,14 +275,20 @@ def markdown(facts: dict[str, Any]) -> str:
     """The laws and the prediction, for the docs."""
     lines = ["| stage | grows with | seconds | measured from - to | worst misfit |", "|---|---|---|---|---|"]
     for stage, fit in facts["fits"].items():
-        lines.append(f"| {stage} | {GROWTH[stage][0]} | {fit['a']:.3g} size^{fit['b']:.2f} | {fit['from']:.0f} - "
-                     f"{fit['to']:.0f} | x{fit['spread']:.2f} |")
+        lines.append(
+            f"| {stage} | {GROWTH[stage][0]} | {fit['a']:.3g} size^{fit['b']:.2f} | {fit['from']:.0f} - "
+            f"{fit['to']:.0f} | x{fit['spread']:.2f} |"
+        )
     case = facts["paper_case"]
     stages = ", ".join(f"{name} {seconds / 60:.1f}" for name, seconds in case["stages_s"].items())
     beyond = max(case["times_beyond_measured"].values(), default=1)
-    lines += ["", f"Measured on `{facts['plot']}`, {facts['machine']['cores']} cores. The paper's case "
-              f"({case['photos']} photos of {case['megapixels']:.0f} MP, radius {case['radius_m']} m): predicted "
-              f"**{case['total_s'] / 60:.0f} minutes** ({stages}) and {case['peak_memory_mb'] / 1024:.1f} GB, "
-              f"extrapolated up to {beyond:g} times beyond what was measured. The paper took {case['minutes']:.0f} "
-              "minutes on 192 threads and a GPU (another scene: context).", ""]
+    lines += [
+        "",
+        f"Measured on `{facts['plot']}`, {facts['machine']['cores']} cores. The paper's case "
+        f"({case['photos']} photos of {case['megapixels']:.0f} MP, radius {case['radius_m']} m): predicted "
+        f"**{case['total_s'] / 60:.0f} minutes** ({stages}) and {case['peak_memory_mb'] / 1024:.1f} GB, "
+        f"extrapolated up to {beyond:g} times beyond what was measured. The paper took {case['minutes']:.0f} "
+        "minutes on 192 threads and a GPU (another scene: context).",
+        "",
+    ]
     return "\n".join(lines)

@@ -6,14 +6,21 @@ from dataclasses import dataclass, field
 from typing import Any
 
 #: The plot that every factor starts from: small, stems well seen. Levels change one thing about it.
-BASE: dict[str, Any] = {"preset": "micro", "stems_per_ha": 1100.0, "leaf_area_m2": 12.0, "float_epochs": 0,
-                        "shrubs_per_m2": 0.10, "lean_max_deg": 3.0}
+BASE: dict[str, Any] = {
+    "preset": "micro",
+    "stems_per_ha": 1100.0,
+    "leaf_area_m2": 12.0,
+    "float_epochs": 0,
+    "shrubs_per_m2": 0.10,
+    "lean_max_deg": 3.0,
+}
 #: The same for what only the whole chain shows: two flights that it can join.
 FLIGHT: dict[str, Any] = {"preset": "test", "float_epochs": 0}
 PHOTOS, CLOUD, CHAIN = "photos", "cloud", "chain"
 #: Where splats (half a minute a case) are measured beside the photos: what hides a stem, blurs it or moves the views.
-SPLAT_FACTORS = frozenset({"views", "hiding", "gsd", "understory", "wind", "lean", "touch", "sector", "poses",
-                           "exposure", "empty"})
+SPLAT_FACTORS = frozenset(
+    {"views", "hiding", "gsd", "understory", "wind", "lean", "touch", "sector", "poses", "exposure", "empty"}
+)
 
 
 @dataclass(frozen=True)
@@ -41,8 +48,14 @@ def _each(name: str, levels: tuple[float, ...], **also: Any) -> dict[float, dict
     return {level: {name: level, **also} for level in levels}
 
 
-def _rendered(key: str, title: str, unit: str, about: str, render: dict[float, dict[str, Any]],
-              inputs: tuple[str, ...] = (PHOTOS, CLOUD)) -> Factor:
+def _rendered(
+    key: str,
+    title: str,
+    unit: str,
+    about: str,
+    render: dict[float, dict[str, Any]],
+    inputs: tuple[str, ...] = (PHOTOS, CLOUD),
+) -> Factor:
     return Factor(key, title, unit, tuple(render), about, render, "", inputs)
 
 
@@ -51,67 +64,213 @@ def _perturbed(key: str, title: str, unit: str, about: str, levels: tuple[float,
 
 
 FACTORS: tuple[Factor, ...] = (
-    _perturbed("views", "photos kept", "photos", "Oblique photos left of 25, spread over the directions; with 3 "
-               "hardly any stem has a clear view.", (25, 16, 10, 6, 3), PHOTOS),
-    _rendered("hiding", "needle area a tree", "m2", "Crowns that hide the stems: clear views fall from a handful "
-              "to none.", _each("leaf_area_m2", (12.0, 30.0, 80.0))),
-    _rendered("gsd", "ground sample distance", "cm", "Pixels across a stem: 28 at 1 cm, 5 at 5 cm.",
-              {1.84: {}, 1.0: {"gsd_cm": 1.0, "image_width": 960, "image_height": 760}, 3.0: {"gsd_cm": 3.0},
-               5.0: {"gsd_cm": 5.0}}, (PHOTOS,)),
-    _rendered("understory", "shrubs", "1/m2", "Shrubs up to 2 m high about the stems.",
-              _each("shrubs_per_m2", (0.1, 0.5, 1.5))),
-    _rendered("wind", "sway of the crowns between photos", "cm", "Crowns, and less the stems, stand elsewhere in "
-              "every third photo.", _each("wind_sway_cm", (0.0, 15.0, 60.0, 200.0)), (PHOTOS,)),
-    _rendered("lean", "lean", "deg", "Every stem of the plot leans.",
-              {0.0: {}, **{a: {"lean_max_deg": a, "strong_leans": 10} for a in (10.0, 18.0, 25.0)}}),
-    _rendered("sweep", "bow of the lowest 4 m", "cm", "Swept stems: no straight axis.",
-              _each("sweep_cm", (0.0, 15.0, 40.0))),
-    _rendered("fork_below", "trees forked below breast height", "count", "Two limbs from one foot.",
-              _each("forks_below_bh", (0, 3))),
-    _rendered("fork_above", "trees forked above breast height", "count", "One stem at breast height, two above.",
-              _each("forks_above_bh", (0, 3))),
-    _rendered("flare", "butt flare: height to a third", "m", "A butt that is still thick at breast height; truth is "
-              "the tape's, flare included.", {0.22: {}, 0.7: {"butt_flare_m": 0.7}, 1.5: {"butt_flare_m": 1.5}}),
-    _rendered("ellipse", "widest less narrowest width", "%", "Oval stems; truth is the tape's diameter.",
-              {3.0: {}, 10.0: {"ellipticity_pct": 10.0}, 25.0: {"ellipticity_pct": 25.0}}),
-    _rendered("touch", "stems touched by a sapling", "count", "A sapling of 4.5-7 cm against the bark.",
-              _each("touching_saplings", (0, 4))),
-    _rendered("twins", "gap between two stems", "m", "A second full stem beside every stem.",
-              {9.0: {}, **{gap: {"twins": 10, "twin_gap_m": gap, "stems_per_ha": 600.0} for gap in (0.4, 0.1, 0.01)}}),
-    _perturbed("sector", "photos from one side only", "deg", "Directions that the photos come from: a missing half.",
-               (360, 180, 90, 45), PHOTOS),
-    _perturbed("arc", "bark hit by the scanner", "deg", "A missing half of the stem in the cloud: thin arc.",
-               (360, 180, 90, 45), CLOUD),
-    _perturbed("clutter", "floating points about the stems", "1/m3", "Uniform clutter within 0.6 m of the axes.",
-               (0, 100, 400, 1500), CLOUD),
-    _perturbed("poses", "pose noise", "px", "Each photo turned at random (the same photos, wrong directions).",
-               (0, 0.5, 1.0, 2.0), PHOTOS),
-    _perturbed("shaken", "motion blur of a tenth of the photos", "px", "A tenth of the photos is shaken.",
-               (0, 6, 20), PHOTOS),
-    _perturbed("misexposed", "wrong exposure of a tenth of the photos", "stops", "Half of that tenth too dark, half "
-               "blown out.", (0, 1.5, 3), PHOTOS),
-    _perturbed("exposure", "exposure from photo to photo", "stops", "Rolling exposure: standard deviation.",
-               (0, 0.3, 1.0), PHOTOS),
-    _perturbed("white", "white balance from photo to photo", "%", "Rolling white balance: standard deviation a "
-               "channel.", (0, 5, 15), PHOTOS),
-    _perturbed("dtm", "error of the ground height", "m", "The terrain model lies too high by this much, so breast "
-               "height does; photos show how much, and intervals are widened by it.", (0, 0.1, 0.3, 1.0), PHOTOS,
-               CLOUD),
-    _perturbed("scale", "standard error of the block's scale", "%", "Geotags fix the scale this poorly; how much too "
-               "large or too small the block is, is drawn from it. Intervals are widened by the standard error.",
-               (0, 0.5, 1.0, 2.0), PHOTOS),
+    _perturbed(
+        "views",
+        "photos kept",
+        "photos",
+        "Oblique photos left of 25, spread over the directions; with 3 hardly any stem has a clear view.",
+        (25, 16, 10, 6, 3),
+        PHOTOS,
+    ),
+    _rendered(
+        "hiding",
+        "needle area a tree",
+        "m2",
+        "Crowns that hide the stems: clear views fall from a handful to none.",
+        _each("leaf_area_m2", (12.0, 30.0, 80.0)),
+    ),
+    _rendered(
+        "gsd",
+        "ground sample distance",
+        "cm",
+        "Pixels across a stem: 28 at 1 cm, 5 at 5 cm.",
+        {
+            1.84: {},
+            1.0: {"gsd_cm": 1.0, "image_width": 960, "image_height": 760},
+            3.0: {"gsd_cm": 3.0},
+            5.0: {"gsd_cm": 5.0},
+        },
+        (PHOTOS,),
+    ),
+    _rendered(
+        "understory",
+        "shrubs",
+        "1/m2",
+        "Shrubs up to 2 m high about the stems.",
+        _each("shrubs_per_m2", (0.1, 0.5, 1.5)),
+    ),
+    _rendered(
+        "wind",
+        "sway of the crowns between photos",
+        "cm",
+        "Crowns, and less the stems, stand elsewhere in every third photo.",
+        _each("wind_sway_cm", (0.0, 15.0, 60.0, 200.0)),
+        (PHOTOS,),
+    ),
+    _rendered(
+        "lean",
+        "lean",
+        "deg",
+        "Every stem of the plot leans.",
+        {0.0: {}, **{a: {"lean_max_deg": a, "strong_leans": 10} for a in (10.0, 18.0, 25.0)}},
+    ),
+    _rendered(
+        "sweep", "bow of the lowest 4 m", "cm", "Swept stems: no straight axis.", _each("sweep_cm", (0.0, 15.0, 40.0))
+    ),
+    _rendered(
+        "fork_below",
+        "trees forked below breast height",
+        "count",
+        "Two limbs from one foot.",
+        _each("forks_below_bh", (0, 3)),
+    ),
+    _rendered(
+        "fork_above",
+        "trees forked above breast height",
+        "count",
+        "One stem at breast height, two above.",
+        _each("forks_above_bh", (0, 3)),
+    ),
+    _rendered(
+        "flare",
+        "butt flare: height to a third",
+        "m",
+        "A butt that is still thick at breast height; truth is the tape's, flare included.",
+        {0.22: {}, 0.7: {"butt_flare_m": 0.7}, 1.5: {"butt_flare_m": 1.5}},
+    ),
+    _rendered(
+        "ellipse",
+        "widest less narrowest width",
+        "%",
+        "Oval stems; truth is the tape's diameter.",
+        {3.0: {}, 10.0: {"ellipticity_pct": 10.0}, 25.0: {"ellipticity_pct": 25.0}},
+    ),
+    _rendered(
+        "touch",
+        "stems touched by a sapling",
+        "count",
+        "A sapling of 4.5-7 cm against the bark.",
+        _each("touching_saplings", (0, 4)),
+    ),
+    _rendered(
+        "twins",
+        "gap between two stems",
+        "m",
+        "A second full stem beside every stem.",
+        {9.0: {}, **{gap: {"twins": 10, "twin_gap_m": gap, "stems_per_ha": 600.0} for gap in (0.4, 0.1, 0.01)}},
+    ),
+    _perturbed(
+        "sector",
+        "photos from one side only",
+        "deg",
+        "Directions that the photos come from: a missing half.",
+        (360, 180, 90, 45),
+        PHOTOS,
+    ),
+    _perturbed(
+        "arc",
+        "bark hit by the scanner",
+        "deg",
+        "A missing half of the stem in the cloud: thin arc.",
+        (360, 180, 90, 45),
+        CLOUD,
+    ),
+    _perturbed(
+        "clutter",
+        "floating points about the stems",
+        "1/m3",
+        "Uniform clutter within 0.6 m of the axes.",
+        (0, 100, 400, 1500),
+        CLOUD,
+    ),
+    _perturbed(
+        "poses",
+        "pose noise",
+        "px",
+        "Each photo turned at random (the same photos, wrong directions).",
+        (0, 0.5, 1.0, 2.0),
+        PHOTOS,
+    ),
+    _perturbed(
+        "shaken", "motion blur of a tenth of the photos", "px", "A tenth of the photos is shaken.", (0, 6, 20), PHOTOS
+    ),
+    _perturbed(
+        "misexposed",
+        "wrong exposure of a tenth of the photos",
+        "stops",
+        "Half of that tenth too dark, half blown out.",
+        (0, 1.5, 3),
+        PHOTOS,
+    ),
+    _perturbed(
+        "exposure",
+        "exposure from photo to photo",
+        "stops",
+        "Rolling exposure: standard deviation.",
+        (0, 0.3, 1.0),
+        PHOTOS,
+    ),
+    _perturbed(
+        "white",
+        "white balance from photo to photo",
+        "%",
+        "Rolling white balance: standard deviation a channel.",
+        (0, 5, 15),
+        PHOTOS,
+    ),
+    _perturbed(
+        "dtm",
+        "error of the ground height",
+        "m",
+        "The terrain model lies too high by this much, so breast "
+        "height does; photos show how much, and intervals are widened by it.",
+        (0, 0.1, 0.3, 1.0),
+        PHOTOS,
+        CLOUD,
+    ),
+    _perturbed(
+        "scale",
+        "standard error of the block's scale",
+        "%",
+        "Geotags fix the scale this poorly; how much too "
+        "large or too small the block is, is drawn from it. Intervals are widened by the standard error.",
+        (0, 0.5, 1.0, 2.0),
+        PHOTOS,
+    ),
     _perturbed("density", "points kept", "1/m2", "Pulses of the scanner, of 1400.", (1400, 500, 150, 50), CLOUD),
-    _perturbed("range_noise", "noise of the points", "cm", "Range and trajectory noise, standard deviation an axis.",
-               (0, 1.5, 3, 6), CLOUD),
-    _rendered("ppk_bias", "wrong base coordinates", "m", "The whole PPK track lies this far off in east, north and "
-              "height alike. Trees and ground move together: places are wrong by that much and nothing but ground "
-              "control can tell (they are paired with it taken out), diameters should not change.",
-              _each("ppk_bias_m", (0.0, 0.1, 1.0)), (CHAIN,)),
-    _rendered("float", "photos with float positions", "count", "Bursts of 2-3 s in which the geotags are some "
-              "decimetres off, about this many photos.", _each("float_epochs", (0, 4, 12)), (CHAIN,)),
-    _rendered("empty", "clearing about the plot's centre", "m", "No tree to be found: shrubs, grass, logs and "
-              "saplings only.", {0.0: {}, 6.0: {"clearing_m": 6.0, "saplings_per_m2": 0.15, "shrubs_per_m2": 0.5,
-                                                "logs": 12}}),
+    _perturbed(
+        "range_noise",
+        "noise of the points",
+        "cm",
+        "Range and trajectory noise, standard deviation an axis.",
+        (0, 1.5, 3, 6),
+        CLOUD,
+    ),
+    _rendered(
+        "ppk_bias",
+        "wrong base coordinates",
+        "m",
+        "The whole PPK track lies this far off in east, north and "
+        "height alike. Trees and ground move together: places are wrong by that much and nothing but ground "
+        "control can tell (they are paired with it taken out), diameters should not change.",
+        _each("ppk_bias_m", (0.0, 0.1, 1.0)),
+        (CHAIN,),
+    ),
+    _rendered(
+        "float",
+        "photos with float positions",
+        "count",
+        "Bursts of 2-3 s in which the geotags are some decimetres off, about this many photos.",
+        _each("float_epochs", (0, 4, 12)),
+        (CHAIN,),
+    ),
+    _rendered(
+        "empty",
+        "clearing about the plot's centre",
+        "m",
+        "No tree to be found: shrubs, grass, logs and saplings only.",
+        {0.0: {}, 6.0: {"clearing_m": 6.0, "saplings_per_m2": 0.15, "shrubs_per_m2": 0.5, "logs": 12}},
+    ),
 )
 
 

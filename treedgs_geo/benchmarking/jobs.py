@@ -33,8 +33,12 @@ def run_job(job: dict[str, Any], result: Path) -> dict[str, Any]:
     job_file = result.with_suffix(".job.json")
     write_json(job_file, job)
     began = time.perf_counter()
-    child = subprocess.Popen(python_command("treedgs_geo.benchmarking.jobs", job_file, result),
-                             stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    child = subprocess.Popen(
+        python_command("treedgs_geo.benchmarking.jobs", job_file, result),
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+    )
     try:
         errors = child.communicate()[1]
     finally:
@@ -44,8 +48,13 @@ def run_job(job: dict[str, Any], result: Path) -> dict[str, Any]:
     job_file.unlink(missing_ok=True)
     if child.returncode or not result.exists():
         last = (errors or b"").decode(errors="replace").strip().splitlines()[-1:] or ["no message"]
-        write_json(result, {"error": f"exit code {child.returncode}: {last[0][:300]}",
-                            "wall_s": round(time.perf_counter() - began, 2)})
+        write_json(
+            result,
+            {
+                "error": f"exit code {child.returncode}: {last[0][:300]}",
+                "wall_s": round(time.perf_counter() - began, 2),
+            },
+        )
     return read_json(result)
 
 
@@ -94,8 +103,11 @@ def run_photos(job: dict[str, Any]) -> dict[str, Any]:
     trees, _ = auto_route(preset, preset.stems.bh_m, frame, views, dtm, area, 0, Reporter())
     seconds = time.perf_counter() - began
     used = min(len(views), preset.stems.max_views)
-    return {"stages": {"stems": seconds}, **_scored(plot, trees),
-            "modelled": {"photos": used, "megapixels": used * views[0].camera.width * views[0].camera.height / 1e6}}
+    return {
+        "stages": {"stems": seconds},
+        **_scored(plot, trees),
+        "modelled": {"photos": used, "megapixels": used * views[0].camera.width * views[0].camera.height / 1e6},
+    }
 
 
 def reduced(views: list[View], scale: float, folder: Path) -> list[View]:
@@ -110,8 +122,9 @@ def reduced(views: list[View], scale: float, folder: Path) -> list[View]:
         image = load_image(view)[..., ::-1]
         height, width = round(image.shape[0] * scale), round(image.shape[1] * scale)
         path = folder / view.path.name
-        cv2.imwrite(str(path), cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA),
-                    [cv2.IMWRITE_JPEG_QUALITY, 95])
+        cv2.imwrite(
+            str(path), cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA), [cv2.IMWRITE_JPEG_QUALITY, 95]
+        )
         sx, sy = width / image.shape[1], height / image.shape[0]
         c = view.camera
         camera = replace(c, width=width, height=height, fx=c.fx * sx, fy=c.fy * sy, cx=c.cx * sx, cy=c.cy * sy)
@@ -135,8 +148,9 @@ def run_splats(job: dict[str, Any]) -> dict[str, Any]:
     plot, frame, views, dtm, area = _scene(job)
     paper = job["params"].get("preset") == "paper"
     clock = [time.perf_counter()]
-    found = to_trees(stems_from_photos(views, frame, dtm.local(frame).height, area,
-                                       PhotoStemOptions(max_views=48)), frame)
+    found = to_trees(
+        stems_from_photos(views, frame, dtm.local(frame).height, area, PhotoStemOptions(max_views=48)), frame
+    )
     if not found:
         raise ReconstructionError("no stem was found to fit splats around; give another plot.")
     places = frame.to_local(np.array([[t.x, t.y, t.z_ground or 0.0] for t in found]))[:, :2]
@@ -147,15 +161,17 @@ def run_splats(job: dict[str, Any]) -> dict[str, Any]:
     sampling = replace(SampleOptions(), **(PAPER_SAMPLING if paper else {}))
     xyz, opacity, groups = points_of(field, views, job["reads"], sampling)
     clock.append(time.perf_counter())
-    cloud = PointCloud(frame.to_project(xyz), frame.crs, {"opacity": opacity,
-                                                           "tree_id": (groups + 1).astype(np.int32)})
+    cloud = PointCloud(frame.to_project(xyz), frame.crs, {"opacity": opacity, "tree_id": (groups + 1).astype(np.int32)})
     write_cloud(Path(job["points"]), cloud)
     measuring = MeasureOptions(weights="opacity", method="paper" if paper else "default", source="splat")
     trees = measure_stems(cloud, groups + 1, dtm, measuring)
     clock.append(time.perf_counter())
     stages = dict(zip(("find stems", "fit splats", "sample", "measure"), np.diff(clock).tolist(), strict=True))
-    return {"stages": stages, **_scored(plot, trees),
-            "modelled": {"photos": report.photos, "megapixels": report.megapixels, "gaussians": len(field)}}
+    return {
+        "stages": stages,
+        **_scored(plot, trees),
+        "modelled": {"photos": report.photos, "megapixels": report.megapixels, "gaussians": len(field)},
+    }
 
 
 def run_cloud(job: dict[str, Any]) -> dict[str, Any]:
@@ -206,9 +222,16 @@ def run_subset_sfm(job: dict[str, Any]) -> dict[str, Any]:
         shutil.rmtree(scratch, ignore_errors=True)
     megapixels = camera.width * camera.height / 1e6 * job["scale"] ** 2
     photos = len(chosen)
-    return {"stages": report["stage_seconds"], "facts": {"photos": photos, "megapixels": megapixels},
-            "sizes": {"features": photos * megapixels, "matching": report["pairs"], "mapping": photos,
-                      "adjustment": photos}}
+    return {
+        "stages": report["stage_seconds"],
+        "facts": {"photos": photos, "megapixels": megapixels},
+        "sizes": {
+            "features": photos * megapixels,
+            "matching": report["pairs"],
+            "mapping": photos,
+            "adjustment": photos,
+        },
+    }
 
 
 def run_features_cost(job: dict[str, Any]) -> dict[str, Any]:
@@ -233,13 +256,23 @@ def run_features_cost(job: dict[str, Any]) -> dict[str, Any]:
         stations = read_stations(scratch / "images", plot, TruePlot.load(plot).frame.crs.to_string())
         calibration = calibration_of([read_photo(stations.paths[0])])
         began = time.perf_counter()
-        extract_features(scratch / "features.db", scratch, stations, calibration, ReconstructOptions(),
-                         available_threads(), Reporter())
+        extract_features(
+            scratch / "features.db",
+            scratch,
+            stations,
+            calibration,
+            ReconstructOptions(),
+            available_threads(),
+            Reporter(),
+        )
         seconds = time.perf_counter() - began
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
-    return {"stages": {"features": seconds}, "facts": {"photos": len(chosen), "megapixels": megapixels / len(chosen)},
-            "sizes": {"features": megapixels}}
+    return {
+        "stages": {"features": seconds},
+        "facts": {"photos": len(chosen), "megapixels": megapixels / len(chosen)},
+        "sizes": {"features": megapixels},
+    }
 
 
 def run_second_cost(job: dict[str, Any]) -> dict[str, Any]:
@@ -255,12 +288,22 @@ def run_second_cost(job: dict[str, Any]) -> dict[str, Any]:
     if job["scale"] != 1:
         views = reduced(views, job["scale"], Path(job["scratch"]))
     began = time.perf_counter()
-    fit_with_report(views, plot.frame, plot.dtm.local(plot.frame).height, places, None,
-                    GaussianOptions(threads=available_threads()), Reporter())
+    fit_with_report(
+        views,
+        plot.frame,
+        plot.dtm.local(plot.frame).height,
+        places,
+        None,
+        GaussianOptions(threads=available_threads()),
+        Reporter(),
+    )
     seconds = time.perf_counter() - began
     size = len(places) * len(views) * job["scale"] ** 2
-    return {"stages": {"second opinion": seconds}, "sizes": {"second opinion": size},
-            "facts": {"photos": len(views), "stems": len(places), "scale": job["scale"]}}
+    return {
+        "stages": {"second opinion": seconds},
+        "sizes": {"second opinion": size},
+        "facts": {"photos": len(views), "stems": len(places), "scale": job["scale"]},
+    }
 
 
 def run_stems_cost(job: dict[str, Any]) -> dict[str, Any]:
@@ -271,13 +314,21 @@ def run_stems_cost(job: dict[str, Any]) -> dict[str, Any]:
     plot = TruePlot.load(Path(job["plot"]))
     radius, views = job["radius"] * plot.radius_m, plot.views()
     began = time.perf_counter()
-    fits = stems_from_photos(views, plot.frame, plot.dtm.local(plot.frame).height, Area.circle(0.0, 0.0, radius),
-                             PhotoStemOptions(max_views=job["views"]))
+    fits = stems_from_photos(
+        views,
+        plot.frame,
+        plot.dtm.local(plot.frame).height,
+        Area.circle(0.0, 0.0, radius),
+        PhotoStemOptions(max_views=job["views"]),
+    )
     seconds = time.perf_counter() - began
     camera = views[0].camera
     crop = min(camera.width * camera.height, ((2 * radius + 6) / 0.0184) ** 2) / 1e6
-    return {"stages": {"stems": seconds}, "sizes": {"stems": np.pi * radius**2 * job["views"]},
-            "facts": {"photos": job["views"], "stems": len(fits), "crop_megapixels": crop * job["views"]}}
+    return {
+        "stages": {"stems": seconds},
+        "sizes": {"stems": np.pi * radius**2 * job["views"]},
+        "facts": {"photos": job["views"], "stems": len(fits), "crop_megapixels": crop * job["views"]},
+    }
 
 
 def run_lidar_cost(job: dict[str, Any]) -> dict[str, Any]:
@@ -290,13 +341,24 @@ def run_lidar_cost(job: dict[str, Any]) -> dict[str, Any]:
     cloud = cloud.select((cloud.xyz[:, 0] >= low) & (cloud.xyz[:, 0] <= high))
     began = time.perf_counter()
     trees, _ = measure_cloud(cloud, dtm_from_cloud(cloud.xyz, crs=cloud.horizontal_crs))
-    return {"stages": {"lidar": time.perf_counter() - began}, "sizes": {"lidar": len(cloud)},
-            "facts": {"stems": len(trees)}}
+    return {
+        "stages": {"lidar": time.perf_counter() - began},
+        "sizes": {"lidar": len(cloud)},
+        "facts": {"stems": len(trees)},
+    }
 
 
-JOBS = {"sfm": run_sfm, "photos": run_photos, "splats": run_splats, "cloud": run_cloud, "subset_sfm": run_subset_sfm,
-        "features_cost": run_features_cost, "stems_cost": run_stems_cost, "second_cost": run_second_cost,
-        "lidar_cost": run_lidar_cost}
+JOBS = {
+    "sfm": run_sfm,
+    "photos": run_photos,
+    "splats": run_splats,
+    "cloud": run_cloud,
+    "subset_sfm": run_subset_sfm,
+    "features_cost": run_features_cost,
+    "stems_cost": run_stems_cost,
+    "second_cost": run_second_cost,
+    "lidar_cost": run_lidar_cost,
+}
 
 
 def main() -> int:
@@ -305,8 +367,10 @@ def main() -> int:
     began = time.perf_counter()
     record = JOBS[job["kind"]](job)
     record["stages"] = {name: round(value, 2) for name, value in record["stages"].items()}
-    write_json(Path(sys.argv[2]), {**record, "wall_s": round(time.perf_counter() - began, 2),
-                                   "peak_memory_mb": peak_memory_mb()})
+    write_json(
+        Path(sys.argv[2]),
+        {**record, "wall_s": round(time.perf_counter() - began, 2), "peak_memory_mb": peak_memory_mb()},
+    )
     return 0
 
 

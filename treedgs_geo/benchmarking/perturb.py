@@ -64,8 +64,7 @@ def shifted_ground(height: Callable, up_m: float) -> Callable:
     return lambda x, y: height(x, y) + up_m
 
 
-def troubled_photos(views: list[View], settings: TroubleSettings, folder: Path,
-                    rng: np.random.Generator) -> list[View]:
+def troubled_photos(views: list[View], settings: TroubleSettings, folder: Path, rng: np.random.Generator) -> list[View]:
     """Copies of the photos in ``folder``, disturbed as ``simulate-plot`` would have."""
     folder.mkdir(parents=True, exist_ok=True)
     changed = []
@@ -98,11 +97,14 @@ def cluttered_cloud(cloud: PointCloud, stems: np.ndarray, per_m3: float, rng: np
     extra = []
     for x, y, z in stems:
         radius, turn = 0.6 * np.sqrt(rng.random(count)), rng.uniform(0, 2 * np.pi, count)
-        extra.append(np.column_stack([x + radius * np.cos(turn), y + radius * np.sin(turn),
-                                      z + rng.uniform(0.2, 4.2, count)]))
+        extra.append(
+            np.column_stack([x + radius * np.cos(turn), y + radius * np.sin(turn), z + rng.uniform(0.2, 4.2, count)])
+        )
     added = np.concatenate(extra) if extra else np.empty((0, 3))
-    attributes = {name: np.concatenate([values, rng.choice(values, len(added))]).astype(values.dtype)
-                  for name, values in cloud.attributes.items()}
+    attributes = {
+        name: np.concatenate([values, rng.choice(values, len(added))]).astype(values.dtype)
+        for name, values in cloud.attributes.items()
+    }
     return replace(cloud, xyz=np.vstack([cloud.xyz, added]), attributes=attributes)
 
 

@@ -47,8 +47,9 @@ class TruePlot:
             record = json.loads(path.read_text(encoding="utf-8"))
             frame = LocalFrame(project_crs(f"EPSG:{record['epsg']}"), np.array(record["origin_E_N_h"], float))
         except (OSError, ValueError, KeyError) as problem:
-            raise InputError(f"{path}: is not the truth of a simulated plot ({problem}); give a folder that "
-                             "simulate-plot wrote.") from None
+            raise InputError(
+                f"{path}: is not the truth of a simulated plot ({problem}); give a folder that simulate-plot wrote."
+            ) from None
         return cls(Path(folder), frame, float(record["config"]["radius_m"]))
 
     @cached_property
@@ -63,8 +64,11 @@ class TruePlot:
     def visibility(self) -> pd.DataFrame:
         """``truth/visibility.csv`` with ``clear`` (bool)."""
         table = pd.read_csv(self.folder / "truth" / "visibility.csv")
-        table["clear"] = ((table["visible_fraction"] >= CLEAR_SHARE) & (table["in_frame"] == 1)
-                          & (table["foreshortening"] > CLEAR_FORESHORTENING))
+        table["clear"] = (
+            (table["visible_fraction"] >= CLEAR_SHARE)
+            & (table["in_frame"] == 1)
+            & (table["foreshortening"] > CLEAR_FORESHORTENING)
+        )
         return table
 
     @cached_property
@@ -134,9 +138,15 @@ def score_trees(plot: TruePlot, trees: list[Tree], clear: dict[str, int] | None 
         if not stem["near"]:
             continue
         tree = partner.get(int(k))
-        rows.append({
-            "tree_id": str(stem["tree_id"]), "kind": stem["kind"], "true_cm": round(float(stem["dbh_cm"]), 3),
-            **_read(tree), "clear": None if clear is None else clear.get(str(stem["tree_id"]), 0)})
+        rows.append(
+            {
+                "tree_id": str(stem["tree_id"]),
+                "kind": stem["kind"],
+                "true_cm": round(float(stem["dbh_cm"]), 3),
+                **_read(tree),
+                "clear": None if clear is None else clear.get(str(stem["tree_id"]), 0),
+            }
+        )
     used = {id(tree) for tree in partner.values()}
     for tree in with_dbh:
         place = np.array([[tree.x, tree.y]]) - plot.frame.origin[:2]
@@ -144,15 +154,29 @@ def score_trees(plot: TruePlot, trees: list[Tree], clear: dict[str, int] | None 
         if np.hypot(*place[0]) > plot.radius_m + RIM_M:
             continue
         if id(tree) not in used and cdist(place, plot.anything).min() > MATCH_M:
-            rows.append({"tree_id": f"#{tree.tree_id}", "kind": "nothing", "true_cm": None, **_read(tree),
-                         "clear": None, "false": True})
+            rows.append(
+                {
+                    "tree_id": f"#{tree.tree_id}",
+                    "kind": "nothing",
+                    "true_cm": None,
+                    **_read(tree),
+                    "clear": None,
+                    "false": True,
+                }
+            )
     return rows
 
 
 def _read(tree: Tree | None) -> dict:
     if tree is None:
         return {"read_cm": None, "se_cm": None, "lo_cm": None, "hi_cm": None, "flag": "absent", "reason": ""}
-    number = {name: None if value is None else round(float(value), 3) for name, value in
-              (("read_cm", tree.dbh_cm), ("se_cm", tree.dbh_se_cm), ("lo_cm", tree.dbh_lo_cm),
-               ("hi_cm", tree.dbh_hi_cm))}
+    number = {
+        name: None if value is None else round(float(value), 3)
+        for name, value in (
+            ("read_cm", tree.dbh_cm),
+            ("se_cm", tree.dbh_se_cm),
+            ("lo_cm", tree.dbh_lo_cm),
+            ("hi_cm", tree.dbh_hi_cm),
+        )
+    }
     return {**number, "flag": tree.qc_flag, "reason": tree.qc_reason or ""}

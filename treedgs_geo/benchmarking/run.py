@@ -18,8 +18,9 @@ from .ladder import CONFIGS
 from .stability import METHODS, all_cases, code_digest, run_cases
 
 
-def run_chart(output: Path, plots: Path | None, quick: bool, repeats: int, only: list[str], budget_min: float,
-              reporter: Reporter) -> dict[str, Any]:
+def run_chart(
+    output: Path, plots: Path | None, quick: bool, repeats: int, only: list[str], budget_min: float, reporter: Reporter
+) -> dict[str, Any]:
     """The speed-accuracy chart. Files: ``speed-accuracy.{svg,png,html,md}``, ``benchmark.{csv,json}``, ``trees.csv``.
 
     Raises:
@@ -46,10 +47,16 @@ def run_chart(output: Path, plots: Path | None, quick: bool, repeats: int, only:
     if left:
         reporter.warn(f"Out of time; left out: {', '.join(left)}. Run again to add them.")
     stems = int(table["stems"].max())
-    facts = {"command": f"treedgs benchmark{' --quick' if quick else ''} --repeats {repeats}",
-             "machine": chart.machine(), "plots": [folder.name for folder in folders], "repeats": repeats,
-             "left_out": left, "code": code_digest(), "seconds": round(time.monotonic() - began),
-             "plots_text": f"{', '.join(folder.name for folder in folders)}: {stems} visible stems"}
+    facts = {
+        "command": f"treedgs benchmark{' --quick' if quick else ''} --repeats {repeats}",
+        "machine": chart.machine(),
+        "plots": [folder.name for folder in folders],
+        "repeats": repeats,
+        "left_out": left,
+        "code": code_digest(),
+        "seconds": round(time.monotonic() - began),
+        "plots_text": f"{', '.join(folder.name for folder in folders)}: {stems} visible stems",
+    }
     knees = chart.knees(table)
     chart.write_records(output, records, table, {**facts, "recommended": knees})
     figure = chart_pictures.draw_chart(table, facts)
@@ -63,13 +70,20 @@ def run_chart(output: Path, plots: Path | None, quick: bool, repeats: int, only:
     for preset, key in knees.items():
         row = table[table["key"] == key].iloc[0]
         reporter.info(f"{preset}: {row['title']}, {row['seconds']:.0f} s, RMSE {row['rmse_cm']:.2f} cm.")
-    return {"output": str(output), "page": str(output / "speed-accuracy.html"),
-            "chart": str(output / "speed-accuracy.svg"), "n_runs": len(records), "recommended": knees,
-            "left_out": left, "seconds": facts["seconds"]}
+    return {
+        "output": str(output),
+        "page": str(output / "speed-accuracy.html"),
+        "chart": str(output / "speed-accuracy.svg"),
+        "n_runs": len(records),
+        "recommended": knees,
+        "left_out": left,
+        "seconds": facts["seconds"],
+    }
 
 
-def run_stability(output: Path, seeds: list[int], factors: list[str], fresh: bool, budget_min: float,
-                  reporter: Reporter) -> dict[str, Any]:
+def run_stability(
+    output: Path, seeds: list[int], factors: list[str], fresh: bool, budget_min: float, reporter: Reporter
+) -> dict[str, Any]:
     """The stability suite. Files: ``stability.{csv,json,md,html}``, ``stability-<method>.{svg,png}``, curves."""
     from .factors import FACTORS
 
@@ -84,8 +98,12 @@ def run_stability(output: Path, seeds: list[int], factors: list[str], fresh: boo
         records = list(run_cases(cases, output, reporter, fresh, budget))
     if len(records) < len(cases):
         reporter.warn(f"Out of time after {len(records)} of {len(cases)} cases; run again to go on.")
-    return {**write_stability(output, records, len(cases)), "n_cases": len(records), "n_wanted": len(cases),
-            "seconds": round(time.monotonic() - began)}
+    return {
+        **write_stability(output, records, len(cases)),
+        "n_cases": len(records),
+        "n_wanted": len(cases),
+        "seconds": round(time.monotonic() - began),
+    }
 
 
 def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str, Any]:
@@ -96,8 +114,13 @@ def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str,
     levels = stability_report.by_level(table)
     claim = stability_report.verdict(table)
     codes = sorted({record["code"] for record in records})
-    facts = {"machine": chart.machine(), "seeds": sorted({record["seed"] for record in records}), "cases": len(records),
-             "wanted": wanted, "measuring_code": codes}
+    facts = {
+        "machine": chart.machine(),
+        "seeds": sorted({record["seed"] for record in records}),
+        "cases": len(records),
+        "wanted": wanted,
+        "measuring_code": codes,
+    }
     for name, frame in (("stability.csv", levels), ("stability-trees.csv", table)):
         with atomic_path(output / name) as path:
             safe_frame(frame).to_csv(path, index=False, float_format="%.4g")
@@ -121,9 +144,15 @@ def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str,
     close(figure)
     _write(output / "stability.html", stability_report.page(text, pictures).encode())
     own = claim.get("photos") or next(iter(claim.values()))
-    return {"output": str(output), "page": str(output / "stability.html"),
-            "chart": str(output / "stability-curves.svg"),
-            "n_ok": own["ok"], "n_lies": own["lies"], "coverage_90": own["coverage"], "claim_holds": bool(own["holds"])}
+    return {
+        "output": str(output),
+        "page": str(output / "stability.html"),
+        "chart": str(output / "stability-curves.svg"),
+        "n_ok": own["ok"],
+        "n_lies": own["lies"],
+        "coverage_90": own["coverage"],
+        "claim_holds": bool(own["holds"]),
+    }
 
 
 def _plain(frame: pd.DataFrame) -> list[dict]:

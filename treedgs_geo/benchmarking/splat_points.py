@@ -18,8 +18,9 @@ from ..reconstruction.cameras import View
 OPAQUE, AGREE_M, LEAST_AGREEING = 0.5, 0.05, 2
 
 
-def points_of(field: GaussianField, views: list[View], how: str,
-              sampling: SampleOptions) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def points_of(
+    field: GaussianField, views: list[View], how: str, sampling: SampleOptions
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points (P, 3) local, opacity (P,), number of their stem (P,). how: ``sample``, ``means`` or ``depth``.
 
     Raises:
@@ -44,8 +45,9 @@ def fuse_depths(field: GaussianField, views: list[View]) -> np.ndarray:
     kept = []
     for number, (camera, depth) in enumerate(drawn):
         row, column = np.nonzero(np.isfinite(depth))
-        way = np.column_stack([(column + 0.5 - camera.cx) / camera.fx, (row + 0.5 - camera.cy) / camera.fy,
-                               np.ones(len(row))])
+        way = np.column_stack(
+            [(column + 0.5 - camera.cx) / camera.fx, (row + 0.5 - camera.cy) / camera.fy, np.ones(len(row))]
+        )
         way /= np.linalg.norm(way, axis=1, keepdims=True)
         points = (way * depth[row, column, None]) @ camera.rotation + camera.centre
         agreeing = np.zeros(len(points), int)
@@ -70,8 +72,9 @@ def _depth(field: GaussianField, view: View) -> tuple[CropCamera, np.ndarray]:
     u, v = c.fx * local[:, 0] / local[:, 2] + c.cx, c.fy * local[:, 1] / local[:, 2] + c.cy
     left, top = max(int(u.min()) - 4, 0), max(int(v.min()) - 4, 0)
     right, bottom = min(int(u.max()) + 4, c.width), min(int(v.max()) + 4, c.height)
-    camera = CropCamera(max(right - left, 1), max(bottom - top, 1), c.fx, c.fy, c.cx - left, c.cy - top, view.rotation,
-                        view.translation)
+    camera = CropCamera(
+        max(right - left, 1), max(bottom - top, 1), c.fx, c.fy, c.cx - left, c.cy - top, view.rotation, view.translation
+    )
     shown = render(field.packed, camera)
     assert shown.depth is not None
     return camera, np.where(shown.alpha > OPAQUE, shown.depth, np.nan)

@@ -46,15 +46,28 @@ from .factors import CHAIN, CLOUD, FACTORS, PHOTOS, SPLAT_FACTORS, Factor
 from .plot import TruePlot, score_trees
 
 #: Method -> what it reads. ``splats``: stem primitives among Gaussians, as ``photos-to-dbh --fit gaussians``.
-METHODS = {"photos": PHOTOS, "splats": PHOTOS, "whole chain": CHAIN, "lidar": CLOUD, "lidar cylinder": CLOUD,
-           "lidar circle": CLOUD, "lidar circle intensity": CLOUD}
-CLOUD_OPTIONS = {"lidar": MeasureOptions(), "lidar cylinder": MeasureOptions(method="paper", fit="cylinder"),
-                 "lidar circle": MeasureOptions(method="paper"),
-                 "lidar circle intensity": MeasureOptions(method="paper", weights="intensity")}
+METHODS = {
+    "photos": PHOTOS,
+    "splats": PHOTOS,
+    "whole chain": CHAIN,
+    "lidar": CLOUD,
+    "lidar cylinder": CLOUD,
+    "lidar circle": CLOUD,
+    "lidar circle intensity": CLOUD,
+}
+CLOUD_OPTIONS = {
+    "lidar": MeasureOptions(),
+    "lidar cylinder": MeasureOptions(method="paper", fit="cylinder"),
+    "lidar circle": MeasureOptions(method="paper"),
+    "lidar circle intensity": MeasureOptions(method="paper", weights="intensity"),
+}
 #: Troubles of photos that need no rendering: factor -> setting.
-PHOTO_TROUBLES = {"shaken": ("shake_px", {"shaken_pct": 10.0}),
-                  "misexposed": ("misexposed_stops", {"misexposed_pct": 10.0}),
-                  "exposure": ("exposure_drift_stops", {}), "white": ("white_drift_pct", {})}
+PHOTO_TROUBLES = {
+    "shaken": ("shake_px", {"shaken_pct": 10.0}),
+    "misexposed": ("misexposed_stops", {"misexposed_pct": 10.0}),
+    "exposure": ("exposure_drift_stops", {}),
+    "white": ("white_drift_pct", {}),
+}
 #: How well photos see the ground, standard deviation of the height of a whole plot (``plot_a``: 1.4 cm off), metres.
 SEEN_GROUND_SD_M = 0.03
 #: Measured by these rooms: their source is part of what a kept result says about itself.
@@ -88,11 +101,17 @@ class Case:
 
 def all_cases(seeds: list[int], factors: list[str] | None = None, methods: list[str] | None = None) -> list[Case]:
     """Every case, seed by seed, so that a stopped run has whole seeds."""
-    return [Case(factor, level, seed, method)
-            for seed in seeds for factor in FACTORS if not factors or factor.key in factors
-            for level in factor.levels for method, reads in METHODS.items()
-            if reads in factor.inputs and (not methods or method in methods)
-            and (method != "splats" or factor.key in SPLAT_FACTORS)]
+    return [
+        Case(factor, level, seed, method)
+        for seed in seeds
+        for factor in FACTORS
+        if not factors or factor.key in factors
+        for level in factor.levels
+        for method, reads in METHODS.items()
+        if reads in factor.inputs
+        and (not methods or method in methods)
+        and (method != "splats" or factor.key in SPLAT_FACTORS)
+    ]
 
 
 def code_digest() -> str:
@@ -105,8 +124,9 @@ def code_digest() -> str:
     return digest.hexdigest()[:12]
 
 
-def run_cases(cases: list[Case], folder: Path, reporter: Reporter | None = None, fresh: bool = False,
-              seconds: float = np.inf) -> Iterator[dict]:
+def run_cases(
+    cases: list[Case], folder: Path, reporter: Reporter | None = None, fresh: bool = False, seconds: float = np.inf
+) -> Iterator[dict]:
     """Records of the cases; what is kept in ``folder`` is not run again. ``fresh``: measured again where the measuring
     code has changed since. Stops (without error) before a case that would begin after ``seconds``."""
     reporter, began, code = reporter or Reporter(), time.monotonic(), code_digest()
@@ -167,9 +187,15 @@ def _run(case: Case, folder: Path, memo: dict[str, Any], reporter: Reporter) -> 
             trees = _from_cloud(case, plot, rng, memo)
     except TreeDGSError as problem:
         trees, refused = [], str(problem)
-    return {"factor": case.factor.key, "level": case.level, "seed": case.seed, "method": case.method,
-            "seconds": round(time.perf_counter() - began, 2), "refused": refused,
-            "rows": score_trees(plot, trees, clear)}
+    return {
+        "factor": case.factor.key,
+        "level": case.level,
+        "seed": case.seed,
+        "method": case.method,
+        "seconds": round(time.perf_counter() - began, 2),
+        "refused": refused,
+        "rows": score_trees(plot, trees, clear),
+    }
 
 
 def photo_trees(case: Case, plot: TruePlot, rng: np.random.Generator) -> tuple[list[Tree], set[str]]:
@@ -239,18 +265,30 @@ def chain_trees(plot: TruePlot, bias_m: float = 0.0) -> list[Tree]:
     """
     with tempfile.TemporaryDirectory(prefix="treedgs-chain-") as scratch:
         layer = Path(scratch) / "trees.gpkg"
-        inputs = {"photos": plot.folder / "images", "geotags": plot.folder, "crs": plot.frame.crs.to_string(),
-                  "plots": plot.folder / "plots.csv", "workspace": Path(scratch) / "ws", "output": layer}
+        inputs = {
+            "photos": plot.folder / "images",
+            "geotags": plot.folder,
+            "crs": plot.frame.crs.to_string(),
+            "plots": plot.folder / "plots.csv",
+            "workspace": Path(scratch) / "ws",
+            "output": layer,
+        }
         words = [word for name, value in inputs.items() for word in (f"--{name}", str(value))]
-        child = subprocess.run(python_command("treedgs_geo", "photos-to-dbh", *words, "--log-format", "plain"),
-                               stdin=subprocess.DEVNULL, capture_output=True, text=True)
+        child = subprocess.run(
+            python_command("treedgs_geo", "photos-to-dbh", *words, "--log-format", "plain"),
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+        )
         if child.returncode:
             last = (child.stderr.strip() or child.stdout.strip()).splitlines()[-1:] or ["no message"]
             raise TreeDGSError(f"{plot.folder}: the chain ended with exit code {child.returncode}: {last[0]}")
         table = read_trees(layer)
     table[["x", "y"]] -= bias_m
-    return [Tree(**{name: row[name] for name in TREE_FIELDS if name in row and not pd.isna(row[name])})
-            for row in table.drop(columns="geometry").to_dict("records")]
+    return [
+        Tree(**{name: row[name] for name in TREE_FIELDS if name in row and not pd.isna(row[name])})
+        for row in table.drop(columns="geometry").to_dict("records")
+    ]
 
 
 def _from_cloud(case: Case, plot: TruePlot, rng: np.random.Generator, memo: dict[str, Any]) -> list[Tree]:

@@ -20,9 +20,15 @@ ENOUGH = 50
 TOLD = ("photos", "splats", "whole chain", "lidar")
 BLUE, VERMILION, GREEN, PURPLE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9"
 ORANGE = "#E69F00"
-LOOKS = {"photos": (BLUE, "o", "-"), "splats": (ORANGE, "X", "-"), "whole chain": ("black", "P", "-"),
-         "lidar": (VERMILION, "^", "-"), "lidar cylinder": (GREEN, "s", "--"), "lidar circle": (PURPLE, "v", ":"),
-         "lidar circle intensity": (SKY, "D", ":")}
+LOOKS = {
+    "photos": (BLUE, "o", "-"),
+    "splats": (ORANGE, "X", "-"),
+    "whole chain": ("black", "P", "-"),
+    "lidar": (VERMILION, "^", "-"),
+    "lidar cylinder": (GREEN, "s", "--"),
+    "lidar circle": (PURPLE, "v", ":"),
+    "lidar circle intensity": (SKY, "D", ":"),
+}
 
 
 def tree_rows(records: list[dict]) -> pd.DataFrame:
@@ -40,12 +46,19 @@ def tree_rows(records: list[dict]) -> pd.DataFrame:
         if first:
             seen.add(key)
         for row in record["rows"]:
-            rows.append({**{name: record[name] for name in ("factor", "level", "seed", "method")}, **row,
-                         "false": bool(row.get("false")), "base": repeated})
+            rows.append(
+                {
+                    **{name: record[name] for name in ("factor", "level", "seed", "method")},
+                    **row,
+                    "false": bool(row.get("false")),
+                    "base": repeated,
+                }
+            )
     table = pd.DataFrame(rows)
     table["error_cm"] = pd.to_numeric(table["read_cm"]) - pd.to_numeric(table["true_cm"])
     table["inside"] = (table["lo_cm"].astype(float) <= table["true_cm"].astype(float)) & (
-        table["true_cm"].astype(float) <= table["hi_cm"].astype(float))
+        table["true_cm"].astype(float) <= table["hi_cm"].astype(float)
+    )
     ok = table["flag"] == "ok"
     table["lie"] = ok & (table["false"] | (table["error_cm"].abs() > LIE_CM))
     return table
@@ -58,8 +71,15 @@ def by_level(table: pd.DataFrame) -> pd.DataFrame:
         for level in factor.levels:
             part = table[(table["factor"] == factor.key) & (table["level"] == level)]
             for method in dict.fromkeys(part["method"]):
-                rows.append({"factor": factor.key, "level": level, "unit": factor.unit, "method": method,
-                             **figures(part[part["method"] == method])})
+                rows.append(
+                    {
+                        "factor": factor.key,
+                        "level": level,
+                        "unit": factor.unit,
+                        "method": method,
+                        **figures(part[part["method"] == method]),
+                    }
+                )
     return pd.DataFrame(rows)
 
 
@@ -73,12 +93,19 @@ def figures(part: pd.DataFrame) -> dict[str, Any]:
     def rmse(rows: pd.DataFrame) -> float | None:
         return round(float(np.sqrt((rows["error_cm"] ** 2).mean())), 3) if len(rows) else None
 
-    return {"seeds": part["seed"].nunique(), "stems": len(stems), "measured": len(read),
-            "refused": round(1 - len(read) / len(stems), 3) if len(stems) else None, "ok": len(ok),
-            "rmse_cm": rmse(read), "rmse_ok_cm": rmse(good),
-            "worst_ok_cm": round(float(good["error_cm"].abs().max()), 2) if len(good) else None,
-            "lies": int(part["lie"].sum()), "bounded": len(bounded),
-            "coverage": round(float(bounded["inside"].mean()), 3) if len(bounded) else None}
+    return {
+        "seeds": part["seed"].nunique(),
+        "stems": len(stems),
+        "measured": len(read),
+        "refused": round(1 - len(read) / len(stems), 3) if len(stems) else None,
+        "ok": len(ok),
+        "rmse_cm": rmse(read),
+        "rmse_ok_cm": rmse(good),
+        "worst_ok_cm": round(float(good["error_cm"].abs().max()), 2) if len(good) else None,
+        "lies": int(part["lie"].sum()),
+        "bounded": len(bounded),
+        "coverage": round(float(bounded["inside"].mean()), 3) if len(bounded) else None,
+    }
 
 
 def verdict(table: pd.DataFrame) -> dict[str, dict[str, Any]]:
@@ -90,16 +117,33 @@ def verdict(table: pd.DataFrame) -> dict[str, dict[str, Any]]:
         share = found["lies"] / found["ok"] if found["ok"] else None
         holds = share is not None and share <= MOST_LIES
         covered = found["coverage"] is not None and COVERAGE[0] <= found["coverage"] <= COVERAGE[1]
-        result[method] = {**found, "lie_share": None if share is None else round(share, 4), "holds": holds,
-                          "coverage_holds": covered}
+        result[method] = {
+            **found,
+            "lie_share": None if share is None else round(share, 4),
+            "holds": holds,
+            "coverage_holds": covered,
+        }
     return result
 
 
 def lies(table: pd.DataFrame) -> pd.DataFrame:
     """Every lie, worst first."""
     found = table[table["lie"] & ~table["base"]]
-    columns = ["method", "factor", "level", "seed", "tree_id", "kind", "clear", "true_cm", "read_cm", "error_cm",
-               "se_cm", "lo_cm", "hi_cm"]
+    columns = [
+        "method",
+        "factor",
+        "level",
+        "seed",
+        "tree_id",
+        "kind",
+        "clear",
+        "true_cm",
+        "read_cm",
+        "error_cm",
+        "se_cm",
+        "lo_cm",
+        "hi_cm",
+    ]
     return found.sort_values("error_cm", key=lambda e: -e.abs().fillna(99))[columns].reset_index(drop=True)
 
 
@@ -113,15 +157,22 @@ def draw_errors(table: pd.DataFrame, method: str) -> Any:
     own = table[table["method"] == method]
     factors = [f for f in FACTORS if (own["factor"] == f.key).any()]
     columns = max(min(4, len(factors)), 2)
-    figure, grid = plt.subplots(-(-len(factors) // columns), columns, squeeze=False, dpi=110,
-                                figsize=(3.1 * columns, 2.25 * -(-len(factors) // columns)))
-    for axes in grid.flat[len(factors):]:
+    figure, grid = plt.subplots(
+        -(-len(factors) // columns),
+        columns,
+        squeeze=False,
+        dpi=110,
+        figsize=(3.1 * columns, 2.25 * -(-len(factors) // columns)),
+    )
+    for axes in grid.flat[len(factors) :]:
         axes.set_visible(False)
     for axes, factor in zip(grid.flat, factors, strict=False):
         _panel(axes, own[own["factor"] == factor.key], factor)
-    figure.suptitle(f"{method}: DBH error, cm, from harmless (left) to hopeless. Filled: ok; hollow: to check; "
-                    "crosses: beyond 8 cm.\nBelow each level: share refused; ok trees inside their 90 % interval",
-                    fontsize=9)
+    figure.suptitle(
+        f"{method}: DBH error, cm, from harmless (left) to hopeless. Filled: ok; hollow: to check; "
+        "crosses: beyond 8 cm.\nBelow each level: share refused; ok trees inside their 90 % interval",
+        fontsize=9,
+    )
     figure.tight_layout(rect=(0, 0, 1, 0.985))
     return figure
 
@@ -139,8 +190,16 @@ def _panel(axes: Any, part: pd.DataFrame, factor: Factor) -> None:
             x = place + np.linspace(-0.22, 0.22, len(error)) if len(error) > 1 else np.full(len(error), place)
             near = np.abs(error) <= 8
             edge = BLUE if flag == "ok" else VERMILION
-            axes.scatter(x[near], error[near], s=14, marker="o" if flag == "ok" else "^", facecolors=face,
-                         edgecolors=edge, linewidths=0.9, zorder=3)
+            axes.scatter(
+                x[near],
+                error[near],
+                s=14,
+                marker="o" if flag == "ok" else "^",
+                facecolors=face,
+                edgecolors=edge,
+                linewidths=0.9,
+                zorder=3,
+            )
             axes.scatter(x[~near], np.sign(error[~near]) * 7.6, s=26, marker="x", color=edge, zorder=4)
         found = figures(rows)
         cover = "–" if found["coverage"] is None else f"{100 * found['coverage']:.0f}"
@@ -167,8 +226,14 @@ def draw_curves(levels: pd.DataFrame) -> Any:
     factors = [f for f in FACTORS if (levels["factor"] == f.key).any()]
     columns = max(min(5, len(factors)), 2)
     rows = -(-len(factors) // columns)
-    figure, grid = plt.subplots(3 * rows, columns, squeeze=False, dpi=110, figsize=(2.6 * columns, 3.3 * rows),
-                                gridspec_kw={"height_ratios": [2, 1, 1] * rows})
+    figure, grid = plt.subplots(
+        3 * rows,
+        columns,
+        squeeze=False,
+        dpi=110,
+        figsize=(2.6 * columns, 3.3 * rows),
+        gridspec_kw={"height_ratios": [2, 1, 1] * rows},
+    )
     for number in range(rows * columns):
         parts = [grid[3 * (number // columns) + k, number % columns] for k in range(3)]
         if number < len(factors):
@@ -220,9 +285,13 @@ def markdown(table: pd.DataFrame, levels: pd.DataFrame, facts: dict[str, Any]) -
     """The claim, what misses it, and photos and LiDAR level by level, for the docs."""
     seeds = ", ".join(str(seed) for seed in facts["seeds"])
     done = "all" if facts["cases"] == facts["wanted"] else f"**only {facts['cases']} of**"
-    lines = [f"Seeds {seeds}; {done} {facts['wanted']} cases; TreeDGS {facts['machine']['version']}.", "",
-             "| method | stems | measured | ok | ok, more than 5 cm off | share | claim (at most 2 %) | "
-             "ok inside 90 % interval | claim (85-95 %) |", "|---|---|---|---|---|---|---|---|---|"]
+    lines = [
+        f"Seeds {seeds}; {done} {facts['wanted']} cases; TreeDGS {facts['machine']['version']}.",
+        "",
+        "| method | stems | measured | ok | ok, more than 5 cm off | share | claim (at most 2 %) | "
+        "ok inside 90 % interval | claim (85-95 %) |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
     for method, found in verdict(table).items():
         share = "–" if found["lie_share"] is None else f"{100 * found['lie_share']:.1f} %"
         cover = "–" if found["coverage"] is None else f"{100 * found['coverage']:.0f} % of {found['bounded']}"
@@ -232,28 +301,38 @@ def markdown(table: pd.DataFrame, levels: pd.DataFrame, facts: dict[str, Any]) -
             claimed = "too few to say"
         if 0 < found["bounded"] < ENOUGH:
             covers = "too few to say"
-        lines.append(f"| {method} | {found['stems']} | {found['measured']} | {found['ok']} | {found['lies']} | "
-                     f"{share} | {claimed} | {cover} | {covers} |")
+        lines.append(
+            f"| {method} | {found['stems']} | {found['measured']} | {found['ok']} | {found['lies']} | "
+            f"{share} | {claimed} | {cover} | {covers} |"
+        )
     wrong = lies(table)
     wrong = wrong[wrong["method"].isin(TOLD)]
     lines += ["", f"Accepted and wrong ({', '.join(f'`{name}`' for name in TOLD)}): {len(wrong)}.", ""]
     if len(wrong):
-        lines += ["| method | factor | level | seed | stem | true cm | read cm | clear views |",
-                  "|---|---|---|---|---|---|---|---|"]
+        lines += [
+            "| method | factor | level | seed | stem | true cm | read cm | clear views |",
+            "|---|---|---|---|---|---|---|---|",
+        ]
         for _, row in wrong.head(40).iterrows():
             true = "nothing stands there" if pd.isna(row["true_cm"]) else f"{row['true_cm']:.1f}"
             clear = "–" if pd.isna(row["clear"]) else f"{row['clear']:.0f}"
-            lines.append(f"| {row['method']} | {row['factor']} | {row['level']:g} | {row['seed']} | {row['tree_id']} "
-                         f"({row['kind']}) | {true} | {row['read_cm']:.1f} | {clear} |")
-    lines += ["", "| factor | level | method | stems | refused | ok | RMSE of ok, cm | worst ok, cm | > 5 cm "
-              "| in 90 % |",
-              "|---|---|---|---|---|---|---|---|---|---|"]
+            lines.append(
+                f"| {row['method']} | {row['factor']} | {row['level']:g} | {row['seed']} | {row['tree_id']} "
+                f"({row['kind']}) | {true} | {row['read_cm']:.1f} | {clear} |"
+            )
+    lines += [
+        "",
+        "| factor | level | method | stems | refused | ok | RMSE of ok, cm | worst ok, cm | > 5 cm | in 90 % |",
+        "|---|---|---|---|---|---|---|---|---|---|",
+    ]
     for _, row in levels[levels["method"].isin(TOLD)].iterrows():
         cells = ["–" if pd.isna(row[name]) else f"{row[name]:.2f}" for name in ("rmse_ok_cm", "worst_ok_cm")]
         gone = "–" if pd.isna(row["refused"]) else f"{100 * row['refused']:.0f} %"
         cover = "–" if pd.isna(row["coverage"]) else f"{100 * row['coverage']:.0f} %"
-        lines.append(f"| {row['factor']} | {row['level']:g} {row['unit']} | {row['method']} | {row['stems']} | "
-                     f"{gone} | {row['ok']} | {cells[0]} | {cells[1]} | {row['lies']} | {cover} |")
+        lines.append(
+            f"| {row['factor']} | {row['level']:g} {row['unit']} | {row['method']} | {row['stems']} | "
+            f"{gone} | {row['ok']} | {cells[0]} | {cells[1]} | {row['lies']} | {cover} |"
+        )
     return "\n".join(lines) + "\n"
 
 
@@ -268,10 +347,12 @@ def page(text: str, pictures: dict[str, bytes]) -> str:
         cells = [[html.escape(cell.strip()) for cell in row.strip("|").split("|")] for row in rows if "|---" not in row]
         body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in cells[1:])
         parts.append("<table><tr>" + "".join(f"<th>{cell}</th>" for cell in cells[0]) + f"</tr>{body}</table>")
-    drawn = "".join(f"<h2>{html.escape(name)}</h2>{svg[svg.index(b'<svg') :].decode()}"
-                    for name, svg in pictures.items())
-    about = "".join(f"<li><b>{html.escape(f.title)}</b> ({html.escape(f.unit)}): {html.escape(f.about)}</li>"
-                    for f in FACTORS)
+    drawn = "".join(
+        f"<h2>{html.escape(name)}</h2>{svg[svg.index(b'<svg') :].decode()}" for name, svg in pictures.items()
+    )
+    about = "".join(
+        f"<li><b>{html.escape(f.title)}</b> ({html.escape(f.unit)}): {html.escape(f.about)}</li>" for f in FACTORS
+    )
     return f"""<!doctype html><html lang="en"><meta charset="utf-8"><title>TreeDGS: stability</title><style>
 body{{font:14px system-ui,sans-serif;margin:20px auto;max-width:1300px}}table{{border-collapse:collapse;font-size:12px}}
 td,th{{padding:2px 7px;border-bottom:1px solid #ddd}}svg{{max-width:100%;height:auto}}</style>

@@ -29,8 +29,10 @@ def own_security() -> Any:
     try:
         return Security.temporary()
     except ImportError:
-        raise MissingComponentError("--scheduler: the library cryptography, which makes the certificates of the "
-                                    "workers, is not installed; run treedgs:setupengine or make setup again.") from None
+        raise MissingComponentError(
+            "--scheduler: the library cryptography, which makes the certificates of the "
+            "workers, is not installed; run treedgs:setupengine or make setup again."
+        ) from None
 
 
 def security_of(address: str, reporter: Reporter) -> Any:
@@ -43,13 +45,18 @@ def security_of(address: str, reporter: Reporter) -> Any:
 
     security = Security()
     if address.startswith(_PLAIN):
-        reporter.warn(f"The scheduler at {address} asks nobody who they are: whoever reaches that port can run "
-                      "programs as you, on every worker; start it with certificates, give tls:// "
-                      "(docs/campaign.md).")
+        reporter.warn(
+            f"The scheduler at {address} asks nobody who they are: whoever reaches that port can run "
+            "programs as you, on every worker; start it with certificates, give tls:// "
+            "(docs/campaign.md)."
+        )
     elif address.startswith("tls://") and not all(  # attributes that it makes from its configuration
-            getattr(security, name) for name in ("tls_ca_file", "tls_client_cert")):
-        raise InputError(f"--scheduler: {address} needs certificates and Dask's configuration names none; set "
-                         "distributed.comm.tls.ca-file and .client.cert, .client.key (docs/campaign.md).")
+        getattr(security, name) for name in ("tls_ca_file", "tls_client_cert")
+    ):
+        raise InputError(
+            f"--scheduler: {address} needs certificates and Dask's configuration names none; set "
+            "distributed.comm.tls.ca-file and .client.cert, .client.key (docs/campaign.md)."
+        )
     return security
 
 
@@ -65,8 +72,10 @@ def private_folder(workspace: Path) -> Iterator[Path]:
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(mode=0o700, parents=True)
         if os.name == "posix" and folder.stat().st_mode & 0o077:
-            raise OutputError(f"{folder}: other users may enter it although that was taken from them, and it holds the "
-                              "campaign's key; choose a workspace on a disk that keeps permissions.")
+            raise OutputError(
+                f"{folder}: other users may enter it although that was taken from them, and it holds the "
+                "campaign's key; choose a workspace on a disk that keeps permissions."
+            )
     except OSError as problem:
         raise OutputError(f"{folder}: cannot be made ({problem.strerror}); choose another workspace.") from None
     try:

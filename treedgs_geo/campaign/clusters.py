@@ -26,8 +26,18 @@ HEAL_S = 20.0
 #: Dask's pages: on this machine only, at a free port.
 LOOPBACK = "127.0.0.1:0"
 #: Options of a queue: ``--queue-options`` name -> dask-jobqueue's name.
-_QUEUE_OPTIONS = ("queue", "account", "project", "walltime", "cores", "memory", "jobs", "interface", "job_extra",
-                  "prologue")
+_QUEUE_OPTIONS = (
+    "queue",
+    "account",
+    "project",
+    "walltime",
+    "cores",
+    "memory",
+    "jobs",
+    "interface",
+    "job_extra",
+    "prologue",
+)
 
 
 @dataclass(frozen=True)
@@ -101,7 +111,7 @@ class Crew:
                 self._told = True
                 self.reporter.warn(
                     f"The workers at {self.address} declare no {RESOURCE}: each runs as many plots as it has threads, "
-                    f"whatever memory they need; start them with --resources \"{RESOURCE}=12\" (GB for plots)."
+                    f'whatever memory they need; start them with --resources "{RESOURCE}=12" (GB for plots).'
                 )
         return self._seen[1:]
 
@@ -173,16 +183,21 @@ def open_crew(
 
     quiet()
     # What the scheduler remembers for its pages must not grow with the campaign.
-    with dask.config.set({
-        "distributed.admin.low-level-log-length": 200, "distributed.admin.log-length": 200,
-        "distributed.scheduler.events-log-length": 500,
-        "distributed.scheduler.transition-log-length": 500,
-        "distributed.scheduler.dashboard.tasks.task-stream-length": 500,
-        "distributed.scheduler.dashboard.status.task-stream-length": 500,
-        "distributed.scheduler.allowed-failures": 20, "distributed.scheduler.worker-saturation": 1.0,
-        "distributed.worker.profile.enabled": False, "distributed.comm.timeouts.connect": "10s",
-        "distributed.scheduler.work-stealing": True,
-    }):
+    with dask.config.set(
+        {
+            "distributed.admin.low-level-log-length": 200,
+            "distributed.admin.log-length": 200,
+            "distributed.scheduler.events-log-length": 500,
+            "distributed.scheduler.transition-log-length": 500,
+            "distributed.scheduler.dashboard.tasks.task-stream-length": 500,
+            "distributed.scheduler.dashboard.status.task-stream-length": 500,
+            "distributed.scheduler.allowed-failures": 20,
+            "distributed.scheduler.worker-saturation": 1.0,
+            "distributed.worker.profile.enabled": False,
+            "distributed.comm.timeouts.connect": "10s",
+            "distributed.scheduler.work-stealing": True,
+        }
+    ):
         if scheduler == "local":
             yield from _local(shape, dashboard, reporter)
         elif scheduler in QUEUES:
@@ -223,14 +238,22 @@ def _start_local(shape: Shape, dashboard: str) -> Any:
         try:
             # Memory is watched per plot (its own process), so Dask's watch over the thin workers is off.
             return LocalCluster(
-                n_workers=shape.processes, threads_per_worker=shape.slots, processes=True, memory_limit=0,
-                resources={RESOURCE: shape.memory_gb}, dashboard_address=_dashboard(dashboard),
-                silence_logs=logging.CRITICAL, host="127.0.0.1", security=security)
+                n_workers=shape.processes,
+                threads_per_worker=shape.slots,
+                processes=True,
+                memory_limit=0,
+                resources={RESOURCE: shape.memory_gb},
+                dashboard_address=_dashboard(dashboard),
+                silence_logs=logging.CRITICAL,
+                host="127.0.0.1",
+                security=security,
+            )
         except (OSError, RuntimeError, TimeoutError) as trouble:
             problem = trouble
             _end_children()
-    raise OutputError(f"The workers do not start on this machine ({problem}); run 'treedgs doctor', or give fewer "
-                      "--workers.")
+    raise OutputError(
+        f"The workers do not start on this machine ({problem}); run 'treedgs doctor', or give fewer --workers."
+    )
 
 
 def _remote(address: str, reporter: Reporter) -> Iterator[Crew]:
@@ -264,9 +287,12 @@ def _queue(
             f"--scheduler {scheduler}: dask-jobqueue is not installed; run pip install 'dask-jobqueue>=0.9'."
         ) from None
     cluster = getattr(dask_jobqueue, QUEUES[scheduler])(
-        **chosen, security=own_security(), shared_temp_directory=str(folder),
+        **chosen,
+        security=own_security(),
+        shared_temp_directory=str(folder),
         # Without a live view there is still a page about the scheduler's health: not for the network either.
-        scheduler_options={"dashboard": dashboard != "off", "dashboard_address": _dashboard(dashboard) or LOOPBACK})
+        scheduler_options={"dashboard": dashboard != "off", "dashboard_address": _dashboard(dashboard) or LOOPBACK},
+    )
     try:
         cluster.scale(jobs=jobs)
         reporter.info(f"{jobs} jobs of {shape.memory_gb:.1f} GB were handed to {scheduler}.")
@@ -310,14 +336,26 @@ def queue_arguments(
     for_plots = max(parse_bytes(memory) / 1e9 - 0.5, 0.3)
     account = given.pop("account", given.pop("project", None))
     chosen: dict[str, Any] = {
-        "cores": cores_each, "processes": 1, "memory": memory, "python": sys.executable,
-        "name": "treedgs", "nanny": True,
-        "worker_extra_args": ["--nthreads", str(max(1, cores_each // threads)), "--memory-limit", "0",
-                              "--no-dashboard", "--dashboard-address", LOOPBACK,
-                              "--resources", f"{RESOURCE}={for_plots:.2f}"],
+        "cores": cores_each,
+        "processes": 1,
+        "memory": memory,
+        "python": sys.executable,
+        "name": "treedgs",
+        "nanny": True,
+        "worker_extra_args": [
+            "--nthreads",
+            str(max(1, cores_each // threads)),
+            "--memory-limit",
+            "0",
+            "--no-dashboard",
+            "--dashboard-address",
+            LOOPBACK,
+            "--resources",
+            f"{RESOURCE}={for_plots:.2f}",
+        ],
         "job_extra_directives": [line for line in given.pop("job_extra", "").split(";") if line],
-        "job_script_prologue": [line for line in given.pop("prologue", "").split(";") if line] + [
-            f"cd {shlex.quote(str(folder))} || exit 1"],
+        "job_script_prologue": [line for line in given.pop("prologue", "").split(";") if line]
+        + [f"cd {shlex.quote(str(folder))} || exit 1"],
     }
     if account:
         chosen["account"] = account
@@ -338,8 +376,15 @@ def _dashboard(text: str) -> str | None:
 
 def quiet() -> None:
     """Dask's log lines are for its developers; what matters is said in a sentence of ours."""
-    for name in ("distributed", "distributed.nanny", "distributed.worker", "distributed.scheduler", "bokeh", "tornado",
-                 "asyncio"):
+    for name in (
+        "distributed",
+        "distributed.nanny",
+        "distributed.worker",
+        "distributed.scheduler",
+        "bokeh",
+        "tornado",
+        "asyncio",
+    ):
         logging.getLogger(name).setLevel(logging.CRITICAL)
 
 

@@ -66,8 +66,16 @@ class Coordinator:
     """One start of a campaign."""
 
     def __init__(
-        self, plan: Plan, campaign: Campaign, crew: Crew, threads: int, time_limit_min: float, patience_s: float,
-        reporter: Reporter, function: Callable[[dict[str, Any]], dict[str, Any]], renew: Callable[[], None],
+        self,
+        plan: Plan,
+        campaign: Campaign,
+        crew: Crew,
+        threads: int,
+        time_limit_min: float,
+        patience_s: float,
+        reporter: Reporter,
+        function: Callable[[dict[str, Any]], dict[str, Any]],
+        renew: Callable[[], None],
     ) -> None:
         self.plan, self.campaign, self.crew, self.reporter = plan, campaign, crew, reporter
         self.threads, self.time_limit_min, self.patience_s = threads, time_limit_min, patience_s
@@ -218,8 +226,9 @@ class Coordinator:
                 raise SchedulerLost(f"No plot can be run: {message}; mend that and run again.")
 
     def _later(self, running: _Running, seconds: float, count: bool = True) -> None:
-        heapq.heappush(self._again, (time.monotonic() + seconds, running.index, running.turns + count,
-                                     running.job["need_gb"]))
+        heapq.heappush(
+            self._again, (time.monotonic() + seconds, running.index, running.turns + count, running.job["need_gb"])
+        )
 
     def _give_up(self, index: int, plot_id: str, message: str) -> None:
         self.tally.failed += 1
@@ -228,14 +237,17 @@ class Coordinator:
 
     def _too_large(self, index: int, job: dict[str, Any], largest: float) -> None:
         """No worker has the memory the plot declares: said, not tried."""
-        message = (f"needs about {job['need_gb']:.1f} GB of memory, the largest worker has {largest:.1f} GB for plots; "
-                   "use a larger machine, or a faster preset")
+        message = (
+            f"needs about {job['need_gb']:.1f} GB of memory, the largest worker has {largest:.1f} GB for plots; "
+            "use a larger machine, or a faster preset"
+        )
         with suppress(Busy, OSError, TreeDGSError):
             lease = Lease.take(Path(job["folder"]))
             try:
                 record = Record.read(Path(job["folder"]))
-                record.attempts.append({"series": job["series"], "key": "", "outcome": "memory", "message": message,
-                                        "peak_gb": 0.0})
+                record.attempts.append(
+                    {"series": job["series"], "key": "", "outcome": "memory", "message": message, "peak_gb": 0.0}
+                )
                 record.status = "failed"
                 record.save()
             finally:
@@ -267,7 +279,8 @@ class Coordinator:
                 raise SchedulerLost(
                     f"The scheduler at {self.crew.address} was lost after {self.tally.settled} of {len(self.plan)} "
                     f"plots and did not come back within {time_text(self.patience_s)}; what was finished is kept, "
-                    "start the scheduler and run again.")
+                    "start the scheduler and run again."
+                )
             self.tally.interrupted += len(lost)
             for running in lost:
                 self._later(running, AGAIN_S)
@@ -278,7 +291,8 @@ class Coordinator:
         if waited > self.patience_s and not self._queued():
             raise SchedulerLost(
                 f"No worker is connected to {self.crew.address} after {time_text(waited)}; start 'dask worker "
-                f"{self.crew.address} --resources memory_gb=8' on each machine and run again.")
+                f"{self.crew.address} --resources memory_gb=8' on each machine and run again."
+            )
 
     def _queued(self) -> bool:
         """A batch queue may take hours to start its first job."""

@@ -19,8 +19,16 @@ from ..core.lease import HANDED
 from ..core.shortage import is_full
 
 #: What libraries read to know how many threads they may start.
-THREADS = ("TREEDGS_THREADS", "NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS",
-            "NUMEXPR_NUM_THREADS", "OPENCV_FOR_THREADS_NUM", "VECLIB_MAXIMUM_THREADS")
+THREADS = (
+    "TREEDGS_THREADS",
+    "NUMBA_NUM_THREADS",
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "NUMEXPR_NUM_THREADS",
+    "OPENCV_FOR_THREADS_NUM",
+    "VECLIB_MAXIMUM_THREADS",
+)
 #: Below this share of the machine's memory a plot that uses more than it declared is ended before the machine swaps.
 _LOW_MEMORY = 0.04
 #: The kernel's order of victims: the plot before the worker.
@@ -53,8 +61,14 @@ class EngineProcess:
         environment = {**os.environ, **dict.fromkeys(THREADS, str(threads)), HANDED: lease_key}
         with open(log, "w", encoding="utf-8") as stream:
             self._process = subprocess.Popen(
-                python_command("treedgs_geo.campaign.plot", file), cwd=folder, env=environment,
-                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=stream, **_own_group())
+                python_command("treedgs_geo.campaign.plot", file),
+                cwd=folder,
+                env=environment,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=stream,
+                **_own_group(),
+            )
         self._reader = threading.Thread(target=self._listen, daemon=True)
         self._reader.start()
 
@@ -104,12 +118,18 @@ class EngineProcess:
         gigabytes = used / 1e9
         self.peak_gb = max(self.peak_gb, gigabytes)
         if limit_gb and gigabytes > limit_gb:
-            self.stop("memory", f"used {gigabytes:.1f} GB of memory, its worker has {limit_gb:.1f} GB; run it on a "
-                      "larger machine, with a faster preset or fewer photos")
+            self.stop(
+                "memory",
+                f"used {gigabytes:.1f} GB of memory, its worker has {limit_gb:.1f} GB; run it on a "
+                "larger machine, with a faster preset or fewer photos",
+            )
         memory = psutil.virtual_memory()
         if gigabytes > need_gb and memory.available < _LOW_MEMORY * memory.total:
-            self.stop("memory", f"used {gigabytes:.1f} GB of memory where {need_gb:.1f} GB were foreseen, and the "
-                      "machine had none left; run fewer plots at once or a faster preset")
+            self.stop(
+                "memory",
+                f"used {gigabytes:.1f} GB of memory where {need_gb:.1f} GB were foreseen, and the "
+                "machine had none left; run fewer plots at once or a faster preset",
+            )
 
     def stop(self, outcome: str, message: str) -> None:
         """End the engine for a reason of ours."""

@@ -99,12 +99,14 @@ def _append(target: Path, table: Any) -> None:
     table = table.sort_values("tree_id", kind="stable")
     if target.suffix.lower() == ".csv":
         safe_frame(pd.DataFrame(table.drop(columns="geometry"))).to_csv(
-            target, mode="a", header=not target.exists(), index=False)
+            target, mode="a", header=not target.exists(), index=False
+        )
         return
     new = not target.exists()
     options = {"dataset_options": {"VERSION": "1.2"}} if new else {}
     pyogrio.write_dataframe(
-        table, target, layer=LAYER, driver="GPKG", geometry_type="Point Z", append=not new, **options)
+        table, target, layer=LAYER, driver="GPKG", geometry_type="Point Z", append=not new, **options
+    )
 
 
 def _plot_trees(plot: dict[str, Any], crs: str) -> Any:

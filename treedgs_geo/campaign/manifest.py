@@ -295,5 +295,3 @@ def _placeholders(route: str) -> dict[str, str]:
 
 def _specs(settings: type) -> dict[str, Param]:
     return {name: spec for name, spec, _ in params_of(settings) if name not in _OWN}
-
-

@@ -51,11 +51,15 @@ def run_plot(job: dict[str, Any], reporter: Reporter) -> dict[str, Any]:
             reasons[reason] = reasons.get(reason, 0) + 1
     has = trees["dbh_cm"].notna()
     result = {
-        "n_trees": len(trees), "n_measured": int(has.sum()), "n_rejected": int((~has).sum()), "reasons": reasons,
+        "n_trees": len(trees),
+        "n_measured": int(has.sum()),
+        "n_rejected": int((~has).sum()),
+        "reasons": reasons,
         "mean_dbh_cm": round(float(trees.loc[has, "dbh_cm"].mean()), 2) if has.any() else None,
         "bounds": [round(float(v), 2) for v in trees.total_bounds] if len(trees) else None,
         "status": found.get("status") or f"{int(has.sum())} of the {len(trees)} stems found were measured",
-        "warnings": list(found.get("warnings") or [])[:5], "accuracy": None,
+        "warnings": list(found.get("warnings") or [])[:5],
+        "accuracy": None,
     }
     if row["field"]:
         with reporter.stage("field trees", 0.95, 1.0):
@@ -96,15 +100,27 @@ def _accuracy(row: dict[str, Any], plots: str, folder: Path, n_trees: int, repor
         tally = _write_rows(folder / "field_trees.csv", own_field(row))
         command = get_command("match-plots")
         pairs = folder / "pairs.gpkg"
-        command.run(build(command.settings, {
-            **row["pairing"], "trees": str(folder / TREES), "field": str(tally), "plots": plots,
-            "output": str(pairs)}), reporter)
+        command.run(
+            build(
+                command.settings,
+                {
+                    **row["pairing"],
+                    "trees": str(folder / TREES),
+                    "field": str(tally),
+                    "plots": plots,
+                    "output": str(pairs),
+                },
+            ),
+            reporter,
+        )
         pooled = metrics_of(evidence_from_pairs(pairs), repeats=100)["pooled"]
     except TreeDGSError as problem:
         reporter.warn(f"No accuracy: {problem}")
         return {"note": str(problem)}
-    return {name: pooled.get(name) for name in (
-        "n", "n_reference", "success_rate", "rmse_cm", "me_cm", "n_false", "coverage_90")}
+    return {
+        name: pooled.get(name)
+        for name in ("n", "n_reference", "success_rate", "rmse_cm", "me_cm", "n_false", "coverage_90")
+    }
 
 
 def main() -> int:
@@ -122,8 +138,18 @@ def main() -> int:
         return problem.exit_code
     from ..commands.doctor import DoctorSettings
 
-    verb = Command(name="plot", qgis_id="", title="", group="", summary="", help="", example="", outputs={},
-                   settings=DoctorSettings, run=lambda _, r: run_plot(job, r))
+    verb = Command(
+        name="plot",
+        qgis_id="",
+        title="",
+        group="",
+        summary="",
+        help="",
+        example="",
+        outputs={},
+        settings=DoctorSettings,
+        run=lambda _, r: run_plot(job, r),
+    )
     return run_command(verb, {}, reporter)
 
 

@@ -44,7 +44,8 @@ class Board:
         self.reporter.info(
             f"{tally.settled:>{len(str(len(self.plan)))}}/{len(self.plan)}  {plot_id}: {result['n_measured']} of "
             f"the {result['n_trees']} stems found measured, {time_text(result['seconds'])}, "
-            f"{result['peak_gb']:.2f} GB{error}")
+            f"{result['peak_gb']:.2f} GB{error}"
+        )
 
     def left_s(self, slots: int) -> float | None:
         """Seconds left, or None before the first plot has ended."""
@@ -67,8 +68,15 @@ class Board:
                 rows.append(("waiting for a worker", job["plot_id"], "", "", ""))
                 continue
             partly += min(float(found.get("fraction", 0)), 1.0)
-            rows.append((f"{found.get('stage') or 'starting'} {100 * found.get('fraction', 0):.0f} %", job["plot_id"],
-                         time_text(now - since), f"{found.get('peak_gb', 0):.2f} GB", found.get("host", "")))
+            rows.append(
+                (
+                    f"{found.get('stage') or 'starting'} {100 * found.get('fraction', 0):.0f} %",
+                    job["plot_id"],
+                    time_text(now - since),
+                    f"{found.get('peak_gb', 0):.2f} GB",
+                    found.get("host", ""),
+                )
+            )
         mean = self._total / max(len(self.plan), 1)
         message = f"{tally.settled} of {len(self.plan)} plots" + (f", about {time_text(left)} left" if left else "")
         self.reporter.progress(min((self._settled + partly * mean) / self._total, 1.0), message)
@@ -77,9 +85,13 @@ class Board:
             f"{tally.retried} retries, {tally.interrupted} interruptions; {tally.measured} of the {tally.trees} stems "
             "found measured",
             f"workers: {slots} plots at once at {self.crew.address}; dashboard: {self.crew.dashboard or 'off'}; "
-            f"{time.strftime('%Y-%m-%d %H:%M:%S')}", ""]
-        lines += [f"{plot:<24.24} {stage:<28.28} {spent:>8} {memory:>9}  {place}"
-                  for stage, plot, spent, memory, place in sorted(rows)]
+            f"{time.strftime('%Y-%m-%d %H:%M:%S')}",
+            "",
+        ]
+        lines += [
+            f"{plot:<24.24} {stage:<28.28} {spent:>8} {memory:>9}  {place}"
+            for stage, plot, spent, memory, place in sorted(rows)
+        ]
         _write(self.campaign.workspace / STATUS, "\n".join(lines) + "\n")
 
 

@@ -40,16 +40,29 @@ class Record:
         """The plot's record; a new one where there is none, or none that can be read."""
         try:
             found = json.loads((Path(folder) / RECORD).read_text(encoding="utf-8"))
-            return cls(Path(folder), found["key"], found["stamp"], found["status"], list(found["attempts"]),
-                       dict(found["result"]))
+            return cls(
+                Path(folder),
+                found["key"],
+                found["stamp"],
+                found["status"],
+                list(found["attempts"]),
+                dict(found["result"]),
+            )
         except (OSError, ValueError, KeyError, TypeError):
             return cls(Path(folder))
 
     def save(self) -> None:
         """Write atomically."""
-        write_json(self.folder / RECORD, {
-            "key": self.key, "stamp": self.stamp, "status": self.status, "attempts": self.attempts[-_KEPT_ATTEMPTS:],
-            "result": self.result})
+        write_json(
+            self.folder / RECORD,
+            {
+                "key": self.key,
+                "stamp": self.stamp,
+                "status": self.status,
+                "attempts": self.attempts[-_KEPT_ATTEMPTS:],
+                "result": self.result,
+            },
+        )
 
     def is_done(self, key: str) -> bool:
         """Finished with the same inputs and settings, and the trees are still there."""
@@ -57,8 +70,7 @@ class Record:
 
     def is_unchanged(self, stamp: str, settings: str) -> bool:
         """Finished, and nothing about its files and settings looks different: no need to read them."""
-        return (self.status == "done" and self.stamp == stamp and self.key.split(":")[0] == settings
-                and self.has_trees())
+        return self.status == "done" and self.stamp == stamp and self.key.split(":")[0] == settings and self.has_trees()
 
     def has_trees(self) -> bool:
         """The plot's layer is there and whole."""

@@ -16,10 +16,33 @@ from .record import Record
 from .state import Campaign, Plan
 
 COLUMNS = (
-    "plot_id", "state", "route", "n_trees", "n_measured", "n_rejected", "reasons", "mean_dbh_cm", "seconds",
-    "cpu_s", "memory_gb", "disk_gb", "photos", "megapixels", "points_m", "predicted_s", "attempts", "host", "n_field",
+    "plot_id",
+    "state",
+    "route",
+    "n_trees",
+    "n_measured",
+    "n_rejected",
+    "reasons",
+    "mean_dbh_cm",
+    "seconds",
+    "cpu_s",
+    "memory_gb",
+    "disk_gb",
+    "photos",
+    "megapixels",
+    "points_m",
+    "predicted_s",
+    "attempts",
+    "host",
+    "n_field",
     "n_field_measured",
-    "rmse_cm", "me_cm", "coverage_90", "n_false", "remark", "folder")
+    "rmse_cm",
+    "me_cm",
+    "coverage_90",
+    "n_false",
+    "remark",
+    "folder",
+)
 #: Problems repeated above the table.
 _TOLD = 30
 
@@ -31,29 +54,51 @@ def rows_of(plan: Plan, campaign: Campaign) -> Iterator[dict[str, Any]]:
         folder = plot_folder(campaign.workspace, row["plot_id"])
         record = Record.read(folder)
         fits = record.key.split(":")[0] == entry["settings"] and record.stamp == entry["inputs"]["stamp"]
-        state = "done" if record.is_unchanged(entry["inputs"]["stamp"], entry["settings"]) else (
-            "failed" if record.status == "failed" or any(a.get("outcome") for a in record.attempts) else "not run")
+        state = (
+            "done"
+            if record.is_unchanged(entry["inputs"]["stamp"], entry["settings"])
+            else (
+                "failed" if record.status == "failed" or any(a.get("outcome") for a in record.attempts) else "not run"
+            )
+        )
         result = record.result if state == "done" else {}
         accuracy = result.get("accuracy") or {}
         attempts = [a for a in record.attempts if a.get("key") == record.key] if fits else record.attempts
         remark = accuracy.get("note") or "" if state == "done" else (record.last_problem() if state == "failed" else "")
         yield {
-            "plot_id": row["plot_id"], "state": state, "route": row["route"], "number": campaign.number(row["plot_id"]),
-            "n_trees": result.get("n_trees"), "n_measured": result.get("n_measured"),
+            "plot_id": row["plot_id"],
+            "state": state,
+            "route": row["route"],
+            "number": campaign.number(row["plot_id"]),
+            "n_trees": result.get("n_trees"),
+            "n_measured": result.get("n_measured"),
             "n_rejected": result.get("n_rejected"),
             "reasons": ", ".join(f"{n} {name}" for name, n in sorted((result.get("reasons") or {}).items())),
-            "mean_dbh_cm": result.get("mean_dbh_cm"), "seconds": result.get("seconds"),
+            "mean_dbh_cm": result.get("mean_dbh_cm"),
+            "seconds": result.get("seconds"),
             "cpu_s": result.get("cpu_s"),
             "memory_gb": result.get("peak_gb"),
             "disk_gb": round(_size(folder), 4) if state == "done" else None,
-            "photos": entry["inputs"]["photos"], "megapixels": round(entry["inputs"]["megapixels"], 2),
-            "points_m": round(entry["inputs"]["points_m"], 4), "predicted_s": round(entry["seconds"], 1),
-            "attempts": len(attempts), "host": result.get("host", ""), "n_field": accuracy.get("n_reference"),
-            "n_field_measured": accuracy.get("n"), "rmse_cm": _round(accuracy.get("rmse_cm")),
-            "me_cm": _round(accuracy.get("me_cm")), "coverage_90": _round(accuracy.get("coverage_90")),
-            "n_false": accuracy.get("n_false"), "remark": remark, "folder": str(folder), "bounds": result.get("bounds"),
-            "crs": entry["inputs"]["crs"], "table": bool(row["plots"]), "runs": len(attempts),
-            "warnings": result.get("warnings") or []}
+            "photos": entry["inputs"]["photos"],
+            "megapixels": round(entry["inputs"]["megapixels"], 2),
+            "points_m": round(entry["inputs"]["points_m"], 4),
+            "predicted_s": round(entry["seconds"], 1),
+            "attempts": len(attempts),
+            "host": result.get("host", ""),
+            "n_field": accuracy.get("n_reference"),
+            "n_field_measured": accuracy.get("n"),
+            "rmse_cm": _round(accuracy.get("rmse_cm")),
+            "me_cm": _round(accuracy.get("me_cm")),
+            "coverage_90": _round(accuracy.get("coverage_90")),
+            "n_false": accuracy.get("n_false"),
+            "remark": remark,
+            "folder": str(folder),
+            "bounds": result.get("bounds"),
+            "crs": entry["inputs"]["crs"],
+            "table": bool(row["plots"]),
+            "runs": len(attempts),
+            "warnings": result.get("warnings") or [],
+        }
 
 
 def write_report(
@@ -68,7 +113,8 @@ def write_report(
         notes += f"<li>and {len(warnings) - _TOLD} more, in {TABLE}</li>"
     head = Template(template).substitute(
         headline=html.escape(str(headline)),
-        warnings=f"<div class='warn'><b>Look at these</b><ul>{notes}</ul></div>" if notes else "")
+        warnings=f"<div class='warn'><b>Look at these</b><ul>{notes}</ul></div>" if notes else "",
+    )
     with atomic_path(folder / TABLE) as table, atomic_path(folder / REPORT) as page:
         with open(table, "w", newline="", encoding="utf-8-sig") as cells, open(page, "w", encoding="utf-8") as text:
             writer = SafeWriter(cells, COLUMNS)
@@ -87,12 +133,28 @@ def write_report(
 def _line(row: dict[str, Any]) -> str:
     field = "" if row["n_field"] is None else f"{row['n_field_measured']} of {row['n_field']}"
     share = "" if row["coverage_90"] is None else f"{100 * row['coverage_90']:.0f} %"
-    cells = [row["plot_id"], row["state"], row["n_trees"], row["n_measured"], row["n_rejected"], row["reasons"],
-             row["mean_dbh_cm"], row["seconds"], row["memory_gb"], row["attempts"], field, row["rmse_cm"], row["me_cm"],
-             share, row["remark"] or "; ".join(row["warnings"])]
+    cells = [
+        row["plot_id"],
+        row["state"],
+        row["n_trees"],
+        row["n_measured"],
+        row["n_rejected"],
+        row["reasons"],
+        row["mean_dbh_cm"],
+        row["seconds"],
+        row["memory_gb"],
+        row["attempts"],
+        field,
+        row["rmse_cm"],
+        row["me_cm"],
+        share,
+        row["remark"] or "; ".join(row["warnings"]),
+    ]
     made = "".join(
         f"<td{' class=n' if isinstance(cell, (int, float)) else ''}>{html.escape('' if cell is None else str(cell))}"
-        "</td>" for cell in cells)
+        "</td>"
+        for cell in cells
+    )
     return f"<tr class='{'failed' if row['state'] != 'done' else 'done'}'>{made}</tr>\n"
 
 

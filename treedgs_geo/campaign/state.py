@@ -123,8 +123,14 @@ def make_plan(manifest: Path, crs: str | None, folder: Path, model: CostModel, r
                 row, inputs = checked.row, checked.inputs
                 need = model.predict(row.route, inputs.to_json())
                 offsets.append(stream.tell())
-                line = {"row": row.to_json(), "inputs": inputs.to_json(), "settings": settings_hash(row),
-                        "seconds": need.seconds, "memory_gb": need.memory_gb, "disk_gb": need.disk_gb}
+                line = {
+                    "row": row.to_json(),
+                    "inputs": inputs.to_json(),
+                    "settings": settings_hash(row),
+                    "seconds": need.seconds,
+                    "memory_gb": need.memory_gb,
+                    "disk_gb": need.disk_gb,
+                }
                 stream.write(json.dumps(line).encode() + b"\n")
                 seconds.append(need.seconds)
                 memory.append(need.memory_gb)
@@ -140,15 +146,19 @@ def make_plan(manifest: Path, crs: str | None, folder: Path, model: CostModel, r
         _one_crs(checker, seen, crs, manifest)
         checker.conclude()
     layer = _layer_crs(seen, crs)
-    return Plan(folder / PLAN, offsets, np.array(seconds), np.array(memory), np.array(disk), routes, totals, layer,
-                outside)
+    return Plan(
+        folder / PLAN, offsets, np.array(seconds), np.array(memory), np.array(disk), routes, totals, layer, outside
+    )
 
 
 def settings_hash(row: PlotRow) -> str:
     """Changes when a setting or the version changes; files count by their content, in another hash."""
     plain = {name: value for name, value in row.values.items() if name not in _PATHS}
-    described = json.dumps([__version__, row.route, row.plot_id, plain, row.pairing, bool(row.plots), bool(row.field)],
-                           sort_keys=True, default=str)
+    described = json.dumps(
+        [__version__, row.route, row.plot_id, plain, row.pairing, bool(row.plots), bool(row.field)],
+        sort_keys=True,
+        default=str,
+    )
     return hashlib.sha256(described.encode()).hexdigest()[:16]
 
 
@@ -156,11 +166,20 @@ def job_of(entry: dict[str, Any], campaign: Campaign, turn: int, threads: int, t
     """What a worker needs to know to run one plot."""
     plot_id = entry["row"]["plot_id"]
     return {
-        "plot_id": plot_id, "folder": str(plot_folder(campaign.workspace.resolve(), plot_id)),
-        "workspace": str(campaign.workspace.resolve()), "campaign": campaign.uuid, "version": __version__,
-        "series": campaign.series, "settings": entry["settings"], "stamp": entry["inputs"]["stamp"],
-        "row": entry["row"], "threads": threads, "need_gb": entry["memory_gb"], "disk_gb": entry["disk_gb"],
-        "time_limit_min": time_limit_min, "turn": f"{os.getpid()}-{turn}",
+        "plot_id": plot_id,
+        "folder": str(plot_folder(campaign.workspace.resolve(), plot_id)),
+        "workspace": str(campaign.workspace.resolve()),
+        "campaign": campaign.uuid,
+        "version": __version__,
+        "series": campaign.series,
+        "settings": entry["settings"],
+        "stamp": entry["inputs"]["stamp"],
+        "row": entry["row"],
+        "threads": threads,
+        "need_gb": entry["memory_gb"],
+        "disk_gb": entry["disk_gb"],
+        "time_limit_min": time_limit_min,
+        "turn": f"{os.getpid()}-{turn}",
     }
 
 
@@ -177,11 +196,15 @@ def _one_crs(checker: Checker, seen: dict[str, int], crs: str | None, manifest: 
     if len(seen) < 2 or (crs and "local" not in seen):
         return
     told = ", ".join(f"{_short(name)} (line {line})" for name, line in list(seen.items())[:4])
-    hint = ("clouds in local metres have no place on the map, run them as a campaign of their own" if "local" in seen
-            else "give --crs EPSG:… for the layer (trees are brought there), or split the manifest")
+    hint = (
+        "clouds in local metres have no place on the map, run them as a campaign of their own"
+        if "local" in seen
+        else "give --crs EPSG:… for the layer (trees are brought there), or split the manifest"
+    )
     checker.n_bad += 1
     checker.problems.append(
-        f"the rows are in {len(seen)} coordinate reference systems: {told}; one layer has one: {hint}")
+        f"the rows are in {len(seen)} coordinate reference systems: {told}; one layer has one: {hint}"
+    )
 
 
 def _short(crs: str) -> str:

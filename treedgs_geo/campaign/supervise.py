@@ -67,8 +67,11 @@ def _run(job: dict[str, Any], folder: Path, lease: Lease, orphaned: threading.Ev
         files = content_key(input_files(row["route"], row["values"], "", ""))
         key = f"{job['settings']}:{files}:{hashlib.sha256(lines.encode()).hexdigest()[:16]}"
     except (OSError, TreeDGSError) as trouble:
-        return {"outcome": "setup", "message": f"an input cannot be read on {host()} ({trouble}); every worker needs "
-                "the inputs under the same path"}
+        return {
+            "outcome": "setup",
+            "message": f"an input cannot be read on {host()} ({trouble}); every worker needs "
+            "the inputs under the same path",
+        }
     if record.is_done(key):
         record.stamp = job["stamp"]
         record.save()
@@ -76,8 +79,7 @@ def _run(job: dict[str, Any], folder: Path, lease: Lease, orphaned: threading.Ev
     if not record.may_run(key, job["series"]):
         _fail(record, key, job)
         return {"outcome": "given_up", "message": record.last_problem()}
-    attempt = {"series": job["series"], "key": key, "host": host(), "outcome": None,
-               "began": round(time.time(), 2)}
+    attempt = {"series": job["series"], "key": key, "host": host(), "outcome": None, "began": round(time.time(), 2)}
     record.attempts.append(attempt)
     record.status, record.key, record.stamp = "new", key, job["stamp"]
     began = time.monotonic()
@@ -89,10 +91,21 @@ def _run(job: dict[str, Any], folder: Path, lease: Lease, orphaned: threading.Ev
         ending = _engine(job, folder, lease, orphaned)
     except (Lost, OSError, TreeDGSError) as trouble:
         ending = Ending("disk" if is_full(str(trouble)) else "interrupted", str(trouble))
-    attempt.update(outcome=ending.outcome, message=ending.message, seconds=round(time.monotonic() - began, 2),
-                   peak_gb=round(ending.peak_gb, 3), cpu_s=ending.cpu_s)
-    answer = {"outcome": ending.outcome, "message": ending.message, "seconds": attempt["seconds"],
-              "peak_gb": attempt["peak_gb"], "host": host(), "failed": 0}
+    attempt.update(
+        outcome=ending.outcome,
+        message=ending.message,
+        seconds=round(time.monotonic() - began, 2),
+        peak_gb=round(ending.peak_gb, 3),
+        cpu_s=ending.cpu_s,
+    )
+    answer = {
+        "outcome": ending.outcome,
+        "message": ending.message,
+        "seconds": attempt["seconds"],
+        "peak_gb": attempt["peak_gb"],
+        "host": host(),
+        "failed": 0,
+    }
     if ending.outcome == "done":
         taken = {name: attempt[name] for name in ("seconds", "cpu_s", "peak_gb", "host")}
         record.status, record.result = "done", {**ending.result, **taken}
@@ -108,8 +121,12 @@ def _run(job: dict[str, Any], folder: Path, lease: Lease, orphaned: threading.Ev
         return {"outcome": "interrupted", "message": str(trouble), "may_retry": True}
     except (OSError, TreeDGSError) as trouble:
         # A result that is not on disk does not count.
-        return {**answer, "outcome": "disk" if is_full(str(trouble)) else "setup", "message": str(trouble),
-                "unrecorded": True}
+        return {
+            **answer,
+            "outcome": "disk" if is_full(str(trouble)) else "setup",
+            "message": str(trouble),
+            "unrecorded": True,
+        }
     return answer
 
 
@@ -119,10 +136,12 @@ def _engine(job: dict[str, Any], folder: Path, lease: Lease, orphaned: threading
 
     free = psutil.disk_usage(str(folder)).free / 1e9
     if free < job["disk_gb"]:
-        return Ending("disk", f"{folder}: {1000 * free:.0f} MB of disk are free, the plot needs about "
-                      f"{1000 * job['disk_gb']:.0f} MB; make room and run again")
-    process = EngineProcess(folder, {"folder": str(folder), "row": job["row"]}, job["threads"], folder / LOG,
-                            lease.key)
+        return Ending(
+            "disk",
+            f"{folder}: {1000 * free:.0f} MB of disk are free, the plot needs about "
+            f"{1000 * job['disk_gb']:.0f} MB; make room and run again",
+        )
+    process = EngineProcess(folder, {"folder": str(folder), "row": job["row"]}, job["threads"], folder / LOG, lease.key)
     limit_s = 60 * job["time_limit_min"] if job["time_limit_min"] else float("inf")
     began = told = time.monotonic()
     try:
@@ -152,9 +171,18 @@ def _engine(job: dict[str, Any], folder: Path, lease: Lease, orphaned: threading
 def _tell(folder: Path, process: EngineProcess, seconds: float) -> None:
     """Progress for the coordinator's table; not worth an error."""
     try:
-        (folder / PROGRESS).write_text(json.dumps({
-            "stage": process.stage, "fraction": process.fraction, "seconds": round(seconds), "host": host(),
-            "peak_gb": round(process.peak_gb, 2)}), encoding="utf-8")
+        (folder / PROGRESS).write_text(
+            json.dumps(
+                {
+                    "stage": process.stage,
+                    "fraction": process.fraction,
+                    "seconds": round(seconds),
+                    "host": host(),
+                    "peak_gb": round(process.peak_gb, 2),
+                }
+            ),
+            encoding="utf-8",
+        )
     except OSError:
         pass
 
@@ -179,8 +207,9 @@ def _same_campaign(job: dict[str, Any]) -> str:
             return ""
     except TreeDGSError:
         pass
-    return (f"{host()} does not see the campaign's folder {job['workspace']}; mount the shared folder under the same "
-            "path")
+    return (
+        f"{host()} does not see the campaign's folder {job['workspace']}; mount the shared folder under the same path"
+    )
 
 
 def _fail(record: Record, key: str, job: dict[str, Any]) -> None:

@@ -21,7 +21,9 @@ def run_plot(job: dict[str, Any]) -> dict[str, Any]:
     """Run one plot in a process of its own; a crash there is an answer here."""
     limit = _limit()
     with subprocess.Popen(
-        python_command("treedgs_geo.campaign.supervise"), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        python_command("treedgs_geo.campaign.supervise"),
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
         start_new_session=True,
     ) as process:
         assert process.stdin is not None and process.stdout is not None
@@ -39,8 +41,11 @@ def run_plot(job: dict[str, Any]) -> dict[str, Any]:
             # It ended by itself before it could say anything: this host's Python or libraries, not the plot. A host
             # that fails at once would otherwise draw all plots from those that work.
             time.sleep(SETUP_S)
-            return {"outcome": "setup", "message": f"no plot can be started on {host()} ({sys.executable} ended with "
-                    f"code {process.returncode}); run 'treedgs doctor' there"}
+            return {
+                "outcome": "setup",
+                "message": f"no plot can be started on {host()} ({sys.executable} ended with "
+                f"code {process.returncode}); run 'treedgs doctor' there",
+            }
         return {"outcome": "interrupted", "message": "the plot's supervisor was killed", "may_retry": True}
 
 

@@ -44,8 +44,9 @@ class RunLog(Collector):
         super()._emit(kind, body)
 
 
-def plots_under(settings: PointcloudToDbhSettings, crs: pyproj.CRS | None, low: np.ndarray, high: np.ndarray,
-                reporter: Reporter) -> list[Plot]:
+def plots_under(
+    settings: PointcloudToDbhSettings, crs: pyproj.CRS | None, low: np.ndarray, high: np.ndarray, reporter: Reporter
+) -> list[Plot]:
     """The plots that lie on the cloud; empty when none were asked for. low, high: its corners, project coordinates.
 
     Raises:
@@ -56,26 +57,35 @@ def plots_under(settings: PointcloudToDbhSettings, crs: pyproj.CRS | None, low: 
     try:
         plots = read_plots(settings.plots, crs or LOCAL_CRS)
     except pyproj.exceptions.ProjError:
-        raise CRSError(f"{settings.plots}: has an epsg, but {settings.input} has no CRS to bring it into; give the "
-                       "cloud's with --crs, or the centres in the cloud's own metres.") from None
-    inside = [plot for plot in plots
-              if low[0] - plot.radius_m < plot.x < high[0] + plot.radius_m
-              and low[1] - plot.radius_m < plot.y < high[1] + plot.radius_m]
+        raise CRSError(
+            f"{settings.plots}: has an epsg, but {settings.input} has no CRS to bring it into; give the "
+            "cloud's with --crs, or the centres in the cloud's own metres."
+        ) from None
+    inside = [
+        plot
+        for plot in plots
+        if low[0] - plot.radius_m < plot.x < high[0] + plot.radius_m
+        and low[1] - plot.radius_m < plot.y < high[1] + plot.radius_m
+    ]
     if not inside:
         plot = plots[0]
         raise InputError(
             f"{settings.plots}: no plot lies on {settings.input}: {plot.plot_id!r} is at x {plot.x:.1f}, "
             f"y {plot.y:.1f}, the cloud covers x {low[0]:.1f} to {high[0]:.1f}, y {low[1]:.1f} to {high[1]:.1f}; check "
-            "the coordinates and their CRS (column epsg).")
+            "the coordinates and their CRS (column epsg)."
+        )
     if len(inside) < len(plots):
         away = [plot.plot_id for plot in plots if plot not in inside]
-        reporter.warn(f"{settings.plots}: {len(away)} of {len(plots)} plots do not lie on the cloud and are left out: "
-                      f"{', '.join(away[:5])}{' …' if len(away) > 5 else ''}.")
+        reporter.warn(
+            f"{settings.plots}: {len(away)} of {len(plots)} plots do not lie on the cloud and are left out: "
+            f"{', '.join(away[:5])}{' …' if len(away) > 5 else ''}."
+        )
     return inside
 
 
-def cut_to_plots(settings: PointcloudToDbhSettings, cloud: PointCloud,
-                 reporter: Reporter) -> tuple[list[Plot], PointCloud]:
+def cut_to_plots(
+    settings: PointcloudToDbhSettings, cloud: PointCloud, reporter: Reporter
+) -> tuple[list[Plot], PointCloud]:
     """``(plots, the cloud within MARGIN_M of them)``; everything where no plots were given."""
     plots = plots_under(settings, cloud.horizontal_crs, cloud.xyz.min(axis=0), cloud.xyz.max(axis=0), reporter)
     if not plots:
@@ -89,8 +99,9 @@ def cut_to_plots(settings: PointcloudToDbhSettings, cloud: PointCloud,
     return plots, cloud.select(kept)
 
 
-def trees_in_plots(trees: list[Any], tree_id: np.ndarray, plots: list[Plot],
-                   reporter: Reporter) -> tuple[list[Any], np.ndarray]:
+def trees_in_plots(
+    trees: list[Any], tree_id: np.ndarray, plots: list[Plot], reporter: Reporter
+) -> tuple[list[Any], np.ndarray]:
     """Trees that stand in a plot at breast height, with its id; the others' points lose their tree_id."""
     if not plots:
         return trees, tree_id
@@ -106,8 +117,9 @@ def trees_in_plots(trees: list[Any], tree_id: np.ndarray, plots: list[Plot],
     return inside, np.where(np.isin(tree_id, [tree.tree_id for tree in inside]), tree_id, 0)
 
 
-def write_cloud_report(settings: PointcloudToDbhSettings, cloud: PointCloud, trees: list[Any], plots: list[Plot],
-                       dtm: Dtm, log: RunLog) -> str | None:
+def write_cloud_report(
+    settings: PointcloudToDbhSettings, cloud: PointCloud, trees: list[Any], plots: list[Plot], dtm: Dtm, log: RunLog
+) -> str | None:
     """The page ``--report`` asks for, as ``photos-to-dbh`` writes it; its path."""
     if settings.report is None:
         return None
@@ -119,16 +131,24 @@ def write_cloud_report(settings: PointcloudToDbhSettings, cloud: PointCloud, tre
     span = np.ptp(cloud.xyz[:, :2], axis=0)
     facts = {
         "cloud": f"{settings.input.name}, {len(cloud):,} points{' in and around the plots' if plots else ''}"
-                 + ("" if plots else f", {len(cloud) / max(span[0] * span[1], 1.0):,.0f} a square metre"),
+        + ("" if plots else f", {len(cloud) / max(span[0] * span[1], 1.0):,.0f} a square metre"),
         "date in the file": _date(settings.input),
         "ground": str(settings.dtm) if settings.dtm else "from the cloud",
         "plot area not seen": _bare_area(cloud, dtm, plots),
-        "method": f"{settings.method}, {settings.fit}", "breast height": f"{settings.bh_m:g} m",
-        "CRS": crs.to_string() if cloud.horizontal_crs is not None else "local metres, none", "TreeDGS": __version__,
+        "method": f"{settings.method}, {settings.fit}",
+        "breast height": f"{settings.bh_m:g} m",
+        "CRS": crs.to_string() if cloud.horizontal_crs is not None else "local metres, none",
+        "TreeDGS": __version__,
     }
     log.stages["in all"] = {"seconds": time.monotonic() - log.began, "peak_memory_mb": peak_memory_mb()}
-    path = write_report(settings.report, tree_table(trees, crs), plots, {k: v for k, v in facts.items() if v},
-                        list(dict.fromkeys(log.warnings)), log.stages)
+    path = write_report(
+        settings.report,
+        tree_table(trees, crs),
+        plots,
+        {k: v for k, v in facts.items() if v},
+        list(dict.fromkeys(log.warnings)),
+        log.stages,
+    )
     return str(path)
 
 

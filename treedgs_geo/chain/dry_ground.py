@@ -57,8 +57,15 @@ class _Doubts(Reporter):
         self._doubt(message)
 
 
-def check_ground(xyz: np.ndarray, where: Path, crs: pyproj.CRS | None, given: Dtm | None, given_from: Path | None,
-                 doubt: Callable[[str], None], problem: Callable[[str], None]) -> None:
+def check_ground(
+    xyz: np.ndarray,
+    where: Path,
+    crs: pyproj.CRS | None,
+    given: Dtm | None,
+    given_from: Path | None,
+    doubt: Callable[[str], None],
+    problem: Callable[[str], None],
+) -> None:
     """Ask of the ground, by the (N, 3) lowest points, what the run will ask: what it would warn of goes to ``doubt``,
     what would end it to ``problem``."""
     if not len(xyz) or float(np.prod(np.ptp(xyz[:, :2], axis=0))) > _LARGEST_M2:

@@ -131,8 +131,11 @@ def _check_cover(settings: PhotosToDbhSettings, plots: list[Plot], dtm: Dtm | No
     for plot in plots:
         away = float(np.linalg.norm(placed - [plot.x, plot.y], axis=1).min())
         if away > MAX_AWAY_M:
-            zone = zone_that_fits(stations.crs, np.array([[plot.x, plot.y]]), lambda xy: bool(
-                np.linalg.norm(placed - xy, axis=1).min() <= MAX_AWAY_M))
+            zone = zone_that_fits(
+                stations.crs,
+                np.array([[plot.x, plot.y]]),
+                lambda xy: bool(np.linalg.norm(placed - xy, axis=1).min() <= MAX_AWAY_M),
+            )
             hint = f" (in EPSG:{zone.to_epsg()}, {zone.name}, it would lie there)" if zone is not None else ""
             raise InputError(
                 f"{settings.plots}: plot {plot.plot_id!r} lies {away:.0f} m from the nearest photo, expected it under "
@@ -338,12 +341,16 @@ def _write(
                 write_trees(copy, trees, crs)
             except OutputError as problem:  # the result itself is written
                 reporter.warn(str(problem))
-        stages = {name: entry for name, entry in space.record["stages"].items()
-                  if name != "write" and (sfm or name == "geotag")}
+        stages = {
+            name: entry
+            for name, entry in space.record["stages"].items()
+            if name != "write" and (sfm or name == "geotag")
+        }
         megapixels = sum(view.camera.width * view.camera.height for view in views) / 1e6
         facts = {
             "photos": f"{sfm['registered']} of {sfm['photos']} registered, {megapixels:.0f} megapixels"
-            if sfm else f"{len(stations)}, not matched",
+            if sfm
+            else f"{len(stations)}, not matched",
             "method": stages.get("measure", {}).get("result", {}).get("fit", "none"),
             "breast height": f"{settings.bh_m:g} m",
             "CRS": crs.to_string(),

@@ -177,8 +177,12 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     _tell_search(search, plots, findings)
     needs = _photo_needs(settings, stations, ground, plots, options.reconstruct, search)
     tell_kept(settings.workspace, reporter)
-    facts = {"n_photos": len(stations), "fix_pct": round(fix_pct, 1), **overlap,
-             "n_tiles": search.tiles if search else None}
+    facts = {
+        "n_photos": len(stations),
+        "fix_pct": round(fix_pct, 1),
+        **overlap,
+        "n_tiles": search.tiles if search else None,
+    }
     return findings.conclude(facts, needs)
 
 
@@ -196,9 +200,7 @@ def _tell_search(search: Search | None, plots: list, findings: Findings) -> None
         findings.reporter.info(f"{search.sentence()}.")
 
 
-def _overlap(
-    views: list[View], stations: Stations, plots: list, findings: Findings, is_nadir: bool
-) -> dict[str, Any]:
+def _overlap(views: list[View], stations: Stations, plots: list, findings: Findings, is_nadir: bool) -> dict[str, Any]:
     """How often each place of the plots is seen from the side, and how much neighbouring photos share."""
     from .planned import LEAST_OBLIQUE, OBLIQUE_DEG
 
@@ -359,8 +361,15 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
         require_coverage(dtm, np.column_stack([x.ravel(), y.ravel()]), str(settings.dtm))
     with reporter.stage("ground", 0.8, 0.98):
         xyz = lowest.points()
-        check_ground(xyz[extent.holds(xyz)], settings.input, first.horizontal_crs, dtm, settings.dtm, findings.doubt,
-                     findings.problem)
+        check_ground(
+            xyz[extent.holds(xyz)],
+            settings.input,
+            first.horizontal_crs,
+            dtm,
+            settings.dtm,
+            findings.doubt,
+            findings.problem,
+        )
     needs = Needs(
         seconds=3 + CLOUD_S_MILLION * count / 1e6 / max(min(cores(), 4) ** 0.5, 1),
         memory_gb=0.5 + 0.35 * count / 1e6,

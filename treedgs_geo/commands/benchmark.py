@@ -18,24 +18,41 @@ QUICK_MIN = 9.5
 class BenchmarkSettings:
     """Options of ``benchmark``."""
 
-    plots: Path | None = param(None, kind="folder", help="simulated plot, or a folder of them, to measure on; without "
-                               "it plots are simulated")
-    output: Path = param(kind="output_folder", help="folder for charts and tables; finished runs are kept there, so "
-                         "that a stopped benchmark resumes")
-    quick: bool = param(False, kind="flag", help="one small plot and a dozen configurations: about 10 minutes on two "
-                        "idle cores")
-    stability: bool = param(False, kind="flag", help="instead of the chart: the stability suite, one factor at a time "
-                            "from harmless to hopeless")
-    cost: bool = param(False, kind="flag", help="instead of the chart: seconds and memory of each stage against "
-                       "photos, megapixels, stems and points, fitted")
+    plots: Path | None = param(
+        None, kind="folder", help="simulated plot, or a folder of them, to measure on; without it plots are simulated"
+    )
+    output: Path = param(
+        kind="output_folder",
+        help="folder for charts and tables; finished runs are kept there, so that a stopped benchmark resumes",
+    )
+    quick: bool = param(
+        False, kind="flag", help="one small plot and a dozen configurations: about 10 minutes on two idle cores"
+    )
+    stability: bool = param(
+        False,
+        kind="flag",
+        help="instead of the chart: the stability suite, one factor at a time from harmless to hopeless",
+    )
+    cost: bool = param(
+        False,
+        kind="flag",
+        help="instead of the chart: seconds and memory of each stage against "
+        "photos, megapixels, stems and points, fitted",
+    )
     repeats: int = param(1, kind="integer", minimum=1, maximum=20, help="runs of each configuration")
     seeds: str = param("1,2,3", kind="text", help="seeds of the stability suite", advanced=True)
     factors: str = param("", kind="text", help="only these factors of the stability suite, by commas", advanced=True)
     only: str = param("", kind="text", help="only these configurations of the chart, by commas", advanced=True)
-    budget_min: float = param(0.0, kind="number", unit="min", minimum=0, help="begin nothing new after this long; 0 = "
-                              "no limit, with --quick 9.5 minutes")
-    fresh: bool = param(False, kind="flag", help="stability: measure again what other measuring code had measured",
-                        advanced=True)
+    budget_min: float = param(
+        0.0,
+        kind="number",
+        unit="min",
+        minimum=0,
+        help="begin nothing new after this long; 0 = no limit, with --quick 9.5 minutes",
+    )
+    fresh: bool = param(
+        False, kind="flag", help="stability: measure again what other measuring code had measured", advanced=True
+    )
 
 
 def run(settings: BenchmarkSettings, reporter: Reporter) -> dict[str, Any]:
@@ -64,8 +81,9 @@ def run(settings: BenchmarkSettings, reporter: Reporter) -> dict[str, Any]:
 
         return run_cost(settings.output, settings.plots, settings.budget_min, reporter)
     budget = settings.budget_min or (QUICK_MIN if settings.quick else 0.0)
-    return runner.run_chart(settings.output, settings.plots, settings.quick, settings.repeats, words(settings.only),
-                            budget, reporter)
+    return runner.run_chart(
+        settings.output, settings.plots, settings.quick, settings.repeats, words(settings.only), budget, reporter
+    )
 
 
 COMMAND = Command(
@@ -80,15 +98,25 @@ COMMAND = Command(
         "recommended configuration for each preset. With --stability: one trouble at a time (few photos, wind, lean, "
         "pose noise, clutter, ...) at rising severity: errors, refusals, interval coverage, and every accepted tree "
         "that is more than 5 cm off. With --cost: how seconds and memory grow. Writes SVG, PNG, CSV, JSON, Markdown "
-        "and a page without outside files. Compare seconds only within one run on an idle machine."),
+        "and a page without outside files. Compare seconds only within one run on an idle machine."
+    ),
     settings=BenchmarkSettings,
     run=run,
     example="treedgs benchmark --quick --output benchmark",
-    outputs={"output": "folder", "page": "the page to open", "chart": "the chart (SVG)", "n_runs": "runs of the chart",
-             "recommended": "configuration for each preset", "left_out": "what there was no time for",
-             "n_cases": "cases of the stability suite", "n_wanted": "cases that it has",
-             "n_ok": "trees accepted by the photo method",
-             "n_lies": "of them more than 5 cm off", "coverage_90": "of them inside the stated 90 % interval, 0 to 1",
-             "claim_holds": "at most 2 % of the accepted trees are more than 5 cm off",
-             "predicted_min": "the paper's own case on this machine, minutes", "seconds": "seconds it took"},
+    outputs={
+        "output": "folder",
+        "page": "the page to open",
+        "chart": "the chart (SVG)",
+        "n_runs": "runs of the chart",
+        "recommended": "configuration for each preset",
+        "left_out": "what there was no time for",
+        "n_cases": "cases of the stability suite",
+        "n_wanted": "cases that it has",
+        "n_ok": "trees accepted by the photo method",
+        "n_lies": "of them more than 5 cm off",
+        "coverage_90": "of them inside the stated 90 % interval, 0 to 1",
+        "claim_holds": "at most 2 % of the accepted trees are more than 5 cm off",
+        "predicted_min": "the paper's own case on this machine, minutes",
+        "seconds": "seconds it took",
+    },
 )

@@ -24,16 +24,24 @@ _POINT_BYTES = 60
 class CloudSettings:
     """Input options of the point-cloud verbs."""
 
-    input: Path = param(kind="file", help="point cloud: LAS, LAZ, COPC, or text with x y z per line",
-                        suffixes=("laz", "las", "txt", "xyz", "csv"))
-    dtm: Path | None = param(None, kind="file", help="terrain raster; without it the ground is found in the cloud",
-                             suffixes=("tif", "tiff"))
-    crs: str | None = param(None, kind="crs", help="CRS of a cloud that holds none: EPSG:CODE, or 'local' for metres "
-                            "without a place on the map")
+    input: Path = param(
+        kind="file",
+        help="point cloud: LAS, LAZ, COPC, or text with x y z per line",
+        suffixes=("laz", "las", "txt", "xyz", "csv"),
+    )
+    dtm: Path | None = param(
+        None, kind="file", help="terrain raster; without it the ground is found in the cloud", suffixes=("tif", "tiff")
+    )
+    crs: str | None = param(
+        None,
+        kind="crs",
+        help="CRS of a cloud that holds none: EPSG:CODE, or 'local' for metres without a place on the map",
+    )
 
 
-def load_cloud(settings: CloudSettings, reporter: Reporter, attributes: tuple[str, ...] | None = None,
-               find_stems: bool = True) -> PointCloud:
+def load_cloud(
+    settings: CloudSettings, reporter: Reporter, attributes: tuple[str, ...] | None = None, find_stems: bool = True
+) -> PointCloud:
     """Read the cloud, refuse what cannot be a stand in metres, and say what it is.
 
     find_stems: stems are to be found in it, not only measured.
@@ -52,8 +60,14 @@ def load_cloud(settings: CloudSettings, reporter: Reporter, attributes: tuple[st
     return cloud
 
 
-def read_checked(path: Path, crs: str | None, reporter: Reporter, attributes: tuple[str, ...] | None = None,
-                 find_stems: bool = True, own_ground: bool = False) -> PointCloud:
+def read_checked(
+    path: Path,
+    crs: str | None,
+    reporter: Reporter,
+    attributes: tuple[str, ...] | None = None,
+    find_stems: bool = True,
+    own_ground: bool = False,
+) -> PointCloud:
     """The cloud without its far strays; what is odd about it is said.
 
     Raises:
@@ -65,8 +79,11 @@ def read_checked(path: Path, crs: str | None, reporter: Reporter, attributes: tu
     from ..pointcloud.survey import Survey
 
     about = describe_cloud(path)
-    require_memory(_POINT_BYTES * about.n_points, f"{path}: reading {about.n_points:,} points at once",
-                   "cut the cloud to the plots, thin it, or use a machine with more memory")
+    require_memory(
+        _POINT_BYTES * about.n_points,
+        f"{path}: reading {about.n_points:,} points at once",
+        "cut the cloud to the plots, thin it, or use a machine with more memory",
+    )
     cloud = read_cloud(path, crs=crs, attributes=attributes)
     good = usable(cloud)
     survey = Survey()
@@ -110,15 +127,25 @@ def tree_summary(trees: list[Any], reporter: Reporter) -> dict[str, Any]:
     flags = {flag: sum(tree.qc_flag == flag for tree in trees) for flag in ("ok", "check", "reject")}
     measured = [tree for tree in trees if tree.dbh_cm is not None]
     if not trees:
-        reporter.warn("No stem was found: the points below 5 m show no upright round stem; check the density under the "
-                      "canopy and the source setting.")
+        reporter.warn(
+            "No stem was found: the points below 5 m show no upright round stem; check the density under the "
+            "canopy and the source setting."
+        )
     else:
-        reporter.info(f"{len(measured)} of the {len(trees)} stems found were measured: {flags['ok']} ok, "
-                      f"{flags['check']} to check, {flags['reject']} refused.")
+        reporter.info(
+            f"{len(measured)} of the {len(trees)} stems found were measured: {flags['ok']} ok, "
+            f"{flags['check']} to check, {flags['reject']} refused."
+        )
     for reason in REASONS:
         count = sum(reason in tree.qc_reason.split(",") for tree in trees)
         if count:
             reporter.info(f"  {count} x {reason}: {REASONS[reason][0]}.")
     mean = sum(tree.dbh_cm for tree in measured) / len(measured) if measured else None
-    return {"n_trees": len(trees), "n_measured": len(measured), "n_ok": flags["ok"], "n_check": flags["check"],
-            "n_reject": flags["reject"], "mean_dbh_cm": round(mean, 2) if mean is not None else None}
+    return {
+        "n_trees": len(trees),
+        "n_measured": len(measured),
+        "n_ok": flags["ok"],
+        "n_check": flags["check"],
+        "n_reject": flags["reject"],
+        "mean_dbh_cm": round(mean, 2) if mean is not None else None,
+    }

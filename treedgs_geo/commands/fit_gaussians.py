@@ -103,8 +103,22 @@ def _write_stems(space, report, frame, bh_m: float) -> str | None:
     trees = to_trees(report.primitives, frame, bh_m)
     if not trees:
         return None
-    columns = ("tree_id", "x", "y", "z_ground", "dbh_cm", "dbh_se_cm", "dbh_lo_cm", "dbh_hi_cm", "bh_m", "lean_deg",
-               "taper_cm_m", "n_views", "qc_flag", "qc_reason")
+    columns = (
+        "tree_id",
+        "x",
+        "y",
+        "z_ground",
+        "dbh_cm",
+        "dbh_se_cm",
+        "dbh_lo_cm",
+        "dbh_hi_cm",
+        "bh_m",
+        "lean_deg",
+        "taper_cm_m",
+        "n_views",
+        "qc_flag",
+        "qc_reason",
+    )
     target = space.path("stem_primitives.csv")
     with atomic_path(target) as temporary, open(temporary, "w", newline="") as stream:
         writer = SafeWriter(stream, columns)

@@ -18,8 +18,7 @@ class MeasureDbhSettings(MeasureOptions, CloudSettings):
     """Options of ``measure-dbh``."""
 
     output: Path = param(kind="output_file", help="tree layer", suffixes=("gpkg", "shp", "csv"))
-    id_field: str = param("tree_id", kind="text", help="dimension of the cloud that holds the tree ids",
-    advanced=True)
+    id_field: str = param("tree_id", kind="text", help="dimension of the cloud that holds the tree ids", advanced=True)
 
 
 def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
@@ -39,7 +38,8 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
     if settings.id_field not in cloud.attributes:
         raise InputError(
             f"{settings.input}: has no dimension {settings.id_field!r} (it has: {', '.join(cloud.attributes)}); "
-            "run segment-stems first, or name the dimension with --id-field.")
+            "run segment-stems first, or name the dimension with --id-field."
+        )
     tree_id = np.asarray(cloud.attributes[settings.id_field]).astype(np.int64)
     kept = settings.dtm is None and "height_m" in cloud.attributes
     ground = _ground_from_heights(cloud) if kept else load_ground(settings, cloud, reporter)
@@ -69,8 +69,15 @@ def _ground_from_heights(cloud: Any) -> Any:
     foot = cloud.xyz[known].copy()
     foot[:, 2] -= height[known]
     origin = np.floor(foot.min(axis=0))
-    grid = grid_ground(foot[::max(len(foot) // 200_000, 1)] - origin, 0.25, neighbours=12, bandwidth_m=0.3,
-                       noise_m=0.02, reach_m=3.0, crs=cloud.horizontal_crs)
+    grid = grid_ground(
+        foot[:: max(len(foot) // 200_000, 1)] - origin,
+        0.25,
+        neighbours=12,
+        bandwidth_m=0.3,
+        noise_m=0.02,
+        reach_m=3.0,
+        crs=cloud.horizontal_crs,
+    )
     dtm = grid.moved(origin)
     return CloudGround(dtm, dtm)
 
@@ -86,11 +93,19 @@ COMMAND = Command(
         "point a tree: DBH with its standard error and 90 % interval in cm, at breast height above the ground at the "
         "stem. --method paper gives the published estimator (solid circles, taper RANSAC; with --fit cylinder the "
         "published cylinder); the default fits a leaning, tapering stem to the bark points. A stem that cannot be "
-        "measured stays in the layer with qc_flag=reject and the reason."),
+        "measured stays in the layer with qc_flag=reject and the reason."
+    ),
     settings=MeasureDbhSettings,
     run=run,
     example="treedgs measure-dbh --input stems.laz --dtm dtm.tif --output trees.gpkg",
     expert=("method", "min_dbh_cm", "max_dbh_cm", "max_lean_deg", "source"),
-    outputs={"output": "tree layer", "n_trees": "stems in the layer", "n_measured": "stems with a DBH",
-             "n_ok": "without remark", "n_check": "to check", "n_reject": "refused", "mean_dbh_cm": "mean DBH, cm"},
+    outputs={
+        "output": "tree layer",
+        "n_trees": "stems in the layer",
+        "n_measured": "stems with a DBH",
+        "n_ok": "without remark",
+        "n_check": "to check",
+        "n_reject": "refused",
+        "mean_dbh_cm": "mean DBH, cm",
+    },
 )

@@ -19,15 +19,27 @@ class PointcloudToDbhSettings(MeasureOptions, CloudSettings):
     """Options of ``pointcloud-to-dbh``."""
 
     output: Path = param(kind="output_file", help="tree layer", suffixes=("gpkg", "shp", "csv"))
-    dry_run: bool = param(False, kind="flag", help="Only check the cloud, its CRS, density and DTM, memory and disk, "
-                          "and foretell the time; writes nothing")
-    plots: Path | None = param(None, kind="file", help="CSV of plots: plot_id, easting, northing, radius_m (or lon, "
-                               "lat); only stems in them are measured, without it those of the whole cloud",
-                               suffixes=("csv",))
-    report: Path | None = param(None, kind="output_file", help="also write a report: map, each DBH, what the cloud "
-                                "did not show, cost", suffixes=("html",))
-    stems_output: Path | None = param(None, kind="output_file", help="also write the stem points with tree_id",
-                                      suffixes=("laz", "las"))
+    dry_run: bool = param(
+        False,
+        kind="flag",
+        help="Only check the cloud, its CRS, density and DTM, memory and disk, and foretell the time; writes nothing",
+    )
+    plots: Path | None = param(
+        None,
+        kind="file",
+        help="CSV of plots: plot_id, easting, northing, radius_m (or lon, "
+        "lat); only stems in them are measured, without it those of the whole cloud",
+        suffixes=("csv",),
+    )
+    report: Path | None = param(
+        None,
+        kind="output_file",
+        help="also write a report: map, each DBH, what the cloud did not show, cost",
+        suffixes=("html",),
+    )
+    stems_output: Path | None = param(
+        None, kind="output_file", help="also write the stem points with tree_id", suffixes=("laz", "las")
+    )
 
 
 def run(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]:
@@ -81,17 +93,28 @@ COMMAND = Command(
         "height and writes the tree layer: DBH, standard error and 90 % interval in cm, lean, height where the cloud "
         "reaches the crowns, and for every stem that cannot be measured the reason. Needs about 100 points on the "
         "lower 3 m of a stem (drone LiDAR above 1,000 points/m2, or a terrestrial scan). The CRS comes from the file; "
-        "give --crs where it has none ('local' for a scan without a place on the map)."),
+        "give --crs where it has none ('local' for a scan without a place on the map)."
+    ),
     settings=PointcloudToDbhSettings,
     run=run,
     example="treedgs pointcloud-to-dbh --input plot_uls.laz --output trees.gpkg",
     expert=("method", "min_dbh_cm", "max_dbh_cm", "max_lean_deg", "source"),
     order=("input", "plots", "dtm", "crs", "output", "report"),
-    outputs={"output": "tree layer", "report": "the page to open", "stems_output": "stem points",
-             "n_trees": "stems in the layer", "n_measured": "stems with a DBH", "n_ok": "without remark",
-             "n_check": "to check", "n_reject": "refused",
-             "mean_dbh_cm": "mean DBH, cm", "n_points": "points (dry run)",
-             "density_pts_m2": "points a square metre (dry run)", "predicted_s": "foretold time, s (dry run)",
-             "needed_memory_gb": "foretold memory, GB (dry run)", "needed_disk_gb": "foretold disk, GB (dry run)",
-             "status": "verdict (dry run)"},
+    outputs={
+        "output": "tree layer",
+        "report": "the page to open",
+        "stems_output": "stem points",
+        "n_trees": "stems in the layer",
+        "n_measured": "stems with a DBH",
+        "n_ok": "without remark",
+        "n_check": "to check",
+        "n_reject": "refused",
+        "mean_dbh_cm": "mean DBH, cm",
+        "n_points": "points (dry run)",
+        "density_pts_m2": "points a square metre (dry run)",
+        "predicted_s": "foretold time, s (dry run)",
+        "needed_memory_gb": "foretold memory, GB (dry run)",
+        "needed_disk_gb": "foretold disk, GB (dry run)",
+        "status": "verdict (dry run)",
+    },
 )

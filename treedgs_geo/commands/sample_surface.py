@@ -64,8 +64,9 @@ def _sample(settings: SampleSurfaceSettings, space: Workspace, reporter: Reporte
     frame, views = load_views(space.path(names.SFM), photo_folder(space, settings.photos))
     field_file, target = space.path(names.FIELD), space.path(names.SURFACE)
     field, field_frame = read_field(field_file)
-    if field_frame is not None and (abs(field_frame.origin - frame.origin).max() > 1e-6
-                                    or abs(field_frame.scale - frame.scale) > 1e-9):
+    if field_frame is not None and (
+        abs(field_frame.origin - frame.origin).max() > 1e-6 or abs(field_frame.scale - frame.scale) > 1e-9
+    ):
         raise InputError(
             f"{field_file}: is in another local frame than {space.path(names.SFM)}; run fit-gaussians again."
         )

@@ -25,14 +25,24 @@ class SegmentStemsSettings(SegmentOptions, CloudSettings):
 
     output: Path = param(kind="output_file", help="stem points with tree_id", suffixes=("laz", "las"))
     keep_all: bool = param(False, kind="flag", help="write every point (tree_id 0 = no stem), not only stem points")
-    field_stems: Path | None = param(None, kind="file", help="positions of known stems (point layer, or CSV with x, y, "
-                                     "tree_id): they are looked for harder, and name what is found",
-                                     suffixes=("gpkg", "shp", "geojson", "csv"))
-    segmenter: str = param("own", kind="choice", help="who finds the trees: own needs nothing; the others are programs "
-                           "that you installed yourself (docs/measuring.md)",
-                           choices=("own", "forestformer3d", "segmentanytree"), advanced=True)
-    segmenter_command: str | None = param(None, kind="text", help="command line of that program, with {input} and "
-                                          "{output} for its folders", advanced=True)
+    field_stems: Path | None = param(
+        None,
+        kind="file",
+        help="positions of known stems (point layer, or CSV with x, y, "
+        "tree_id): they are looked for harder, and name what is found",
+        suffixes=("gpkg", "shp", "geojson", "csv"),
+    )
+    segmenter: str = param(
+        "own",
+        kind="choice",
+        help="who finds the trees: own needs nothing; the others are programs "
+        "that you installed yourself (docs/measuring.md)",
+        choices=("own", "forestformer3d", "segmentanytree"),
+        advanced=True,
+    )
+    segmenter_command: str | None = param(
+        None, kind="text", help="command line of that program, with {input} and {output} for its folders", advanced=True
+    )
 
 
 def run(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
@@ -47,11 +57,14 @@ def run(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
         raise InputError(f"{settings.output}: is the input itself; give another name for the stem points.")
     if settings.segmenter != "own":
         if settings.field_stems is not None:
-            raise InputError(f"--field-stems guides our own segmenter, not {settings.segmenter}; leave one of the two "
-                             "out.")
+            raise InputError(
+                f"--field-stems guides our own segmenter, not {settings.segmenter}; leave one of the two out."
+            )
         if not settings.segmenter_command:
-            raise InputError(f"--segmenter {settings.segmenter}: needs its command line, give --segmenter-command "
-                             "(docs/measuring.md has one).")
+            raise InputError(
+                f"--segmenter {settings.segmenter}: needs its command line, give --segmenter-command "
+                "(docs/measuring.md has one)."
+            )
         return _run_whole(settings, reporter)
     return _run_tiled(settings, reporter) if is_large(settings.input) else _run_whole(settings, reporter)
 
@@ -78,8 +91,9 @@ def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
                 reporter.warn(f"{settings.segmenter} returned the points in another order; they were matched by place.")
             tree_id, count, source = found.tree_id, found.n_trees, settings.segmenter
         else:
-            field = _field_stems(settings, cloud.horizontal_crs, cloud.xyz[:, :2].min(axis=0),
-                                 cloud.xyz[:, :2].max(axis=0))
+            field = _field_stems(
+                settings, cloud.horizontal_crs, cloud.xyz[:, :2].min(axis=0), cloud.xyz[:, :2].max(axis=0)
+            )
             places = None if field is None else field.xy
             stems = find_stems(cloud.select(usable(cloud)), dtm, settings, reporter, places)
             ids, answers = _named(stems, field, settings, reporter)
@@ -112,8 +126,10 @@ def _field_stems(settings: SegmentStemsSettings, crs: Any, low: Any, high: Any) 
     if not inside(field.xy):
         zone = zone_that_fits(crs, field.xy, inside)
         hint = f"; in EPSG:{zone.to_epsg()}, {zone.name}, they would" if zone is not None else ""
-        raise InputError(f"{settings.field_stems}: none of its {len(field.xy)} stems stands in the cloud (the first "
-                         f"is at {field.xy[0, 0]:.1f}, {field.xy[0, 1]:.1f}{hint}); give positions in the cloud's CRS.")
+        raise InputError(
+            f"{settings.field_stems}: none of its {len(field.xy)} stems stands in the cloud (the first "
+            f"is at {field.xy[0, 0]:.1f}, {field.xy[0, 1]:.1f}{hint}); give positions in the cloud's CRS."
+        )
     return field
 
 
@@ -145,8 +161,11 @@ def _answered(field: Any, answers: Any, settings: SegmentStemsSettings, reporter
         reporter.info(f"The field stems' names are no whole numbers: tree_id counts them as in the file ({some} ...).")
     by = {kind: [one for one in answers if one.answer == kind] for kind in ("found", "unsure", "refused", "missing")}
     reporter.info(f"{len(by['found'])} of {len(answers)} field stems found.")
-    words = {"unsure": "have a stem near that may be another's", "refused": "are seen, but cannot be measured",
-             "missing": "were not found at their places"}
+    words = {
+        "unsure": "have a stem near that may be another's",
+        "refused": "are seen, but cannot be measured",
+        "missing": "were not found at their places",
+    }
     for kind, text in words.items():
         if by[kind]:
             listed = ", ".join(f"{one.name} ({one.reason or f'{one.gap_m:.2f} m'})" for one in by[kind][:8])
@@ -168,9 +187,19 @@ def _write_answers(path: Path, field: Any, answers: Any) -> None:
     from ..core.tables import safe_frame
     from ..measure.quality import explain
 
-    rows = [{"tree_id": int(number), "name": one.name, "x": xy[0], "y": xy[1], "answer": one.answer,
-             "qc_reason": one.reason, "why": explain(one.reason), "gap_m": one.gap_m}
-            for number, xy, one in zip(field.ids, field.xy, answers, strict=True)]
+    rows = [
+        {
+            "tree_id": int(number),
+            "name": one.name,
+            "x": xy[0],
+            "y": xy[1],
+            "answer": one.answer,
+            "qc_reason": one.reason,
+            "why": explain(one.reason),
+            "gap_m": one.gap_m,
+        }
+        for number, xy, one in zip(field.ids, field.xy, answers, strict=True)
+    ]
     with atomic_path(path) as temporary:
         safe_frame(pd.DataFrame(rows)).to_csv(temporary, index=False, float_format="%.3f")
 
@@ -210,8 +239,9 @@ def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
     with tempfile.TemporaryDirectory(dir=settings.output.parent, prefix=".tiles.") as name:
         folder = Path(name)
         with reporter.stage("read cloud", 0.0, 0.1):
-            store = sort_into_tiles(settings.input, folder, settings.crs, ("opacity",), reporter,
-                                    own_ground=settings.dtm is not None)
+            store = sort_into_tiles(
+                settings.input, folder, settings.crs, ("opacity",), reporter, own_ground=settings.dtm is not None
+            )
         reporter.info(f"{store.n_points:,} usable points in {len(store.tiles)} tiles of {store.side_m:g} m.")
         with reporter.stage("ground", 0.1, 0.4):
             if settings.dtm is not None:
@@ -236,8 +266,12 @@ def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
             unsure, tree_id = se_m[stem_number], names[stem_number]
             tally[:] += len(xyz), int((tree_id > 0).sum())
             reporter.progress(min(tally[0] / max(store.n_points, 1), 1.0))
-            added = {"tree_id": tree_id, "height_m": height.astype(np.float32),
-                     "stem_class": _stem_class(tree_id, height), "ground_se_m": unsure}
+            added = {
+                "tree_id": tree_id,
+                "height_m": height.astype(np.float32),
+                "stem_class": _stem_class(tree_id, height),
+                "ground_se_m": unsure,
+            }
             return store.near(xyz) if everything else tree_id > 0, added
 
         with reporter.stage("write", 0.85, 1.0):
@@ -246,8 +280,9 @@ def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
     return {**_summary(settings, reporter, int((names > 0).sum()), int(tally[1]), stems.sensor), **answers}
 
 
-def _summary(settings: SegmentStemsSettings, reporter: Reporter, n_stems: int, n_points: int,
-             source: str) -> dict[str, Any]:
+def _summary(
+    settings: SegmentStemsSettings, reporter: Reporter, n_stems: int, n_points: int, source: str
+) -> dict[str, Any]:
     if not n_stems:
         reporter.warn("No stem was found: the file holds all points with tree_id 0.")
     reporter.info(f"{n_stems} stems, {n_points:,} stem points ({source} settings).")
@@ -269,12 +304,17 @@ COMMAND = Command(
         "and checks that its labels belong to the points it was given. --field-stems gives known positions: near them "
         "weaker evidence is looked at, and the stems found carry the field's tree_id: pairs are one to one, as near as "
         "the positions are exact, 1 m at most. OUTPUT_field.csv answers for each: found, unsure (the stem near it may "
-        "be another's), refused or missing, with the reason."),
+        "be another's), refused or missing, with the reason."
+    ),
     settings=SegmentStemsSettings,
     run=run,
     example="treedgs segment-stems --input plot.laz --dtm dtm.tif --output stems.laz",
     expert=("low_m", "high_m", "max_dbh_cm", "max_lean_deg"),
-    outputs={"output": "stem points with tree_id and height_m", "n_stems": "stems found",
-             "n_stem_points": "points on stems", "field_table": "what was found of each field stem",
-             "source": "settings used: uls, tls, splat, or the segmenter"},
+    outputs={
+        "output": "stem points with tree_id and height_m",
+        "n_stems": "stems found",
+        "n_stem_points": "points on stems",
+        "field_table": "what was found of each field stem",
+        "source": "settings used: uls, tls, splat, or the segmenter",
+    },
 )

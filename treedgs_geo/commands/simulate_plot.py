@@ -27,17 +27,32 @@ COMMAND = Command(
         "crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the "
         "MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates "
         "are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what "
-        "a flight plan would measure. Real photos are harder: no wind, no rolling shutter, no motion blur."),
+        "a flight plan would measure. Real photos are harder: no wind, no rolling shutter, no motion blur."
+    ),
     settings=SimulateSettings,
     run=run,
     example="treedgs simulate-plot --output demo_plot --preset demo --seed 7",
     expert=(
-        "dbh_sd_cm", "lean_max_deg", "leaf_area_m2", "shrubs_per_m2", "saplings_per_m2", "slope_pct",
-        "roughness_m", "image_width", "image_height", "sun_shift_min", "float_epochs", "lidar_density_m2",
+        "dbh_sd_cm",
+        "lean_max_deg",
+        "leaf_area_m2",
+        "shrubs_per_m2",
+        "saplings_per_m2",
+        "slope_pct",
+        "roughness_m",
+        "image_width",
+        "image_height",
+        "sun_shift_min",
+        "float_epochs",
+        "lidar_density_m2",
     ),
     outputs={
-        "output": "the plot's folder", "name": "plot name used in the files", "n_photos": "photos rendered",
-        "n_stems": "stems inside the plot", "n_lidar_points": "points of the LiDAR cloud",
+        "output": "the plot's folder",
+        "name": "plot name used in the files",
+        "n_photos": "photos rendered",
+        "n_stems": "stems inside the plot",
+        "n_lidar_points": "points of the LiDAR cloud",
         "median_unoccluded_views": "photos that see a stem's breast height free (median over the stems)",
-        "seconds": "seconds it took"},
+        "seconds": "seconds it took",
+    },
 )

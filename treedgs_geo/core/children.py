@@ -16,8 +16,10 @@ from typing import Any
 
 #: The folder that holds the library.
 ROOT = str(Path(__file__).resolve().parents[2])
-_RUN = ("import sys; sys.path[:] = {path!r}; import runpy; "
-        "runpy.run_module(sys.argv.pop(1), run_name='__main__', alter_sys=True)")
+_RUN = (
+    "import sys; sys.path[:] = {path!r}; import runpy; "
+    "runpy.run_module(sys.argv.pop(1), run_name='__main__', alter_sys=True)"
+)
 
 
 def python_command(module: str, *arguments: Any) -> list[str]:

@@ -48,8 +48,9 @@ def check_projected(crs: pyproj.CRS, where: str, lon_lat: tuple[float, float] | 
             "choose the metric version of this CRS or the UTM zone."
         )
     vertical = vertical_of(crs)
-    height_units = {axis.unit_name for axis in crs.axis_info[2:]} | {axis.unit_name for axis in
-                                                                     (vertical.axis_info if vertical else [])}
+    height_units = {axis.unit_name for axis in crs.axis_info[2:]} | {
+        axis.unit_name for axis in (vertical.axis_info if vertical else [])
+    }
     if height_units - {"metre", "meter"}:
         raise CRSError(
             f"{where}: the heights of {crs.name} are in {', '.join(sorted(height_units))}, expected metres; "
@@ -92,8 +93,15 @@ class LocalFrame:
         """Write as JSON (WKT, origin and scale)."""
         from .files import write_json
 
-        write_json(path, {"crs_wkt": self.crs.to_wkt(), "crs": self.crs.to_string(), "origin": self.origin.tolist(),
-                          "scale": self.scale})
+        write_json(
+            path,
+            {
+                "crs_wkt": self.crs.to_wkt(),
+                "crs": self.crs.to_string(),
+                "origin": self.origin.tolist(),
+                "scale": self.scale,
+            },
+        )
 
     @classmethod
     def load(cls, path: Path) -> LocalFrame:

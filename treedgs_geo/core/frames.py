@@ -18,10 +18,21 @@ from .errors import CRSError
 WORST_M = 1.0
 #: Frame names as files write them -> 3-D geographic CRS.
 _NAMED = (
-    ("NAD83(2011)", "EPSG:6319"), ("NAD83 (2011)", "EPSG:6319"), ("NAD83(CSRS)", "EPSG:4955"),
-    ("ITRF2020", "EPSG:9989"), ("ITRF2014", "EPSG:7912"), ("ITRF2008", "EPSG:7911"), ("IGS20", "EPSG:9989"),
-    ("IGS14", "EPSG:7912"), ("ETRS89", "EPSG:4937"), ("ETRF2000", "EPSG:7931"), ("GDA2020", "EPSG:7843"),
-    ("GDA94", "EPSG:4939"), ("NZGD2000", "EPSG:4959"), ("SIRGAS 2000", "EPSG:4988"), ("JGD2011", "EPSG:6667"),
+    ("NAD83(2011)", "EPSG:6319"),
+    ("NAD83 (2011)", "EPSG:6319"),
+    ("NAD83(CSRS)", "EPSG:4955"),
+    ("ITRF2020", "EPSG:9989"),
+    ("ITRF2014", "EPSG:7912"),
+    ("ITRF2008", "EPSG:7911"),
+    ("IGS20", "EPSG:9989"),
+    ("IGS14", "EPSG:7912"),
+    ("ETRS89", "EPSG:4937"),
+    ("ETRF2000", "EPSG:7931"),
+    ("GDA2020", "EPSG:7843"),
+    ("GDA94", "EPSG:4939"),
+    ("NZGD2000", "EPSG:4959"),
+    ("SIRGAS 2000", "EPSG:4988"),
+    ("JGD2011", "EPSG:6667"),
 )
 
 
@@ -67,8 +78,9 @@ def same_datum(one: pyproj.CRS, other: pyproj.CRS) -> bool:
     return bool(first.datum == second.datum or first.datum.name == second.datum.name)
 
 
-def transform(source: pyproj.CRS, target: pyproj.CRS, points: np.ndarray, where: str,
-              year: float | None = None) -> np.ndarray:
+def transform(
+    source: pyproj.CRS, target: pyproj.CRS, points: np.ndarray, where: str, year: float | None = None
+) -> np.ndarray:
     """(N, 3) coordinates (x or longitude, y or latitude, height) of ``source`` in ``target``, float64.
 
     A CRS without heights counts as ellipsoidal. year: decimal year of the coordinates, for frames that drift apart.
@@ -83,8 +95,9 @@ def transform(source: pyproj.CRS, target: pyproj.CRS, points: np.ndarray, where:
         return out
     source, target = _with_heights(source), _with_heights(target)
     if source.geodetic_crs is None or target.geodetic_crs is None:
-        raise CRSError(f"{where}: {source.name} or {target.name} is not tied to a datum; choose the UTM zone of the "
-                       "plot.")
+        raise CRSError(
+            f"{where}: {source.name} or {target.name} is not tied to a datum; choose the UTM zone of the plot."
+        )
     datum = target.geodetic_crs.datum
     if datum is not None and datum.name.startswith("World Geodetic System 1984"):
         if source.is_geographic and not source.is_compound and source.name.upper().startswith(("ITRF", "IGS")):
@@ -96,8 +109,9 @@ def transform(source: pyproj.CRS, target: pyproj.CRS, points: np.ndarray, where:
     time = np.full(int(known.sum()), np.inf if year is None else float(year))
     moved = operation.transform(*points[known].T, time)
     if not np.isfinite(moved[:3]).all():
-        raise CRSError(f"{where}: lies outside the area in which {source.name} can be turned into {target.name}; check "
-                       "both CRS.")
+        raise CRSError(
+            f"{where}: lies outside the area in which {source.name} can be turned into {target.name}; check both CRS."
+        )
     out[known] = np.column_stack(moved[:3])
     return out
 
@@ -119,8 +133,9 @@ def _operation(source: str, target: str, lon: float, lat: float, where: str) -> 
         area: Any = AreaOfInterest(lon - 0.1, max(lat - 0.1, -90.0), lon + 0.1, min(lat + 0.1, 90.0))
         group = TransformerGroup(one, other, always_xy=True, area_of_interest=area)
     names = f"{_say(one)} to {_say(other)}"
-    missing = [grid.short_name for operation in group.unavailable_operations for grid in operation.grids
-               if not grid.available]
+    missing = [
+        grid.short_name for operation in group.unavailable_operations for grid in operation.grids if not grid.available
+    ]
     if group.transformers:
         best = group.transformers[0]
         if 0 <= best.accuracy <= WORST_M and "ballpark" not in best.description.lower():
@@ -129,13 +144,15 @@ def _operation(source: str, target: str, lon: float, lat: float, where: str) -> 
             raise CRSError(
                 f"{where}: {names} is known to {best.accuracy:g} m only, expected {WORST_M:g} m or better; 'WGS 84' "
                 "names "
-                "no realisation: give the frame of the base station (for example EPSG:7912 for ITRF2014).")
+                "no realisation: give the frame of the base station (for example EPSG:7912 for ITRF2014)."
+            )
     if missing:
         raise CRSError(
             f"{where}: {names} needs the grid {missing[0]}, which is not installed; fetch it with 'projsync --file "
             f"{missing[0]}' (or put it into {pyproj.datadir.get_user_data_dir()}), or choose a CRS with the heights of "
             "the "
-            "data.")
+            "data."
+        )
     raise CRSError(f"{where}: PROJ knows no way from {names} at this place; choose a CRS on the same datum.")
 
 

@@ -53,9 +53,13 @@ def merge(target: Path, source: Path, own: Mapping[str, frozenset[str]], wait_s:
         there.execute("BEGIN IMMEDIATE")
         try:
             check_layers(there, own)
-            layers = [row[0] for row in there.execute(
-                "SELECT table_name FROM fresh.gpkg_contents WHERE data_type IN ('features', 'attributes') "
-                "AND table_name <> 'layer_styles'")]
+            layers = [
+                row[0]
+                for row in there.execute(
+                    "SELECT table_name FROM fresh.gpkg_contents WHERE data_type IN ('features', 'attributes') "
+                    "AND table_name <> 'layer_styles'"
+                )
+            ]
             for name in own:
                 _take_out(there, name, stays=name in layers)
             for name in layers:
@@ -82,16 +86,24 @@ def _take_out(there: sqlite3.Connection, layer: str, stays: bool) -> None:
         if _exists(there, "main", book):
             there.execute(f"DELETE FROM main.{book} WHERE table_name = ? COLLATE NOCASE", (table,))
     if _exists(there, "main", "layer_styles"):
-        there.execute("DELETE FROM main.layer_styles WHERE f_table_name = ? COLLATE NOCASE AND description LIKE ?",
-                      (table, _OUR_STYLE + "%"))
+        there.execute(
+            "DELETE FROM main.layer_styles WHERE f_table_name = ? COLLATE NOCASE AND description LIKE ?",
+            (table, _OUR_STYLE + "%"),
+        )
 
 
 def _put_in(there: sqlite3.Connection, layer: str) -> None:
     """Table, rows, spatial index, triggers (last: they call functions that only GDAL and QGIS have), entries."""
-    made = there.execute("SELECT type, name, sql FROM fresh.sqlite_master WHERE tbl_name = ? AND sql IS NOT NULL",
-                         (layer,)).fetchall()
-    geometry = there.execute("SELECT column_name, srs_id FROM fresh.gpkg_geometry_columns WHERE table_name = ?",
-                             (layer,)).fetchone() if _exists(there, "fresh", "gpkg_geometry_columns") else None
+    made = there.execute(
+        "SELECT type, name, sql FROM fresh.sqlite_master WHERE tbl_name = ? AND sql IS NOT NULL", (layer,)
+    ).fetchall()
+    geometry = (
+        there.execute(
+            "SELECT column_name, srs_id FROM fresh.gpkg_geometry_columns WHERE table_name = ?", (layer,)
+        ).fetchone()
+        if _exists(there, "fresh", "gpkg_geometry_columns")
+        else None
+    )
     (srs,) = there.execute("SELECT srs_id FROM fresh.gpkg_contents WHERE table_name = ?", (layer,)).fetchone()
     moved = {number: _srs(there, number) for number in {srs, geometry[1] if geometry else srs} if number is not None}
     for kind, _, sql in made:
@@ -100,11 +112,14 @@ def _put_in(there: sqlite3.Connection, layer: str) -> None:
     names = _columns(there, "fresh", layer)
     values = [
         f"treedgs_with_srs({_quoted(name)}, {moved[geometry[1]]:d})"
-        if geometry and name == geometry[0] and moved[geometry[1]] != geometry[1] else _quoted(name)
+        if geometry and name == geometry[0] and moved[geometry[1]] != geometry[1]
+        else _quoted(name)
         for name in names
     ]
-    there.execute(f"INSERT INTO main.{_quoted(layer)} ({', '.join(map(_quoted, names))}) "
-                  f"SELECT {', '.join(values)} FROM fresh.{_quoted(layer)}")
+    there.execute(
+        f"INSERT INTO main.{_quoted(layer)} ({', '.join(map(_quoted, names))}) "
+        f"SELECT {', '.join(values)} FROM fresh.{_quoted(layer)}"
+    )
     if geometry:
         index = f"rtree_{layer}_{geometry[0]}"
         virtual = there.execute("SELECT sql FROM fresh.sqlite_master WHERE name = ?", (index,)).fetchone()
@@ -124,29 +139,41 @@ def _copy_rows(there: sqlite3.Connection, book: str, layer: str, moved: Mapping[
     if not _exists(there, "main", book):
         there.execute(there.execute("SELECT sql FROM fresh.sqlite_master WHERE name = ?", (book,)).fetchone()[0])
     names = [name for name in _columns(there, "fresh", book) if name in _columns(there, "main", book)]
-    for row in there.execute(f"SELECT {', '.join(map(_quoted, names))} FROM fresh.{book} WHERE table_name = ?",
-                             (layer,)).fetchall():
+    for row in there.execute(
+        f"SELECT {', '.join(map(_quoted, names))} FROM fresh.{book} WHERE table_name = ?", (layer,)
+    ).fetchall():
         values = dict(zip(names, row, strict=True))
         if values.get("srs_id") is not None:
             values["srs_id"] = moved.get(values["srs_id"], values["srs_id"])
-        if book == "gpkg_contents" and there.execute(
-                "SELECT 1 FROM main.gpkg_contents WHERE identifier = ?", (values.get("identifier"),)).fetchone():
+        if (
+            book == "gpkg_contents"
+            and there.execute(
+                "SELECT 1 FROM main.gpkg_contents WHERE identifier = ?", (values.get("identifier"),)
+            ).fetchone()
+        ):
             values["identifier"] = None  # unique, and another layer has it
         _insert(there, book, values)
 
 
 def _insert(there: sqlite3.Connection, table: str, values: Mapping[str, object]) -> None:
-    there.execute(f"INSERT INTO main.{_quoted(table)} ({', '.join(map(_quoted, values))}) "
-                  f"VALUES ({', '.join('?' * len(values))})", tuple(values.values()))
+    there.execute(
+        f"INSERT INTO main.{_quoted(table)} ({', '.join(map(_quoted, values))}) "
+        f"VALUES ({', '.join('?' * len(values))})",
+        tuple(values.values()),
+    )
 
 
 def _srs(there: sqlite3.Connection, number: int) -> int:
     """The number that a CRS of ``source`` has in ``target``; put in where it is missing."""
     _widen_srs(there)
-    names = [name for name in _columns(there, "fresh", "gpkg_spatial_ref_sys")
-             if name in _columns(there, "main", "gpkg_spatial_ref_sys")]
-    row = there.execute(f"SELECT {', '.join(map(_quoted, names))} FROM fresh.gpkg_spatial_ref_sys WHERE srs_id = ?",
-                        (number,)).fetchone()
+    names = [
+        name
+        for name in _columns(there, "fresh", "gpkg_spatial_ref_sys")
+        if name in _columns(there, "main", "gpkg_spatial_ref_sys")
+    ]
+    row = there.execute(
+        f"SELECT {', '.join(map(_quoted, names))} FROM fresh.gpkg_spatial_ref_sys WHERE srs_id = ?", (number,)
+    ).fetchone()
     if row is None:
         return number
     values = dict(zip(names, row, strict=True))
@@ -155,8 +182,10 @@ def _srs(there: sqlite3.Connection, number: int) -> int:
         theirs = dict(zip(names, other, strict=True))
         if str(values["organization"]).upper() not in ("EPSG", "ESRI"):
             return all(theirs[name] == values[name] for name in names if name.startswith("definition"))
-        return (str(theirs["organization"]).upper() == str(values["organization"]).upper()
-                and theirs["organization_coordsys_id"] == values["organization_coordsys_id"])
+        return (
+            str(theirs["organization"]).upper() == str(values["organization"]).upper()
+            and theirs["organization_coordsys_id"] == values["organization_coordsys_id"]
+        )
 
     known = there.execute(f"SELECT {', '.join(map(_quoted, names))} FROM main.gpkg_spatial_ref_sys").fetchall()
     numbers = {dict(zip(names, other, strict=True))["srs_id"]: same(other) for other in known}
@@ -190,13 +219,18 @@ def _put_styles(there: sqlite3.Connection, layers: list[str]) -> None:
         there.execute(there.execute("SELECT sql FROM fresh.sqlite_master WHERE name = 'layer_styles'").fetchone()[0])
     if not there.execute("SELECT 1 FROM main.gpkg_contents WHERE table_name = 'layer_styles'").fetchone():
         _copy_rows(there, "gpkg_contents", "layer_styles", {})
-    names = [name for name in _columns(there, "fresh", "layer_styles")
-             if name in _columns(there, "main", "layer_styles") and name != "id"]
+    names = [
+        name
+        for name in _columns(there, "fresh", "layer_styles")
+        if name in _columns(there, "main", "layer_styles") and name != "id"
+    ]
     for layer in layers:
-        own = there.execute("SELECT 1 FROM main.layer_styles WHERE f_table_name = ? COLLATE NOCASE AND useAsDefault",
-                            (layer,)).fetchone()
-        for row in there.execute(f"SELECT {', '.join(map(_quoted, names))} FROM fresh.layer_styles "
-                                 "WHERE f_table_name = ?", (layer,)).fetchall():
+        own = there.execute(
+            "SELECT 1 FROM main.layer_styles WHERE f_table_name = ? COLLATE NOCASE AND useAsDefault", (layer,)
+        ).fetchone()
+        for row in there.execute(
+            f"SELECT {', '.join(map(_quoted, names))} FROM fresh.layer_styles WHERE f_table_name = ?", (layer,)
+        ).fetchall():
             values = dict(zip(names, row, strict=True))
             if own:
                 values["useAsDefault"] = 0
@@ -205,8 +239,9 @@ def _put_styles(there: sqlite3.Connection, layers: list[str]) -> None:
 
 def _exists(there: sqlite3.Connection, schema: str, table: str) -> str | None:
     """The table's or view's name as the file spells it."""
-    row = there.execute(f"SELECT name FROM {schema}.sqlite_master WHERE type IN ('table', 'view') "
-                        "AND name = ? COLLATE NOCASE", (table,)).fetchone()
+    row = there.execute(
+        f"SELECT name FROM {schema}.sqlite_master WHERE type IN ('table', 'view') AND name = ? COLLATE NOCASE", (table,)
+    ).fetchone()
     return row[0] if row else None
 
 

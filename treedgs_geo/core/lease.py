@@ -67,9 +67,17 @@ class Lease:
             if _alive(folder, number, holder):
                 raise Busy(holder)
         lease = cls(folder, number + 1, uuid.uuid4().hex)
-        text = json.dumps({"host": host(), "pid": os.getpid(), "started": started(os.getpid()),
-                           "space": pid_space(), "since": time.strftime("%Y-%m-%d %H:%M:%S"), "stale_s": stale_s,
-                           "key": lease.key})
+        text = json.dumps(
+            {
+                "host": host(),
+                "pid": os.getpid(),
+                "started": started(os.getpid()),
+                "space": pid_space(),
+                "since": time.strftime("%Y-%m-%d %H:%M:%S"),
+                "stale_s": stale_s,
+                "key": lease.key,
+            }
+        )
         # Written aside and linked into place: whoever sees the lease sees its holder.
         aside = folder / f".lease.{uuid.uuid4().hex[:12]}"
         try:

@@ -39,8 +39,11 @@ def free_memory() -> float:
         pass
     try:
         allowed, taken = ((_CGROUP / f"memory.{name}").read_text().strip() for name in ("max", "current"))
-        cache = sum(int(line.split()[1]) for line in (_CGROUP / "memory.stat").read_text().splitlines()
-                    if line.startswith(("inactive_file ", "active_file ")))
+        cache = sum(
+            int(line.split()[1])
+            for line in (_CGROUP / "memory.stat").read_text().splitlines()
+            if line.startswith(("inactive_file ", "active_file "))
+        )
         if allowed != "max":
             free.append(float(int(allowed) - int(taken) + cache))
     except (OSError, ValueError):
@@ -55,5 +58,6 @@ def require_memory(needed_bytes: float, what: str, advice: str) -> None:
         MemoryShortage: more is needed than :func:`free_memory`.
     """
     if needed_bytes > 5e7 and needed_bytes > (free := free_memory()):
-        raise MemoryShortage(f"{what} needs about {needed_bytes / 1e9:.1f} GB of memory, {free / 1e9:.1f} GB are free; "
-                             f"{advice}.")
+        raise MemoryShortage(
+            f"{what} needs about {needed_bytes / 1e9:.1f} GB of memory, {free / 1e9:.1f} GB are free; {advice}."
+        )

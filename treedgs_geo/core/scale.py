@@ -81,7 +81,7 @@ class Area(NamedTuple):
 
     def text(self) -> str:
         """In words."""
-        return (f"longitudes {self.west:g} to {self.east:g}, latitudes {self.south:g} to {self.north:g}")
+        return f"longitudes {self.west:g} to {self.east:g}, latitudes {self.south:g} to {self.north:g}"
 
 
 def local_scale(crs: pyproj.CRS | None, x: float, y: float, height_m: float = 0.0) -> GridScale | None:
@@ -93,8 +93,9 @@ def local_scale(crs: pyproj.CRS | None, x: float, y: float, height_m: float = 0.
     if crs is None or not _is_on_earth(crs):
         return None
     try:
-        lon, lat = _to_own_degrees(crs, x + _STEP_M * np.array([0, 1, -1, 0, 0]),
-                                   y + _STEP_M * np.array([0, 0, 0, 1, -1]))
+        lon, lat = _to_own_degrees(
+            crs, x + _STEP_M * np.array([0, 1, -1, 0, 0]), y + _STEP_M * np.array([0, 0, 0, 1, -1])
+        )
     except pyproj.exceptions.ProjError:  # some projections of whole continents cannot be turned back
         return None
     if not (np.isfinite(lon).all() and np.isfinite(lat).all()):
@@ -160,8 +161,14 @@ def _in_database(crs: pyproj.CRS) -> pyproj.CRS | None:
     return pyproj.CRS.from_epsg(code) if code is not None else None
 
 
-def check_place(crs: pyproj.CRS | None, xyz: np.ndarray, where: str, reporter: Reporter | None = None,
-                photos: bool = False, measured: bool = True) -> None:
+def check_place(
+    crs: pyproj.CRS | None,
+    xyz: np.ndarray,
+    where: str,
+    reporter: Reporter | None = None,
+    photos: bool = False,
+    measured: bool = True,
+) -> None:
     """Refuse coordinates that cannot lie in their CRS, and a CRS in which lengths are not to be measured there.
 
     Args:
@@ -195,29 +202,44 @@ def check_place(crs: pyproj.CRS | None, xyz: np.ndarray, where: str, reporter: R
     name = _name(crs)
     if outside > 0 and area is not None:
         corrected = f"; {_corrected(scale)}" if scale.stretch > NOTED_STRETCH else ""
-        reporter.warn(f"{where}: lies at {_place(scale)}, {outside:.2g} degrees outside of the area of {name} "
-                      f"({area.text()}){corrected}; check that the CRS is right; if it is, {_zone(scale)} suits the "
-                      "place better.")
+        reporter.warn(
+            f"{where}: lies at {_place(scale)}, {outside:.2g} degrees outside of the area of {name} "
+            f"({area.text()}){corrected}; check that the CRS is right; if it is, {_zone(scale)} suits the "
+            "place better."
+        )
     elif scale.stretch > NOTED_STRETCH:
         reporter.warn(f"{where}: {name} changes lengths here; {_corrected(scale)}.")
 
 
-def _require_map_coordinates(crs: pyproj.CRS, x: float, y: float, scale: GridScale | None, area: Area | None,
-                             outside_deg: float, where: str, photos: bool) -> None:
+def _require_map_coordinates(
+    crs: pyproj.CRS,
+    x: float,
+    y: float,
+    scale: GridScale | None,
+    area: Area | None,
+    outside_deg: float,
+    where: str,
+    photos: bool,
+) -> None:
     """Degrees, local metres, exchanged axes and places far from the CRS's area are refused."""
     name = _name(crs)
     digits = ".0f" if 1e3 <= max(abs(x), abs(y)) < 1e8 else ".6g"
     found = f"{where}: its coordinates (x {x:{digits}}, y {y:{digits}})"
     remedy = _remedy(photos)
-    local = "local metres need their place" if photos else (
-        "a scan without a place on the map has to hold no CRS and be given --crs local")
+    local = (
+        "local metres need their place"
+        if photos
+        else ("a scan without a place on the map has to hold no CRS and be given --crs local")
+    )
     # Off West Africa, where longitude and latitude are nearly zero, no forest grows.
     at_zero = scale is not None and abs(scale.lon_deg) < 1 and abs(scale.lat_deg) < 1
     if outside_deg > 0 or at_zero:
         if abs(x) <= 180 and abs(y) <= 90:
-            raise CRSError(f"{found} are degrees or local metres by their size, expected metres in {name}; "
-                           f"longitude and latitude have to be projected, for example to "
-                           f"{_zone(GridScale(1.0, 1.0, x, y))}, {local}.")
+            raise CRSError(
+                f"{found} are degrees or local metres by their size, expected metres in {name}; "
+                f"longitude and latitude have to be projected, for example to "
+                f"{_zone(GridScale(1.0, 1.0, x, y))}, {local}."
+            )
         if max(abs(x), abs(y)) < LOCAL_REACH_M:
             raise CRSError(f"{found} are local metres by their size, expected coordinates in {name}; {local}.")
     if scale is None or outside_deg > MARGIN_DEG:
@@ -225,12 +247,16 @@ def _require_map_coordinates(crs: pyproj.CRS, x: float, y: float, scale: GridSca
             raise CRSError(f"{found} cannot lie in {name}, exchanged they can; write easting first, northing second.")
         if scale is None or area is None:
             raise CRSError(f"{found} cannot lie in {name}; give the CRS that they are in.")
-        raise CRSError(f"{found} lie at {_place(scale)}, but {name} is made for {area.text()}; give the CRS that they "
-                       f"are in, or {remedy} {_zone(scale)}.")
+        raise CRSError(
+            f"{found} lie at {_place(scale)}, but {name} is made for {area.text()}; give the CRS that they "
+            f"are in, or {remedy} {_zone(scale)}."
+        )
     low, high = _UTM_EASTINGS_M
     if horizontal(crs).utm_zone and not low <= x <= high and abs(scale.lat_deg) < _FAR_NORTH_DEG:
-        raise CRSError(f"{found} cannot lie in {name}, expected an easting from {low:.0f} to {high:.0f}; give the CRS "
-                       f"that they are in, or {remedy} {_zone(scale)}.")
+        raise CRSError(
+            f"{found} cannot lie in {name}, expected an easting from {low:.0f} to {high:.0f}; give the CRS "
+            f"that they are in, or {remedy} {_zone(scale)}."
+        )
 
 
 def check_lon_lat(crs: pyproj.CRS, lon_deg: float, lat_deg: float, where: str) -> None:
@@ -243,8 +269,10 @@ def check_lon_lat(crs: pyproj.CRS, lon_deg: float, lat_deg: float, where: str) -
     there = GridScale(1.0, 1.0, lon_deg, lat_deg)
     remedy = _remedy(photos=True) if crs.is_projected else "give the frame of the geotags, for example EPSG:7912"
     if area is not None and area.outside_deg(lon_deg, lat_deg) > MARGIN_DEG:
-        raise CRSError(f"{where}: {name} is made for {area.text()}; the photos were taken at {_place(there)}: {remedy}"
-                       f"{' ' + _zone(there) if crs.is_projected else ''}.")
+        raise CRSError(
+            f"{where}: {name} is made for {area.text()}; the photos were taken at {_place(there)}: {remedy}"
+            f"{' ' + _zone(there) if crs.is_projected else ''}."
+        )
     if not _is_on_earth(crs):
         return
     try:
@@ -253,8 +281,9 @@ def check_lon_lat(crs: pyproj.CRS, lon_deg: float, lat_deg: float, where: str) -
     except pyproj.exceptions.ProjError:  # another planet
         scale = None
     if scale is None:
-        raise CRSError(f"{where}: {name} does not reach {_place(there)}, where the photos were taken; {remedy} "
-                       f"{_zone(there)}.")
+        raise CRSError(
+            f"{where}: {name} does not reach {_place(there)}, where the photos were taken; {remedy} {_zone(there)}."
+        )
     if scale.stretch > LARGEST_STRETCH:
         raise CRSError(_stretched(where, crs, scale, remedy))
 
@@ -280,8 +309,10 @@ def _is_on_earth(crs: pyproj.CRS) -> bool:
 
 
 def _stretched(where: str, crs: pyproj.CRS, scale: GridScale, remedy: str) -> str:
-    return (f"{where}: {_name(crs)} is not made for measuring at {_place(scale)}: {scale.text()}, expected "
-            f"within {100 * LARGEST_STRETCH:g} %; {remedy} {_zone(scale)}.")
+    return (
+        f"{where}: {_name(crs)} is not made for measuring at {_place(scale)}: {scale.text()}, expected "
+        f"within {100 * LARGEST_STRETCH:g} %; {remedy} {_zone(scale)}."
+    )
 
 
 def _name(crs: pyproj.CRS) -> str:
@@ -294,8 +325,10 @@ def _remedy(photos: bool) -> str:
 
 
 def _corrected(scale: GridScale) -> str:
-    return (f"1 m on the ground is {scale.mean:.4f} m on the map, for which diameters are corrected, radii and areas "
-            "of plots are not")
+    return (
+        f"1 m on the ground is {scale.mean:.4f} m on the map, for which diameters are corrected, radii and areas "
+        "of plots are not"
+    )
 
 
 def _place(scale: GridScale) -> str:
@@ -312,8 +345,12 @@ def _zone(scale: GridScale) -> str:
 
 def _is_swapped(crs: pyproj.CRS, area: Area | None, x: float, y: float) -> bool:
     other = local_scale(crs, y, x)
-    return (other is not None and area is not None and other.stretch <= LARGEST_STRETCH
-            and area.outside_deg(other.lon_deg, other.lat_deg) == 0)
+    return (
+        other is not None
+        and area is not None
+        and other.stretch <= LARGEST_STRETCH
+        and area.outside_deg(other.lon_deg, other.lat_deg) == 0
+    )
 
 
 def _to_own_degrees(crs: pyproj.CRS, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -13,12 +13,23 @@ from .errors import MemoryShortage, OutputError, TreeDGSError
 
 _DISK = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 #: What libraries write into exceptions of their own (C++ allocators, GDAL, SQLite, LAZ).
-_DISK_WORDS = re.compile(r"no space left|not enough space|disk is full|disk full|sqlite_full|file too large|disk quota|"
-                         r"errno 28\b|errno 122\b|\d+ requested and \d+ written")
+_DISK_WORDS = re.compile(
+    r"no space left|not enough space|disk is full|disk full|sqlite_full|file too large|disk quota|"
+    r"errno 28\b|errno 122\b|\d+ requested and \d+ written"
+)
 #: Libraries that write files and do not always say why they could not.
 _WRITERS = ("pyogrio", "rasterio", "laspy", "lazrs", "sqlite3")
-_MEMORY_WORDS = ("bad_alloc", "bad allocation", "length_error", "cannot allocate memory", "unable to allocate",
-                 "out of memory", "failed to allocate", "can't start new thread", "failed to map segment")
+_MEMORY_WORDS = (
+    "bad_alloc",
+    "bad allocation",
+    "length_error",
+    "cannot allocate memory",
+    "unable to allocate",
+    "out of memory",
+    "failed to allocate",
+    "can't start new thread",
+    "failed to map segment",
+)
 #: Where so much cannot be written after a write has failed, the disk is full.
 _PROBE_BYTES = 1_000_000
 
@@ -35,18 +46,25 @@ def shortage_of(problem: BaseException) -> TreeDGSError | None:
         number = getattr(link, "errno", None)
         if isinstance(link, OSError) and number in _DISK or _DISK_WORDS.search(text.lower()):
             return full_disk(getattr(link, "filename", None) or "Output", text)
-        if isinstance(link, MemoryError) or number == errno.ENOMEM or any(
-                word in text.lower() for word in _MEMORY_WORDS):
+        if (
+            isinstance(link, MemoryError)
+            or number == errno.ENOMEM
+            or any(word in text.lower() for word in _MEMORY_WORDS)
+        ):
             detail = f" ({text})" if text else ""
-            return MemoryShortage(f"Not enough memory{detail}; use a smaller plot or cloud, fewer photos or a faster "
-                                  "preset, raise the limit (ulimit -v), or use a machine with more memory.")
+            return MemoryShortage(
+                f"Not enough memory{detail}; use a smaller plot or cloud, fewer photos or a faster "
+                "preset, raise the limit (ulimit -v), or use a machine with more memory."
+            )
     return None
 
 
 def full_disk(where: object, detail: str) -> OutputError:
     """The sentence for an output that finds no room."""
-    return OutputError(f"{where}: cannot be written, the disk is full or a limit on file size or space is reached "
-                       f"({detail}); make room or choose an output on another disk.")
+    return OutputError(
+        f"{where}: cannot be written, the disk is full or a limit on file size or space is reached "
+        f"({detail}); make room or choose an output on another disk."
+    )
 
 
 @contextmanager

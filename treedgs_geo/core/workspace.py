@@ -47,7 +47,10 @@ class Workspace:
         self._file = self.folder / "run.json"
         self._lease = lease
         self.record = read_record(self.folder) or {
-            "version": __version__, "libraries": _versions(), "crs": None, "stages": {},
+            "version": __version__,
+            "libraries": _versions(),
+            "crs": None,
+            "stages": {},
         }
 
     @classmethod

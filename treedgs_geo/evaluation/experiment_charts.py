@@ -10,9 +10,14 @@ import pandas as pd
 from .charts import BLUE, GREY, VERMILION, _axes
 
 #: One look a method: Okabe-Ito colours, and lines that differ in grey.
-LOOKS = {"lidar, cylinder": ("#E69F00", "-"), "lidar, circle": ("#CC79A7", ":"),
-         "lidar, weighted circle": ("#56B4E9", "--"), "splats, cylinder": ("#009E73", "-."),
-         "splats, circle": ("#D55E00", ":"), "splats, weighted circle": ("#0072B2", "-")}
+LOOKS = {
+    "lidar, cylinder": ("#E69F00", "-"),
+    "lidar, circle": ("#CC79A7", ":"),
+    "lidar, weighted circle": ("#56B4E9", "--"),
+    "splats, cylinder": ("#009E73", "-."),
+    "splats, circle": ("#D55E00", ":"),
+    "splats, weighted circle": ("#0072B2", "-"),
+}
 
 
 def draw_densities(errors: dict[str, np.ndarray]) -> Any:
@@ -44,8 +49,11 @@ def robust_trend(dbh_cm: np.ndarray, error_cm: np.ndarray, step_cm: float = 5.0,
     """(B, 3): bin centre, median error, number of stems; bins with fewer than ``least`` stems are left out."""
     good = np.isfinite(error_cm)
     bins = np.floor(dbh_cm[good] / step_cm).astype(int)
-    rows = [(step_cm * (b + 0.5), float(np.median(error_cm[good][bins == b])), int((bins == b).sum()))
-            for b in np.unique(bins) if (bins == b).sum() >= least]
+    rows = [
+        (step_cm * (b + 0.5), float(np.median(error_cm[good][bins == b])), int((bins == b).sum()))
+        for b in np.unique(bins)
+        if (bins == b).sum() >= least
+    ]
     return np.array(rows, float).reshape(-1, 3)
 
 
@@ -98,17 +106,28 @@ def draw_visibility(table: pd.DataFrame) -> Any:
 
     figure, grid = plt.subplots(1, 3, figsize=(10.2, 3.4), dpi=120, sharey=True)
     known = table[table["error_cm"].notna() & (table["free_views"] > 0)]
-    for axes, (name, label) in zip(grid, (("free_views", "photos that show breast height"),
-                                          ("width_px", "mean width there, px"),
-                                          ("score", "photos × width, px")), strict=True):
+    for axes, (name, label) in zip(
+        grid,
+        (
+            ("free_views", "photos that show breast height"),
+            ("width_px", "mean width there, px"),
+            ("score", "photos × width, px"),
+        ),
+        strict=True,
+    ):
         x, y = known[name].to_numpy(float), known["error_cm"].abs().to_numpy(float)
         axes.scatter(x, y, s=16, color=BLUE, alpha=0.8)
         axes.grid(alpha=0.25, linewidth=0.6)
         if len(x) > 2 and x.std() > 0 and y.std() > 0:
             slope, start = np.polyfit(x, y, 1)
             ends = np.array([x.min(), x.max()])
-            axes.plot(ends, start + slope * ends, color=VERMILION, lw=1.6,
-                      label=f"r = {np.corrcoef(x, y)[0, 1]:+.2f}, n = {len(x)}")
+            axes.plot(
+                ends,
+                start + slope * ends,
+                color=VERMILION,
+                lw=1.6,
+                label=f"r = {np.corrcoef(x, y)[0, 1]:+.2f}, n = {len(x)}",
+            )
             axes.legend(fontsize=8, frameon=False)
         axes.set_xlabel(label)
         for side in ("top", "right"):

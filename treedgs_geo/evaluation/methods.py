@@ -30,18 +30,22 @@ POWERS = (0.2, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0, 1.2, 1.5, 2.0)
 WEIGHTS = {"lidar": "intensity", "splats": "opacity"}
 FITS = ("cylinder", "circle", "weighted circle")
 #: "All" row of the paper's table (context: other plots, 189 stems): RMSE, RRMSE %, MAE, ME, SR.
-PAPER_ALL = {("lidar", "cylinder"): (7.66, 28.09, 5.23, 1.50, 189 / 189),
-             ("lidar", "circle"): (16.61, 60.96, 14.81, 14.67, 187 / 189),
-             ("lidar", "weighted circle"): (10.29, 36.97, 8.79, 1.02, 176 / 189),
-             ("splats", "cylinder"): (13.29, 48.69, 10.25, -6.46, 189 / 189),
-             ("splats", "circle"): (9.61, 35.22, 6.97, 5.79, 189 / 189),
-             ("splats", "weighted circle"): (4.79, 17.54, 3.70, -0.38, 189 / 189)}
+PAPER_ALL = {
+    ("lidar", "cylinder"): (7.66, 28.09, 5.23, 1.50, 189 / 189),
+    ("lidar", "circle"): (16.61, 60.96, 14.81, 14.67, 187 / 189),
+    ("lidar", "weighted circle"): (10.29, 36.97, 8.79, 1.02, 176 / 189),
+    ("splats", "cylinder"): (13.29, 48.69, 10.25, -6.46, 189 / 189),
+    ("splats", "circle"): (9.61, 35.22, 6.97, 5.79, 189 / 189),
+    ("splats", "weighted circle"): (4.79, 17.54, 3.70, -0.38, 189 / 189),
+}
 #: Values of the paper's ablation: setting -> (name there, values, the default).
-ABLATION = {"thickness_m": ("slice H, m", (0.2, 0.5, 1.0, 1.5, 2.0), 1.0),
-            "least_points": ("n_min", (3, 5, 10, 20), 5),
-            "threshold_cm": ("epsilon, cm", (1.0, 2.0, 3.0, 5.0), 2.0),
-            "steepest_cm_m": ("kappa, cm/m", (0.1, 0.2, 0.3, 0.5, 1e6), 0.3),
-            "weights": ("w_k", ("weighted", "uniform"), "weighted")}
+ABLATION = {
+    "thickness_m": ("slice H, m", (0.2, 0.5, 1.0, 1.5, 2.0), 1.0),
+    "least_points": ("n_min", (3, 5, 10, 20), 5),
+    "threshold_cm": ("epsilon, cm", (1.0, 2.0, 3.0, 5.0), 2.0),
+    "steepest_cm_m": ("kappa, cm/m", (0.1, 0.2, 0.3, 0.5, 1e6), 0.3),
+    "weights": ("w_k", ("weighted", "uniform"), "weighted"),
+}
 MATCH_M = 0.5
 SAME_STEM_TOP_M = 8.0
 
@@ -63,8 +67,12 @@ class Reference:
         """In-plot stems of a simulated plot."""
         truth = pd.read_csv(path)
         truth = truth[truth["in_plot"].astype(str).str.lower() == "true"]
-        return cls(np.full(len(truth), plot_id), truth["tree_id"].astype(str).to_numpy(),
-                   truth[["E_bh", "N_bh"]].to_numpy(float), truth["dbh_cm"].to_numpy(float))
+        return cls(
+            np.full(len(truth), plot_id),
+            truth["tree_id"].astype(str).to_numpy(),
+            truth[["E_bh", "N_bh"]].to_numpy(float),
+            truth["dbh_cm"].to_numpy(float),
+        )
 
     @classmethod
     def from_pairs(cls, path: Path) -> Reference:
@@ -72,8 +80,12 @@ class Reference:
         pairs = read_layer(path, PAIRS)
         pairs = pairs[pairs["pair_status"].isin(COUNTED) & pairs["field_cm"].notna()]
         ends = [np.asarray((g if isinstance(g, LineString) else g.geoms[0]).coords)[-1][:2] for g in pairs.geometry]
-        return cls(pairs["plot_id"].astype(str).to_numpy(), pairs["field_id"].astype(str).to_numpy(),
-                   np.array(ends, float).reshape(-1, 2), pairs["field_cm"].to_numpy(float))
+        return cls(
+            pairs["plot_id"].astype(str).to_numpy(),
+            pairs["field_id"].astype(str).to_numpy(),
+            np.array(ends, float).reshape(-1, 2),
+            pairs["field_cm"].to_numpy(float),
+        )
 
 
 @dataclass(frozen=True)
@@ -120,8 +132,9 @@ def hold_out(count: int, share: float, seed: int) -> np.ndarray:
     return chosen
 
 
-def measure(stems: StemPoints, fit: str, options: PublishedOptions, bh_m: float, seed: int,
-            only: np.ndarray | None = None) -> np.ndarray:
+def measure(
+    stems: StemPoints, fit: str, options: PublishedOptions, bh_m: float, seed: int, only: np.ndarray | None = None
+) -> np.ndarray:
     """(K,) DBH in cm by one published fit, NaN where it failed or the stem was not found."""
     result = np.full(len(stems.points), np.nan)
     which = [k for k, points in enumerate(stems.points) if points is not None and (only is None or only[k])]
@@ -147,23 +160,31 @@ def _points(stems: StemPoints, k: int) -> np.ndarray:
     return points
 
 
-def choose_power(stems: StemPoints, reference: Reference, held: np.ndarray, fit: str, bh_m: float,
-                 seed: int) -> tuple[float, list[dict]]:
+def choose_power(
+    stems: StemPoints, reference: Reference, held: np.ndarray, fit: str, bh_m: float, seed: int
+) -> tuple[float, list[dict]]:
     """The exponent with the fewest failures, then the least RMSE, on the held-out stems; and the whole sweep."""
     sweep = []
     for power in POWERS:
         read = measure(stems, fit, PublishedOptions(circle=SolidCircle(power=power)), bh_m, seed, held)
         error = (read - reference.dbh_cm)[held]
         done = np.isfinite(error)
-        sweep.append({"p": power, "measured": int(done.sum()), "held_out": int(held.sum()),
-                      "rmse_cm": float(np.sqrt(np.mean(error[done] ** 2))) if done.any() else None,
-                      "mae_cm": float(np.mean(np.abs(error[done]))) if done.any() else None})
+        sweep.append(
+            {
+                "p": power,
+                "measured": int(done.sum()),
+                "held_out": int(held.sum()),
+                "rmse_cm": float(np.sqrt(np.mean(error[done] ** 2))) if done.any() else None,
+                "mae_cm": float(np.mean(np.abs(error[done]))) if done.any() else None,
+            }
+        )
     worth = [(-int(row["measured"] or 0), np.inf if row["rmse_cm"] is None else row["rmse_cm"]) for row in sweep]
     return POWERS[worth.index(min(worth))], sweep
 
 
-def compare_methods(sources: dict[str, StemPoints], reference: Reference, share: float = 0.1, seed: int = 0,
-                    bh_m: float = 1.37) -> dict:
+def compare_methods(
+    sources: dict[str, StemPoints], reference: Reference, share: float = 0.1, seed: int = 0, bh_m: float = 1.37
+) -> dict:
     """Every source by every fit.
 
     Returns:
@@ -192,22 +213,46 @@ def compare_methods(sources: dict[str, StemPoints], reference: Reference, share:
         for plot in ["All", *dict.fromkeys(reference.plot)]:
             here = ~held & ((reference.plot == plot) | (plot == "All"))
             for subset, mask in (("own", here & np.isfinite(read)), ("common", here & common)):
-                found = score((read - reference.dbh_cm)[mask], reference.dbh_cm[mask],
-                              int(here.sum()) if subset == "own" else int(mask.sum()))
+                found = score(
+                    (read - reference.dbh_cm)[mask],
+                    reference.dbh_cm[mask],
+                    int(here.sum()) if subset == "own" else int(mask.sum()),
+                )
                 paper = PAPER_ALL.get((source, fit)) if plot == "All" and subset == "own" else None
-                rows.append({"source": source, "fit": fit, "plot": plot, "subset": subset, "n": found.n_measured,
-                             "of": found.n_reference, "rmse_cm": found.rmse_cm, "rrmse_pct": found.rrmse_pct,
-                             "mae_cm": found.mae_cm, "me_cm": found.me_cm,
-                             "paper_rmse_cm": paper[0] if paper else None, "paper_me_cm": paper[3] if paper else None})
+                rows.append(
+                    {
+                        "source": source,
+                        "fit": fit,
+                        "plot": plot,
+                        "subset": subset,
+                        "n": found.n_measured,
+                        "of": found.n_reference,
+                        "rmse_cm": found.rmse_cm,
+                        "rrmse_pct": found.rrmse_pct,
+                        "mae_cm": found.mae_cm,
+                        "me_cm": found.me_cm,
+                        "paper_rmse_cm": paper[0] if paper else None,
+                        "paper_me_cm": paper[3] if paper else None,
+                    }
+                )
     names = [f"{p}/{t}" for p, t in zip(reference.plot, reference.tree, strict=True)]
-    return {"split": {"held_out": [name for name, out in zip(names, held, strict=True) if out], "share": share,
-                      "seed": seed, "test": int((~held).sum())},
-            "powers": powers, "sweep": sweeps, "rows": rows,
-            "estimates": {f"{source}, {fit}": read for (source, fit), read in estimates.items()}}
+    return {
+        "split": {
+            "held_out": [name for name, out in zip(names, held, strict=True) if out],
+            "share": share,
+            "seed": seed,
+            "test": int((~held).sum()),
+        },
+        "powers": powers,
+        "sweep": sweeps,
+        "rows": rows,
+        "estimates": {f"{source}, {fit}": read for (source, fit), read in estimates.items()},
+    }
 
 
-def ablate(stems: StemPoints, reference: Reference, held: np.ndarray, power: float, bh_m: float = 1.37,
-           seed: int = 0) -> list[dict]:
+def ablate(
+    stems: StemPoints, reference: Reference, held: np.ndarray, power: float, bh_m: float = 1.37, seed: int = 0
+) -> list[dict]:
     """One setting of the published fit at a time, on the stems that were not held out."""
     rows = []
     for name, (label, values, default) in ABLATION.items():
@@ -223,7 +268,16 @@ def ablate(stems: StemPoints, reference: Reference, held: np.ndarray, power: flo
             read = measure(stems, fit, options, bh_m, seed, ~held)
             mask = ~held & np.isfinite(read)
             found = score((read - reference.dbh_cm)[mask], reference.dbh_cm[mask], int((~held).sum()))
-            rows.append({"setting": label, "value": "unbounded" if value == 1e6 else value,
-                         "default": value == default, "n": found.n_measured, "of": found.n_reference,
-                         "mae_cm": found.mae_cm, "rmse_cm": found.rmse_cm, "me_cm": found.me_cm})
+            rows.append(
+                {
+                    "setting": label,
+                    "value": "unbounded" if value == 1e6 else value,
+                    "default": value == default,
+                    "n": found.n_measured,
+                    "of": found.n_reference,
+                    "mae_cm": found.mae_cm,
+                    "rmse_cm": found.rmse_cm,
+                    "me_cm": found.me_cm,
+                }
+            )
     return rows

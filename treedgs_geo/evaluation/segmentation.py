@@ -27,8 +27,9 @@ def true_labels(xyz: np.ndarray, stems_json: Path, top_m: float = 8.0) -> tuple[
         record = json.loads(Path(stems_json).read_text(encoding="utf-8"))
         origin, profiles = np.array(record["origin"], float), record["stems"]
     except (OSError, ValueError, KeyError) as problem:
-        raise InputError(f"{stems_json}: is not the stems.json of a simulated plot ({problem}); give --truth of one.") \
-            from None
+        raise InputError(
+            f"{stems_json}: is not the stems.json of a simulated plot ({problem}); give --truth of one."
+        ) from None
     local = xyz - origin
     label = np.zeros(len(xyz), np.int32)
     tree = cKDTree(local[:, :2])
@@ -65,6 +66,15 @@ def score_segmentation(predicted: np.ndarray, true: np.ndarray) -> dict:
     right = 0
     for number in np.unique(np.asarray(predicted)[both]):
         right += int(np.bincount(np.asarray(true)[both & (predicted == number)]).max())
-    return {"tp": tp, "fp": fp, "fn": fn, "tn": tn, "precision": share(tp, tp + fp), "recall": share(tp, tp + fn),
-            "f1": share(2 * tp, 2 * tp + fp + fn), "iou": share(tp, tp + fp + fn), "accuracy": share(tp + tn, len(p)),
-            "same_stem": share(right, tp)}
+    return {
+        "tp": tp,
+        "fp": fp,
+        "fn": fn,
+        "tn": tn,
+        "precision": share(tp, tp + fp),
+        "recall": share(tp, tp + fn),
+        "f1": share(2 * tp, 2 * tp + fp + fn),
+        "iou": share(tp, tp + fp + fn),
+        "accuracy": share(tp + tn, len(p)),
+        "same_stem": share(right, tp),
+    }

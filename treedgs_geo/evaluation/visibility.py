@@ -53,20 +53,36 @@ def classify(views: list[View], stems: list[Stem]) -> pd.DataFrame:
                 continue
             if image is None:
                 image = cv2.cvtColor(load_image(view), cv2.COLOR_RGB2LAB).astype(np.float32)
-            colour = cv2.remap(image, pixels[:, 0].astype(np.float32)[None] - 0.5,
-                               pixels[:, 1].astype(np.float32)[None] - 0.5, cv2.INTER_LINEAR)[0]
-            samples.append({"stem": number, "image": view.name, "flight": view.flight, "width_px": width,
-                            "colour": colour})
+            colour = cv2.remap(
+                image,
+                pixels[:, 0].astype(np.float32)[None] - 0.5,
+                pixels[:, 1].astype(np.float32)[None] - 0.5,
+                cv2.INTER_LINEAR,
+            )[0]
+            samples.append(
+                {"stem": number, "image": view.name, "flight": view.flight, "width_px": width, "colour": colour}
+            )
     rows = []
     for number in range(len(stems)):
         for flight in sorted({s["flight"] for s in samples if s["stem"] == number}):
             own = [s for s in samples if s["stem"] == number and s["flight"] == flight]
             bark = _bark(np.concatenate([s["colour"] for s in own]))
             for s in own:
-                share = float((np.hypot(*(s["colour"][:, 1:] - bark[1:]).T) * 2.2
-                               + 0.12 * np.abs(s["colour"][:, 0] - bark[0]) < BARK_SPREAD).mean())
-                rows.append({"stem": number, "image": s["image"], "share": round(share, 3),
-                             "width_px": round(s["width_px"], 2), "free": share >= FREE_SHARE})
+                share = float(
+                    (
+                        np.hypot(*(s["colour"][:, 1:] - bark[1:]).T) * 2.2 + 0.12 * np.abs(s["colour"][:, 0] - bark[0])
+                        < BARK_SPREAD
+                    ).mean()
+                )
+                rows.append(
+                    {
+                        "stem": number,
+                        "image": s["image"],
+                        "share": round(share, 3),
+                        "width_px": round(s["width_px"], 2),
+                        "free": share >= FREE_SHARE,
+                    }
+                )
     return pd.DataFrame(rows, columns=["stem", "image", "share", "width_px", "free"])
 
 
@@ -110,7 +126,11 @@ def agreement(table: pd.DataFrame, names: list[str], truth: pd.DataFrame) -> dic
     hit = int((both["free"] & clear).sum())
     counted = both.assign(clear=clear).groupby("tree_id")[["free", "clear"]].sum()
     varied = len(counted) > 2 and counted["free"].nunique() > 1 and counted["clear"].nunique() > 1
-    return {"views": len(both), "clear": int(clear.sum()), "called_free": int(both["free"].sum()),
-            "precision": round(hit / max(int(both["free"].sum()), 1), 3),
-            "recall": round(hit / max(int(clear.sum()), 1), 3),
-            "stem_count_r": round(float(np.corrcoef(counted["free"], counted["clear"])[0, 1]), 3) if varied else None}
+    return {
+        "views": len(both),
+        "clear": int(clear.sum()),
+        "called_free": int(both["free"].sum()),
+        "precision": round(hit / max(int(both["free"].sum()), 1), 3),
+        "recall": round(hit / max(int(clear.sum()), 1), 3),
+        "stem_count_r": round(float(np.corrcoef(counted["free"], counted["clear"])[0, 1]), 3) if varied else None,
+    }

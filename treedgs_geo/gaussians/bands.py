@@ -133,8 +133,13 @@ class CutPhotos:
             clear = (weight * ~stem).astype(np.float32)
             return Crop(camera, pixels, weight * ~above, plane.texels(camera), clear, job.view, job.flight)
 
-        return Band([crop(*item) for item in own], [crop(*item) for item in everything if item[0].wide], plane, volume,
-                    footprint)
+        return Band(
+            [crop(*item) for item in own],
+            [crop(*item) for item in everything if item[0].wide],
+            plane,
+            volume,
+            footprint,
+        )
 
 
 def _limits(options: GaussianOptions) -> tuple[float, float]:

@@ -67,8 +67,16 @@ def _depth_map(
     u, v = (f * local[:, k] / local[:, 2] + c for k, f, c in ((0, camera.fx, camera.cx), (1, camera.fy, camera.cy)))
     x0, y0 = np.floor([u.min(), v.min()]) - 3
     x1, y1 = np.ceil([u.max(), v.max()]) + 3
-    crop = CropCamera(int(x1 - x0), int(y1 - y0), camera.fx, camera.fy, camera.cx - x0, camera.cy - y0, view.rotation,
-                      view.translation)
+    crop = CropCamera(
+        int(x1 - x0),
+        int(y1 - y0),
+        camera.fx,
+        camera.fy,
+        camera.cx - x0,
+        camera.cy - y0,
+        view.rotation,
+        view.translation,
+    )
     planes = rasteriser.forward(field.packed, crop, full=True).planes
     return crop, np.where(1 - planes[3] >= max(least_alpha, 0.5), planes[5], np.nan)
 

@@ -143,8 +143,15 @@ def relocate(
 
 
 def densify(
-    parameters: np.ndarray, adam: Adam, pull: np.ndarray, volume: Volume, budget: int, rng: np.random.Generator,
-    dead_below: float = 0.01, share: float = 0.1, shrink: float = 1.6,
+    parameters: np.ndarray,
+    adam: Adam,
+    pull: np.ndarray,
+    volume: Volume,
+    budget: int,
+    rng: np.random.Generator,
+    dead_below: float = 0.01,
+    share: float = 0.1,
+    shrink: float = 1.6,
 ) -> tuple[np.ndarray, Adam]:
     """Split, clone and prune as in 3DGS, driven by the gradient on the centres, under a hard limit.
 

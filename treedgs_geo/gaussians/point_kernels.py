@@ -98,8 +98,14 @@ _CLAMP, _VACANCY = _make_query(False), _make_query(True)
 
 
 def opacity_before(
-    proj: np.ndarray, start: np.ndarray, items: np.ndarray, point_start: np.ndarray, points: np.ndarray, vacancy: bool,
-    opacity: np.ndarray, drawn: np.ndarray,
+    proj: np.ndarray,
+    start: np.ndarray,
+    items: np.ndarray,
+    point_start: np.ndarray,
+    points: np.ndarray,
+    vacancy: bool,
+    opacity: np.ndarray,
+    drawn: np.ndarray,
 ) -> int:
     """Cumulative opacity in front of each point (eq:radegs_point_offset ... eq:pointwise_opacity_integral).
 

@@ -273,8 +273,14 @@ class _Pass:
             relocate(model.parameters, self.adam, self.volume, self.rng)
         else:
             model.parameters, self.adam = densify(
-                model.parameters, self.adam, self.pull, self.volume, settings.gaussians, self.rng,
-                share=0.1 * float(density[0]), shrink=1.6 * float(density[1]),
+                model.parameters,
+                self.adam,
+                self.pull,
+                self.volume,
+                settings.gaussians,
+                self.rng,
+                share=0.1 * float(density[0]),
+                shrink=1.6 * float(density[1]),
             )
 
     def save(self) -> tuple:
@@ -403,6 +409,4 @@ def held_out_quality(model: StemModel, held: list[Crop]) -> HeldOut | None:
         mass += weight
     if mass <= 0:
         return None
-    return HeldOut(
-        held_out_error(model, held), -10 * math.log10(max(square / mass, 1e-10)), structure / mass
-    )
+    return HeldOut(held_out_error(model, held), -10 * math.log10(max(square / mass, 1e-10)), structure / mass)

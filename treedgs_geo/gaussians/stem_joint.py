@@ -191,23 +191,61 @@ def _blurred(values: np.ndarray) -> np.ndarray:
 def draw(sights: list[Sight], shape: np.ndarray, shifts: np.ndarray, blur_px: float, settings: JointSettings) -> None:
     """Fill every sight's coverage and texture cells."""
     for sight, shift in zip(sights, shifts, strict=True):
-        cover(shape, settings.bh_m, sight.rotation, sight.centre, sight.intrinsics, shift, blur_px, settings.window_m,
-              settings.low_m, settings.high_m, sight.alpha, sight.edge, sight.angle, sight.level, sight.window,
-              sight.drawn)
+        cover(
+            shape,
+            settings.bh_m,
+            sight.rotation,
+            sight.centre,
+            sight.intrinsics,
+            shift,
+            blur_px,
+            settings.window_m,
+            settings.low_m,
+            settings.high_m,
+            sight.alpha,
+            sight.edge,
+            sight.angle,
+            sight.level,
+            sight.window,
+            sight.drawn,
+        )
         sight.drawn = True
 
 
 def compare(sights: list[Sight], texture: np.ndarray, settings: JointSettings) -> tuple[np.ndarray, np.ndarray]:
     """Composite every sight; (V,) sums of rho and of weight."""
-    result = np.array([
-        compose(s.alpha, s.edge, s.angle, s.level, s.window, texture[v], s.behind, s.front, s.through, s.gain,
-                s.crop.image, s.crop.weight, settings.scale, s.shown, s.weight, s.clear)
-        for v, s in enumerate(sights)])
+    result = np.array(
+        [
+            compose(
+                s.alpha,
+                s.edge,
+                s.angle,
+                s.level,
+                s.window,
+                texture[v],
+                s.behind,
+                s.front,
+                s.through,
+                s.gain,
+                s.crop.image,
+                s.crop.weight,
+                settings.scale,
+                s.shown,
+                s.weight,
+                s.clear,
+            )
+            for v, s in enumerate(sights)
+        ]
+    )
     return result[:, 0], result[:, 1]
 
 
 def fit_shape(
-    sights: list[Sight], start: Explanation, settings: JointSettings, blurs: list[float], first: bool = True,
+    sights: list[Sight],
+    start: Explanation,
+    settings: JointSettings,
+    blurs: list[float],
+    first: bool = True,
     free_taper: bool = True,
 ) -> Explanation:
     """Gauss-Newton from ``start``, one step for each blur; the loss is of the shape before the last step's draw."""
@@ -230,9 +268,31 @@ def fit_shape(
         each = []
         for v, s in enumerate(sights):
             h, g = np.zeros((9, 9)), np.zeros(9)
-            normal_equations(shape, settings.bh_m, s.rotation, s.centre, s.intrinsics, shifts[v], blur, s.alpha,
-                             s.edge, s.angle, s.level, s.window, texture[v], s.behind, s.through, s.gain, s.crop.image,
-                             s.shown, s.weight, s.clear, settings.sharpness, h, g)
+            normal_equations(
+                shape,
+                settings.bh_m,
+                s.rotation,
+                s.centre,
+                s.intrinsics,
+                shifts[v],
+                blur,
+                s.alpha,
+                s.edge,
+                s.angle,
+                s.level,
+                s.window,
+                texture[v],
+                s.behind,
+                s.through,
+                s.gain,
+                s.crop.image,
+                s.shown,
+                s.weight,
+                s.clear,
+                settings.sharpness,
+                h,
+                g,
+            )
             h = np.tril(h) + np.tril(h, -1).T
             h, g = h / noise, g / noise
             stiff = 1 / settings.shift_sd_px**2
@@ -326,8 +386,12 @@ def different(one: Explanation, other: Explanation) -> bool:
 
 
 def fit_primitive(
-    crops: list[Crop], plane: GroundPlane, ground: dict[int, np.ndarray] | Callable[[Crop], Layers],
-    settings: JointSettings | None = None, reach_m: float = 0.3, finalists: int = 3,
+    crops: list[Crop],
+    plane: GroundPlane,
+    ground: dict[int, np.ndarray] | Callable[[Crop], Layers],
+    settings: JointSettings | None = None,
+    reach_m: float = 0.3,
+    finalists: int = 3,
 ) -> StemPrimitive | None:
     """Find and fit the stem within ``reach_m`` of the seed.
 
@@ -371,9 +435,16 @@ def fit_primitive(
     bare = _loss_of(fine, nothing, settings)
     loss, texture = _loss_of(fine, best, settings), textures(fine, settings, False)
     return StemPrimitive(
-        best.shape, float(np.hypot(200 * best.sd[6], 0.4)), clear_views(fine, settings),
-        min(rivals) - best.loss if rivals else math.inf, bare - loss, best.loss, best.shifts, texture.mean(axis=0),
-        time.process_time() - began)
+        best.shape,
+        float(np.hypot(200 * best.sd[6], 0.4)),
+        clear_views(fine, settings),
+        min(rivals) - best.loss if rivals else math.inf,
+        bare - loss,
+        best.loss,
+        best.shifts,
+        texture.mean(axis=0),
+        time.process_time() - began,
+    )
 
 
 def clear_views(sights: list[Sight], settings: JointSettings) -> int:

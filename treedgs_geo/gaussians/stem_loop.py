@@ -80,8 +80,15 @@ class LayeredModel(StemModel):
     the result."""
 
     def __init__(
-        self, crops: list[Crop], plane: GroundPlane, parameters: np.ndarray, settings: FitSettings, around: list[Crop],
-        primitive: StemPrimitive, views: list[int], joint: JointSettings,
+        self,
+        crops: list[Crop],
+        plane: GroundPlane,
+        parameters: np.ndarray,
+        settings: FitSettings,
+        around: list[Crop],
+        primitive: StemPrimitive,
+        views: list[int],
+        joint: JointSettings,
     ) -> None:
         """views: the photo that each of the primitive's shifts belongs to."""
         super().__init__(crops, plane, parameters, settings, around)
@@ -163,9 +170,7 @@ class LayeredModel(StemModel):
         # d lit / d behind (both gamma space): the mixing is in linear light.
         share = (1 - sight.alpha[..., None]) * light ** (1 / GAMMA - 1) * behind ** (GAMMA - 1)
         g_behind = g * through * share
-        for which, done_pass, colour, beyond in (
-            (before, passes[0], g, lit), (~before, passes[1], g_behind, ground)
-        ):
+        for which, done_pass, colour, beyond in ((before, passes[0], g, lit), (~before, passes[1], g_behind, ground)):
             given = np.empty((4, *weight.shape), np.float32)
             given[:3] = np.moveaxis(colour, -1, 0)
             given[3] = price - np.einsum("hwc,hwc->hw", colour, beyond)
@@ -173,8 +178,13 @@ class LayeredModel(StemModel):
         trans = passes[0].planes[3] * passes[1].planes[3] * (sight.alpha < 0.02)
         residual = (crop.image - composite) / self.gain[crop.view]
         clear = cv2.erode(weight, np.ones((3, 3), np.uint8)) * trans * crop.ground
-        gather_texture(crop.texels, residual.astype(np.float32), clear.astype(np.float32), self._total[crop.flight],
-                       self._mass[crop.flight])
+        gather_texture(
+            crop.texels,
+            residual.astype(np.float32),
+            clear.astype(np.float32),
+            self._total[crop.flight],
+            self._mass[crop.flight],
+        )
         top = np.einsum("hw,hwc,hwc->c", weight, composite, crop.image)
         self._exposure[crop.view] = np.stack([top, np.einsum("hw,hwc,hwc->c", weight, composite, composite)])
         return loss
@@ -224,7 +234,8 @@ def surface_gaussians(
         deep = r - sigma**2 / (2 * r)
         p = np.zeros((n, N_PARAMETERS))
         p[:, MEAN] = np.column_stack(
-            [centre[row, 0] + deep * np.cos(angle), centre[row, 1] + deep * np.sin(angle), np.full(n, height)])
+            [centre[row, 0] + deep * np.cos(angle), centre[row, 1] + deep * np.sin(angle), np.full(n, height)]
+        )
         # First axis radial: a turn about the vertical.
         p[:, QUATERNION] = np.column_stack([np.cos(angle / 2), np.zeros(n), np.zeros(n), np.sin(angle / 2)])
         p[:, LOG_SCALE] = np.log([0.002, sigma, 0.55 * spacing_m])
@@ -295,5 +306,13 @@ def fit_with_primitive(
         spacing = max(2.5 * pixel_m, 0.03)
         pieces.append(surface_gaussians(primitive, joint.bh_m, joint.low_m, joint.high_m, spacing, bark))
     return StemFit(
-        np.concatenate(pieces), len(crops), sum(crop.pixels for crop in crops), epochs, model.pairs,
-        time.perf_counter() - began, stopped, quality, primitive)
+        np.concatenate(pieces),
+        len(crops),
+        sum(crop.pixels for crop in crops),
+        epochs,
+        model.pairs,
+        time.perf_counter() - began,
+        stopped,
+        quality,
+        primitive,
+    )

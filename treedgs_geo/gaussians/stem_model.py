@@ -72,7 +72,21 @@ def _phi(x):
 
 @njit(**_FAST)
 def cover(
-    shape, bh, rot, centre, intr, shift_px, blur_px, window_m, low_m, high_m, alpha, edge, angle, level, window,
+    shape,
+    bh,
+    rot,
+    centre,
+    intr,
+    shift_px,
+    blur_px,
+    window_m,
+    low_m,
+    high_m,
+    alpha,
+    edge,
+    angle,
+    level,
+    window,
     known=False,
 ):
     """Coverage and texture cell of each pixel.
@@ -192,8 +206,29 @@ def compose(
 
 @njit(**_FAST)
 def normal_equations(
-    shape, bh, rot, centre, intr, shift_px, blur_px, alpha, edge, angle, level, window, texture, behind, through,
-    gain, image, shown, weight, clear, sharpness, matrix, right,
+    shape,
+    bh,
+    rot,
+    centre,
+    intr,
+    shift_px,
+    blur_px,
+    alpha,
+    edge,
+    angle,
+    level,
+    window,
+    texture,
+    behind,
+    through,
+    gain,
+    image,
+    shown,
+    weight,
+    clear,
+    sharpness,
+    matrix,
+    right,
 ):
     """Add one crop's Gauss-Newton terms. Unknowns: the shape (8) and this photo's shift (1).
 

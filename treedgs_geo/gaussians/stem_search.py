@@ -68,8 +68,17 @@ def gather_evidence(crops: list[Crop], unlike: list[np.ndarray], bh_m: float) ->
     total, mass, normal = np.zeros(shape), np.zeros(shape), np.zeros((len(crops), 2))
     for v, crop in enumerate(crops):
         camera = crop.camera
-        _collect(np.ascontiguousarray(camera.rotation, float), camera.centre, camera.intrinsics, unlike[v], crop.weight,
-                 bh_m, total[v], mass[v], normal[v])
+        _collect(
+            np.ascontiguousarray(camera.rotation, float),
+            camera.centre,
+            camera.intrinsics,
+            unlike[v],
+            crop.weight,
+            bh_m,
+            total[v],
+            mass[v],
+            normal[v],
+        )
     q = _LOW_M + (np.arange(_BLOCKS) + 0.5) * _BLOCK_M - bh_m
     return Evidence(np.cumsum(total, axis=2), np.cumsum(mass, axis=2), normal, q)
 

@@ -209,13 +209,9 @@ def _fit_one(
     start = None
     if not options.free:
         budget = min(budget, options.gaussians or MOST_BARK)
-        few = replace(
-            settings, gaussians=min(options.stem_gaussians, budget // 2), fine_epochs=options.stem_epochs
-        )
+        few = replace(settings, gaussians=min(options.stem_gaussians, budget // 2), fine_epochs=options.stem_epochs)
         bark = max(budget - few.gaussians, 0)
-        fit = fit_with_primitive(
-            band.crops, band.plane, band.volume, few, band.pixel_m, band.around, joint, bark
-        )
+        fit = fit_with_primitive(band.crops, band.plane, band.volume, few, band.pixel_m, band.around, joint, bark)
         if options.stems == "primitive" or fit is None:
             return fit
         start, settings = fit.parameters, replace(settings, gaussians=budget, coarse_epochs=0)

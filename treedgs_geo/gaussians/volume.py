@@ -36,9 +36,9 @@ def cylinder_points(means: np.ndarray, count: int, rng: np.random.Generator) -> 
     radius = float(np.percentile(away, 98)) + 0.02
     low, high = np.percentile(means[:, 2], [1, 99])
     r, angle = radius * np.sqrt(rng.random(count)), 2 * np.pi * rng.random(count)
-    return np.column_stack([
-        middle[0] + r * np.cos(angle), middle[1] + r * np.sin(angle), low + (high - low) * rng.random(count)
-    ])
+    return np.column_stack(
+        [middle[0] + r * np.cos(angle), middle[1] + r * np.sin(angle), low + (high - low) * rng.random(count)]
+    )
 
 
 def sample_volume(

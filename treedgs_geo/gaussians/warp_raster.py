@@ -25,8 +25,12 @@ _TOP = wp.constant(float(kernels.ALPHA_MAX))
 
 @wp.kernel
 def _forward(
-    proj: wp.array2d(dtype=wp.float32), start: wp.array(dtype=wp.int32), items: wp.array(dtype=wp.int32),
-    tiles_x: int, full: int, image: wp.array3d(dtype=wp.float32),
+    proj: wp.array2d(dtype=wp.float32),
+    start: wp.array(dtype=wp.int32),
+    items: wp.array(dtype=wp.int32),
+    tiles_x: int,
+    full: int,
+    image: wp.array3d(dtype=wp.float32),
 ):
     y, x = wp.tid()
     tile = (y / _TILE) * tiles_x + x / _TILE
@@ -67,8 +71,13 @@ def _forward(
 
 @wp.kernel
 def _backward(
-    proj: wp.array2d(dtype=wp.float32), start: wp.array(dtype=wp.int32), items: wp.array(dtype=wp.int32),
-    tiles_x: int, full: int, given: wp.array3d(dtype=wp.float32), rest: wp.array2d(dtype=wp.float32),
+    proj: wp.array2d(dtype=wp.float32),
+    start: wp.array(dtype=wp.int32),
+    items: wp.array(dtype=wp.int32),
+    tiles_x: int,
+    full: int,
+    given: wp.array3d(dtype=wp.float32),
+    rest: wp.array2d(dtype=wp.float32),
     grad: wp.array2d(dtype=wp.float32),
 ):
     y, x = wp.tid()
@@ -118,9 +127,16 @@ def _backward(
 
 @wp.kernel
 def _query(
-    proj: wp.array2d(dtype=wp.float32), start: wp.array(dtype=wp.int32), items: wp.array(dtype=wp.int32),
-    tiles: wp.array(dtype=wp.int32), points: wp.array2d(dtype=wp.float32), base: float, vacancy: int, low: float,
-    opacity: wp.array(dtype=wp.float32), drawn: wp.array(dtype=wp.int32),
+    proj: wp.array2d(dtype=wp.float32),
+    start: wp.array(dtype=wp.int32),
+    items: wp.array(dtype=wp.int32),
+    tiles: wp.array(dtype=wp.int32),
+    points: wp.array2d(dtype=wp.float32),
+    base: float,
+    vacancy: int,
+    low: float,
+    opacity: wp.array(dtype=wp.float32),
+    drawn: wp.array(dtype=wp.int32),
 ):
     p = wp.tid()
     u, v, r = points[0, p], points[1, p], points[2, p]
@@ -198,8 +214,11 @@ class WarpRasteriser:
         start, items, tiles_x = _lists(projected, camera.width, camera.height)
         image = self._array(planes)
         wp.launch(
-            _forward, dim=(camera.height, camera.width), device=self.device,
-            inputs=[self._array(projected), self._array(start), self._array(items), tiles_x, int(full), image])
+            _forward,
+            dim=(camera.height, camera.width),
+            device=self.device,
+            inputs=[self._array(projected), self._array(start), self._array(items), tiles_x, int(full), image],
+        )
         return Pass(camera, projected, index, image.numpy(), int(start[-1]) * TILE_PX**2, self.dilation)
 
     def backward(
@@ -218,16 +237,40 @@ class WarpRasteriser:
         start, items, tiles_x = _lists(done.projected, camera.width, camera.height)
         grad = self._array(np.zeros((15, n), np.float32))
         wp.launch(
-            _backward, dim=(camera.height, camera.width), device=self.device,
-            inputs=[self._array(done.projected), self._array(start), self._array(items), tiles_x, int(full),
-                    self._array(given), self._array(rest.astype(np.float32)), grad])
-        project_backward_kernel(parameters, camera.intrinsics, camera.rotation, camera.translation, done.dilation,
-                                done.index, grad.numpy(), out)
+            _backward,
+            dim=(camera.height, camera.width),
+            device=self.device,
+            inputs=[
+                self._array(done.projected),
+                self._array(start),
+                self._array(items),
+                tiles_x,
+                int(full),
+                self._array(given),
+                self._array(rest.astype(np.float32)),
+                grad,
+            ],
+        )
+        project_backward_kernel(
+            parameters,
+            camera.intrinsics,
+            camera.rotation,
+            camera.translation,
+            done.dilation,
+            done.index,
+            grad.numpy(),
+            out,
+        )
         return out
 
 
 def opacity_before(
-    projected: np.ndarray, width: int, height: int, points: np.ndarray, law: str, alpha_min: float = ALPHA_MIN,
+    projected: np.ndarray,
+    width: int,
+    height: int,
+    points: np.ndarray,
+    law: str,
+    alpha_min: float = ALPHA_MIN,
     device: str = "cuda",
 ) -> tuple[np.ndarray, np.ndarray]:
     """Point query: points (3, M) u, v, distance inside the crop -> (M,) opacity in front, (M,) Gaussians met."""
@@ -243,7 +286,20 @@ def opacity_before(
     opacity = wp.empty(points.shape[1], dtype=wp.float32, device=device)
     drawn = wp.empty(points.shape[1], dtype=wp.int32, device=device)
     wp.launch(
-        _query, dim=points.shape[1], device=device,
-        inputs=[put(projected), put(start), put(items), put(tiles), put(near.astype(np.float32)), base,
-                int(law == "vacancy"), float(alpha_min), opacity, drawn])
+        _query,
+        dim=points.shape[1],
+        device=device,
+        inputs=[
+            put(projected),
+            put(start),
+            put(items),
+            put(tiles),
+            put(near.astype(np.float32)),
+            base,
+            int(law == "vacancy"),
+            float(alpha_min),
+            opacity,
+            drawn,
+        ],
+    )
     return opacity.numpy(), drawn.numpy()

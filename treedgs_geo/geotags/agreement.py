@@ -49,22 +49,32 @@ def check_agreement(
     off_m = _believed_side(stations, own, marked, off_m)
     known = np.isfinite(exif) & (off_m == 0)
     if known.any() and np.median(exif[known]) > MAX_MEDIAN_DISTANCE_M:
-        zone = zone_that_fits(stations.crs, stations.xyz[known, :2], lambda xy: bool(
-            np.median(np.hypot(*(xy - own.xyz[known, :2]).T)) <= MAX_MEDIAN_DISTANCE_M))
+        zone = zone_that_fits(
+            stations.crs,
+            stations.xyz[known, :2],
+            lambda xy: bool(np.median(np.hypot(*(xy - own.xyz[known, :2]).T)) <= MAX_MEDIAN_DISTANCE_M),
+        )
         hint = f" (in EPSG:{zone.to_epsg()}, {zone.name}, they would fit)" if zone is not None else ""
         raise GeotagError(
             f"{source}: its positions are {np.median(exif[known]):.0f} m (median) from the GPS positions in the "
             f"photos, expected a few metres; these geotags belong to other photos or another CRS{hint}."
         )
-    height = _nearest((
-        np.abs(stations.xyz[:, 2] - marked[:, 2]),
-        _within_flight(stations.xyz[:, 2] - own.xyz[:, 2], stations, off_m),
-        _within_flight(stations.xyz[:, 2] - stations.relative_altitude_m, stations, off_m),
-    ))
+    height = _nearest(
+        (
+            np.abs(stations.xyz[:, 2] - marked[:, 2]),
+            _within_flight(stations.xyz[:, 2] - own.xyz[:, 2], stations, off_m),
+            _within_flight(stations.xyz[:, 2] - stations.relative_altitude_m, stations, off_m),
+        )
+    )
     if stations.is_placed.any():
         _note_heights(stations, own, np.where(off_m[:, None] > 0, np.nan, marked), source, reporter)
-    found = replace(stations, xyz=stations.xyz.copy(), sd=stations.sd.copy(), quality=list(stations.quality),
-                    notes=list(stations.notes or [""] * len(stations)))
+    found = replace(
+        stations,
+        xyz=stations.xyz.copy(),
+        sd=stations.sd.copy(),
+        quality=list(stations.quality),
+        notes=list(stations.notes or [""] * len(stations)),
+    )
     away = np.fmax(across, height)
     jumped = off_m > 0
     far = np.fmax(away, off_m) > MAX_DISTANCE_M
@@ -192,7 +202,8 @@ def _geoid_m(stations: Stations) -> float:
     flat = horizontal(stations.crs)
     try:
         place = pyproj.Transformer.from_crs(flat, "EPSG:4326", always_xy=True).transform(
-            *np.nanmedian(stations.xyz[:, :2], axis=0))
+            *np.nanmedian(stations.xyz[:, :2], axis=0)
+        )
         points = np.array([[*place, 0.0]])
         return -float(transform(pyproj.CRS("EPSG:4979"), pyproj.CRS("EPSG:4326+5773"), points, "geotags")[0, 2])
     except (CRSError, pyproj.exceptions.ProjError):

@@ -24,11 +24,14 @@ def geotags_frame(text: str | None) -> pyproj.CRS | None:
     try:
         found = pyproj.CRS.from_user_input(text)
     except pyproj.exceptions.CRSError:
-        raise CRSError(f"--geotags-crs: {text!r} is not a coordinate reference system; give one like EPSG:6319."
-                       ) from None
+        raise CRSError(
+            f"--geotags-crs: {text!r} is not a coordinate reference system; give one like EPSG:6319."
+        ) from None
     if not found.is_geographic or found.is_compound:
-        raise CRSError(f"--geotags-crs: {found.name} is not geographic, expected longitude, latitude and ellipsoidal "
-                       "height, for example EPSG:6319 (NAD83(2011)) or EPSG:7912 (ITRF2014).")
+        raise CRSError(
+            f"--geotags-crs: {found.name} is not geographic, expected longitude, latitude and ellipsoidal "
+            "height, for example EPSG:6319 (NAD83(2011)) or EPSG:7912 (ITRF2014)."
+        )
     return found.to_3d()
 
 
@@ -46,7 +49,8 @@ def check_frame(track: Trajectory, crs: pyproj.CRS, source: pyproj.CRS | None, r
         raise CRSError(
             f"{track.path}: its header names {named.name} ({track.datum!r}), the positions would be read in "
             f"{assumed.name}; give --geotags-crs {named.to_string()} (they are then transformed), or another project "
-            "CRS.")
+            "CRS."
+        )
     if named is None and source is None:
         shift = _shift_from_itrf(track, crs)
         if shift > 0.05:
@@ -55,7 +59,8 @@ def check_frame(track: Trajectory, crs: pyproj.CRS, source: pyproj.CRS | None, r
                 "are "
                 f"taken to be in the project's ({assumed.name}), as when the base station's coordinates were. If they "
                 f"were in ITRF (a PPP base), every photo is {shift:.1f} m off: give --geotags-crs EPSG:7912 then, else "
-                f"--geotags-crs {_code(assumed)} to say so.")
+                f"--geotags-crs {_code(assumed)} to say so."
+            )
 
 
 def _shift_from_itrf(track: Trajectory, crs: pyproj.CRS) -> float:

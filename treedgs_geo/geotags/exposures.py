@@ -24,8 +24,9 @@ def note_spare(marks: Marks, used: np.ndarray, reporter: Reporter) -> None:
     spare = np.setdiff1d(np.arange(len(marks.index)), used)
     if len(spare):
         numbers = shorten([str(n) for n in marks.index[spare]], 8)
-        reporter.warn(f"{marks.path.name}: {len(spare)} of {len(marks.index)} exposures have no photo (number "
-                      f"{numbers}).")
+        reporter.warn(
+            f"{marks.path.name}: {len(spare)} of {len(marks.index)} exposures have no photo (number {numbers})."
+        )
 
 
 def marks_of_events(path: Path, reporter: Reporter) -> Marks:

@@ -210,8 +210,10 @@ def _unreadable(path: Path, problem: Exception) -> str:
                 warnings.simplefilter("ignore")
                 with rasterio.open(path) as raster:
                     bands, bits = raster.count, 8 * np.dtype(raster.dtypes[0]).itemsize
-            return (f"{path}: holds {bands} bands of {bits} bits, expected a photo of 3 bands (red, green, blue) of 8 "
-                    f"bits; {_WRITE_8_BIT}.")
+            return (
+                f"{path}: holds {bands} bands of {bits} bits, expected a photo of 3 bands (red, green, blue) of 8 "
+                f"bits; {_WRITE_8_BIT}."
+            )
         except rasterio.errors.RasterioIOError:
             pass
     return f"{path}: cannot be read as a photo ({problem}); copy it again or remove it."

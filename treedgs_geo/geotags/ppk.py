@@ -39,8 +39,9 @@ def read_rinex_header(path: Path) -> Rinex | None:
             first = stream.readline()
             label = first[60:80].strip().upper()
             if label.startswith("CRINEX"):
-                raise GeotagError(f"{path}: is compressed RINEX (Hatanaka), expected plain RINEX; unpack it with "
-                                  "crx2rnx.")
+                raise GeotagError(
+                    f"{path}: is compressed RINEX (Hatanaka), expected plain RINEX; unpack it with crx2rnx."
+                )
             if label != "RINEX VERSION / TYPE":
                 return None
             letter = first[20:21].upper()
@@ -50,7 +51,7 @@ def read_rinex_header(path: Path) -> Rinex | None:
                 if not line or line[60:].strip() == "END OF HEADER":
                     break
                 if line[60:].strip() == "APPROX POSITION XYZ":
-                    position = np.array([float(line[k:k + 14]) for k in (0, 14, 28)])
+                    position = np.array([float(line[k : k + 14]) for k in (0, 14, 28)])
     except (OSError, ValueError):
         return None
     if letter == "O":
@@ -73,33 +74,66 @@ def solve(files: list[Path], base: Path | None, base_position: str | None, folde
     rover, station = _roles([f for f in found if f.kind == "observation"], base)
     navigation = [f.path for f in found if f.kind == "navigation"]
     if base is not None:
-        navigation += [p for p in sorted(base.parent.iterdir()) if p.is_file() and p not in navigation
-                       and (header := read_rinex_header(p)) is not None and header.kind == "navigation"]
+        navigation += [
+            p
+            for p in sorted(base.parent.iterdir())
+            if p.is_file()
+            and p not in navigation
+            and (header := read_rinex_header(p)) is not None
+            and header.kind == "navigation"
+        ]
     if not navigation:
-        raise GeotagError(f"{rover.path}: has no navigation file (.nav, .yyN, .yyP) beside it, expected the broadcast "
-                          "orbits; put the base's or the drone's navigation RINEX into the folder.")
+        raise GeotagError(
+            f"{rover.path}: has no navigation file (.nav, .yyN, .yyP) beside it, expected the broadcast "
+            "orbits; put the base's or the drone's navigation RINEX into the folder."
+        )
     lat, lon, height = _base_position(station, base_position, reporter)
     program = find_program("rnx2rtkp")
     if program is None:
-        raise MissingComponentError(f"{rover.path}: RINEX needs RTKLIB's rnx2rtkp, which was not found; install the "
-                                    "Debian package rtklib, or give the solution (.pos).")
+        raise MissingComponentError(
+            f"{rover.path}: RINEX needs RTKLIB's rnx2rtkp, which was not found; install the "
+            "Debian package rtklib, or give the solution (.pos)."
+        )
     target = folder / f"{rover.path.stem}_ppk.pos"
-    command = [program, "-p", "2", "-c", "-m", str(_MASK_DEG), "-f", "2", "-sys", "G,R,E,J,C", "-t", "-d", "4",
-               "-l", f"{lat:.10f}", f"{lon:.10f}", f"{height:.4f}", "-o", str(target.resolve()),
-               *(str(p.resolve()) for p in (rover.path, station.path, *dict.fromkeys(navigation)))]
+    command = [
+        program,
+        "-p",
+        "2",
+        "-c",
+        "-m",
+        str(_MASK_DEG),
+        "-f",
+        "2",
+        "-sys",
+        "G,R,E,J,C",
+        "-t",
+        "-d",
+        "4",
+        "-l",
+        f"{lat:.10f}",
+        f"{lon:.10f}",
+        f"{height:.4f}",
+        "-o",
+        str(target.resolve()),
+        *(str(p.resolve()) for p in (rover.path, station.path, *dict.fromkeys(navigation))),
+    ]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, errors="replace", cwd=folder, timeout=3600,
-                              check=False)
+        done = subprocess.run(
+            command, capture_output=True, text=True, errors="replace", cwd=folder, timeout=3600, check=False
+        )
     except (OSError, subprocess.TimeoutExpired) as problem:
-        raise GeotagError(f"{rover.path}: rnx2rtkp did not finish ({problem}); run the PPK by hand and give the "
-                          ".pos.") from None
+        raise GeotagError(
+            f"{rover.path}: rnx2rtkp did not finish ({problem}); run the PPK by hand and give the .pos."
+        ) from None
     rows = []
     if target.exists():
         rows = [line for line in target.read_text(errors="replace").splitlines() if line and not line.startswith("%")]
     if done.returncode or not rows:
         said = (done.stderr.strip().splitlines() or ["no message"])[-1][-160:]
-        raise GeotagError(f"{rover.path}: rnx2rtkp found no position against {station.path.name} ({said}); check that "
-                          "both were recorded at the same time and that the navigation file is of that day.")
+        raise GeotagError(
+            f"{rover.path}: rnx2rtkp found no position against {station.path.name} ({said}); check that "
+            "both were recorded at the same time and that the navigation file is of that day."
+        )
     return target
 
 
@@ -108,12 +142,15 @@ def _roles(observations: list[Rinex], base: Path | None) -> tuple[Rinex, Rinex]:
     if base is not None:
         station = read_rinex_header(base)
         if station is None or station.kind != "observation":
-            raise GeotagError(f"{base}: is no RINEX observation file, expected the base station's; give another "
-                              "--base.")
+            raise GeotagError(
+                f"{base}: is no RINEX observation file, expected the base station's; give another --base."
+            )
         left = [f for f in observations if f.path.resolve() != base.resolve()]
         if len(left) != 1:
-            raise GeotagError(f"{base}: found {len(left)} rover observation files for this base, expected one "
-                              f"({', '.join(f.path.name for f in left) or 'none'}); keep only this flight's.")
+            raise GeotagError(
+                f"{base}: found {len(left)} rover observation files for this base, expected one "
+                f"({', '.join(f.path.name for f in left) or 'none'}); keep only this flight's."
+            )
         return left[0], station
     bases = [f for f in observations if _says(f.path, "base")]
     rovers = [f for f in observations if f not in bases]
@@ -124,7 +161,8 @@ def _roles(observations: list[Rinex], base: Path | None) -> tuple[Rinex, Rinex]:
         f"{observations[0].path.parent if observations else Path('geotags')}: which RINEX file is the base station's "
         "is "
         f"unclear (found {names or 'no observation file'}), expected one rover and one base; name the base's file with "
-        "--base.")
+        "--base."
+    )
 
 
 def _says(path: Path, word: str) -> bool:
@@ -140,17 +178,22 @@ def _base_position(station: Rinex, given: str | None, reporter: Reporter) -> tup
             if not (abs(lat) <= 90 and abs(lon) <= 180 and -500 <= height <= 9000):
                 raise ValueError
         except ValueError:
-            raise GeotagError(f"--base-position: found {given!r}, expected latitude, longitude (degrees) and "
-                              "ellipsoidal height (m), for example '33.60000000, -91.80000000, 35.214'.") from None
+            raise GeotagError(
+                f"--base-position: found {given!r}, expected latitude, longitude (degrees) and "
+                "ellipsoidal height (m), for example '33.60000000, -91.80000000, 35.214'."
+            ) from None
         return lat, lon, height
     if not np.isfinite(station.approx_ecef).all() or np.linalg.norm(station.approx_ecef) < 6e6:
-        raise GeotagError(f"{station.path}: its header has no base position; give it with --base-position 'lat, lon, "
-                          "h'.")
+        raise GeotagError(
+            f"{station.path}: its header has no base position; give it with --base-position 'lat, lon, h'."
+        )
     lon, lat, height = pyproj.Transformer.from_crs("EPSG:4978", "EPSG:4979", always_xy=True).transform(
-        *station.approx_ecef)
+        *station.approx_ecef
+    )
     reporter.warn(
         f"{station.path.name}: the base position is taken from the RINEX header ({lat:.8f}, {lon:.8f}, {height:.3f} "
         "m); "
         "receivers often write one that is metres off, and every photo shifts with it: give the surveyed one with "
-        "--base-position.")
+        "--base-position."
+    )
     return float(lat), float(lon), float(height)

@@ -79,10 +79,12 @@ def read_stations(
                 "give --geotags (MRK, .pos or a CSV with name, lat, lon, h)."
             )
         if (vertical := vertical_of(project)) is not None:
-            reporter.warn(f"--crs: {project.name} has heights above {vertical.name}, EXIF heights do not "
-                          "say "
-                          "theirs and were left as they are: do not mix them with a DTM; give PPK geotags for true "
-                          "heights.")
+            reporter.warn(
+                f"--crs: {project.name} has heights above {vertical.name}, EXIF heights do not "
+                "say "
+                "theirs and were left as they are: do not mix them with a DTM; give PPK geotags for true "
+                "heights."
+            )
         check_place(project, stations.xyz, "--crs", reporter, photos=True)
         _note_unplaced(stations, reporter)
         return stations
@@ -99,8 +101,11 @@ def read_stations(
                     with atomic_path(keep_solution) as temporary:
                         shutil.copyfile(solution, temporary)
             elif files.rinex:
-                reporter.info(f"{files.rinex[0].name}: RINEX left alone, the solution {files.pos[0].name} is there."
-                              if files.pos else f"{files.rinex[0].name}: RINEX left alone.")
+                reporter.info(
+                    f"{files.rinex[0].name}: RINEX left alone, the solution {files.pos[0].name} is there."
+                    if files.pos
+                    else f"{files.rinex[0].name}: RINEX left alone."
+                )
             stations = _from_marks(stations, found, files, project, source, camera_delay_ms / 1000, reporter, track)
     check_place(project, stations.xyz, str(files.tables[0] if files.tables else geotags), reporter, photos=True)
     stations = check_agreement(stations, written, track.marked, track.off_m, Path(geotags), reporter)
@@ -147,8 +152,11 @@ def _without_defects(photos: list[Photo], folder: Path, reporter: Reporter) -> l
     kept = [photo for photo in photos if photo.path not in defects]
     if not kept:
         reasons = sorted(set(defects.values()))
-        advice = ("write 8-bit JPEGs with the brightness stretched, keeping the EXIF" if "16 bits" in reasons[0]
-                  else "look at them, copy broken ones again from the drone, and fly again if it was the camera")
+        advice = (
+            "write 8-bit JPEGs with the brightness stretched, keeping the EXIF"
+            if "16 bits" in reasons[0]
+            else "look at them, copy broken ones again from the drone, and fly again if it was the camera"
+        )
         raise InputError(
             f"{folder}: none of its {len(photos)} photos is usable (each {' or '.join(reasons)}); {advice}."
         )
@@ -255,8 +263,10 @@ def _from_marks(
             reporter.warn(note)
     tracks = [read_pos(path) for path in (files.pos or files.events)]
     if delay_s and not files.pos:
-        reporter.warn("--camera-delay-ms: there is no antenna path between the exposures, so the delay is not applied; "
-                      "give the PPK solution (.pos).")
+        reporter.warn(
+            "--camera-delay-ms: there is no antenna path between the exposures, so the delay is not applied; "
+            "give the PPK solution (.pos)."
+        )
     for track in tracks:
         if track.datum:
             reporter.info(
@@ -282,7 +292,8 @@ def _from_marks(
             if files.mrk and len(seen):
                 lon, lat, height = (values[own[seen]] for values in (each.lon_deg, each.lat_deg, each.height_m))
                 track_says.marked[paired[seen]] = lonlat_to_project(
-                    crs, lon, lat, height, source, decimal_year(each.gps_s))
+                    crs, lon, lat, height, source, decimal_year(each.gps_s)
+                )
             for i, value in zip(paired, solved.quality, strict=True):
                 quality[i] = value
         else:

@@ -152,11 +152,13 @@ def _parse_row(line: str, header: str, base: np.ndarray | None) -> list[float]:
 def _enu_axes(lon_deg: float, lat_deg: float) -> np.ndarray:
     """(3, 3): east, north and up as ECEF unit vectors, one a row."""
     lon, lat = np.radians(lon_deg), np.radians(lat_deg)
-    return np.array([
-        [-np.sin(lon), np.cos(lon), 0.0],
-        [-np.sin(lat) * np.cos(lon), -np.sin(lat) * np.sin(lon), np.cos(lat)],
-        [np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)],
-    ])
+    return np.array(
+        [
+            [-np.sin(lon), np.cos(lon), 0.0],
+            [-np.sin(lat) * np.cos(lon), -np.sin(lat) * np.sin(lon), np.cos(lat)],
+            [np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)],
+        ]
+    )
 
 
 def _sd_enu(columns: list[float], axes: np.ndarray) -> list[float]:

@@ -96,8 +96,9 @@ def _sort_in(path: Path, found: GeotagFiles, always: bool = False) -> None:
     elif _is_rinex(path):
         found.rinex.append(path)
     elif always:
-        raise GeotagError(f"{path}: is not a kind of geotags that is known; give MRK, RTKLIB .pos, RINEX, CSV or "
-                          "geo.txt.")
+        raise GeotagError(
+            f"{path}: is not a kind of geotags that is known; give MRK, RTKLIB .pos, RINEX, CSV or geo.txt."
+        )
 
 
 _RINEX = re.compile(r"\.(obs|nav|rnx|crx|\d\d[oOnNgGpPlLcCqQfFdD])$", re.IGNORECASE)

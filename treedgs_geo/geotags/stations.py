@@ -58,8 +58,16 @@ class Stations:
     def digest(self) -> str:
         """Short hash over all that is known of the photos' places and directions."""
         digest = hashlib.sha256(json.dumps([self.names, self.quality, self.crs.to_wkt()]).encode())
-        for values in (self.xyz, self.sd, self.utc, self.flight, self.yaw_deg, self.pitch_deg, self.roll_deg,
-                       self.relative_altitude_m):
+        for values in (
+            self.xyz,
+            self.sd,
+            self.utc,
+            self.flight,
+            self.yaw_deg,
+            self.pitch_deg,
+            self.roll_deg,
+            self.relative_altitude_m,
+        ):
             digest.update(np.ascontiguousarray(values, float).tobytes())
         return digest.hexdigest()[:16]
 

@@ -82,7 +82,8 @@ def _jumps(times: np.ndarray, xyz: np.ndarray) -> np.ndarray:
     usual[known] = np.nanmedian(beside[:, known], axis=0)
     excess = moved - usual * dt[:, None]
     fast = (np.linalg.norm(moved[:, :2], axis=1) > MOST_SPEED_M_S * dt + NOISE_M) | (
-        np.abs(moved[:, 2]) > MOST_CLIMB_M_S * dt + NOISE_M)
+        np.abs(moved[:, 2]) > MOST_CLIMB_M_S * dt + NOISE_M
+    )
     near = known & (longest <= NEAR_S)
     hard = near & (np.linalg.norm(excess, axis=1) > MOST_ACCELERATION_M_S2 * longest**2 + NOISE_M)
     bad, noisy = fast | hard, np.linalg.norm(excess, axis=1) > NOISE_M

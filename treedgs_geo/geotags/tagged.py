@@ -32,8 +32,10 @@ def check_target(photos: Path, target: Path) -> None:
     """
     source, there = Path(photos).resolve(), Path(target).resolve()
     if there == source or source in there.parents or there in source.parents:
-        raise InputError(f"{target}: is the photo folder or lies around or inside it; choose a folder of its own, the "
-                         "originals are never changed.")
+        raise InputError(
+            f"{target}: is the photo folder or lies around or inside it; choose a folder of its own, the "
+            "originals are never changed."
+        )
     if there.exists() and (not there.is_dir() or any(there.iterdir())):
         raise InputError(f"{target}: is there already and not empty; choose a new folder for the tagged photos.")
 
@@ -49,35 +51,51 @@ def write_tagged_copies(stations: Stations, target: Path, reporter: Reporter) ->
     """
     program = find_program("exiftool")
     if program is None:
-        raise MissingComponentError(f"{target}: writing tags needs ExifTool, which was not found; install the Debian "
-                                    "package libimage-exiftool-perl.")
+        raise MissingComponentError(
+            f"{target}: writing tags needs ExifTool, which was not found; install the Debian "
+            "package libimage-exiftool-perl."
+        )
     geographic = horizontal(stations.crs).geodetic_crs
     if geographic is None:
-        raise GeotagError(f"{target}: {stations.crs.name} is not tied to a datum, expected one with longitude and "
-                          "latitude.")
+        raise GeotagError(
+            f"{target}: {stations.crs.name} is not tied to a datum, expected one with longitude and latitude."
+        )
     wanted = np.flatnonzero(stations.is_placed)
     size = sum(stations.paths[i].stat().st_size for i in wanted)
     target.parent.mkdir(parents=True, exist_ok=True)
     if 1.1 * size > shutil.disk_usage(target.parent).free:
-        raise OutputError(f"{target}: the copies need {size / 1e9:.1f} GB, more than is free there; choose another "
-                          "disk.")
+        raise OutputError(
+            f"{target}: the copies need {size / 1e9:.1f} GB, more than is free there; choose another disk."
+        )
     places = _geographic(stations, geographic, str(target))
     with atomic_folder(target) as folder:
         for first in range(0, len(wanted), _BATCH):
-            batch = wanted[first:first + _BATCH]
+            batch = wanted[first : first + _BATCH]
             lines: list[str] = []
             for i in batch:
                 copy = folder / stations.names[i]
                 copy.parent.mkdir(parents=True, exist_ok=True)
-                lines += [*_tags(stations, i, places[i], geographic), "-o", str(copy), str(stations.paths[i].resolve()),
-                          "-execute"]
-            done = subprocess.run([program, *_QUIETLY, "-charset", "filename=utf8"],
-                                  input="\n".join(lines) + "\n", capture_output=True, text=True, check=False)
+                lines += [
+                    *_tags(stations, i, places[i], geographic),
+                    "-o",
+                    str(copy),
+                    str(stations.paths[i].resolve()),
+                    "-execute",
+                ]
+            done = subprocess.run(
+                [program, *_QUIETLY, "-charset", "filename=utf8"],
+                input="\n".join(lines) + "\n",
+                capture_output=True,
+                text=True,
+                check=False,
+            )
             lost = [stations.names[i] for i in batch if not (folder / stations.names[i]).exists()]
             if lost:
                 said = (done.stderr.strip().splitlines() or ["no message"])[0][:160]
-                raise GeotagError(f"{lost[0]}: ExifTool wrote no tagged copy ({said}); leave the photo out or copy it "
-                                  "again from the drone.")
+                raise GeotagError(
+                    f"{lost[0]}: ExifTool wrote no tagged copy ({said}); leave the photo out or copy it "
+                    "again from the drone."
+                )
             reporter.progress((first + len(batch)) / len(wanted))
     left = len(stations) - len(wanted)
     if left:
@@ -97,14 +115,23 @@ def _tags(stations: Stations, i: int, place: np.ndarray, geographic: pyproj.CRS)
     lon, lat, height = (float(v) for v in place)
     east, north, up = (float(v) for v in stations.sd[i])
     tags = [
-        f"-EXIF:GPSLatitude={abs(lat):.10f}", f"-EXIF:GPSLatitudeRef={'N' if lat >= 0 else 'S'}",
-        f"-EXIF:GPSLongitude={abs(lon):.10f}", f"-EXIF:GPSLongitudeRef={'E' if lon >= 0 else 'W'}",
-        f"-EXIF:GPSAltitude={abs(height):.4f}", f"-EXIF:GPSAltitudeRef#={0 if height >= 0 else 1}",
-        f"-EXIF:GPSMapDatum={geographic.name}", f"-XMP-drone-dji:GpsLatitude={lat:.10f}",
-        f"-XMP-drone-dji:GpsLongitude={lon:.10f}", f"-XMP-drone-dji:AbsoluteAltitude={height:+.4f}",
+        f"-EXIF:GPSLatitude={abs(lat):.10f}",
+        f"-EXIF:GPSLatitudeRef={'N' if lat >= 0 else 'S'}",
+        f"-EXIF:GPSLongitude={abs(lon):.10f}",
+        f"-EXIF:GPSLongitudeRef={'E' if lon >= 0 else 'W'}",
+        f"-EXIF:GPSAltitude={abs(height):.4f}",
+        f"-EXIF:GPSAltitudeRef#={0 if height >= 0 else 1}",
+        f"-EXIF:GPSMapDatum={geographic.name}",
+        f"-XMP-drone-dji:GpsLatitude={lat:.10f}",
+        f"-XMP-drone-dji:GpsLongitude={lon:.10f}",
+        f"-XMP-drone-dji:AbsoluteAltitude={height:+.4f}",
         f"-XMP-drone-dji:RtkFlag={_FLAG.get(stations.quality[i], 0)}",
     ]
     if np.isfinite([east, north, up]).all():
-        tags += [f"-EXIF:GPSHPositioningError={np.hypot(east, north):.4f}", f"-XMP-drone-dji:RtkStdLon={east:.5f}",
-                 f"-XMP-drone-dji:RtkStdLat={north:.5f}", f"-XMP-drone-dji:RtkStdHgt={up:.5f}"]
+        tags += [
+            f"-EXIF:GPSHPositioningError={np.hypot(east, north):.4f}",
+            f"-XMP-drone-dji:RtkStdLon={east:.5f}",
+            f"-XMP-drone-dji:RtkStdLat={north:.5f}",
+            f"-XMP-drone-dji:RtkStdHgt={up:.5f}",
+        ]
     return tags

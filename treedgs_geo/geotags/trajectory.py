@@ -97,5 +97,5 @@ def trusted_quality(times: np.ndarray, quality: np.ndarray) -> np.ndarray:
     believed = quality.copy()
     for start, end in zip(starts, ends, strict=True):
         if times[end] - times[start] < LEAST_FIX_S:
-            believed[start:end + 1] = FLOAT
+            believed[start : end + 1] = FLOAT
     return believed

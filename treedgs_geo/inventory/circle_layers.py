@@ -92,9 +92,14 @@ def stem_slices(
                 continue
             found.append(
                 {
-                    "tree_id": int(tree.tree_id), "height_m": round(float(height), 2), "d_cm": round(200 * float(r), 2),
-                    "rms_cm": round(100 * rms, 2), "n_pts": len(near), "arc_deg": arc,
-                    "x": float(x + tree.x), "y": float(y + tree.y),
+                    "tree_id": int(tree.tree_id),
+                    "height_m": round(float(height), 2),
+                    "d_cm": round(200 * float(r), 2),
+                    "rms_cm": round(100 * rms, 2),
+                    "n_pts": len(near),
+                    "arc_deg": arc,
+                    "x": float(x + tree.x),
+                    "y": float(y + tree.y),
                 }
             )
     return found

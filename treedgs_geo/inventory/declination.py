@@ -39,16 +39,20 @@ def declination_deg(lon_deg: float, lat_deg: float, height_m: float, day: date, 
     if base is None or year >= base + _SPAN:
         raise InputError(
             f"{where}: the field work of {day} is outside the World Magnetic Model ({_MODELS[0]} to "
-            f"{_MODELS[-1] + _SPAN - 1}); give --declination-deg.")
+            f"{_MODELS[-1] + _SPAN - 1}); give --declination-deg."
+        )
     try:
         found = _model(base).calculate(glat=lat_deg, glon=lon_deg, alt=height_m / 1000, time=year)
     except Exception as problem:  # noqa: BLE001 - the library's own kinds for blackout zones and dates
-        raise InputError(f"{where}: no declination at {lat_deg:.2f}, {lon_deg:.2f} ({problem}); give "
-                         "--declination-deg.") from None
+        raise InputError(
+            f"{where}: no declination at {lat_deg:.2f}, {lon_deg:.2f} ({problem}); give --declination-deg."
+        ) from None
     if found.h < 2000:
-        raise InputError(f"{where}: {lat_deg:.2f}, {lon_deg:.2f} is too near a magnetic pole for a compass; use "
-                         "--north "
-                         "true or grid.")
+        raise InputError(
+            f"{where}: {lat_deg:.2f}, {lon_deg:.2f} is too near a magnetic pole for a compass; use "
+            "--north "
+            "true or grid."
+        )
     return float(found.d)
 
 

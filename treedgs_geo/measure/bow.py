@@ -82,8 +82,11 @@ def follow_axis(points: np.ndarray, cone: Cone, sensor: Sensor, bh_m: float) -> 
         while LOWEST_M <= h <= HIGHEST_M:
             predicted = replace_at(current, h)
             piece = _short_cone(points, predicted, sensor, (0.04, 0.025))
-            if (piece is None or np.hypot(piece.x - predicted.x, piece.y - predicted.y) > _JUMP_M
-                    or abs(piece.r / predicted.r - 1) > _CHANGE):
+            if (
+                piece is None
+                or np.hypot(piece.x - predicted.x, piece.y - predicted.y) > _JUMP_M
+                or abs(piece.r / predicted.r - 1) > _CHANGE
+            ):
                 break
             found.append(piece)
             current, h = piece, h + step
@@ -91,8 +94,13 @@ def follow_axis(points: np.ndarray, cone: Cone, sensor: Sensor, bh_m: float) -> 
         return None
     found.sort(key=lambda piece: piece.h_ref)
     errors = [np.sqrt(np.trace(np.asarray(piece.covariance)[:2, :2])) for piece in found]
-    return Axis(np.array([piece.h_ref for piece in found]), np.array([[piece.x, piece.y] for piece in found]),
-                np.array([[piece.dx, piece.dy] for piece in found]), np.array(errors), first.r)
+    return Axis(
+        np.array([piece.h_ref for piece in found]),
+        np.array([[piece.x, piece.y] for piece in found]),
+        np.array([[piece.dx, piece.dy] for piece in found]),
+        np.array(errors),
+        first.r,
+    )
 
 
 def is_bowed(axis: Axis, cone: Cone, window: tuple[float, float]) -> bool:
@@ -108,17 +116,24 @@ def replace_at(cone: Cone, h: float) -> Cone:
     """The same cone with its reference at height h, its axis straight on from there."""
     x, y = cone.centre(h)
     t = h - cone.h_ref
-    return Cone(float(x), float(y), cone.dx + cone.bx * t, cone.dy + cone.by * t, float(cone.radius(h)), TAPER_PRIOR, h,
-                cone.sigma)
+    return Cone(
+        float(x),
+        float(y),
+        cone.dx + cone.bx * t,
+        cone.dy + cone.by * t,
+        float(cone.radius(h)),
+        TAPER_PRIOR,
+        h,
+        cone.sigma,
+    )
 
 
 def _short_cone(points: np.ndarray, start: Cone, sensor: Sensor, schedule: tuple[float, ...]) -> Cone | None:
     near = near_bark(points, start.vector, start.h_ref, HALF_M, _REACH_M)
     if len(near) < sensor.least_points:
         return None
-    points = points[near[::max(len(near) // MOST_POINTS, 1)]]
-    piece = fit_cone(points, start, None, schedule, sensor.floor_m, sensor.cap_m, lean_sd=_SLOPE_SD,
-                     bend_sd=_BEND_SD)
+    points = points[near[:: max(len(near) // MOST_POINTS, 1)]]
+    piece = fit_cone(points, start, None, schedule, sensor.floor_m, sensor.cap_m, lean_sd=_SLOPE_SD, bend_sd=_BEND_SD)
     if piece is None or np.count_nonzero(np.abs(piece.residuals(points)) < 3 * piece.sigma) < sensor.least_points:
         return None
     return piece

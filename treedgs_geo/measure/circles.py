@@ -46,9 +46,15 @@ class CircleFit:
     points: int
 
 
-def fit_circle(points: np.ndarray, weights: np.ndarray | None = None, method: str = "ring",
-               solid: SolidCircle | None = None, noise_m: float = 0.01, seed: int = 0,
-               start: np.ndarray | None = None) -> CircleFit | None:
+def fit_circle(
+    points: np.ndarray,
+    weights: np.ndarray | None = None,
+    method: str = "ring",
+    solid: SolidCircle | None = None,
+    noise_m: float = 0.01,
+    seed: int = 0,
+    start: np.ndarray | None = None,
+) -> CircleFit | None:
     """One circle.
 
     method: ``paper`` = weighted solid-circle RANSAC (eq:weighted_score); ``ring`` = consensus over arcs, then a robust
@@ -70,8 +76,9 @@ def fit_circle(points: np.ndarray, weights: np.ndarray | None = None, method: st
     return _ring(points, weights, noise_m, seed, start)
 
 
-def fit_solid_circles(slices: Sequence[np.ndarray], weights: Sequence[np.ndarray], solid: SolidCircle,
-                      seed: int | Sequence[int] = 0) -> np.ndarray:
+def fit_solid_circles(
+    slices: Sequence[np.ndarray], weights: Sequence[np.ndarray], solid: SolidCircle, seed: int | Sequence[int] = 0
+) -> np.ndarray:
     """Weighted solid-circle RANSAC in many slices at once: (S, 3) x, y, r; NaN where no hypothesis is valid.
 
     seed: one a slice (0 to 2**64 - 1), or one number from which they are counted; a slice's circle depends on its own
@@ -92,8 +99,17 @@ def fit_solid_circles(slices: Sequence[np.ndarray], weights: Sequence[np.ndarray
     if not thinned:
         return np.empty((0, 3))
     starts = np.concatenate([[0], np.cumsum([len(points) for points in thinned])]).astype(np.int64)
-    return _solid_batch(np.concatenate(thinned), np.concatenate(kept), starts, solid.power, solid.hypotheses,
-                        solid.least_inliers, solid.r_min_m, solid.r_max_m, np.array(seeds, np.uint64))
+    return _solid_batch(
+        np.concatenate(thinned),
+        np.concatenate(kept),
+        starts,
+        solid.power,
+        solid.hypotheses,
+        solid.least_inliers,
+        solid.r_min_m,
+        solid.r_max_m,
+        np.array(seeds, np.uint64),
+    )
 
 
 def hyper_circle(points: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray | None:
@@ -102,7 +118,7 @@ def hyper_circle(points: np.ndarray, weights: np.ndarray | None = None) -> np.nd
     total = weights.sum()
     mean = (weights[:, None] * points).sum(axis=0) / total
     centred = points - mean
-    scale = np.sqrt((weights * (centred ** 2).sum(axis=1)).sum() / total)
+    scale = np.sqrt((weights * (centred**2).sum(axis=1)).sum() / total)
     if not scale > 0:
         return None
     u, v = (centred / scale).T
@@ -128,11 +144,13 @@ def hyper_circle(points: np.ndarray, weights: np.ndarray | None = None) -> np.nd
     return None
 
 
-def geometric_circle(points: np.ndarray, weights: np.ndarray, start: np.ndarray, noise_m: float,
-                     rounds: int = 30) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+def geometric_circle(
+    points: np.ndarray, weights: np.ndarray, start: np.ndarray, noise_m: float, rounds: int = 30
+) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
     """Robust geometric fit: ``(x, y, r)``, (3, 3) covariance, (N,) robust weights; ``None`` if it runs away."""
-    done, *found = _geometric(np.ascontiguousarray(points, dtype=float), np.asarray(weights, float),
-                              np.asarray(start, float), noise_m, rounds)
+    done, *found = _geometric(
+        np.ascontiguousarray(points, dtype=float), np.asarray(weights, float), np.asarray(start, float), noise_m, rounds
+    )
     return (found[0], found[1], found[2]) if done else None
 
 
@@ -162,8 +180,9 @@ def _usable(points: np.ndarray, weights: np.ndarray) -> bool:
     return bool(spread[1] > 1e-9 * max(spread[0], 1e-12) and spread[1] > 1e-9)
 
 
-def _describe(vector: np.ndarray, points: np.ndarray, weights: np.ndarray, tolerance_m: float,
-              sd_r: float) -> CircleFit:
+def _describe(
+    vector: np.ndarray, points: np.ndarray, weights: np.ndarray, tolerance_m: float, sd_r: float
+) -> CircleFit:
     x, y, r = (float(value) for value in vector)
     residual = np.hypot(points[:, 0] - x, points[:, 1] - y) - r
     on = np.abs(residual) < max(3 * tolerance_m, 1e-9)
@@ -173,8 +192,9 @@ def _describe(vector: np.ndarray, points: np.ndarray, weights: np.ndarray, toler
     return CircleFit(x, y, r, float(sd_r), arc, inside, rms, int(on.sum()))
 
 
-def _ring(points: np.ndarray, weights: np.ndarray, noise_m: float, seed: int,
-          start: np.ndarray | None) -> CircleFit | None:
+def _ring(
+    points: np.ndarray, weights: np.ndarray, noise_m: float, seed: int, start: np.ndarray | None
+) -> CircleFit | None:
     # The 1st and 99th percentile of x and y, as numpy has them, at a tenth of the time.
     ordered, place = np.sort(points, axis=0), np.array([0.01, 0.99]) * (len(points) - 1)
     below = np.floor(place).astype(int)
@@ -186,8 +206,9 @@ def _ring(points: np.ndarray, weights: np.ndarray, noise_m: float, seed: int,
         algebraic = hyper_circle(points, weights)
         if algebraic is not None:
             starts.append(algebraic)
-        consensus = _ring_consensus(np.ascontiguousarray(points), np.ascontiguousarray(weights), 600, noise_m, area,
-                                    0.01, 1.5, np.uint64(seed))
+        consensus = _ring_consensus(
+            np.ascontiguousarray(points), np.ascontiguousarray(weights), 600, noise_m, area, 0.01, 1.5, np.uint64(seed)
+        )
         if np.isfinite(consensus[2]):
             starts.append(consensus)
     best, best_score = None, -np.inf
@@ -204,10 +225,12 @@ def _ring(points: np.ndarray, weights: np.ndarray, noise_m: float, seed: int,
     return _describe(vector, points, weights, noise_m, float(np.sqrt(covariance[2, 2])))
 
 
-def _mixture_circle(points: np.ndarray, weights: np.ndarray, start: np.ndarray, noise_m: float,
-                    area: float) -> tuple[np.ndarray, np.ndarray] | None:
+def _mixture_circle(
+    points: np.ndarray, weights: np.ndarray, start: np.ndarray, noise_m: float, area: float
+) -> tuple[np.ndarray, np.ndarray] | None:
     """Bark or clutter: expectation-maximisation of :func:`_ring_score`'s model from ``start``, noise shrinking to
     ``noise_m``. ``(x, y, r)`` and (3, 3) covariance; ``None`` if it runs away."""
-    done, vector, covariance = _mixture(np.ascontiguousarray(points), np.asarray(weights, float),
-                                        np.asarray(start, float), noise_m, area)
+    done, vector, covariance = _mixture(
+        np.ascontiguousarray(points), np.asarray(weights, float), np.asarray(start, float), noise_m, area
+    )
     return (vector, covariance) if done else None

@@ -54,8 +54,9 @@ def segment_options(options: MeasureOptions) -> SegmentOptions:
     return SegmentOptions(source=options.source, max_dbh_cm=options.max_dbh_cm, max_lean_deg=options.max_lean_deg)
 
 
-def measure_cloud(cloud: PointCloud, dtm: Dtm, options: MeasureOptions | None = None,
-                  reporter: Reporter | None = None) -> tuple[list[Tree], np.ndarray]:
+def measure_cloud(
+    cloud: PointCloud, dtm: Dtm, options: MeasureOptions | None = None, reporter: Reporter | None = None
+) -> tuple[list[Tree], np.ndarray]:
     """Find and measure every stem: ``(trees, (N,) tree_id)``. The terrain comes from
     :func:`treedgs_geo.terrain.ground.dtm_from_cloud` or the user."""
     options, reporter = options or MeasureOptions(), reporter or Reporter()
@@ -69,9 +70,15 @@ def measure_cloud(cloud: PointCloud, dtm: Dtm, options: MeasureOptions | None = 
     return trees, tree_id
 
 
-def measure_stems(cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm, options: MeasureOptions | None = None,
-                  reporter: Reporter | None = None, stems: StemMap | None = None,
-                  height: np.ndarray | None = None) -> list[Tree]:
+def measure_stems(
+    cloud: PointCloud,
+    tree_id: np.ndarray,
+    dtm: Dtm,
+    options: MeasureOptions | None = None,
+    reporter: Reporter | None = None,
+    stems: StemMap | None = None,
+    height: np.ndarray | None = None,
+) -> list[Tree]:
     """Measure segmented stems.
 
     tree_id: (N,) integers, <= 0 = no stem. stems: the map that gave the ids, if they are ours (starting values, and the
@@ -98,9 +105,11 @@ def measure_stems(cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm, options: Mea
     frames = [_TreeFrame.of(cloud, group, dtm) for group in groups]
     if "even" in cloud.attributes and "opacity" in cloud.attributes:
         if options.method == "paper" or options.fit != "circle":
-            raise InputError("These points are spread evenly over stems and surroundings (sample-surface --points "
-                             "volume), which neither the published method nor a cylinder can read; use --method "
-                             "default, or sample with --points sampled.")
+            raise InputError(
+                "These points are spread evenly over stems and surroundings (sample-surface --points "
+                "volume), which neither the published method nor a cylinder can read; use --method "
+                "default, or sample with --points sampled."
+            )
         # Opacities as they are: weights are kept from zero, which would move the edge.
         results = _by_opacity(groups, frames, np.asarray(cloud.attributes["opacity"], float), options)
     elif options.method == "paper" and options.fit == "circle":
@@ -113,10 +122,11 @@ def measure_stems(cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm, options: Mea
         for number, (tree, group, frame) in enumerate(zip(ids, groups, frames, strict=True)):
             results.append(_measure_one(frame, group, weights, sensor, options, stems, int(tree), around))
             reporter.progress((number + 1) / len(ids))
-    trees = [_tree(int(tree), frame, measured, options)
-             for tree, frame, measured in zip(ids, frames, results, strict=True)]
+    trees = [
+        _tree(int(tree), frame, measured, options) for tree, frame, measured in zip(ids, frames, results, strict=True)
+    ]
     _finish(cloud, height, trees, results, groups)
-    scale = ground_scale(cloud.crs, *np.median(cloud.xyz[owned[::max(len(owned) // 100_000, 1)]], axis=0))
+    scale = ground_scale(cloud.crs, *np.median(cloud.xyz[owned[:: max(len(owned) // 100_000, 1)]], axis=0))
     return [on_ground(tree, scale) for tree in trees]
 
 
@@ -136,8 +146,9 @@ def point_weights(cloud: PointCloud, kind: str) -> np.ndarray | None:
         cloud = cloud.with_attribute("range_intensity", range_normalised(cloud))
     if kind not in cloud.attributes:
         there = ", ".join(cloud.attributes) or "none"
-        raise InputError(f"--weights {kind}: the cloud has no attribute {kind!r} (it has: {there}); "
-                         "use --weights none.")
+        raise InputError(
+            f"--weights {kind}: the cloud has no attribute {kind!r} (it has: {there}); use --weights none."
+        )
     values = np.asarray(cloud.attributes[kind], float)
     if kind in ("intensity", "range_intensity"):
         low, high = np.percentile(values, [2, 98])
@@ -165,8 +176,9 @@ class _TreeFrame:
         return cls(origin, ground, np.column_stack([xyz[:, :2] - origin, xyz[:, 2] - ground]))
 
 
-def _source(cloud: PointCloud, height: np.ndarray, options: MeasureOptions, stems: StemMap | None,
-            owned: np.ndarray) -> str:
+def _source(
+    cloud: PointCloud, height: np.ndarray, options: MeasureOptions, stems: StemMap | None, owned: np.ndarray
+) -> str:
     if stems is not None:
         return stems.sensor
     if options.source != "auto":
@@ -200,8 +212,16 @@ class _Surroundings:
         return self.tree.points[found] - [*frame.origin, frame.ground]
 
 
-def _measure_one(frame: _TreeFrame, group: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
-                 options: MeasureOptions, stems: StemMap | None, tree: int, around: _Surroundings) -> StemMeasure:
+def _measure_one(
+    frame: _TreeFrame,
+    group: np.ndarray,
+    weights: np.ndarray | None,
+    sensor: Sensor,
+    options: MeasureOptions,
+    stems: StemMap | None,
+    tree: int,
+    around: _Surroundings,
+) -> StemMeasure:
     if not np.isfinite(frame.ground):
         return refuse("no_ground", points=len(group))
     points = frame.points
@@ -223,8 +243,9 @@ def _measure_one(frame: _TreeFrame, group: np.ndarray, weights: np.ndarray | Non
             return refuse(stem.refused, cone=rebased(stem.cone, frame.origin - stems.origin, 0.0), points=len(points))
         start = rebased(stem.cone, frame.origin - stems.origin, 0.0)
         sensor = sensor.at_noise(stem.noise_m or 0.0)
-    measured = measure_points(points, weight, sensor, options.bh_m, segment_options(options), start,
-                              around.near(frame)[::stride])
+    measured = measure_points(
+        points, weight, sensor, options.bh_m, segment_options(options), start, around.near(frame)[::stride]
+    )
     thick = measured.dbh_cm is not None and measured.dbh_cm > SHOULD_GO_ON_CM
     veiled = stem is not None and stem.rows < VEILED_ROWS and stem.clutter > VEILED_CLUTTER
     if stem is not None and (veiled or around.has_crowns and thick and len(stem.pieces) < 2):
@@ -243,16 +264,28 @@ def _cylinder(points: np.ndarray, options: MeasureOptions) -> StemMeasure:
     if options.method == "default":
         dbh += USUAL_TAPER_CM_M * (found.height_m - options.bh_m)
     slope = found.axis[:2] / max(found.axis[2], 1e-6)
-    cone = Cone(float(found.centre[0]), float(found.centre[1]), float(slope[0]), float(slope[1]), found.r, 0.0,
-                float(found.centre[2]))
+    cone = Cone(
+        float(found.centre[0]),
+        float(found.centre[1]),
+        float(slope[0]),
+        float(slope[1]),
+        found.r,
+        0.0,
+        float(found.centre[2]),
+    )
     se = float(np.hypot(0.6, 0.02 * dbh)) if options.method == "default" else None
     if found.inlier_share < 0.2:
         return StemMeasure(cone, dbh, se, "check", ("not_round",), 0.0, found.points)
     return StemMeasure(cone, dbh, se, "ok", (), 0.0, found.points)
 
 
-def _by_the_paper(cloud: PointCloud, groups: list[np.ndarray], frames: list[_TreeFrame],
-                  weights: np.ndarray | None, options: MeasureOptions) -> list[StemMeasure]:
+def _by_the_paper(
+    cloud: PointCloud,
+    groups: list[np.ndarray],
+    frames: list[_TreeFrame],
+    weights: np.ndarray | None,
+    options: MeasureOptions,
+) -> list[StemMeasure]:
     # Unweighted points use the exponent of their own kind: surface samples fill the stem, LiDAR lies on it.
     kind = options.weights if options.weights != "none" else "opacity" if "opacity" in cloud.attributes else "intensity"
     published = PublishedOptions(circle=SolidCircle(power=PAPER_POWER[kind]))
@@ -269,17 +302,28 @@ def _by_the_paper(cloud: PointCloud, groups: list[np.ndarray], frames: list[_Tre
             taper = result.taper
             used = result.slices[taper.inliers]
             middle = np.median(used[:, 1:3], axis=0)
-            cone = Cone(float(middle[0]), float(middle[1]), 0.0, 0.0, taper.at_bh_cm / 200, taper.slope_cm_m / 200,
-                        options.bh_m)
+            cone = Cone(
+                float(middle[0]), float(middle[1]), 0.0, 0.0, taper.at_bh_cm / 200, taper.slope_cm_m / 200, options.bh_m
+            )
             # The published method has no standard error; its bias depends on how the points fill the stem.
-            measured = StemMeasure(cone, taper.at_bh_cm, None, "check", ("unchecked",), 0.0, len(group),
-                                   int(taper.inliers.sum()), taper.slope_cm_m)
+            measured = StemMeasure(
+                cone,
+                taper.at_bh_cm,
+                None,
+                "check",
+                ("unchecked",),
+                0.0,
+                len(group),
+                int(taper.inliers.sum()),
+                taper.slope_cm_m,
+            )
         measures.append(measured)
     return measures
 
 
-def _weighted(groups: list[np.ndarray], frames: list[_TreeFrame],
-              weights: np.ndarray | None) -> list[tuple[np.ndarray, np.ndarray]]:
+def _weighted(
+    groups: list[np.ndarray], frames: list[_TreeFrame], weights: np.ndarray | None
+) -> list[tuple[np.ndarray, np.ndarray]]:
     """Points with a known height and their weights, per tree."""
     stems = []
     for group, frame in zip(groups, frames, strict=True):
@@ -289,8 +333,9 @@ def _weighted(groups: list[np.ndarray], frames: list[_TreeFrame],
     return stems
 
 
-def _filled(groups: list[np.ndarray], frames: list[_TreeFrame], weights: np.ndarray | None,
-            options: MeasureOptions) -> list[StemMeasure]:
+def _filled(
+    groups: list[np.ndarray], frames: list[_TreeFrame], weights: np.ndarray | None, options: MeasureOptions
+) -> list[StemMeasure]:
     """Stems that their points fill. The error is what such points gave on rendered plots, not less."""
     measures = []
     results = measure_filled(_weighted(groups, frames, weights), options.bh_m, seed=options.seed)
@@ -303,19 +348,28 @@ def _filled(groups: list[np.ndarray], frames: list[_TreeFrame], weights: np.ndar
         else:
             used = result.slices[taper.inliers]
             middle = np.median(used[:, 1:3], axis=0)
-            cone = Cone(float(middle[0]), float(middle[1]), float(slope[0]), float(slope[1]), taper.at_bh_cm / 200,
-                        taper.slope_cm_m / 200, options.bh_m)
-            se = float(np.sqrt(taper.se_cm ** 2 + FILLED_SE_CM ** 2 + (FILLED_SE_SHARE * taper.at_bh_cm) ** 2))
+            cone = Cone(
+                float(middle[0]),
+                float(middle[1]),
+                float(slope[0]),
+                float(slope[1]),
+                taper.at_bh_cm / 200,
+                taper.slope_cm_m / 200,
+                options.bh_m,
+            )
+            se = float(np.sqrt(taper.se_cm**2 + FILLED_SE_CM**2 + (FILLED_SE_SHARE * taper.at_bh_cm) ** 2))
             # The slices that agree should surround breast height.
             near = bool((np.abs(used[:, 0] - options.bh_m) < 0.3).any())
             reason = "wide_error" if near else "no_taper"
-            measures.append(StemMeasure(cone, taper.at_bh_cm, se, "check", (reason,), 0.0, len(group), len(used),
-                                        taper.slope_cm_m))
+            measures.append(
+                StemMeasure(cone, taper.at_bh_cm, se, "check", (reason,), 0.0, len(group), len(used), taper.slope_cm_m)
+            )
     return measures
 
 
-def _by_opacity(groups: list[np.ndarray], frames: list[_TreeFrame], opacity: np.ndarray,
-                options: MeasureOptions) -> list[StemMeasure]:
+def _by_opacity(
+    groups: list[np.ndarray], frames: list[_TreeFrame], opacity: np.ndarray, options: MeasureOptions
+) -> list[StemMeasure]:
     """Points spread evenly over stems and surroundings: the cone at whose bark their opacity ends. The error is what
     such points gave on rendered plots, not less."""
     measures = []
@@ -327,8 +381,11 @@ def _by_opacity(groups: list[np.ndarray], frames: list[_TreeFrame], opacity: np.
             measures.append(refuse("occluded" if len(group) >= 200 else "few_points", points=len(group)))
         else:
             cone = Cone(found.x, found.y, found.slope_x, found.slope_y, found.radius_m, found.taper_m, options.bh_m)
-            measures.append(StemMeasure(cone, found.dbh_cm, OPACITY_SE_CM, "check", ("wide_error",), 0.0, len(group), 0,
-                                        200 * found.taper_m))
+            measures.append(
+                StemMeasure(
+                    cone, found.dbh_cm, OPACITY_SE_CM, "check", ("wide_error",), 0.0, len(group), 0, 200 * found.taper_m
+                )
+            )
     return measures
 
 
@@ -346,16 +403,27 @@ def _tree(tree: int, frame: _TreeFrame, measured: StemMeasure, options: MeasureO
         flag, dbh = "reject", None
     name = options.method if options.fit == "circle" else f"cylinder-{options.method}"
     return Tree(
-        tree_id=tree, x=float(x), y=float(y), z_ground=frame.ground if np.isfinite(frame.ground) else None,
-        dbh_cm=dbh, dbh_se_cm=measured.se_cm if dbh is not None else None, bh_m=options.bh_m,
+        tree_id=tree,
+        x=float(x),
+        y=float(y),
+        z_ground=frame.ground if np.isfinite(frame.ground) else None,
+        dbh_cm=dbh,
+        dbh_se_cm=measured.se_cm if dbh is not None else None,
+        bh_m=options.bh_m,
         lean_deg=measured.cone.lean_deg if measured.cone is not None else None,
-        arc_deg=measured.arc_deg or None, n_pts=measured.points, n_slices=measured.slices or None,
-        taper_cm_m=measured.taper_cm_m, method=f"points-{name}-{options.weights}", qc_flag=flag,
-        qc_reason=",".join(dict.fromkeys(reasons)))
+        arc_deg=measured.arc_deg or None,
+        n_pts=measured.points,
+        n_slices=measured.slices or None,
+        taper_cm_m=measured.taper_cm_m,
+        method=f"points-{name}-{options.weights}",
+        qc_flag=flag,
+        qc_reason=",".join(dict.fromkeys(reasons)),
+    )
 
 
-def _finish(cloud: PointCloud, height: np.ndarray, trees: list[Tree], results: list[StemMeasure],
-            groups: list[np.ndarray]) -> None:
+def _finish(
+    cloud: PointCloud, height: np.ndarray, trees: list[Tree], results: list[StemMeasure], groups: list[np.ndarray]
+) -> None:
     """Heights, opacity and the edge of the data; then the layer's own rules."""
     feet = np.array([[tree.x, tree.y] for tree in trees]).reshape(-1, 2)
     slopes = np.array([[m.cone.dx, m.cone.dy] if m.cone is not None else [0.0, 0.0] for m in results]).reshape(-1, 2)

@@ -90,10 +90,10 @@ def _ransac(points: np.ndarray, options: CylinderOptions, rng: np.random.Generat
     fine = (np.abs(axes[:, 2]) >= np.cos(options.steepest_rad)) & (radii <= options.r_max_m) & (radii > 1e-3)
     best, most = None, -1
     for low in range(0, int(fine.sum()), 500):
-        chosen = np.flatnonzero(fine)[low:low + 500]
+        chosen = np.flatnonzero(fine)[low : low + 500]
         offset = points[None] - centres[chosen, None]
         along = np.einsum("nki,ni->nk", offset, axes[chosen])
-        distance = np.sqrt(np.maximum((offset ** 2).sum(axis=2) - along ** 2, 0)) - radii[chosen, None]
+        distance = np.sqrt(np.maximum((offset**2).sum(axis=2) - along**2, 0)) - radii[chosen, None]
         count = (np.abs(distance) < options.inlier_m).sum(axis=1)
         top = int(np.argmax(count))
         if count[top] > most:
@@ -113,7 +113,7 @@ def _refine(points: np.ndarray, start: np.ndarray, options: CylinderOptions) -> 
         length = np.maximum(np.linalg.norm(radial, axis=1), 1e-9)
         unit = radial / length[:, None]
         residual = length - model[6]
-        weight = (options.kernel_m ** 2 / (options.kernel_m ** 2 + residual ** 2)) ** 2
+        weight = (options.kernel_m**2 / (options.kernel_m**2 + residual**2)) ** 2
         jacobian = np.column_stack([-unit, -along[:, None] * unit, -np.ones(len(points))])
         normal = (jacobian * weight[:, None]).T @ jacobian + np.eye(7)
         step = -np.linalg.solve(normal, (jacobian * weight[:, None]).T @ residual)

@@ -37,8 +37,10 @@ def foot_swell(xyz: np.ndarray, height: np.ndarray, xy: np.ndarray, radius_m: np
     for place, radius in zip(xy[np.isfinite(radius_m)], radius_m[np.isfinite(radius_m)], strict=True):
         own = low[near.within(place, 2.0 * radius + 0.1)]
         offset = xyz[own, :2] - place
-        radii = [_ring(offset[(height[own] > base) & (height[own] < base + _RING_M)], radius)
-                 for base in (_LOWEST_M, *_ABOVE_M)]
+        radii = [
+            _ring(offset[(height[own] > base) & (height[own] < base + _RING_M)], radius)
+            for base in (_LOWEST_M, *_ABOVE_M)
+        ]
         foot, lower, upper = radii
         expected = lower + (upper - lower) * (_LOWEST_M - _ABOVE_M[0]) / (_ABOVE_M[1] - _ABOVE_M[0])
         if np.isfinite(foot + expected):
@@ -48,7 +50,7 @@ def foot_swell(xyz: np.ndarray, height: np.ndarray, xy: np.ndarray, radius_m: np
 
 def _ring(points: np.ndarray, radius: float) -> float:
     """Radius of the ring that (N, 2) points form about the origin; NaN where they form none."""
-    points = points[::max(len(points) // 800, 1)]
+    points = points[:: max(len(points) // 800, 1)]
     if len(points) < _LEAST_POINTS:
         return np.nan
     found = fit_circle(points, noise_m=0.01, start=np.array([0.0, 0.0, radius]))

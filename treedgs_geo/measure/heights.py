@@ -12,8 +12,9 @@ from ..stems.nearby import Nearby
 _LOWEST_M, _LEAST_M = 3.0, 5.0
 
 
-def tree_heights(xyz: np.ndarray, height: np.ndarray, feet: np.ndarray, slopes: np.ndarray,
-                 gap_m: float = 3.0) -> np.ndarray:
+def tree_heights(
+    xyz: np.ndarray, height: np.ndarray, feet: np.ndarray, slopes: np.ndarray, gap_m: float = 3.0
+) -> np.ndarray:
     """(T,) metres above ground of each tree's top; NaN where the cloud stops below the crowns.
 
     height: (N,) above ground. feet: (T, 2) axis at the ground, slopes: (T, 2) axis slopes. A point above 3 m belongs to
@@ -32,15 +33,26 @@ def tree_heights(xyz: np.ndarray, height: np.ndarray, feet: np.ndarray, slopes: 
     # No axis strays farther from its foot than this, and no point is an axis's that is farther than its reach.
     drift = float(np.hypot(*slopes.T).max()) * (0.5 * (min(np.floor(highest), 100.0) - 3.0) + 3.0)
     near = Nearby(np.column_stack([feet, np.zeros(len(feet))]), cell_m=max(float(reach.max()) + drift, 1.0))
-    heights, starts = _owned(xyz, np.ascontiguousarray(height, dtype=float), count, feet, slopes, reach, near.starts,
-                             near.order, near.low, near.cell_m, near.span)
+    heights, starts = _owned(
+        xyz,
+        np.ascontiguousarray(height, dtype=float),
+        count,
+        feet,
+        slopes,
+        reach,
+        near.starts,
+        near.order,
+        near.low,
+        near.cell_m,
+        near.span,
+    )
     for tree in range(len(feet)):
-        own = heights[starts[tree]:starts[tree + 1]]
+        own = heights[starts[tree] : starts[tree + 1]]
         if len(own) < 20:
             continue
         own.sort()
         gaps = np.flatnonzero(np.diff(own) > gap_m)
-        own = own[:gaps[0] + 1] if len(gaps) else own
+        own = own[: gaps[0] + 1] if len(gaps) else own
         if len(own) >= 20 and own[-1] > _LEAST_M:
             tops[tree] = own[-3]
     return tops

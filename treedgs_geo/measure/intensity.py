@@ -24,8 +24,9 @@ def scanner_track(cloud: PointCloud) -> tuple[np.ndarray, np.ndarray]:
         InputError: no GPS time, or too few such pulses.
     """
     if "gps_time" not in cloud.attributes:
-        raise InputError("--weights range_intensity: the cloud has no gps_time, expected one a pulse; use "
-                         "--weights intensity.")
+        raise InputError(
+            "--weights range_intensity: the cloud has no gps_time, expected one a pulse; use --weights intensity."
+        )
     time = np.asarray(cloud.attributes["gps_time"], float)
     origin = cloud.xyz.mean(axis=0)
     order = np.lexsort((cloud.xyz[:, 2], time))
@@ -49,8 +50,10 @@ def scanner_track(cloud: PointCloud) -> tuple[np.ndarray, np.ndarray]:
             times.append(float(when[mine].mean()))
             places.append(place)
     if not times:
-        raise InputError(f"--weights range_intensity: only {len(when)} pulses have two returns a metre apart, too few "
-                         "to tell where the scanner was; use --weights intensity.")
+        raise InputError(
+            f"--weights range_intensity: only {len(when)} pulses have two returns a metre apart, too few "
+            "to tell where the scanner was; use --weights intensity."
+        )
     return np.array(times), np.array(places) + origin
 
 

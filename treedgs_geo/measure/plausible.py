@@ -23,7 +23,7 @@ def mark_odd_heights(trees: list[Tree], cloud: PointCloud, dtm: Dtm, reporter: R
 
     Trees without a height (the cloud stops below the crowns) say nothing.
     """
-    xyz = cloud.xyz[::max(len(cloud) // _SAMPLE, 1)]
+    xyz = cloud.xyz[:: max(len(cloud) // _SAMPLE, 1)]
     above = xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1])
     above = above[np.isfinite(above)]
     tall = len(above) > 0 and tall_share(above, TALL_M) >= TALL_SHARE
@@ -32,9 +32,11 @@ def mark_odd_heights(trees: list[Tree], cloud: PointCloud, dtm: Dtm, reporter: R
     if not tall and not slender:
         return False
     if slender and reporter is not None:
-        reporter.warn(f"The trees are {np.median(ratios):.0f} times as tall as they are thick (median of "
-                      f"{len(ratios)}), expected 40 to 110: the cloud's heights are probably in feet; convert them to "
-                      "metres and measure again (every tree is marked for checking, odd_heights).")
+        reporter.warn(
+            f"The trees are {np.median(ratios):.0f} times as tall as they are thick (median of "
+            f"{len(ratios)}), expected 40 to 110: the cloud's heights are probably in feet; convert them to "
+            "metres and measure again (every tree is marked for checking, odd_heights)."
+        )
     for tree in trees:
         if "odd_heights" not in tree.qc_reason.split(","):
             tree.qc_reason = ",".join(filter(None, [tree.qc_reason, "odd_heights"]))

@@ -52,12 +52,23 @@ def to_trees(
         x, y, z = frame.to_project(np.array([[*places[seed], stem.origin[2]]]))[0]
         flag: Literal["ok", "check", "reject"] = "reject" if refuse else "check" if doubt else "ok"
         slope = primitive.shape[2:4]
-        trees.append(Tree(
-            tree_id=seed + 1, x=float(x), y=float(y), z_ground=float(z),
-            dbh_cm=None if refuse else primitive.dbh_cm, dbh_se_cm=None if refuse else primitive.se_cm, bh_m=bh_m,
-            lean_deg=float(np.degrees(np.arctan(np.hypot(*slope)))), n_views=primitive.n_views,
-            taper_cm_m=None if refuse else 200 * float(primitive.shape[7]), method="gaussians-stem",
-            qc_flag=flag, qc_reason=",".join(dict.fromkeys(refuse + doubt))).finish())
+        trees.append(
+            Tree(
+                tree_id=seed + 1,
+                x=float(x),
+                y=float(y),
+                z_ground=float(z),
+                dbh_cm=None if refuse else primitive.dbh_cm,
+                dbh_se_cm=None if refuse else primitive.se_cm,
+                bh_m=bh_m,
+                lean_deg=float(np.degrees(np.arctan(np.hypot(*slope)))),
+                n_views=primitive.n_views,
+                taper_cm_m=None if refuse else 200 * float(primitive.shape[7]),
+                method="gaussians-stem",
+                qc_flag=flag,
+                qc_reason=",".join(dict.fromkeys(refuse + doubt)),
+            ).finish()
+        )
     return trees
 
 

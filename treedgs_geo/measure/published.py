@@ -36,8 +36,9 @@ class PublishedResult:
     taper: Taper | None
 
 
-def measure_published(stems: list[tuple[np.ndarray, np.ndarray]], bh_m: float, options: PublishedOptions | None = None,
-                      seed: int = 0) -> list[PublishedResult]:
+def measure_published(
+    stems: list[tuple[np.ndarray, np.ndarray]], bh_m: float, options: PublishedOptions | None = None, seed: int = 0
+) -> list[PublishedResult]:
     """The published DBH of each stem: [(points (N, 3) with z = height above ground, weights (N,)), ...].
 
     All stems' slices go through one compiled batch; a stem's draws are seeded by its own points, so that it reads the
@@ -45,12 +46,15 @@ def measure_published(stems: list[tuple[np.ndarray, np.ndarray]], bh_m: float, o
     """
     options = options or PublishedOptions()
     stems, seeds = _in_own_order(stems, seed)
-    return [PublishedResult(table, taper_ransac(table[:, 0], table[:, 3], bh_m, options.taper, own))
-            for table, own in zip(_circles(stems, options, seeds), seeds, strict=True)]
+    return [
+        PublishedResult(table, taper_ransac(table[:, 0], table[:, 3], bh_m, options.taper, own))
+        for table, own in zip(_circles(stems, options, seeds), seeds, strict=True)
+    ]
 
 
-def measure_filled(stems: list[tuple[np.ndarray, np.ndarray]], bh_m: float, options: PublishedOptions | None = None,
-                   seed: int = 0) -> list[tuple[PublishedResult, np.ndarray]]:
+def measure_filled(
+    stems: list[tuple[np.ndarray, np.ndarray]], bh_m: float, options: PublishedOptions | None = None, seed: int = 0
+) -> list[tuple[PublishedResult, np.ndarray]]:
     """Solid circles along the axis and the taper RANSAC: [(result, (2,) axis slope), ...]; points and weights as above.
 
     A first pass gives the axis (median slope of the circle centres); the points are sheared along it for the second.
@@ -75,8 +79,9 @@ def measure_filled(stems: list[tuple[np.ndarray, np.ndarray]], bh_m: float, opti
     return results
 
 
-def _in_own_order(stems: list[tuple[np.ndarray, np.ndarray]],
-                  seed: int) -> tuple[list[tuple[np.ndarray, np.ndarray]], list[int]]:
+def _in_own_order(
+    stems: list[tuple[np.ndarray, np.ndarray]], seed: int
+) -> tuple[list[tuple[np.ndarray, np.ndarray]], list[int]]:
     """The stems, each with its points in an order that does not depend on the file, and the seed of each."""
     ordered = []
     for points, weight in stems:
@@ -94,8 +99,9 @@ def _axis_slope(table: np.ndarray) -> np.ndarray:
     return np.median((good[j, 1:3] - good[i, 1:3]) / (good[j, :1] - good[i, :1]), axis=0)
 
 
-def _circles(stems: list[tuple[np.ndarray, np.ndarray]], options: PublishedOptions,
-             seeds: list[int]) -> list[np.ndarray]:
+def _circles(
+    stems: list[tuple[np.ndarray, np.ndarray]], options: PublishedOptions, seeds: list[int]
+) -> list[np.ndarray]:
     """Per stem (S, 4): height, x, y, diameter cm (NaN where no circle), all stems in one batch; one seed a stem."""
     flat, weights, owners, heights, streams = [], [], [], [], []
     for number, (points, weight) in enumerate(stems):

@@ -25,10 +25,14 @@ REASONS: dict[str, tuple[str, str]] = {
     "wide_error": ("the estimated error is too large to be useful", "fly more photos or measure by hand"),
     "disagree": ("two measuring methods disagree", "check this tree by hand"),
     "unchecked": ("the published method has no check and no error of its own", "compare with the default method"),
-    "no_ground": ("the height of the ground at the tree is unknown or unsure",
-                  "give the cloud with its ground, or a DTM that fits it"),
-    "odd_heights": ("the trees are taller than trees of their diameter are: heights may be in feet",
-                    "check the unit of the cloud's heights and measure again"),
+    "no_ground": (
+        "the height of the ground at the tree is unknown or unsure",
+        "give the cloud with its ground, or a DTM that fits it",
+    ),
+    "odd_heights": (
+        "the trees are taller than trees of their diameter are: heights may be in feet",
+        "check the unit of the cloud's heights and measure again",
+    ),
     "edge": ("the tree stands at the edge of the data", "extend the survey beyond the plot"),
 }
 

@@ -81,12 +81,18 @@ def settle(
         if fit.measured:
             if agree and np.isfinite(fit.lo_cm):
                 # Of the explanations that the interval allowed for, two methods name this one.
-                settled[number] = _again(tree, fit.flag, fit.reasons, fit.dbh_cm,
-                                         float(np.hypot(primitive.se_cm, 0.5 * apart)))
+                settled[number] = _again(
+                    tree, fit.flag, fit.reasons, fit.dbh_cm, float(np.hypot(primitive.se_cm, 0.5 * apart))
+                )
             elif not agree:
                 counts["doubted"] += 1
-                settled[number] = _again(tree, flag="check", reasons=(*fit.reasons, "disagree"), dbh_cm=fit.dbh_cm,
-                                         se_cm=float(np.hypot(fit.se_cm, 0.5 * apart)))
+                settled[number] = _again(
+                    tree,
+                    flag="check",
+                    reasons=(*fit.reasons, "disagree"),
+                    dbh_cm=fit.dbh_cm,
+                    se_cm=float(np.hypot(fit.se_cm, 0.5 * apart)),
+                )
             continue
         se = float(np.hypot(min(fit.se_cm, primitive.se_cm) if agree else primitive.se_cm, 0.5 * apart))
         if not agree and se > UNSURE_REFUSED * primitive.dbh_cm:
@@ -98,29 +104,48 @@ def settle(
         else:
             move = places[number] - fit.axis.p
             settled[number] = _again(
-                tree, "check", reasons, primitive.dbh_cm, se, x=tree.x + float(move[0]),
-                y=tree.y + float(move[1]), taper_cm_m=200 * float(primitive.shape[7]), method="gaussians-stem",
-                n_views=primitive.n_views, lean_deg=float(np.degrees(np.arctan(np.hypot(*primitive.shape[2:4])))))
+                tree,
+                "check",
+                reasons,
+                primitive.dbh_cm,
+                se,
+                x=tree.x + float(move[0]),
+                y=tree.y + float(move[1]),
+                taper_cm_m=200 * float(primitive.shape[7]),
+                method="gaussians-stem",
+                n_views=primitive.n_views,
+                lean_deg=float(np.degrees(np.arctan(np.hypot(*primitive.shape[2:4])))),
+            )
     return settled, Opinion(asked=len(found), **counts)
 
 
 def _again(tree: Tree, flag: str, reasons: tuple[str, ...], dbh_cm: float, se_cm: float, **changes: object) -> Tree:
     """The tree with another verdict; its interval and basal area follow."""
-    fresh = {"qc_flag": flag, "qc_reason": ",".join(dict.fromkeys(reasons)), "dbh_cm": dbh_cm, "dbh_se_cm": se_cm,
-             "dbh_lo_cm": None, "dbh_hi_cm": None, "ba_m2": None, **changes}
+    fresh = {
+        "qc_flag": flag,
+        "qc_reason": ",".join(dict.fromkeys(reasons)),
+        "dbh_cm": dbh_cm,
+        "dbh_se_cm": se_cm,
+        "dbh_lo_cm": None,
+        "dbh_hi_cm": None,
+        "ba_m2": None,
+        **changes,
+    }
     return replace(tree, **fresh).finish()  # type: ignore[arg-type]
 
 
 def _alone(number: int, fits: list[StemFit]) -> bool:
     """No other measured stem beside it."""
-    return not any(fit.measured and other != number and np.hypot(*(fit.axis.p - fits[number].axis.p)) < ALONE_M
-                   for other, fit in enumerate(fits))
+    return not any(
+        fit.measured and other != number and np.hypot(*(fit.axis.p - fits[number].axis.p)) < ALONE_M
+        for other, fit in enumerate(fits)
+    )
 
 
 def _taken(number: int, fits: list[StemFit], places: dict[int, np.ndarray], stem: FoundStem) -> bool:
     """Does the primitive stand where another stem is measured?"""
     return any(
         np.hypot(*(places[number] - fit.axis.p)) < 0.7 * (fit.r0 + stem.primitive.shape[6]) + 0.05
-        for other, fit in enumerate(fits) if other != number and fit.measured
+        for other, fit in enumerate(fits)
+        if other != number and fit.measured
     )
-

@@ -22,8 +22,10 @@ def _sector(dx, dy):  # pragma: no cover - compiled
 def _sector_about(point, vector, h_ref):  # pragma: no cover - compiled
     """Sector of a point (3,) about the axis of a cone's ``vector``."""
     t = point[2] - h_ref
-    return _sector(point[0] - vector[0] - (vector[2] + 0.5 * vector[6] * t) * t,
-                   point[1] - vector[1] - (vector[3] + 0.5 * vector[7] * t) * t)
+    return _sector(
+        point[0] - vector[0] - (vector[2] + 0.5 * vector[6] * t) * t,
+        point[1] - vector[1] - (vector[3] + 0.5 * vector[7] * t) * t,
+    )
 
 
 @njit(cache=True)
@@ -81,16 +83,19 @@ def near_bark(points, vector, h_ref, half_m, reach_m):  # pragma: no cover - com
     found = np.empty(points.shape[0], np.int64)
     count = 0
     for m in range(points.shape[0]):
-        if abs(points[m, 2] - h_ref) < half_m and abs(distance(points[m, 0], points[m, 1], points[m, 2], vector,
-                                                               h_ref)) < reach_m:
+        if (
+            abs(points[m, 2] - h_ref) < half_m
+            and abs(distance(points[m, 0], points[m, 1], points[m, 2], vector, h_ref)) < reach_m
+        ):
             found[count] = m
             count += 1
     return found[:count]
 
 
 @njit(cache=True)
-def slice_rows(flat, heights, weights, centres, thickness, radius, taper, h_ref, noise,
-               floor):  # pragma: no cover - compiled
+def slice_rows(
+    flat, heights, weights, centres, thickness, radius, taper, h_ref, noise, floor
+):  # pragma: no cover - compiled
     """(S, 5) height, diameter cm, its standard error cm, arc deg, 1 if the centre was free, of slices about an axis.
 
     flat: (N, 2) across the axis, in ascending (N,) heights. A slice's own taper is taken out, so that thick slices are

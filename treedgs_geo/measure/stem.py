@@ -79,9 +79,16 @@ def refuse(*reasons: str, cone: Cone | None = None, points: int = 0) -> StemMeas
     return StemMeasure(cone, None, None, "reject", reasons, points=points)
 
 
-def measure_points(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, bh_m: float = 1.37,
-                   options: SegmentOptions | None = None, start: Cone | None = None,
-                   others: np.ndarray | None = None, upright: bool = False) -> StemMeasure:
+def measure_points(
+    points: np.ndarray,
+    weights: np.ndarray | None,
+    sensor: Sensor,
+    bh_m: float = 1.37,
+    options: SegmentOptions | None = None,
+    start: Cone | None = None,
+    others: np.ndarray | None = None,
+    upright: bool = False,
+) -> StemMeasure:
     """Measure one stem from its (N, 3) points: local metres, z above the ground at its foot.
 
     weights: (N,) reliabilities or ``None``. start: a cone from segmentation; otherwise the stem is searched in the
@@ -127,8 +134,15 @@ def measure_points(points: np.ndarray, weights: np.ndarray | None, sensor: Senso
     return _conclude(points, cone, window, on, slices, taper, sensor, bh_m, options, others)
 
 
-def _measure_bowed(pool: np.ndarray, weights: np.ndarray | None, own: int, axis: Axis, sensor: Sensor, bh_m: float,
-                   options: SegmentOptions) -> StemMeasure:
+def _measure_bowed(
+    pool: np.ndarray,
+    weights: np.ndarray | None,
+    own: int,
+    axis: Axis,
+    sensor: Sensor,
+    bh_m: float,
+    options: SegmentOptions,
+) -> StemMeasure:
     """The stem set upright along its curved axis and measured there; ``pool``: (N, 3) all points near it, the first
     ``own`` of them its own."""
     (x, y), (dx, dy) = (values[0] for values in axis.at(bh_m))
@@ -137,8 +151,9 @@ def _measure_bowed(pool: np.ndarray, weights: np.ndarray | None, own: int, axis:
     # The straight cone that chose the points left some of the bark out.
     mine = start.residuals(pool) < 2.5 * sensor.cap_m
     mine[:own] = True
-    measured = measure_points(pool[mine], None if weights is None else weights[mine], sensor, bh_m, options, start,
-                              pool[~mine], upright=True)
+    measured = measure_points(
+        pool[mine], None if weights is None else weights[mine], sensor, bh_m, options, start, pool[~mine], upright=True
+    )
     if measured.cone is None or measured.dbh_cm is None:
         return measured
     if abs(measured.dbh_cm / (200 * axis.radius_m) - 1) > BOWED_SHARE:
@@ -153,8 +168,9 @@ def _search(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, opti
     return max(search_points(points, weights, sensor, options), key=lambda stem: stem.score, default=None)
 
 
-def _window_fit(points: np.ndarray, weights: np.ndarray | None, cone: Cone, sensor: Sensor, bh_m: float,
-                others: np.ndarray) -> tuple[Cone, tuple[float, float], np.ndarray] | None:
+def _window_fit(
+    points: np.ndarray, weights: np.ndarray | None, cone: Cone, sensor: Sensor, bh_m: float, others: np.ndarray
+) -> tuple[Cone, tuple[float, float], np.ndarray] | None:
     """The cone in the smallest window with plenty of bark; ``(cone, window, on-bark mask over points)``."""
     last = None
     for below, above in WINDOWS_M:
@@ -171,9 +187,17 @@ def _window_fit(points: np.ndarray, weights: np.ndarray | None, cone: Cone, sens
             balanced = balanced * weights[inside]
         # Short windows cannot tell lean and taper: they are held near what the long stem says.
         length = below + above
-        fitted = fit_cone(near, start, balanced, (max(0.02, 3 * sensor.floor_m),), sensor.floor_m,
-                          sensor.cap_m, lean_sd=0.05 + 0.05 * length, taper_sd=0.002 + 0.001 * length,
-                          bend_sd=BEND_SD if length > 2 else 0.0)
+        fitted = fit_cone(
+            near,
+            start,
+            balanced,
+            (max(0.02, 3 * sensor.floor_m),),
+            sensor.floor_m,
+            sensor.cap_m,
+            lean_sd=0.05 + 0.05 * length,
+            taper_sd=0.002 + 0.001 * length,
+            bend_sd=BEND_SD if length > 2 else 0.0,
+        )
         if fitted is None:
             continue
         tolerance = max(3 * fitted.sigma, 0.01)
@@ -199,13 +223,32 @@ def _slices(points: np.ndarray, weights: np.ndarray | None, cone: Cone, sensor: 
     flat = across_axis(chosen, cone)
     order = np.argsort(chosen[:, 2], kind="stable")
     strength = np.ones(len(chosen)) if weights is None else np.asarray(weights, float)[band][order]
-    return slice_rows(flat[order], chosen[order, 2], strength, centres, thickness, float(cone.r), float(cone.taper),
-                      float(cone.h_ref), max(cone.sigma, sensor.floor_m), sensor.floor_m)
+    return slice_rows(
+        flat[order],
+        chosen[order, 2],
+        strength,
+        centres,
+        thickness,
+        float(cone.r),
+        float(cone.taper),
+        float(cone.h_ref),
+        max(cone.sigma, sensor.floor_m),
+        sensor.floor_m,
+    )
 
 
-def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: np.ndarray, slices: np.ndarray,
-              taper: Taper | None, sensor: Sensor, bh_m: float, options: SegmentOptions,
-              others: np.ndarray) -> StemMeasure:
+def _conclude(
+    points: np.ndarray,
+    cone: Cone,
+    window: tuple[float, float],
+    on: np.ndarray,
+    slices: np.ndarray,
+    taper: Taper | None,
+    sensor: Sensor,
+    bh_m: float,
+    options: SegmentOptions,
+    others: np.ndarray,
+) -> StemMeasure:
     """DBH, its standard error, flag and reasons."""
     # Breast height is measured along the stem: a leaning one reaches it lower.
     bh_m = bh_m * float(np.cos(np.radians(cone.lean_deg)))
@@ -219,8 +262,13 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
     per_sector = np.bincount(sector, minlength=_SECTORS)
     # Strays that fill a gap are few against the bark beside it.
     arc = 360.0 / _SECTORS * np.count_nonzero(per_sector >= max(1.0, FAINT * usual(per_sector)))
-    purity = float(np.mean(bark_weights(points[on], others, cone.vector, cone.h_ref, cone.sigma, sensor.floor_m,
-                                        ROUNDNESS)[1])) if on.any() else 0.0
+    purity = (
+        float(
+            np.mean(bark_weights(points[on], others, cone.vector, cone.h_ref, cone.sigma, sensor.floor_m, ROUNDNESS)[1])
+        )
+        if on.any()
+        else 0.0
+    )
     dbh = 200 * radius
     covariance = cone.covariance if cone.covariance is not None else np.full((8, 8), np.nan)
     reach = np.array([0, 0, 0, 0, 1.0, bh_m - cone.h_ref, 0, 0])
@@ -237,7 +285,7 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
     # Bark that cannot be told from twigs: half the twigs' reach, in the share that they have.
     clutter_se = (1 - purity) * 200 * cone.sigma
     # Points scatter to all sides: the mean distance from the axis of a ring as thick as this is too large.
-    curve_se = 100 * noise ** 2 / radius
+    curve_se = 100 * noise**2 / radius
     parts = (fit_se, clutter_se, curve_se, shape_se, 0.5 * height_se, FLOOR_CM, FLOOR_SHARE * dbh)
     # Half a ring does not show an oval section's other half.
     hidden_se = HALF_RING * shape_se if arc < HALF_RING_DEG else 0.0
@@ -247,8 +295,15 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
     if sensor.calibrated:
         seen = lobes if arc >= SHAPE_SEEN_DEG else max(ROUNDNESS, lobes)
         seen_se = 200 * radius * seen / np.sqrt(max(arc / 60.0, 1.0))
-        known = (ULS_FIT * fit_se * min(noise / cone.sigma, 1.0), clutter_se, ULS_SHAPE * seen_se,
-                 ULS_HEIGHT * height_se, ULS_NOISE * 200 * noise, ULS_SHARE * dbh, ULS_FLOOR_CM)
+        known = (
+            ULS_FIT * fit_se * min(noise / cone.sigma, 1.0),
+            clutter_se,
+            ULS_SHAPE * seen_se,
+            ULS_HEIGHT * height_se,
+            ULS_NOISE * 200 * noise,
+            ULS_SHARE * dbh,
+            ULS_FLOOR_CM,
+        )
         told_se = float(np.sqrt(np.square(known).sum()))
     reject, check = [], []
     # Points that were given as this stem's, lie in the window, and are on no side of the fitted bark.
@@ -302,18 +357,36 @@ def _conclude(points: np.ndarray, cone: Cone, window: tuple[float, float], on: n
         reject.append(check[0])
     flag: Literal["ok", "check", "reject"] = "reject" if reject else "check" if check else "ok"
     reasons = tuple(dict.fromkeys([*reject, *check]))
-    details = {"noise_m": noise, "fit_se": fit_se, "lobes": lobes, "height_se": height_se, "shape_se": shape_se,
-               "purity": purity,
-               "taper_at_bh": taper.at_bh_cm if taper else np.nan, "low": window[0], "high": window[1]}
-    return StemMeasure(cone, None if reject else dbh, None if reject else told_se, flag, reasons, arc, int(on.sum()),
-                       len(slices), slope, details)
+    details = {
+        "noise_m": noise,
+        "fit_se": fit_se,
+        "lobes": lobes,
+        "height_se": height_se,
+        "shape_se": shape_se,
+        "purity": purity,
+        "taper_at_bh": taper.at_bh_cm if taper else np.nan,
+        "low": window[0],
+        "high": window[1],
+    }
+    return StemMeasure(
+        cone,
+        None if reject else dbh,
+        None if reject else told_se,
+        flag,
+        reasons,
+        arc,
+        int(on.sum()),
+        len(slices),
+        slope,
+        details,
+    )
 
 
 def _girth_factor(points: np.ndarray, cone: Cone, sensor: Sensor) -> float:
     """Girth / pi over the mean diameter of the section's ellipse; 1 where the circle is the better model."""
     if sensor.solid or len(points) < 60:
         return 1.0
-    some = points[::max(len(points) // 600, 1)]
+    some = points[:: max(len(points) // 600, 1)]
     flat = across_axis(some, cone) * (float(cone.r) / np.maximum(cone.radius(some[:, 2]), 1e-3))[:, None]
     oval = fit_ellipse(flat, noise_m=max(cone.sigma, sensor.floor_m), start=np.array([0.0, 0.0, float(cone.r)]))
     return oval.girth_d / (oval.a + oval.b) if oval is not None and oval.gain > 0 else 1.0
@@ -334,7 +407,7 @@ def _lobes(points: np.ndarray, cone: Cone) -> float:
     waves = [wave(k * middle[filled]) for k in (1, 2, 3, 4) for wave in (np.cos, np.sin)]
     basis = np.column_stack([np.ones(filled.sum()), *waves])
     # Sector means are noisy where points are few: shrink by their noise.
-    noise = cone.sigma ** 2 / np.maximum(count[filled], 1)
+    noise = cone.sigma**2 / np.maximum(count[filled], 1)
     shape = (0.03 * cone.r) ** 2
     weight = 1 / (noise + 1e-8)
     ridge = np.diag([0.0] + [1 / shape] * 8)
@@ -346,4 +419,3 @@ def _lobes(points: np.ndarray, cone: Cone) -> float:
 def rebased(cone: Cone, shift_xy: np.ndarray, shift_h: float) -> Cone:
     """The cone in a frame whose origin moved by ``shift_xy`` and whose heights lost ``shift_h``."""
     return replace(cone, x=cone.x - shift_xy[0], y=cone.y - shift_xy[1], h_ref=cone.h_ref - shift_h)
-

@@ -35,8 +35,9 @@ class Taper:
     butt_cm: float = 0.0
 
 
-def taper_ransac(heights_m: np.ndarray, diameters_cm: np.ndarray, bh_m: float, options: TaperRansac | None = None,
-                 seed: int = 0) -> Taper | None:
+def taper_ransac(
+    heights_m: np.ndarray, diameters_cm: np.ndarray, bh_m: float, options: TaperRansac | None = None, seed: int = 0
+) -> Taper | None:
     """Published taper fit (eq:taper, eq:dbh_final) over height ranges that grow until the inliers are stable.
 
     A range is accepted when its inliers, as far as the next range's line goes, stay inliers. ``None``: no range has
@@ -63,13 +64,14 @@ def taper_ransac(heights_m: np.ndarray, diameters_cm: np.ndarray, bh_m: float, o
         top += options.step_m
 
 
-def _ransac_line(h: np.ndarray, d: np.ndarray, inside: np.ndarray, bh_m: float, options: TaperRansac,
-                 rng: np.random.Generator) -> Taper | None:
+def _ransac_line(
+    h: np.ndarray, d: np.ndarray, inside: np.ndarray, bh_m: float, options: TaperRansac, rng: np.random.Generator
+) -> Taper | None:
     index = np.flatnonzero(inside)
     if len(index) < options.least_inliers:
         return None
     x, y = h[index] - bh_m, d[index]
-    draws = np.argsort(rng.random((options.trials, len(index))), axis=1)[:, :options.samples]
+    draws = np.argsort(rng.random((options.trials, len(index))), axis=1)[:, : options.samples]
     xs, ys = x[draws], y[draws]
     xm, ym = xs.mean(axis=1), ys.mean(axis=1)
     below = ((xs - xm[:, None]) ** 2).sum(axis=1)
@@ -92,9 +94,9 @@ def _ransac_line(h: np.ndarray, d: np.ndarray, inside: np.ndarray, bh_m: float, 
     else:
         line = float(base[best]), float(slope[best])
     residual = y[chosen] - line[0] - line[1] * x[chosen]
-    spread = float(np.sqrt((residual ** 2).sum() / max(chosen.sum() - 2, 1)))
+    spread = float(np.sqrt((residual**2).sum() / max(chosen.sum() - 2, 1)))
     xbar = x[chosen].mean()
-    se = spread * np.sqrt(1 / chosen.sum() + xbar ** 2 / max(((x[chosen] - xbar) ** 2).sum(), 1e-9))
+    se = spread * np.sqrt(1 / chosen.sum() + xbar**2 / max(((x[chosen] - xbar) ** 2).sum(), 1e-9))
     inliers = np.zeros(len(h), bool)
     inliers[index[chosen]] = True
     return Taper(line[0], line[1], float(se), inliers, "linear")
@@ -106,9 +108,16 @@ BUTT_SD_CM, BUTT_M = 12.0, 0.3
 BUTT_SEEN_M = 0.7
 
 
-def taper_line(heights_m: np.ndarray, diameters_cm: np.ndarray, se_cm: np.ndarray, bh_m: float,
-               prior_cm_m: float = -1.0, prior_sd_cm_m: float = 0.6, slices_per_independent: float = 1.0,
-               floor_cm: float = 0.2) -> Taper | None:
+def taper_line(
+    heights_m: np.ndarray,
+    diameters_cm: np.ndarray,
+    se_cm: np.ndarray,
+    bh_m: float,
+    prior_cm_m: float = -1.0,
+    prior_sd_cm_m: float = 0.6,
+    slices_per_independent: float = 1.0,
+    floor_cm: float = 0.2,
+) -> Taper | None:
     """Robust weighted profile through slice diameters: constant, linear, or linear + butt, by a corrected AIC.
 
     d(h) = a + b (h - bh) + c (exp(-h / 0.3) - exp(-bh / 0.3)). se_cm: (S,) per slice. slices_per_independent: how
@@ -128,13 +137,14 @@ def taper_line(heights_m: np.ndarray, diameters_cm: np.ndarray, se_cm: np.ndarra
     for model, k in models.items():
         basis = np.ascontiguousarray(columns[:, :k])
         precision = 1.0 / sd[:k] ** 2
-        line, normal, residual, robust, scale = _robust_line(basis, y, s, precision, precision * mean[:k],
-                                                             slices_per_independent)
+        line, normal, residual, robust, scale = _robust_line(
+            basis, y, s, precision, precision * mean[:k], slices_per_independent
+        )
         count = max(robust.sum() / slices_per_independent, 3.0)
-        chi2 = float((np.minimum(residual ** 2, (4.7 * scale) ** 2)).sum() / slices_per_independent)
+        chi2 = float((np.minimum(residual**2, (4.7 * scale) ** 2)).sum() / slices_per_independent)
         chi2 += float((precision * (line - mean[:k]) ** 2).sum())
         criterion = chi2 + 2 * k + 2 * k * (k + 1) / max(count - k - 1, 1.0)
-        inflation = max(1.0, float((robust * residual ** 2).sum() / max(robust.sum() - k, 1.0)))
+        inflation = max(1.0, float((robust * residual**2).sum() / max(robust.sum() - k, 1.0)))
         se = float(np.sqrt(np.linalg.inv(normal)[0, 0] * inflation))
         inliers = np.zeros(len(heights_m), bool)
         inliers[np.flatnonzero(usable)[robust > 0]] = True

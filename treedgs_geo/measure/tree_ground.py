@@ -26,8 +26,10 @@ def with_ground(trees: list[Tree], ground: CloudGround, xyz: np.ndarray) -> list
     """Trees measured in (N, 3) points, whose intervals and flags allow for how well the ground under each is known."""
     xy = np.array([[tree.x, tree.y] for tree in trees]).reshape(-1, 2)
     radius_m = np.array([np.nan if tree.dbh_cm is None else tree.dbh_cm / 200 for tree in trees])
-    return [with_ground_error(tree, float(se_m))
-            for tree, se_m in zip(trees, stem_ground_se(ground, xy, radius_m, xyz), strict=True)]
+    return [
+        with_ground_error(tree, float(se_m))
+        for tree, se_m in zip(trees, stem_ground_se(ground, xy, radius_m, xyz), strict=True)
+    ]
 
 
 def stem_ground_se(ground: CloudGround, xy: np.ndarray, radius_m: np.ndarray, xyz: np.ndarray) -> np.ndarray:
@@ -64,8 +66,7 @@ def _with_reason(reasons: str, reason: str) -> str:
     return ",".join(dict.fromkeys([*filter(None, reasons.split(",")), reason]))
 
 
-def stem_feet(xyz: np.ndarray, tree_id: np.ndarray,
-              height: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def stem_feet(xyz: np.ndarray, tree_id: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """``(ids, (K, 2) places, (K,) radii)`` of the trees in (N, 3) labelled points: the middle of each one's points
     from 1 to 2 m (of all, where it has none there), and their median distance from it. height: (N,) above the ground.
     """

@@ -84,8 +84,9 @@ def with_block_errors(tree: Tree, scale_sd: float, ground_m: float) -> Tree:
     dbh_cm, low_cm, high_cm = tree.dbh_cm, tree.dbh_lo_cm, tree.dbh_hi_cm
     if low_cm is not None and high_cm is not None:
         # An interval need not be symmetrical (a rival explanation on one side): each side is widened by itself.
-        below, above = (float(np.hypot(side, HALF_WIDTH_SE * shared_cm))
-                        for side in (dbh_cm - low_cm, high_cm - dbh_cm))
+        below, above = (
+            float(np.hypot(side, HALF_WIDTH_SE * shared_cm)) for side in (dbh_cm - low_cm, high_cm - dbh_cm)
+        )
         low_cm, high_cm = max(dbh_cm - below, 0.0), dbh_cm + above
     se_cm = float(np.hypot(tree.dbh_se_cm, shared_cm))
     return replace(tree, dbh_se_cm=se_cm, dbh_lo_cm=low_cm, dbh_hi_cm=high_cm).finish()
@@ -97,12 +98,19 @@ def on_ground(tree: Tree, scale: float) -> Tree:
     scale: map metres for one metre on the ground (:func:`treedgs_geo.core.scale.ground_scale`). Heights are the same on
     both; the lean is not corrected (0.05 degrees at the largest scale that is measured in).
     """
+
     def corrected(value: float | None, power: int = 1) -> float | None:
         return None if value is None else value / scale**power
 
-    return replace(tree, dbh_cm=corrected(tree.dbh_cm), dbh_se_cm=corrected(tree.dbh_se_cm),
-                   dbh_lo_cm=corrected(tree.dbh_lo_cm), dbh_hi_cm=corrected(tree.dbh_hi_cm),
-                   taper_cm_m=corrected(tree.taper_cm_m), ba_m2=corrected(tree.ba_m2, 2))
+    return replace(
+        tree,
+        dbh_cm=corrected(tree.dbh_cm),
+        dbh_se_cm=corrected(tree.dbh_se_cm),
+        dbh_lo_cm=corrected(tree.dbh_lo_cm),
+        dbh_hi_cm=corrected(tree.dbh_hi_cm),
+        taper_cm_m=corrected(tree.taper_cm_m),
+        ba_m2=corrected(tree.ba_m2, 2),
+    )
 
 
 #: Field names of the tree layer, in order (x and y are kept as columns too).

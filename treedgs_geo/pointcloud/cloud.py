@@ -42,8 +42,9 @@ class PointCloud:
 
     def select(self, mask: np.ndarray) -> PointCloud:
         """The points of a mask or an index array, attributes with them."""
-        return replace(self, xyz=self.xyz[mask],
-                       attributes={name: values[mask] for name, values in self.attributes.items()})
+        return replace(
+            self, xyz=self.xyz[mask], attributes={name: values[mask] for name, values in self.attributes.items()}
+        )
 
     def with_attribute(self, name: str, values: np.ndarray) -> PointCloud:
         """A copy with one attribute added or replaced."""
@@ -76,8 +77,11 @@ def concatenate(clouds: Iterable[PointCloud]) -> PointCloud:
         raise ValueError("nothing to concatenate")
     names = [name for name in pieces[0].attributes if all(name in piece.attributes for piece in pieces)]
     return PointCloud(
-        np.concatenate([piece.xyz for piece in pieces]), pieces[0].crs,
-        {name: np.concatenate([piece.attributes[name] for piece in pieces]) for name in names}, pieces[0].layout)
+        np.concatenate([piece.xyz for piece in pieces]),
+        pieces[0].crs,
+        {name: np.concatenate([piece.attributes[name] for piece in pieces]) for name in names},
+        pieces[0].layout,
+    )
 
 
 def thin(xyz: np.ndarray, cell_m: float) -> np.ndarray:

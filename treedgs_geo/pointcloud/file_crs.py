@@ -36,11 +36,14 @@ def file_crs(header: Any, path: Path) -> pyproj.CRS | None:
         raise CRSError(f"{path}: its CRS record is unreadable ({short(problem)}); export the cloud again.") from None
     for key, what in ((_Z_UNIT, "heights"), (_XY_UNIT, "x and y")):
         if keys.get(key) in _UNITS:
-            raise CRSError(f"{path}: {what} are in {_UNITS[keys[key]]} (GeoTIFF key {key}), expected metres; convert "
-                           "the cloud to metres.")
+            raise CRSError(
+                f"{path}: {what} are in {_UNITS[keys[key]]} (GeoTIFF key {key}), expected metres; convert "
+                "the cloud to metres."
+            )
     if unit := _vertical_unit(keys.get(_Z_CRS)):
-        raise CRSError(f"{path}: heights are in {unit} (GeoTIFF key {_Z_CRS}), expected metres; convert the cloud to "
-                       "metres.")
+        raise CRSError(
+            f"{path}: heights are in {unit} (GeoTIFF key {_Z_CRS}), expected metres; convert the cloud to metres."
+        )
     return crs
 
 
@@ -51,8 +54,13 @@ def _geo_keys(header: Any) -> dict[int, int]:
     records = list(header.vlrs) + list(header.evlrs or [])
     if any(isinstance(record, WktCoordinateSystemVlr) and record.parse_crs() is not None for record in records):
         return {}
-    return {key.id: key.value_offset for record in records if isinstance(record, GeoKeyDirectoryVlr)
-            for key in record.geo_keys if key.tiff_tag_location == 0}
+    return {
+        key.id: key.value_offset
+        for record in records
+        if isinstance(record, GeoKeyDirectoryVlr)
+        for key in record.geo_keys
+        if key.tiff_tag_location == 0
+    }
 
 
 def _vertical_unit(code: int | None) -> str:
@@ -89,8 +97,10 @@ def agreed_crs(own: pyproj.CRS | None, given: str | None, path: Path, need_crs: 
     if given:
         return project_crs(given)
     if need_crs:
-        raise CRSError(f"{path}: holds no CRS, expected a projected one in metres; give it with --crs EPSG:CODE "
-                       f"(or --crs {LOCAL} for a scan in local metres).")
+        raise CRSError(
+            f"{path}: holds no CRS, expected a projected one in metres; give it with --crs EPSG:CODE "
+            f"(or --crs {LOCAL} for a scan in local metres)."
+        )
     return None
 
 

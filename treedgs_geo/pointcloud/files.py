@@ -21,8 +21,16 @@ _TEXT = (".txt", ".xyz", ".asc", ".pts", ".csv")
 _KEPT = ("intensity", "return_number", "number_of_returns", "classification", "gps_time", "red", "green", "blue")
 _RGB = ("red", "green", "blue")
 #: VLRs that are made anew when a file is written.
-_OWN_VLRS = {("laszip encoded", 22204), ("LASF_Spec", 4), ("copc", 1), ("copc", 1000), ("LASF_Projection", 2112),
-             ("LASF_Projection", 34735), ("LASF_Projection", 34736), ("LASF_Projection", 34737)}
+_OWN_VLRS = {
+    ("laszip encoded", 22204),
+    ("LASF_Spec", 4),
+    ("copc", 1),
+    ("copc", 1000),
+    ("LASF_Projection", 2112),
+    ("LASF_Projection", 34735),
+    ("LASF_Projection", 34736),
+    ("LASF_Projection", 34737),
+}
 
 
 @dataclass(frozen=True)
@@ -68,12 +76,22 @@ def describe_cloud(path: Path) -> About:
     reader = _open(path)
     with reader:
         header = reader.header
-        return About(header.point_count, np.asarray(header.mins, float), np.asarray(header.maxs, float),
-                     np.asarray(header.scales, float), np.asarray(header.offsets, float))
+        return About(
+            header.point_count,
+            np.asarray(header.mins, float),
+            np.asarray(header.maxs, float),
+            np.asarray(header.scales, float),
+            np.asarray(header.offsets, float),
+        )
 
 
-def read_cloud(path: Path, bounds: tuple[float, float, float, float] | None = None, crs: str | None = None,
-               attributes: tuple[str, ...] | None = None, need_crs: bool = True) -> PointCloud:
+def read_cloud(
+    path: Path,
+    bounds: tuple[float, float, float, float] | None = None,
+    crs: str | None = None,
+    attributes: tuple[str, ...] | None = None,
+    need_crs: bool = True,
+) -> PointCloud:
     """Read a LAS, LAZ, COPC or text (x y z per line) cloud.
 
     bounds: west, south, east, north to keep. crs: what the user says (``EPSG:...`` or ``local``), for files without a
@@ -91,14 +109,20 @@ def read_cloud(path: Path, bounds: tuple[float, float, float, float] | None = No
     cloud = pieces[0] if len(pieces) == 1 else concatenate(pieces)
     # What is zero throughout is what a writer fills in anyway: it need not be carried along.
     extras = cloud.layout.extras if cloud.layout is not None else cloud.attributes
-    kept = {name: values for name, values in cloud.attributes.items()
-            if name in _KEPT or name in extras or values.any()}
+    kept = {
+        name: values for name, values in cloud.attributes.items() if name in _KEPT or name in extras or values.any()
+    }
     return PointCloud(cloud.xyz, cloud.crs, kept, cloud.layout)
 
 
-def iter_cloud(path: Path, bounds: tuple[float, float, float, float] | None = None, crs: str | None = None,
-               attributes: tuple[str, ...] | None = None, need_crs: bool = True,
-               chunk_points: int = 2_000_000) -> Iterator[PointCloud]:
+def iter_cloud(
+    path: Path,
+    bounds: tuple[float, float, float, float] | None = None,
+    crs: str | None = None,
+    attributes: tuple[str, ...] | None = None,
+    need_crs: bool = True,
+    chunk_points: int = 2_000_000,
+) -> Iterator[PointCloud]:
     """Like :func:`read_cloud`, piece by piece in bounded memory."""
     path = Path(path)
     if not path.is_file():
@@ -147,8 +171,12 @@ def write_cloud(path: Path, cloud: PointCloud, scale: float | None = None, offse
         values_of["scan_angle"] = np.round(values_of.pop("scan_angle_rank") / 0.006).astype(np.int16)
     extra = {name: values for name, values in values_of.items() if name not in known}
     own = layout.extras if layout is not None else {}
-    header.add_extra_dims([own.get(name) or laspy.ExtraBytesParams(name=name[:32], type=_las_type(values))
-                           for name, values in extra.items()])
+    header.add_extra_dims(
+        [
+            own.get(name) or laspy.ExtraBytesParams(name=name[:32], type=_las_type(values))
+            for name, values in extra.items()
+        ]
+    )
     data = laspy.LasData(header)
     data.x, data.y, data.z = cloud.xyz[:, 0], cloud.xyz[:, 1], cloud.xyz[:, 2]
     for name, values in values_of.items():
@@ -176,8 +204,10 @@ def check_compression(path: Path, point_format: int) -> None:
         InputError: formats 9 and 10 under the name of .laz.
     """
     if point_format in (9, 10) and Path(path).suffix.lower() == ".laz":
-        raise InputError(f"{path}: waveform points (format {point_format}) do not survive LAZ compression unharmed, "
-                         "expected .las for them; rename the output.")
+        raise InputError(
+            f"{path}: waveform points (format {point_format}) do not survive LAZ compression unharmed, "
+            "expected .las for them; rename the output."
+        )
 
 
 def _fits(xyz: np.ndarray, header: Any) -> bool:
@@ -214,8 +244,10 @@ def _open(path: Path) -> Any:
         header = reader.header
         promised, scales, offsets = header.point_count, np.asarray(header.scales), np.asarray(header.offsets)
     except _broken() as problem:
-        raise InputError(f"{path}: is not a LAS/LAZ file that can be read ({short(problem)}); "
-                         "export it again from your LiDAR software.") from None
+        raise InputError(
+            f"{path}: is not a LAS/LAZ file that can be read ({short(problem)}); "
+            "export it again from your LiDAR software."
+        ) from None
     except BaseException as problem:  # laspy lets struct and pyproj errors, lazrs panics of broken headers through
         if isinstance(problem, (KeyboardInterrupt, SystemExit)):
             raise
@@ -249,29 +281,39 @@ def _check_public_header(path: Path) -> None:
     except OSError as problem:
         raise InputError(f"{path}: cannot be read ({problem.strerror}); check the file.") from None
     if head[:4] != b"LASF" or len(head) < 227:
-        raise InputError(f"{path}: is not a LAS/LAZ file that can be read (found {len(head)} bytes starting "
-                         f"{head[:4]!r}, expected 'LASF'); export it again from your LiDAR software.")
+        raise InputError(
+            f"{path}: is not a LAS/LAZ file that can be read (found {len(head)} bytes starting "
+            f"{head[:4]!r}, expected 'LASF'); export it again from your LiDAR software."
+        )
     header_size, to_points, n_vlrs = struct.unpack_from("<HII", head, 94)
     record_size = struct.unpack_from("<H", head, 105)[0]
     if not 227 <= header_size <= to_points <= size or n_vlrs * 54 > to_points or record_size < 20:
-        raise InputError(f"{path}: has a broken LAS header (points start at byte {to_points} of {size}, "
-                         f"{n_vlrs} records before, {record_size} bytes a point); export it again.")
+        raise InputError(
+            f"{path}: has a broken LAS header (points start at byte {to_points} of {size}, "
+            f"{n_vlrs} records before, {record_size} bytes a point); export it again."
+        )
     if head[25] >= 4 and len(head) >= 247 and header_size >= 375:
         first, count = struct.unpack_from("<QI", head, 235)
         if count and (first > size or count * 60 > size):
-            raise InputError(f"{path}: has a broken LAS header ({count} extended records from byte {first} of {size}); "
-                             "copy it again.")
+            raise InputError(
+                f"{path}: has a broken LAS header ({count} extended records from byte {first} of {size}); "
+                "copy it again."
+            )
 
 
-def _iter_las(path: Path, bounds: Any, crs: str | None, attributes: tuple[str, ...] | None, need_crs: bool,
-              chunk_points: int) -> Iterator[PointCloud]:
+def _iter_las(
+    path: Path, bounds: Any, crs: str | None, attributes: tuple[str, ...] | None, need_crs: bool, chunk_points: int
+) -> Iterator[PointCloud]:
     with _open(path) as reader:
         header = reader.header
         own = agreed_crs(file_crs(header, path), crs, path, need_crs)
         names = _names(header, attributes)
         layout = _layout(header)
-        pieces = _copc_pieces(path, header, bounds) if bounds is not None and _is_copc(header) else iter_points(
-            path, reader, chunk_points)
+        pieces = (
+            _copc_pieces(path, header, bounds)
+            if bounds is not None and _is_copc(header)
+            else iter_points(path, reader, chunk_points)
+        )
         for points in pieces:
             xyz = np.column_stack([np.asarray(points.x), np.asarray(points.y), np.asarray(points.z)])
             values = {name: np.asarray(points[name]) for name in names}
@@ -294,8 +336,9 @@ def iter_points(path: Path, reader: Any, chunk_points: int) -> Iterator[Any]:
         except BaseException as problem:  # a panic in the decompressor is a BaseException
             if isinstance(problem, (KeyboardInterrupt, SystemExit, GeneratorExit, MemoryError)):
                 raise
-            raise InputError(f"{path}: breaks off after {count} of {promised} points ({short(problem)}); "
-                             "copy or download it again.") from None
+            raise InputError(
+                f"{path}: breaks off after {count} of {promised} points ({short(problem)}); copy or download it again."
+            ) from None
         count += len(points)
         yield points
     if count != promised:
@@ -329,11 +372,22 @@ def _layout(header: Any) -> Layout:
     extras = {}
     for dimension in header.point_format.extra_dimensions:
         extras[dimension.name] = laspy.ExtraBytesParams(
-            name=dimension.name, type=dimension.type_str() or dimension.dtype, description=dimension.description or "",
-            offsets=dimension.offsets, scales=dimension.scales, no_data=dimension.no_data)
+            name=dimension.name,
+            type=dimension.type_str() or dimension.dtype,
+            description=dimension.description or "",
+            offsets=dimension.offsets,
+            scales=dimension.scales,
+            no_data=dimension.no_data,
+        )
     kept = tuple(vlr for vlr in header.vlrs if (vlr.user_id, vlr.record_id) not in _OWN_VLRS)
-    return Layout(header.point_format.id, str(header.version), np.asarray(header.scales, float).copy(),
-                  np.asarray(header.offsets, float).copy(), extras, kept)
+    return Layout(
+        header.point_format.id,
+        str(header.version),
+        np.asarray(header.scales, float).copy(),
+        np.asarray(header.offsets, float).copy(),
+        extras,
+        kept,
+    )
 
 
 def _truncated(path: Path, promised: int, found: int) -> str:

@@ -65,8 +65,9 @@ class Ground:
     above: np.ndarray
 
 
-def examine(survey: Survey, path: Path, stems: bool = True, scale: np.ndarray | None = None,
-            own_ground: bool = False) -> tuple[Extent, list[Finding]]:
+def examine(
+    survey: Survey, path: Path, stems: bool = True, scale: np.ndarray | None = None, own_ground: bool = False
+) -> tuple[Extent, list[Finding]]:
     """The extent without strays, and everything that is wrong, what ends the job first.
 
     stems: stems are to be found in it (for a terrain model a thin, sparse cloud is fine). scale: (3,) coordinate steps
@@ -91,38 +92,58 @@ def report(findings: list[Finding], reporter: Reporter) -> None:
         reporter.warn(finding.sentence)
 
 
-def _examine(survey: Survey, extent: Extent, path: Path, stems: bool, scale: np.ndarray | None,
-             own_ground: bool) -> Iterator[Finding]:
+def _examine(
+    survey: Survey, extent: Extent, path: Path, stems: bool, scale: np.ndarray | None, own_ground: bool
+) -> Iterator[Finding]:
     if sentence := _degrees(extent, scale):
         yield Finding("degrees", f"{path}: {sentence}", True)
         return
     if extent.n_strays:
-        count = f"{extent.n_strays:,}" + (f" to {extent.n_strays_most:,}" if extent.n_strays_most > extent.n_strays
-                                          else "")
-        yield Finding("strays", f"{path}: {count} of {extent.n_points:,} points lie up to {_distance(extent.reach_m)} "
-                      "away from all others and are left out; remove them if the file is used elsewhere.")
+        count = f"{extent.n_strays:,}" + (
+            f" to {extent.n_strays_most:,}" if extent.n_strays_most > extent.n_strays else ""
+        )
+        yield Finding(
+            "strays",
+            f"{path}: {count} of {extent.n_points:,} points lie up to {_distance(extent.reach_m)} "
+            "away from all others and are left out; remove them if the file is used elsewhere.",
+        )
     points = survey.sample(extent)
     if len(points) < 50:
         return
     span = extent.high - extent.low
     up = ground_along(points, 2)
     if up.smooth < NOT_UP and (name := _other_axis(points, up.smooth)):
-        yield Finding("axis", f"{path}: the ground lies across the {name} axis, expected heights in z; turn the cloud "
-                      "so that z points up (in CloudCompare: Edit > Apply transformation) and export it again.", True)
+        yield Finding(
+            "axis",
+            f"{path}: the ground lies across the {name} axis, expected heights in z; turn the cloud "
+            "so that z points up (in CloudCompare: Edit > Apply transformation) and export it again.",
+            True,
+        )
         return
     tall = _tall(up, points, path)
     if tall is not None:
         yield tall
-    if span[:2].max() > WIDEST_M or stems and span[:2].max() > WIDE_M and extent.n_points / float(
-            np.prod(np.maximum(span[:2], 1.0))) < SPARSEST:
+    if (
+        span[:2].max() > WIDEST_M
+        or stems
+        and span[:2].max() > WIDE_M
+        and extent.n_points / float(np.prod(np.maximum(span[:2], 1.0))) < SPARSEST
+    ):
         yield Finding("extent", f"{path}: {_wide(extent, span)}", True)
     if stems and (tall is None or not tall.refuse):
         yield from _thin(up, extent, path)
-        if not own_ground and up.smooth < LITTLE_GROUND and up.filled > UP_FILLED and extent.n_points > DENSE * float(
-                np.prod(np.maximum(span[:2], 1.0))):
-            yield Finding("ground", f"{path}: shows little ground (the lowest points of {100 * up.smooth:.0f} % of its "
-                          f"{up.cell_m:.1f} m cells lie on a smooth surface, expected most), so breast height may be "
-                          "off; give a terrain model with --dtm, or the cloud with its ground points.")
+        if (
+            not own_ground
+            and up.smooth < LITTLE_GROUND
+            and up.filled > UP_FILLED
+            and extent.n_points > DENSE * float(np.prod(np.maximum(span[:2], 1.0)))
+        ):
+            yield Finding(
+                "ground",
+                f"{path}: shows little ground (the lowest points of {100 * up.smooth:.0f} % of its "
+                f"{up.cell_m:.1f} m cells lie on a smooth surface, expected most), so breast height may be "
+                "off; give a terrain model with --dtm, or the cloud with its ground points.",
+            )
 
 
 def ground_along(points: np.ndarray, axis: int, sign: float = 1.0) -> Ground:
@@ -152,10 +173,15 @@ def ground_along(points: np.ndarray, axis: int, sign: float = 1.0) -> Ground:
 
 def _other_axis(points: np.ndarray, smooth: float) -> str:
     """The axis that points up when z does not, empty where none clearly does."""
-    points = points[::max(len(points) // 300_000, 1)]
+    points = points[:: max(len(points) // 300_000, 1)]
     span = np.ptp(points, axis=0)
-    for axis, sign, name in ((1, 1, "y"), (0, 1, "x"), (2, -1, "downward z"), (1, -1, "downward y"),
-                             (0, -1, "downward x")):
+    for axis, sign, name in (
+        (1, 1, "y"),
+        (0, 1, "x"),
+        (2, -1, "downward z"),
+        (1, -1, "downward y"),
+        (0, -1, "downward x"),
+    ):
         if np.delete(span, axis).min() < UP_SPAN_M:
             continue
         ground = ground_along(points, axis, float(sign))
@@ -171,9 +197,11 @@ def _degrees(extent: Extent, scale: np.ndarray | None) -> str:
     fine = scale is not None and scale[:2].max() < DEGREES_SCALE and scale[2] > 100 * scale[0] and span[:2].max() < 5
     if not inside or not (fine or span[:2].max() < DEGREES_SPAN and span[2] > 1.0):
         return ""
-    return (f"spans {span[0]:.2g} x {span[1]:.2g} in x and y (around {extent.low[0]:.4f}, {extent.low[1]:.4f}) and "
-            f"{span[2]:.1f} in z, which looks like degrees, expected metres; project it to the UTM zone of the plot "
-            "and export it again.")
+    return (
+        f"spans {span[0]:.2g} x {span[1]:.2g} in x and y (around {extent.low[0]:.4f}, {extent.low[1]:.4f}) and "
+        f"{span[2]:.1f} in z, which looks like degrees, expected metres; project it to the UTM zone of the plot "
+        "and export it again."
+    )
 
 
 def tall_share(above: np.ndarray, limit_m: float, slack_m: float = 0.0) -> float:
@@ -190,15 +218,25 @@ def _tall(up: Ground, points: np.ndarray, path: Path) -> Finding | None:
         top = float(np.percentile(up.above, 99.5))
         likely = [f"{name} ({top * metres:.1f} m)" for name, metres in _UNITS if 3 <= top * metres <= 100]
         unit = f", which looks like {' or '.join(likely)}" if likely else ""
-        return Finding("tall", f"{path}: its points reach {top:,.0f} m above the ground below them{unit}, expected "
-                       f"trees in metres (none reaches {IMPOSSIBLE_M:.0f} m); convert x, y and z to metres.", True)
+        return Finding(
+            "tall",
+            f"{path}: its points reach {top:,.0f} m above the ground below them{unit}, expected "
+            f"trees in metres (none reaches {IMPOSSIBLE_M:.0f} m); convert x, y and z to metres.",
+            True,
+        )
     if tall_share(up.above, REMARKED_M, up.cell_m) >= TALL_SHARE:
         top = float(np.partition(up.above, -TALL_POINTS)[-TALL_POINTS])
-        marked = ("; every tree is marked for checking (odd_heights)"
-                  if tall_share(up.above, TALL_M, up.cell_m) >= TALL_SHARE else "")
-        return Finding("tall", f"{path}: its trees are {top:.0f} m tall, as few stands on earth are; if heights are "
-                       f"in feet ({top * 0.3048:.0f} m), convert them to metres, because diameters are measured at a "
-                       f"third of breast height otherwise{marked}.")
+        marked = (
+            "; every tree is marked for checking (odd_heights)"
+            if tall_share(up.above, TALL_M, up.cell_m) >= TALL_SHARE
+            else ""
+        )
+        return Finding(
+            "tall",
+            f"{path}: its trees are {top:.0f} m tall, as few stands on earth are; if heights are "
+            f"in feet ({top * 0.3048:.0f} m), convert them to metres, because diameters are measured at a "
+            f"third of breast height otherwise{marked}.",
+        )
     return None
 
 
@@ -206,21 +244,32 @@ def _thin(up: Ground, extent: Extent, path: Path) -> Iterator[Finding]:
     thickness = float(np.percentile(up.above, 99.9))
     where = f"is only {thickness:.2f} m thick (heights {extent.low[2]:.2f} to {extent.high[2]:.2f} m)"
     if thickness < SLICE_M:
-        yield Finding("thin", f"{path}: {where}, a slice or bare ground; stems are looked for from 0.5 to 5 m above "
-                      "ground: give the whole cloud.", True)
+        yield Finding(
+            "thin",
+            f"{path}: {where}, a slice or bare ground; stems are looked for from 0.5 to 5 m above "
+            "ground: give the whole cloud.",
+            True,
+        )
     elif thickness < THIN_M:
-        yield Finding("thin", f"{path}: {where}; stems are looked for from 0.5 to 5 m above ground, so few or none "
-                      "will be found: give the whole cloud.")
+        yield Finding(
+            "thin",
+            f"{path}: {where}; stems are looked for from 0.5 to 5 m above ground, so few or none "
+            "will be found: give the whole cloud.",
+        )
 
 
 def _wide(extent: Extent, span: np.ndarray) -> str:
     density = extent.n_points / float(np.prod(np.maximum(span[:2], 1.0)))
     if extent.n_groups_off:
-        return (f"{extent.n_groups_off:,} of its {extent.n_points:,} points lie up to {_distance(extent.reach_m)} away "
-                "from the others, expected one plot or block; cut the groups apart, or delete what is wrong.")
-    return (f"spans {_distance(span[0])} x {_distance(span[1])} with {density:.2g} points a square metre, expected a "
-            "plot or block in metres; check the unit of x and y (millimetres?) and which columns they are, or cut "
-            "the plot out.")
+        return (
+            f"{extent.n_groups_off:,} of its {extent.n_points:,} points lie up to {_distance(extent.reach_m)} away "
+            "from the others, expected one plot or block; cut the groups apart, or delete what is wrong."
+        )
+    return (
+        f"spans {_distance(span[0])} x {_distance(span[1])} with {density:.2g} points a square metre, expected a "
+        "plot or block in metres; check the unit of x and y (millimetres?) and which columns they are, or cut "
+        "the plot out."
+    )
 
 
 def _distance(metres: float) -> str:

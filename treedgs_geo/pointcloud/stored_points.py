@@ -61,7 +61,8 @@ def _chunks(path: Path, header: Any) -> tuple[list[tuple[int, int]], bool]:
         with open(path, "rb") as stream:
             stream.seek(header.offset_to_point_data)
             return [(int(count), int(length)) for count, length in lazrs.read_chunk_table(stream, laz)], bool(
-                laz.uses_variable_size_chunks())
+                laz.uses_variable_size_chunks()
+            )
     except BaseException as problem:  # the library panics on broken tables; reading the points says what is wrong
         if isinstance(problem, (KeyboardInterrupt, SystemExit)):
             raise

@@ -73,7 +73,8 @@ def _new_header(source: Any, added: dict[str, str]) -> Any:
 
     header = copy.deepcopy(source)
     header.vlrs = laspy.vlrs.vlrlist.VLRList(
-        [vlr for vlr in source.vlrs if vlr.user_id not in ("copc", "laszip encoded")])
+        [vlr for vlr in source.vlrs if vlr.user_id not in ("copc", "laszip encoded")]
+    )
     if header.evlrs is not None:
         header.evlrs = laspy.vlrs.vlrlist.VLRList([vlr for vlr in header.evlrs if vlr.user_id != "copc"])
     there = set(header.point_format.dimension_names)
@@ -120,6 +121,7 @@ def _text_header(piece: PointCloud, added: dict[str, str]) -> Any:
         header.add_crs(piece.crs, keep_compatibility=False)
     there = set(header.point_format.dimension_names)
     extra = {name[:32]: "float64" for name in piece.attributes} | added
-    header.add_extra_dims([laspy.ExtraBytesParams(name=name, type=kind) for name, kind in extra.items()
-                           if name not in there])
+    header.add_extra_dims(
+        [laspy.ExtraBytesParams(name=name, type=kind) for name, kind in extra.items() if name not in there]
+    )
     return header

@@ -65,7 +65,7 @@ class Survey:
             both, place = np.unique(np.concatenate([known, step]), return_inverse=True)
             total = np.bincount(place, np.concatenate([before, count]), len(both)).astype(np.int64)
             self._steps[axis] = both, total
-        part = xyz[self._next::self._stride]
+        part = xyz[self._next :: self._stride]
         self._next = (self._next - len(xyz)) % self._stride
         self._parts.append(part.copy())
         self._sampled += len(part)
@@ -96,8 +96,9 @@ class Survey:
         if not outside:
             return Extent(low, high, self.n_points)
         if outside > max(STRAY_SHARE * self.n_points, FEW_STRAYS):
-            return Extent(self._low.copy(), self._high.copy(), self.n_points, n_groups_off=max(away_along),
-                          reach_m=reach)
+            return Extent(
+                self._low.copy(), self._high.copy(), self.n_points, n_groups_off=max(away_along), reach_m=reach
+            )
         return Extent(low, high, self.n_points, max(away_along), outside, reach_m=reach)
 
 

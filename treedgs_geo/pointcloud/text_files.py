@@ -17,8 +17,11 @@ from .cloud import PointCloud
 from .file_crs import short
 
 #: What a header line may call the coordinates, besides x, y and z.
-_AXES = ({"x", "east", "easting", "e"}, {"y", "north", "northing", "n"},
-         {"z", "height", "elevation", "elev", "altitude", "alt", "h"})
+_AXES = (
+    {"x", "east", "easting", "e"},
+    {"y", "north", "northing", "n"},
+    {"z", "height", "elevation", "elev", "altitude", "alt", "h"},
+)
 #: Whole numbers in so many rows of a column without a name are ids, colours or counts, not coordinates.
 _ROWS = 50
 _DECIMAL_COMMA = re.compile(r"\d,\d+(\s*[;\t]|[ ]+-?\d)")
@@ -55,8 +58,11 @@ def iter_text(path: Path, crs: pyproj.CRS | None, chunk_points: int) -> Iterator
                 if not checked:
                     _check_columns(path, columns, table)
                     checked = True
-                extra = {name: table[:, column] for column, name in enumerate(columns.names[:table.shape[1]])
-                         if column not in columns.where}
+                extra = {
+                    name: table[:, column]
+                    for column, name in enumerate(columns.names[: table.shape[1]])
+                    if column not in columns.where
+                }
                 yield PointCloud(np.ascontiguousarray(table[:, list(columns.where)]), crs, extra)
     except (OSError, UnicodeDecodeError) as problem:
         raise InputError(f"{path}: is not a text file ({short(problem)}); give x y z per line.") from None
@@ -89,27 +95,37 @@ def _columns(path: Path, stream: TextIO) -> tuple[Columns, str]:
     if not n_columns and len(_words(header)) >= 3:
         raise InputError(f"{path}: holds no line of numbers, expected x y z; check the export.")
     if n_columns < 3:
-        raise InputError(f"{path}: its first line has {n_columns or len(_words(header or ''.join(remarks[:1])))} "
-                         "columns, expected x y z; give x y z per line.")
+        raise InputError(
+            f"{path}: its first line has {n_columns or len(_words(header or ''.join(remarks[:1])))} "
+            "columns, expected x y z; give x y z per line."
+        )
     _refuse_decimal_comma(path, line)
     names = next((words for words in map(_words, [header, *remarks]) if _axes(words)), _words(header))
     where = _axes(names)
     listed = ", ".join(names[:8])
     if names and where is None:
-        metric = "; project longitude and latitude to the UTM zone of the plot" if any(
-            name.startswith(("lon", "lat")) for name in names) else ""
-        raise InputError(f"{path}: its columns are called {listed}, expected x, y and z among them; name the "
-                         f"coordinates x, y and z in the first line{metric}.")
+        metric = (
+            "; project longitude and latitude to the UTM zone of the plot"
+            if any(name.startswith(("lon", "lat")) for name in names)
+            else ""
+        )
+        raise InputError(
+            f"{path}: its columns are called {listed}, expected x, y and z among them; name the "
+            f"coordinates x, y and z in the first line{metric}."
+        )
     if where is not None and n_columns > len(names):
-        raise InputError(f"{path}: its header names {len(names)} columns ({listed}), its lines have {n_columns}, "
-                         "expected as many; name every column, and write decimals with a point.")
+        raise InputError(
+            f"{path}: its header names {len(names)} columns ({listed}), its lines have {n_columns}, "
+            "expected as many; name every column, and write decimals with a point."
+        )
     return Columns(tuple(names) if where else (), where or (0, 1, 2), _delimiter(line)), line
 
 
 def _refuse_decimal_comma(path: Path, line: str) -> None:
     if _DECIMAL_COMMA.search(line):
-        raise InputError(f"{path}: writes a decimal comma ({line.strip()[:40]!r}), expected a point; export it with "
-                         "decimal points.")
+        raise InputError(
+            f"{path}: writes a decimal comma ({line.strip()[:40]!r}), expected a point; export it with decimal points."
+        )
 
 
 def _axes(names: list[str]) -> tuple[int, int, int] | None:
@@ -134,19 +150,25 @@ def _check_columns(path: Path, columns: Columns, table: np.ndarray) -> None:
         return
     whole = [bool((column == np.floor(column)).all()) for column in table.T]
     if all(whole[:3]):
-        raise InputError(f"{path}: columns 1 to 3 hold whole numbers ({_some(table[:, 0])}), expected x y z in metres "
-                         f"with decimals; export more decimals, or, if they are ids or colours, {_HELP}.")
+        raise InputError(
+            f"{path}: columns 1 to 3 hold whole numbers ({_some(table[:, 0])}), expected x y z in metres "
+            f"with decimals; export more decimals, or, if they are ids or colours, {_HELP}."
+        )
     if (np.diff(table[:, 0]) == 1).all():
         raise InputError(f"{path}: column 1 counts the lines ({_some(table[:, 0])}), expected x; {_HELP}.")
     odd = [k for k in range(3) if whole[k] and np.ptp(table[:, k]) > 0]
     later = [k for k in range(3, table.shape[1]) if not whole[k]]
     if odd and later:
-        raise InputError(f"{path}: column {odd[0] + 1} holds whole numbers ({_some(table[:, odd[0]])}) as ids and "
-                         f"colours do, and column {later[0] + 1} decimals as coordinates do, expected x y z first; "
-                         f"{_HELP}.")
+        raise InputError(
+            f"{path}: column {odd[0] + 1} holds whole numbers ({_some(table[:, odd[0]])}) as ids and "
+            f"colours do, and column {later[0] + 1} decimals as coordinates do, expected x y z first; "
+            f"{_HELP}."
+        )
     if table.shape[1] >= 6 and np.abs(table[:, :3]).max() <= 1 and np.ptp(table[:, 3:6], axis=0).min() > 2:
-        raise InputError(f"{path}: columns 1 to 3 lie between -1 and 1 as colours and normals do, and columns 4 to 6 "
-                         f"spread as coordinates do, expected x y z first; {_HELP}.")
+        raise InputError(
+            f"{path}: columns 1 to 3 lie between -1 and 1 as colours and normals do, and columns 4 to 6 "
+            f"spread as coordinates do, expected x y z first; {_HELP}."
+        )
 
 
 def _some(values: np.ndarray) -> str:

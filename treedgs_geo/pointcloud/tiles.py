@@ -66,8 +66,9 @@ class TileStore:
 
     def read(self, tile: tuple[int, int]) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """(N, 3) float64 project coordinates of one tile, and its extras."""
-        return self._decode(np.fromfile(self._path(tile), self.dtype) if tile in self.counts else np.empty(0,
-                                                                                                         self.dtype))
+        return self._decode(
+            np.fromfile(self._path(tile), self.dtype) if tile in self.counts else np.empty(0, self.dtype)
+        )
 
     def read_box(self, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
         """Points with ``low <= xy < high``, whatever tiles they lie in, in a fixed order."""
@@ -151,9 +152,16 @@ def is_large(path: Path) -> bool:
     return describe_cloud(path).n_points > WHOLE_CLOUD_POINTS
 
 
-def sort_into_tiles(path: Path, folder: Path, crs: str | None, extras: tuple[str, ...] = (),
-                    reporter: Reporter | None = None, side_m: float | None = None, find_stems: bool = True,
-                    own_ground: bool = False) -> TileStore:
+def sort_into_tiles(
+    path: Path,
+    folder: Path,
+    crs: str | None,
+    extras: tuple[str, ...] = (),
+    reporter: Reporter | None = None,
+    side_m: float | None = None,
+    find_stems: bool = True,
+    own_ground: bool = False,
+) -> TileStore:
     """Read a cloud once, chunk by chunk, and sort its usable points (no noise, not withheld) into tiles in ``folder``.
 
     extras: attributes to keep where the file has them. side_m: tile side (default: by the mean density). find_stems,
@@ -169,7 +177,8 @@ def sort_into_tiles(path: Path, folder: Path, crs: str | None, extras: tuple[str
     if 20 * about.n_points > room:
         raise OutputError(
             f"{folder}: has {room / 1e9:.1f} GB free, sorting {about.n_points:,} points into tiles needs "
-            f"{20 * about.n_points / 1e9:.1f} GB; free some space or choose an output on a larger disk.")
+            f"{20 * about.n_points / 1e9:.1f} GB; free some space or choose an output on a larger disk."
+        )
     store: TileStore | None = None
     survey = Survey()
     done = 0
@@ -190,12 +199,16 @@ def sort_into_tiles(path: Path, folder: Path, crs: str | None, extras: tuple[str
         survey.add(piece.xyz)
         if len(store.counts) > _MOST_TILES:
             span = store.high - store.low
-            raise InputError(f"{path}: spans {span[0]:,.0f} x {span[1]:,.0f} m with few points everywhere, expected a "
-                             "plot or block in metres; check the unit of x and y and which columns they are.")
+            raise InputError(
+                f"{path}: spans {span[0]:,.0f} x {span[1]:,.0f} m with few points everywhere, expected a "
+                "plot or block in metres; check the unit of x and y and which columns they are."
+            )
         reporter.progress(done / max(about.n_points, 1))
     if store is None:
-        raise InputError(f"{path}: holds no usable point (noise and withheld points left out), expected a point cloud; "
-                         "check the file.")
+        raise InputError(
+            f"{path}: holds no usable point (noise and withheld points left out), expected a point cloud; "
+            "check the file."
+        )
     extent, findings = examine(survey, path, find_stems, about.scale, own_ground)
     report(findings, reporter)
     store.leave_out_strays(extent)

@@ -118,8 +118,12 @@ def _from_pix4d(photo: Photo, exif35_px: float) -> float:
     longer = max(photo.width, photo.height)
     sensor = SENSOR_WIDTHS_MM.get(photo.model)
     middle = max((_number(part) for part in photo.pix4d.get("PrincipalPoint", "").split(",")), default=float("nan"))
-    scales = [*photo.plane_px_mm, longer / sensor[0] if sensor else np.nan, exif35_px / photo.focal_mm,
-              longer / (2 * middle) if middle > 0 else np.nan]
+    scales = [
+        *photo.plane_px_mm,
+        longer / sensor[0] if sensor else np.nan,
+        exif35_px / photo.focal_mm,
+        longer / (2 * middle) if middle > 0 else np.nan,
+    ]
     for px_mm in scales:
         # What contradicts the 35 mm equivalent grossly was written in another unit.
         if _is_sensor(photo, px_mm) and not abs(focal * px_mm / exif35_px - 1) > 0.15:

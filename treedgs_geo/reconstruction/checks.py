@@ -123,8 +123,9 @@ def check_block(
     if np.median(per_photo) < 100:
         warnings.append(f"Photos are tied by {np.median(per_photo):.0f} points (median); 300 or more is healthy.")
     # The geotags' own claim, or what they were found to be off where that is more.
-    scale = scale_error(np.where(known[:, None], block.centres, np.nan), np.maximum(stations.sd, np.where(
-        chosen[:, None], rms, 0.0)))
+    scale = scale_error(
+        np.where(known[:, None], block.centres, np.nan), np.maximum(stations.sd, np.where(chosen[:, None], rms, 0.0))
+    )
     if scale > SCALE_WARN:
         warnings.append(
             f"The geotags fix the scale of the block, and so every diameter, to {scale:.1%} only (standard error); the "

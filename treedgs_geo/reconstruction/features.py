@@ -41,9 +41,14 @@ def run_tasks(
             logs.append(cache / f"{stem}.log")
             write_json(job_file, {"task": task, **job})
             with open(logs[-1], "wb") as log:
-                children.append(subprocess.Popen(
-                    python_command("treedgs_geo.reconstruction.worker", job_file),
-                    stdin=subprocess.DEVNULL, stdout=log, stderr=log))
+                children.append(
+                    subprocess.Popen(
+                        python_command("treedgs_geo.reconstruction.worker", job_file),
+                        stdin=subprocess.DEVNULL,
+                        stdout=log,
+                        stderr=log,
+                    )
+                )
         while any(child.poll() is None for child in children) and not any(child.returncode for child in children):
             time.sleep(0.1)
             if fraction is not None:

@@ -113,17 +113,28 @@ def import_matches(
         for done, (first, second) in enumerate(pairs):
             told(done / len(pairs))
             ends = _matched(matcher, load_photo(first), load_photo(second), least_confidence, f"{first} and {second}")
-            rows = np.column_stack([
-                [_place(xy, index[name], points[name], cell_px) for xy in own]
-                for name, own in zip((first, second), ends, strict=True)
-            ]) if len(ends[0]) else np.empty((0, 2), int)
+            rows = (
+                np.column_stack(
+                    [
+                        [_place(xy, index[name], points[name], cell_px) for xy in own]
+                        for name, own in zip((first, second), ends, strict=True)
+                    ]
+                )
+                if len(ends[0])
+                else np.empty((0, 2), int)
+            )
             added += len(rows)
             if (second, first) in found:
                 first, second, rows = second, first, rows[:, ::-1]
             known = found.get((first, second), np.empty((0, 2), int))
             if (first, second) in trusted:
-                rows = rows[_agree(rows, known, *(
-                    (cameras[images[name].camera_id], np.array(points[name])) for name in (first, second)))]
+                rows = rows[
+                    _agree(
+                        rows,
+                        known,
+                        *((cameras[images[name].camera_id], np.array(points[name])) for name in (first, second)),
+                    )
+                ]
             found[first, second] = np.unique(np.concatenate([known, rows]), axis=0).astype(np.uint32)
         store.clear_two_view_geometries()
         store.clear_matches()
@@ -147,8 +158,12 @@ def import_matches(
             if len(rows) < least_inliers:
                 continue
             geometry = pycolmap.estimate_calibrated_two_view_geometry(
-                cameras[one.camera_id], keypoints[first].astype(float), cameras[two.camera_id],
-                keypoints[second].astype(float), rows)
+                cameras[one.camera_id],
+                keypoints[first].astype(float),
+                cameras[two.camera_id],
+                keypoints[second].astype(float),
+                rows,
+            )
             least = float(least_inliers)
             if keep and (first, second) not in trusted:
                 least = max(ALONE_INLIERS, ALONE_SHARE * len(rows))
@@ -198,11 +213,14 @@ def _agree(rows: np.ndarray, known: np.ndarray, first: tuple, second: tuple) -> 
     essential = np.asarray(geometry.E, float)
     if len(rows) == 0 or not np.isfinite(essential).all() or not essential.any():
         return np.ones(len(rows), bool)
-    rays = [np.column_stack([camera.cam_from_img(xy[column]), np.ones(len(rows))])
-            for camera, xy, column in ((one, xy_one, rows[:, 0]), (two, xy_two, rows[:, 1]))]
+    rays = [
+        np.column_stack([camera.cam_from_img(xy[column]), np.ones(len(rows))])
+        for camera, xy, column in ((one, xy_one, rows[:, 0]), (two, xy_two, rows[:, 1]))
+    ]
     there, back = rays[0] @ essential.T, rays[1] @ essential
     off = np.einsum("ij,ij->i", rays[1], there) / np.sqrt(
-        (there[:, :2] ** 2).sum(axis=1) + (back[:, :2] ** 2).sum(axis=1) + 1e-24)
+        (there[:, :2] ** 2).sum(axis=1) + (back[:, :2] ** 2).sum(axis=1) + 1e-24
+    )
     return np.abs(off) * np.sqrt(one.mean_focal_length() * two.mean_focal_length()) < AGREE_PX
 
 

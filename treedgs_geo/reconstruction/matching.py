@@ -97,7 +97,8 @@ def _copy_photos(database: Path, target: Path, names: list[str]) -> None:
         part.execute("CREATE TEMP TABLE wanted (name TEXT)")
         part.executemany("INSERT INTO wanted VALUES (?)", [(name,) for name in names])
         tables = part.execute(
-            "SELECT name FROM whole.sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite_%'").fetchall()
+            "SELECT name FROM whole.sqlite_master WHERE type = 'table' AND name NOT LIKE 'sqlite_%'"
+        ).fetchall()
         for (table,) in tables:
             if table in _RESULTS:
                 continue

@@ -182,9 +182,7 @@ def _free_parameters(rotations: np.ndarray, xyz: np.ndarray, stations: Stations)
     return {"focal": enough, "principal_point": enough, "distortion": True}
 
 
-def _cache_folder(
-    stations: Stations, options: ReconstructOptions, sfm_folder: Path, plugin: Plugin | None
-) -> Path:
+def _cache_folder(stations: Stations, options: ReconstructOptions, sfm_folder: Path, plugin: Plugin | None) -> Path:
     key = fingerprint(stations.paths) + f"-{options.max_features}-{options.max_image_size}"
     if plugin is not None:
         key += "-" + fingerprint([plugin.code, plugin.weights])

@@ -22,8 +22,15 @@ def shrink_factor(camera: Camera, depth_m: float) -> int:
 
 def shrunk_camera(camera: Camera, k: int) -> Camera:
     """The camera of a photo whose pixels were averaged k by k (pixel centres are at +0.5, so all scales alike)."""
-    return replace(camera, width=camera.width // k, height=camera.height // k, fx=camera.fx / k, fy=camera.fy / k,
-                   cx=camera.cx / k, cy=camera.cy / k)
+    return replace(
+        camera,
+        width=camera.width // k,
+        height=camera.height // k,
+        fx=camera.fx / k,
+        fy=camera.fy / k,
+        cx=camera.cx / k,
+        cy=camera.cy / k,
+    )
 
 
 def shrink(image: np.ndarray, k: int) -> np.ndarray:

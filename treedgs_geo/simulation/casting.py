@@ -12,8 +12,10 @@ def make_scene(vertices: np.ndarray, triangles: np.ndarray) -> Any:
     import open3d as o3d
 
     scene = o3d.t.geometry.RaycastingScene()
-    scene.add_triangles(o3d.core.Tensor.from_numpy(np.ascontiguousarray(vertices, np.float32)),
-                        o3d.core.Tensor.from_numpy(np.ascontiguousarray(triangles, np.uint32)))
+    scene.add_triangles(
+        o3d.core.Tensor.from_numpy(np.ascontiguousarray(vertices, np.float32)),
+        o3d.core.Tensor.from_numpy(np.ascontiguousarray(triangles, np.uint32)),
+    )
     return scene
 
 

@@ -67,18 +67,22 @@ def write_mrk(path: Path, stations: list[Station], single_point: np.ndarray, std
     for number, (station, (lon, lat, h), sd) in enumerate(zip(stations, single_point, std, strict=True), start=1):
         week, seconds = gps_time(station.utc)
         east, north, down = station.lever_mm
-        lines.append(f"{number}\t{seconds:.6f}\t[{week}]\t{north:6.0f},N\t{east:6.0f},E\t{down:6.0f},V\t{lat:.8f},Lat\t"
-                     f"{lon:.8f},Lon\t{h:.3f},Ellh\t{sd[0]:.6f}, {sd[1]:.6f}, {sd[2]:.6f}\t16,Q\n")
+        lines.append(
+            f"{number}\t{seconds:.6f}\t[{week}]\t{north:6.0f},N\t{east:6.0f},E\t{down:6.0f},V\t{lat:.8f},Lat\t"
+            f"{lon:.8f},Lon\t{h:.3f},Ellh\t{sd[0]:.6f}, {sd[1]:.6f}, {sd[2]:.6f}\t16,Q\n"
+        )
     path.write_text("".join(lines), encoding="ascii")
 
 
 def write_pos(path: Path, track: Track, start_utc: dt.datetime, geo: Georeference, rng: np.random.Generator) -> None:
     """RTKLIB llh solution of the antenna, GPST."""
-    head = ("% program   : TreeDGS sim (RTKLIB layout)\n% ref frame : NAD83(2011) epoch 2010.0\n"
-            "% (lat/lon/height=NAD83(2011)/ellipsoidal,Q=1:fix,2:float,3:sbas,4:dgps,5:single,6:ppp,"
-            "ns=# of satellites)\n"
-            "%  GPST                  latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   sdu(m)"
-            "  sdne(m)  sdeu(m)  sdun(m) age(s)  ratio\n")
+    head = (
+        "% program   : TreeDGS sim (RTKLIB layout)\n% ref frame : NAD83(2011) epoch 2010.0\n"
+        "% (lat/lon/height=NAD83(2011)/ellipsoidal,Q=1:fix,2:float,3:sbas,4:dgps,5:single,6:ppp,"
+        "ns=# of satellites)\n"
+        "%  GPST                  latitude(deg) longitude(deg)  height(m)   Q  ns   sdn(m)   sde(m)   sdu(m)"
+        "  sdne(m)  sdeu(m)  sdun(m) age(s)  ratio\n"
+    )
     lonlat = geo.lonlat(track.position)
     lines = [head]
     for t, (lon, lat, h), quality in zip(track.seconds, lonlat, track.quality, strict=True):
@@ -87,8 +91,10 @@ def write_pos(path: Path, track: Track, start_utc: dt.datetime, geo: Georeferenc
         stamp = GPS_EPOCH + dt.timedelta(milliseconds=round((stamp - GPS_EPOCH) / dt.timedelta(milliseconds=1)))
         sd = "0.0110   0.0105   0.0270" if quality == 1 else "0.2900   0.2700   0.3600"
         ratio = rng.uniform(5, 95) if quality == 1 else rng.uniform(1.0, 2.5)
-        lines.append(f"{stamp:%Y/%m/%d %H:%M:%S}.{stamp.microsecond // 1000:03d}   {lat:.9f}  {lon:.9f}   {h:.4f}"
-                     f"   {quality}  {rng.integers(13, 22)}   {sd}   0.0010  -0.0020   0.0010   0.00   {ratio:.1f}\n")
+        lines.append(
+            f"{stamp:%Y/%m/%d %H:%M:%S}.{stamp.microsecond // 1000:03d}   {lat:.9f}  {lon:.9f}   {h:.4f}"
+            f"   {quality}  {rng.integers(13, 22)}   {sd}   0.0010  -0.0020   0.0010   0.00   {ratio:.1f}\n"
+        )
     path.write_text("".join(lines), encoding="ascii")
 
 
@@ -101,8 +107,19 @@ def write_dtm(path: Path, ground: Ground, geo: Georeference, half_m: float, step
     x, y = np.meshgrid(axis, axis[::-1])
     z = ground.height(np.column_stack([x.ravel(), y.ravel()])).reshape(n, n) + geo.origin[2]
     transform = rasterio.transform.from_origin(geo.origin[0] - half_m, geo.origin[1] + half_m, step_m, step_m)
-    with rasterio.open(path, "w", driver="GTiff", width=n, height=n, count=1, dtype="float32", crs=f"EPSG:{EPSG}",
-                       transform=transform, nodata=-9999, compress="deflate") as target:
+    with rasterio.open(
+        path,
+        "w",
+        driver="GTiff",
+        width=n,
+        height=n,
+        count=1,
+        dtype="float32",
+        crs=f"EPSG:{EPSG}",
+        transform=transform,
+        nodata=-9999,
+        compress="deflate",
+    ) as target:
         target.write(z.astype(np.float32), 1)
 
 

@@ -52,12 +52,21 @@ def rotation_from_angles(yaw_deg: float, pitch_deg: float, roll_deg: float) -> n
 def make_camera(gsd_cm: float, sizes: Sizes) -> Camera:
     """The lens: f from the GSD at 70 m, principal point off centre, mild barrel distortion."""
     focal = float(round(7000 / gsd_cm))
-    return Camera(sizes.image_width, sizes.image_height, focal, focal, sizes.image_width / 2 + 5.3,
-                  sizes.image_height / 2 - 3.7, k1=-0.02, k2=0.01)
+    return Camera(
+        sizes.image_width,
+        sizes.image_height,
+        focal,
+        focal,
+        sizes.image_width / 2 + 5.3,
+        sizes.image_height / 2 - 3.7,
+        k1=-0.02,
+        k2=0.01,
+    )
 
 
-def plan(rng: np.random.Generator, sun_shift_min: float, sizes: Sizes, start_utc: dt.datetime,
-         utc_offset_h: int = -5) -> list[Station]:
+def plan(
+    rng: np.random.Generator, sun_shift_min: float, sizes: Sizes, start_utc: dt.datetime, utc_offset_h: int = -5
+) -> list[Station]:
     """Nadir grid and rings around the plot.
 
     The second flight begins 5 min after the first ends, or ``sun_shift_min`` after its start if that is later.
@@ -72,8 +81,16 @@ def plan(rng: np.random.Generator, sun_shift_min: float, sizes: Sizes, start_utc
             a, b = (i - (side - 1) / 2) * sizes.nadir_step_m, (k - (side - 1) / 2) * sizes.nadir_step_m
             xy = np.array([a * np.cos(turn) + b * np.sin(turn), -a * np.sin(turn) + b * np.cos(turn)])
             xy = xy + rng.normal(0, 0.7, 2)
-            shots.append((0, "nadir", [*xy, 70 + rng.normal(0, 0.3)], heading + 180 * (i % 2) + rng.normal(0, 0.3),
-                          -90 + abs(rng.normal(0, 0.4)), rng.normal(0, 0.3)))
+            shots.append(
+                (
+                    0,
+                    "nadir",
+                    [*xy, 70 + rng.normal(0, 0.3)],
+                    heading + 180 * (i % 2) + rng.normal(0, 0.3),
+                    -90 + abs(rng.normal(0, 0.4)),
+                    rng.normal(0, 0.3),
+                )
+            )
     left = sizes.photos - len(shots)
     counts = _split(left, [ring[2] for ring in sizes.rings])
     for (height, pitch, _, flight), count in zip(sizes.rings, counts, strict=True):
@@ -102,12 +119,30 @@ def plan(rng: np.random.Generator, sun_shift_min: float, sizes: Sizes, start_utc
         local = utc + dt.timedelta(hours=utc_offset_h)
         body = np.radians(yaw + rng.normal(0, 2))
         tilted = LEVER_ARM + rng.normal(0, 0.006, 3)
-        antenna = np.array([tilted[0] * np.sin(body) + tilted[1] * np.cos(body),
-                            tilted[0] * np.cos(body) - tilted[1] * np.sin(body), tilted[2]])
+        antenna = np.array(
+            [
+                tilted[0] * np.sin(body) + tilted[1] * np.cos(body),
+                tilted[0] * np.cos(body) - tilted[1] * np.sin(body),
+                tilted[2],
+            ]
+        )
         # MRK: vector antenna -> camera, north and east positive, vertical positive down.
         lever = np.round(np.array([-antenna[0], -antenna[1], antenna[2]]) * 1000)
-        stations.append(Station(f"DJI_{local:%Y%m%d%H%M%S}_{number:04d}_V.JPG", flight, kind, position,
-                                rotation_from_angles(yaw, pitch, roll), yaw % 360, pitch, roll, clock, utc, lever))
+        stations.append(
+            Station(
+                f"DJI_{local:%Y%m%d%H%M%S}_{number:04d}_V.JPG",
+                flight,
+                kind,
+                position,
+                rotation_from_angles(yaw, pitch, roll),
+                yaw % 360,
+                pitch,
+                roll,
+                clock,
+                utc,
+                lever,
+            )
+        )
     return stations
 
 
@@ -137,8 +172,9 @@ def ppk_track(rng: np.random.Generator, stations: list[Station], start_utc: dt.d
     antenna = np.array([station.antenna for station in stations])
     flights = np.array([station.flight for station in stations])
     chosen = rng.choice(len(stations), min(float_epochs, len(stations)), replace=False)
-    bursts = [(times[k] - rng.uniform(0.8, 1.6), times[k] + rng.uniform(0.8, 1.6), rng.normal(0, 0.3, 3))
-              for k in chosen]
+    bursts = [
+        (times[k] - rng.uniform(0.8, 1.6), times[k] + rng.uniform(0.8, 1.6), rng.normal(0, 0.3, 3)) for k in chosen
+    ]
     # Epochs lie on whole 0.2 s of GPS time, which differs from UTC by whole seconds.
     fraction = start_utc.microsecond / 1e6
     parts = []

@@ -26,16 +26,21 @@ class Faces:
     @staticmethod
     def join(parts: list[Faces]) -> Faces:
         """Concatenate."""
-        return Faces(*(np.concatenate([getattr(part, field) for part in parts]).astype(np.float32)
-                       for field in ("corners", "albedo", "through")))
+        return Faces(
+            *(
+                np.concatenate([getattr(part, field) for part in parts]).astype(np.float32)
+                for field in ("corners", "albedo", "through")
+            )
+        )
 
 
 def _unit(vectors: np.ndarray) -> np.ndarray:
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
 
 
-def _blades(rng: np.random.Generator, start: np.ndarray, direction: np.ndarray, length: np.ndarray,
-            width: np.ndarray) -> np.ndarray:
+def _blades(
+    rng: np.random.Generator, start: np.ndarray, direction: np.ndarray, length: np.ndarray, width: np.ndarray
+) -> np.ndarray:
     """(N, 3, 3) pointed blades: base edge of ``width`` at ``start``, tip ``length`` along ``direction``."""
     across = _unit(np.cross(direction, rng.standard_normal(direction.shape))) * (width / 2)[:, None]
     return np.stack([start - across, start + across, start + direction * length[:, None]], axis=1)
@@ -55,8 +60,9 @@ def _sticks(rng: np.random.Generator, start: np.ndarray, end: np.ndarray, r0: np
 
 
 def _green(rng: np.random.Generator, count: int, base: tuple[float, float, float], spread: float) -> np.ndarray:
-    return np.clip(np.array(base) * np.exp(rng.normal(0, spread, (count, 1))) * np.exp(rng.normal(0, 0.10, (count, 3))),
-                   0.004, 0.9)
+    return np.clip(
+        np.array(base) * np.exp(rng.normal(0, spread, (count, 1))) * np.exp(rng.normal(0, 0.10, (count, 3))), 0.004, 0.9
+    )
 
 
 def crown(rng: np.random.Generator, stem: Stem, leaf_area_m2: float) -> list[Faces]:
@@ -88,8 +94,13 @@ def crown(rng: np.random.Generator, stem: Stem, leaf_area_m2: float) -> list[Fac
         way = _unit(np.column_stack([np.cos(turn), np.sin(turn), drop]))
         start = axis_at(stem, s)[0]
         stub = rng.uniform(0.3, 1.5, (stubs, 1))
-        parts.append(_wood(rng, _sticks(rng, start, start + way * stub, np.full(stubs, 0.011),
-                                        np.full(stubs, 0.005)), (0.24, 0.215, 0.19)))
+        parts.append(
+            _wood(
+                rng,
+                _sticks(rng, start, start + way * stub, np.full(stubs, 0.011), np.full(stubs, 0.005)),
+                (0.24, 0.215, 0.19),
+            )
+        )
     if stem.status == "dead" or leaf_area_m2 <= 0:
         return parts
     length, width = ((0.17, 0.021), (0.21, 0.030), (0.55, 0.11))[2 - stem.detail]
@@ -133,8 +144,13 @@ def shrubs(rng: np.random.Generator, ground: Ground, reach_m: float, per_m2: flo
         shell = _unit(rng.standard_normal((count, 3))) * rng.uniform(0.35, 1.0, (count, 1)) ** 0.6
         wide = tall * rng.uniform(0.35, 0.6)
         centre = np.array([*xy, float(ground.height(xy[None])[0]) + 0.52 * tall]) + shell * [wide, wide, 0.5 * tall]
-        blades = _blades(rng, centre, _unit(shell + rng.standard_normal((count, 3))), rng.uniform(0.05, 0.11, count),
-                         rng.uniform(0.03, 0.06, count))
+        blades = _blades(
+            rng,
+            centre,
+            _unit(shell + rng.standard_normal((count, 3))),
+            rng.uniform(0.05, 0.11, count),
+            rng.uniform(0.03, 0.06, count),
+        )
         tone = rng.choice(3)
         base = ((0.11, 0.17, 0.05), (0.16, 0.20, 0.07), (0.20, 0.16, 0.09))[tone]
         parts.append(Faces(blades, _green(rng, count, base, 0.28), np.full(count, 0.25)))
@@ -146,21 +162,31 @@ def grass(rng: np.random.Generator, ground: Ground, reach_m: float, per_m2: floa
     spot = np.repeat(_scatter(rng, reach_m, per_m2), 6, axis=0)
     spot += rng.normal(0, 0.03, spot.shape)
     way = _unit(rng.normal(0, 0.5, (len(spot), 3)) + [0, 0, 1])
-    blades = _blades(rng, np.column_stack([spot, ground.height(spot)]), way, rng.uniform(0.12, 0.35, len(spot)),
-                     np.full(len(spot), 0.014))
+    blades = _blades(
+        rng,
+        np.column_stack([spot, ground.height(spot)]),
+        way,
+        rng.uniform(0.12, 0.35, len(spot)),
+        np.full(len(spot), 0.014),
+    )
     return Faces(blades, _green(rng, len(spot), (0.26, 0.25, 0.11), 0.3), np.full(len(spot), 0.2))
 
 
-def sticks_and_logs(rng: np.random.Generator, ground: Ground, reach_m: float, logs: int,
-                    sticks_per_m2: float = 0.22) -> Faces:
+def sticks_and_logs(
+    rng: np.random.Generator, ground: Ground, reach_m: float, logs: int, sticks_per_m2: float = 0.22
+) -> Faces:
     """Fallen branches (grey, 0.5-2.5 m) and logs of 10-25 cm."""
     foot = _scatter(rng, reach_m, sticks_per_m2)
     turn, length = rng.uniform(0, 2 * np.pi, len(foot)), rng.uniform(0.5, 2.5, len(foot))
     end = foot + length[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
     lift = rng.uniform(0.01, 0.10, (2, len(foot)))
-    faces = _sticks(rng, np.column_stack([foot, ground.height(foot) + lift[0]]),
-                    np.column_stack([end, ground.height(end) + lift[1]]), rng.uniform(0.008, 0.022, len(foot)),
-                    np.full(len(foot), 0.006))
+    faces = _sticks(
+        rng,
+        np.column_stack([foot, ground.height(foot) + lift[0]]),
+        np.column_stack([end, ground.height(end) + lift[1]]),
+        rng.uniform(0.008, 0.022, len(foot)),
+        np.full(len(foot), 0.006),
+    )
     parts = [_wood(rng, faces, (0.33, 0.31, 0.28))]
     for _ in range(logs):
         xy = rng.uniform(-0.8, 0.8, 2) * reach_m
@@ -179,8 +205,9 @@ def sticks_and_logs(rng: np.random.Generator, ground: Ground, reach_m: float, lo
     return Faces.join(parts)
 
 
-def all_foliage(rng: np.random.Generator, settings: SimulateSettings, ground: Ground, stems: list[Stem],
-                reach_m: float) -> Faces:
+def all_foliage(
+    rng: np.random.Generator, settings: SimulateSettings, ground: Ground, stems: list[Stem], reach_m: float
+) -> Faces:
     """Everything but ground and stems. Needle area of a tree goes with the square of its DBH, about the mean's."""
     parts: list[Faces] = []
     for stem in stems:

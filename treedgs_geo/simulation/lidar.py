@@ -49,8 +49,9 @@ def scan(world: World, rng: np.random.Generator, half_m: float, pulses_per_m2: f
         position = np.sort(target @ along)
         order = np.argsort(target @ along)
         target = target[order]
-        origin = np.column_stack([position[:, None] * along + offset * across + rng.normal(0, 0.05, (each, 2)),
-                                  np.full(each, ALTITUDE_M)])
+        origin = np.column_stack(
+            [position[:, None] * along + offset * across + rng.normal(0, 0.05, (each, 2)), np.full(each, ALTITUDE_M)]
+        )
         beam = np.column_stack([target, world.ground.height(target)]) - origin
         beam /= np.linalg.norm(beam, axis=1, keepdims=True)
         angle = np.degrees(np.arctan2(beam[:, :2] @ across, -beam[:, 2]))
@@ -64,8 +65,15 @@ def scan(world: World, rng: np.random.Generator, half_m: float, pulses_per_m2: f
     return Returns(*(field[inside] for field in fields))
 
 
-def _pulses(world: World, rng: np.random.Generator, origin: np.ndarray, beam: np.ndarray, angle: np.ndarray, line: int,
-            seconds: np.ndarray) -> tuple:
+def _pulses(
+    world: World,
+    rng: np.random.Generator,
+    origin: np.ndarray,
+    beam: np.ndarray,
+    angle: np.ndarray,
+    line: int,
+    seconds: np.ndarray,
+) -> tuple:
     count = len(beam)
     side = np.cross(beam, [0.0, 1.0, 0.0])
     side /= np.linalg.norm(side, axis=1, keepdims=True)
@@ -94,9 +102,17 @@ def _pulses(world: World, rng: np.random.Generator, origin: np.ndarray, beam: np
         strength = 52000 * energy / SUB_RAYS / 0.42 * rng.gamma(9, 1 / 9, count) * 0.6
         point = origin + beam * mean[:, None]
         keep = exists & (energy > 0.03)
-        out.append((point[keep], np.clip(strength[keep], 1, 65535).astype(np.uint16),
-                    np.full(keep.sum(), number, np.uint8), (1 + both[keep]).astype(np.uint8), angle[keep],
-                    np.full(keep.sum(), line, np.uint16), seconds[keep]))
+        out.append(
+            (
+                point[keep],
+                np.clip(strength[keep], 1, 65535).astype(np.uint16),
+                np.full(keep.sum(), number, np.uint8),
+                (1 + both[keep]).astype(np.uint8),
+                angle[keep],
+                np.full(keep.sum(), line, np.uint16),
+                seconds[keep],
+            )
+        )
     merged = [np.concatenate([part[k] for part in out]) for k in range(7)]
     order = np.lexsort((merged[2], merged[6]))
     return tuple(field[order] for field in merged)

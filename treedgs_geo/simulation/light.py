@@ -59,8 +59,9 @@ class SkyField:
 
     def __init__(self, faces: Faces, half_m: float, cell_m: float = 0.6) -> None:
         centre = faces.corners.mean(axis=1)
-        area = 0.5 * np.linalg.norm(np.cross(faces.corners[:, 1] - faces.corners[:, 0],
-                                             faces.corners[:, 2] - faces.corners[:, 0]), axis=1)
+        area = 0.5 * np.linalg.norm(
+            np.cross(faces.corners[:, 1] - faces.corners[:, 0], faces.corners[:, 2] - faces.corners[:, 0]), axis=1
+        )
         self._low = np.array([-half_m, -half_m, float(centre[:, 2].min()) - cell_m if len(centre) else 0.0])
         n = int(np.ceil(2 * half_m / cell_m))
         layers = int(np.ceil(((centre[:, 2].max() if len(centre) else 1.0) - self._low[2]) / cell_m)) + 2
@@ -92,8 +93,17 @@ def _lit(scene, points: np.ndarray, sun: np.ndarray, rng: np.random.Generator, s
     return total / samples
 
 
-def bake(scene, ground: Ground, mesh: StemMesh, faces: Faces, sky: SkyField, sun: np.ndarray, map_half_m: float,
-         rng: np.random.Generator, map_step_m: float = 0.035) -> Light:
+def bake(
+    scene,
+    ground: Ground,
+    mesh: StemMesh,
+    faces: Faces,
+    sky: SkyField,
+    sun: np.ndarray,
+    map_half_m: float,
+    rng: np.random.Generator,
+    map_step_m: float = 0.035,
+) -> Light:
     """Trace shadows for one position of the sun. ``scene``: an ``open3d.t.geometry.RaycastingScene`` of everything."""
     n = int(np.ceil(2 * map_half_m / map_step_m))
     axis = -map_half_m + map_step_m * (np.arange(n) + 0.5)
@@ -115,8 +125,11 @@ def bake(scene, ground: Ground, mesh: StemMesh, faces: Faces, sky: SkyField, sun
     # A vertical wall sees half the sky, and the bright ground instead of the other half.
     open_sky = sky(mesh.vertices)
     around = 0.5 + 0.5 * mesh.normals[:, 2]
-    stem_light = ((bark * np.maximum(cosine, 0))[:, None] * SUN_RGB
-                  + (open_sky * around)[:, None] * SKY_RGB + (open_sky * (1 - around))[:, None] * 0.15 * SUN_RGB)
+    stem_light = (
+        (bark * np.maximum(cosine, 0))[:, None] * SUN_RGB
+        + (open_sky * around)[:, None] * SKY_RGB
+        + (open_sky * (1 - around))[:, None] * 0.15 * SUN_RGB
+    )
 
     centre = faces.corners.mean(axis=1).astype(np.float64)
     across = np.cross(faces.corners[:, 1] - faces.corners[:, 0], faces.corners[:, 2] - faces.corners[:, 0])
@@ -126,5 +139,6 @@ def bake(scene, ground: Ground, mesh: StemMesh, faces: Faces, sky: SkyField, sun
     # Both sides of a leaf are seen: on average half of the light that comes through leaves by the far side.
     glow = lit * (tilt * (0.75 + 0.5 * faces.through) + 0.12)
     leaf = faces.albedo * (glow[:, None] * SUN_RGB + (sky(centre) * 0.9)[:, None] * SKY_RGB)
-    return Light(-map_half_m, map_step_m, floor.astype(np.float32), stem_light.astype(np.float32),
-                 leaf.astype(np.float32))
+    return Light(
+        -map_half_m, map_step_m, floor.astype(np.float32), stem_light.astype(np.float32), leaf.astype(np.float32)
+    )

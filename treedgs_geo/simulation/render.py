@@ -49,14 +49,24 @@ class World:
         return distance, np.where(np.isfinite(distance), primitive.astype(np.int64), -1)
 
 
-def build_world(ground: Ground, mesh: StemMesh, faces: Faces, texture: GroundTexture, bark: np.ndarray,
-                rng: np.random.Generator) -> World:
+def build_world(
+    ground: Ground, mesh: StemMesh, faces: Faces, texture: GroundTexture, bark: np.ndarray, rng: np.random.Generator
+) -> World:
     """One Embree scene of ground, stems and faces; per-stem shifts of the bark tile so that no two look alike."""
     scene = scene_of(ground, mesh, faces)
     count = len(mesh.first) - 1
     shift = np.column_stack([rng.uniform(0, 1, count), rng.uniform(0, 30, count), rng.uniform(0.75, 1.3, count)])
-    return World(scene, ground, mesh, faces, texture, bark, shift.astype(np.float32), 2 * (len(ground.z) - 1) ** 2,
-                 len(mesh.triangles))
+    return World(
+        scene,
+        ground,
+        mesh,
+        faces,
+        texture,
+        bark,
+        shift.astype(np.float32),
+        2 * (len(ground.z) - 1) ** 2,
+        len(mesh.triangles),
+    )
 
 
 def scene_of(ground: Ground, mesh: StemMesh, faces: Faces) -> Any:
@@ -64,9 +74,13 @@ def scene_of(ground: Ground, mesh: StemMesh, faces: Faces) -> Any:
     ground_vertices, ground_triangles = ground.mesh()
     leaves = faces.corners.reshape(-1, 3)
     vertices = np.concatenate([ground_vertices, mesh.vertices, leaves])
-    triangles = np.concatenate([
-        ground_triangles, mesh.triangles + len(ground_vertices),
-        np.arange(len(leaves)).reshape(-1, 3) + len(ground_vertices) + len(mesh.vertices)])
+    triangles = np.concatenate(
+        [
+            ground_triangles,
+            mesh.triangles + len(ground_vertices),
+            np.arange(len(leaves)).reshape(-1, 3) + len(ground_vertices) + len(mesh.vertices),
+        ]
+    )
     return make_scene(vertices, triangles)
 
 
@@ -98,8 +112,30 @@ def _primary_rays(first_row, rows, width, samples, fx, fy, cx, cy, k1, k2, rotat
 
 
 @numba.njit(parallel=True, cache=True)
-def _shade(rays, distance, primitive, uv, samples, ground_faces, stem_faces, texture, tex_low, tex_step, floor,
-           floor_low, floor_step, triangles, stem_uv, stem_light, owner, bark, bark_offset, face_light, haze, out):
+def _shade(
+    rays,
+    distance,
+    primitive,
+    uv,
+    samples,
+    ground_faces,
+    stem_faces,
+    texture,
+    tex_low,
+    tex_step,
+    floor,
+    floor_low,
+    floor_step,
+    triangles,
+    stem_uv,
+    stem_light,
+    owner,
+    bark,
+    bark_offset,
+    face_light,
+    haze,
+    out,
+):
     """Mean radiance of each pixel's samples into ``out`` (pixels, 3)."""
     tex_n, floor_n = texture.shape[0], floor.shape[0]
     bark_h, bark_w = bark.shape[0], bark.shape[1]
@@ -129,8 +165,9 @@ def _shade(rays, distance, primitive, uv, samples, ground_faces, stem_faces, tex
                     t10 = texture[(r0 + 1) % tex_n, c0 % tex_n, a]
                     t11 = texture[(r0 + 1) % tex_n, (c0 + 1) % tex_n, a]
                     code = ((t00 * (1 - fc) + t01 * fc) * (1 - fr) + (t10 * (1 - fc) + t11 * fc) * fr) / 255.0
-                    light = ((floor[r1, c1, a] * (1 - gc) + floor[r1, c1 + 1, a] * gc) * (1 - gr)
-                             + (floor[r1 + 1, c1, a] * (1 - gc) + floor[r1 + 1, c1 + 1, a] * gc) * gr)
+                    light = (floor[r1, c1, a] * (1 - gc) + floor[r1, c1 + 1, a] * gc) * (1 - gr) + (
+                        floor[r1 + 1, c1, a] * (1 - gc) + floor[r1 + 1, c1 + 1, a] * gc
+                    ) * gr
                     value = code * code * light
                     if a == 0:
                         red += value
@@ -181,18 +218,58 @@ def radiance(world: World, light: Light, view: View, samples: int, seed: int, ha
     for row in range(0, height, rows_a_batch):
         rows = min(rows_a_batch, height - row)
         part = rays[: rows * width * samples]
-        _primary_rays(row, rows, width, samples, camera.fx, camera.fy, camera.cx, camera.cy, camera.k1, camera.k2,
-                      view.rotation, view.centre, seed & 0x7FFFFFFF, part)
+        _primary_rays(
+            row,
+            rows,
+            width,
+            samples,
+            camera.fx,
+            camera.fy,
+            camera.cx,
+            camera.cy,
+            camera.k1,
+            camera.k2,
+            view.rotation,
+            view.centre,
+            seed & 0x7FFFFFFF,
+            part,
+        )
         distance, primitive, corner = cast(world.scene, part)
-        _shade(part, distance, primitive, corner, samples, world.ground_faces, world.stem_faces,
-               world.texture.colour, world.texture.low, world.texture.step, light.ground, light.low, light.step,
-               world.mesh.triangles, world.mesh.uv, light.stems, world.mesh.owner, world.bark, world.bark_offset,
-               light.faces, haze, image[row * width:(row + rows) * width])
+        _shade(
+            part,
+            distance,
+            primitive,
+            corner,
+            samples,
+            world.ground_faces,
+            world.stem_faces,
+            world.texture.colour,
+            world.texture.low,
+            world.texture.step,
+            light.ground,
+            light.low,
+            light.step,
+            world.mesh.triangles,
+            world.mesh.uv,
+            light.stems,
+            world.mesh.owner,
+            world.bark,
+            world.bark_offset,
+            light.faces,
+            haze,
+            image[row * width : (row + rows) * width],
+        )
     return image.reshape(height, width, 3)
 
 
-def develop(image: np.ndarray, exposure: float, white: np.ndarray, rng: np.random.Generator,
-            blur_px: float = 0.55, full_well: float = 7000.0) -> np.ndarray:
+def develop(
+    image: np.ndarray,
+    exposure: float,
+    white: np.ndarray,
+    rng: np.random.Generator,
+    blur_px: float = 0.55,
+    full_well: float = 7000.0,
+) -> np.ndarray:
     """Linear radiance -> (height, width, 3) uint8 sRGB: lens blur, exposure and white balance, shot and read noise."""
     sharp = cv2.GaussianBlur(image, (0, 0), blur_px) * (exposure * np.asarray(white, np.float32))
     noise = rng.standard_normal(sharp.shape, dtype=np.float32)

@@ -86,8 +86,18 @@ def total_height(dbh_m: np.ndarray) -> np.ndarray:
     return 1.37 + 24.0 * (1 - np.exp(-5.5 * np.asarray(dbh_m)))
 
 
-def grow_stem(rng: np.random.Generator, ground: Ground, xy: np.ndarray, dbh_m: float, height_m: float, lean_rad: float,
-              lean_az_rad: float, sweep_m: float = 0.0, flare_m: float = 0.0, **fields) -> Stem:
+def grow_stem(
+    rng: np.random.Generator,
+    ground: Ground,
+    xy: np.ndarray,
+    dbh_m: float,
+    height_m: float,
+    lean_rad: float,
+    lean_az_rad: float,
+    sweep_m: float = 0.0,
+    flare_m: float = 0.0,
+    **fields,
+) -> Stem:
     """Axis and radii: lean, slight sweep, a taper curve through the DBH and butt flare.
 
     Taper: d(s) = dbh ((H - s) / (H - 1.37))^p, p about 0.6, i.e. 0.5-1.2 cm/m at breast height. sweep_m: sideways bow
@@ -115,12 +125,24 @@ def grow_stem(rng: np.random.Generator, ground: Ground, xy: np.ndarray, dbh_m: f
     radii = dbh_m / 2 * (np.maximum(height_m - s, 0) / max(height_m - BREAST_HEIGHT_M, 0.3)) ** power
     lobe, length = rng.uniform(0.2, 0.4), rng.uniform(0.16, 0.28)
     flare = lobe * dbh_m / 2 * np.exp(-s / (flare_m or length))
-    return Stem(axis=axis, radii=np.maximum(radii + flare, 0.004), dbh_m=dbh_m, height_m=height_m,
-                lean_az_rad=lean_az_rad, **fields)
+    return Stem(
+        axis=axis,
+        radii=np.maximum(radii + flare, 0.004),
+        dbh_m=dbh_m,
+        height_m=height_m,
+        lean_az_rad=lean_az_rad,
+        **fields,
+    )
 
 
-def grow_stand(rng: np.random.Generator, settings: SimulateSettings, sizes: Sizes, ground: Ground,
-               near_m: float, stand_radius_m: float) -> list[Stem]:
+def grow_stand(
+    rng: np.random.Generator,
+    settings: SimulateSettings,
+    sizes: Sizes,
+    ground: Ground,
+    near_m: float,
+    stand_radius_m: float,
+) -> list[Stem]:
     """Every stem of the stand, the plot's own first (T001 is nearest the centre); saplings carry ids S001 ...
 
     near_m: beyond this distance from the centre no crown shows in a photo, and coarse ones will do.
@@ -137,9 +159,14 @@ def grow_stand(rng: np.random.Generator, settings: SimulateSettings, sizes: Size
     kinds = np.full(count, "normal", dtype=object)
     inside = np.flatnonzero(np.hypot(*xy.T) < sizes.radius_m)
     draw = iter(rng.permutation(inside))
-    for kind, number in (("fork_below", settings.forks_below_bh), ("fork_above", settings.forks_above_bh),
-                         ("touch", settings.touching_saplings), ("lean", settings.strong_leans),
-                         ("dead", settings.dead_trees), ("twin", settings.twins)):
+    for kind, number in (
+        ("fork_below", settings.forks_below_bh),
+        ("fork_above", settings.forks_above_bh),
+        ("touch", settings.touching_saplings),
+        ("lean", settings.strong_leans),
+        ("dead", settings.dead_trees),
+        ("twin", settings.twins),
+    ):
         for _ in range(number):
             index = next(draw, None)
             if index is not None:
@@ -149,9 +176,14 @@ def grow_stand(rng: np.random.Generator, settings: SimulateSettings, sizes: Size
     for k in range(count):
         distance = float(np.hypot(*xy[k]))
         detail = 2 if distance < sizes.radius_m + 5 else 1 if distance < near_m else 0
-        common = dict(tree_id=f"T{k + 1:03d}", kind=kinds[k], status="dead" if kinds[k] == "dead" else "live",
-                      in_plot=distance < sizes.radius_m, detail=detail,
-                      crown_base_m=height[k] * rng.uniform(0.46, 0.56))
+        common = dict(
+            tree_id=f"T{k + 1:03d}",
+            kind=kinds[k],
+            status="dead" if kinds[k] == "dead" else "live",
+            in_plot=distance < sizes.radius_m,
+            detail=detail,
+            crown_base_m=height[k] * rng.uniform(0.46, 0.56),
+        )
         azimuth = rng.uniform(0, 2 * np.pi)
         if common["in_plot"]:
             common.update(sweep_m=settings.sweep_cm / 100, flare_m=settings.butt_flare_m)
@@ -160,8 +192,18 @@ def grow_stand(rng: np.random.Generator, settings: SimulateSettings, sizes: Size
             for suffix, turn in (("a", 0.0), ("b", np.pi)):
                 size = dbh[k] * rng.uniform(0.62, 0.78)
                 tilt = np.arctan2(0.5 * size + 0.06, BREAST_HEIGHT_M)
-                stems.append(grow_stem(rng, ground, xy[k], size, height[k] * rng.uniform(0.92, 1), tilt, azimuth + turn,
-                                       **{**common, "tree_id": common["tree_id"] + suffix}))
+                stems.append(
+                    grow_stem(
+                        rng,
+                        ground,
+                        xy[k],
+                        size,
+                        height[k] * rng.uniform(0.92, 1),
+                        tilt,
+                        azimuth + turn,
+                        **{**common, "tree_id": common["tree_id"] + suffix},
+                    )
+                )
             continue
         stem = grow_stem(rng, ground, xy[k], dbh[k], height[k], lean[k], azimuth, **common)
         stems.append(stem)
@@ -186,8 +228,16 @@ def _twin(rng: np.random.Generator, ground: Ground, stem: Stem, gap_m: float, co
     turn = rng.uniform(0, 2 * np.pi)
     reach = stem.dbh_m / 2 + size / 2 + gap_m
     point = axis_at(stem, np.array([BREAST_HEIGHT_M]))[0][0, :2] + reach * np.array([np.cos(turn), np.sin(turn)])
-    return grow_stem(rng, ground, point, size, 0.95 * stem.height_m, 0.0, turn,
-                     **{**common, "tree_id": common["tree_id"] + "t", "sweep_m": 0.0})
+    return grow_stem(
+        rng,
+        ground,
+        point,
+        size,
+        0.95 * stem.height_m,
+        0.0,
+        turn,
+        **{**common, "tree_id": common["tree_id"] + "t", "sweep_m": 0.0},
+    )
 
 
 def _second_leader(rng: np.random.Generator, stem: Stem) -> Stem:
@@ -196,27 +246,54 @@ def _second_leader(rng: np.random.Generator, stem: Stem) -> Stem:
     turn = rng.uniform(0, 2 * np.pi)
     spread = 1.4 * (1 - np.exp(-s / 3.5))
     axis = stem.axis[start:] + spread[:, None] * np.array([np.cos(turn), np.sin(turn), 0])
-    return Stem(stem.tree_id, "branch", stem.status, stem.in_plot, axis, 0.72 * stem.radii[start:], stem.dbh_m,
-                stem.height_m - start * AXIS_STEP, max(stem.crown_base_m - start * AXIS_STEP, 1.0), turn, stem.detail)
+    return Stem(
+        stem.tree_id,
+        "branch",
+        stem.status,
+        stem.in_plot,
+        axis,
+        0.72 * stem.radii[start:],
+        stem.dbh_m,
+        stem.height_m - start * AXIS_STEP,
+        max(stem.crown_base_m - start * AXIS_STEP, 1.0),
+        turn,
+        stem.detail,
+    )
 
 
-def _sapling(rng: np.random.Generator, ground: Ground, xy: np.ndarray, dbh_m: float, height_m: float,
-             number: int) -> Stem:
-    return grow_stem(rng, ground, xy, dbh_m, height_m, np.radians(rng.uniform(0, 2)), rng.uniform(0, 2 * np.pi),
-                     tree_id=f"S{number + 1:03d}", kind="sapling", status="live", in_plot=False, detail=1,
-                     crown_base_m=0.35 * height_m)
+def _sapling(
+    rng: np.random.Generator, ground: Ground, xy: np.ndarray, dbh_m: float, height_m: float, number: int
+) -> Stem:
+    return grow_stem(
+        rng,
+        ground,
+        xy,
+        dbh_m,
+        height_m,
+        np.radians(rng.uniform(0, 2)),
+        rng.uniform(0, 2 * np.pi),
+        tree_id=f"S{number + 1:03d}",
+        kind="sapling",
+        status="live",
+        in_plot=False,
+        detail=1,
+        crown_base_m=0.35 * height_m,
+    )
 
 
-def _saplings(rng: np.random.Generator, per_m2: float, ground: Ground, trees: np.ndarray, reach_m: float,
-              number: int) -> list[Stem]:
+def _saplings(
+    rng: np.random.Generator, per_m2: float, ground: Ground, trees: np.ndarray, reach_m: float, number: int
+) -> list[Stem]:
     count = rng.poisson(per_m2 * np.pi * reach_m**2)
     spot = reach_m * np.sqrt(rng.random(count))
     turn = rng.uniform(0, 2 * np.pi, count)
     xy = np.column_stack([spot * np.cos(turn), spot * np.sin(turn)])
     if count:
         xy = xy[cKDTree(trees).query(xy)[0] > 0.6]
-    return [_sapling(rng, ground, point, rng.uniform(0.02, 0.07), rng.uniform(2, 6), number + k)
-            for k, point in enumerate(xy)]
+    return [
+        _sapling(rng, ground, point, rng.uniform(0.02, 0.07), rng.uniform(2, 6), number + k)
+        for k, point in enumerate(xy)
+    ]
 
 
 @dataclass(frozen=True)
@@ -239,8 +316,10 @@ def mesh_stems(rng: np.random.Generator, stems: list[Stem], ellipticity_pct: flo
     for index, stem in enumerate(stems):
         length = AXIS_STEP * (len(stem.axis) - 1)
         if stem.detail == 2:
-            sides, s = 36, np.concatenate([np.arange(0, min(5.0, length), 0.06),
-                                           np.arange(5.0, max(length, 5.0), 0.25)])
+            sides, s = (
+                36,
+                np.concatenate([np.arange(0, min(5.0, length), 0.06), np.arange(5.0, max(length, 5.0), 0.25)]),
+            )
         elif stem.detail == 1:
             sides, s = 16, np.concatenate([np.arange(0, 0.6, 0.15), np.arange(0.6, length, 0.4)])
         else:
@@ -264,8 +343,9 @@ def mesh_stems(rng: np.random.Generator, stems: list[Stem], ellipticity_pct: flo
         shape = radius[:, None] * (1 + ellipse + lobes) + relief
         outward = np.cos(theta)[None, :, None] * e1[:, None] + np.sin(theta)[None, :, None] * e2[:, None]
         # One column more than sides: the seam has its own texture coordinate.
-        ring = np.concatenate([point[:, None] + shape[..., None] * outward,
-                               (point[:, None] + shape[..., None] * outward)[:, :1]], axis=1)
+        ring = np.concatenate(
+            [point[:, None] + shape[..., None] * outward, (point[:, None] + shape[..., None] * outward)[:, :1]], axis=1
+        )
         normal = np.concatenate([outward, outward[:, :1]], axis=1)
         rows, columns = ring.shape[:2]
         u = np.broadcast_to(np.arange(columns) / sides, (rows, columns))
@@ -273,8 +353,15 @@ def mesh_stems(rng: np.random.Generator, stems: list[Stem], ellipticity_pct: flo
         node = np.arange(rows * columns).reshape(rows, columns) + offset
         a, b, c, d = node[:-1, :-1], node[:-1, 1:], node[1:, :-1], node[1:, 1:]
         triangles = np.concatenate([np.stack([a, b, d], -1).reshape(-1, 3), np.stack([a, d, c], -1).reshape(-1, 3)])
-        parts.append((ring.reshape(-1, 3), triangles, np.stack([u, v], -1).reshape(-1, 2), normal.reshape(-1, 3),
-                      np.full(len(triangles), index)))
+        parts.append(
+            (
+                ring.reshape(-1, 3),
+                triangles,
+                np.stack([u, v], -1).reshape(-1, 2),
+                normal.reshape(-1, 3),
+                np.full(len(triangles), index),
+            )
+        )
         offset += rows * columns
         faces.append(faces[-1] + len(triangles))
     vertices, triangles, uv, normals, owner = (np.concatenate([part[k] for part in parts]) for k in range(5))

@@ -17,54 +17,98 @@ PRESETS = ("demo", "test", "plot", "micro")
 class SimulateSettings(TroubleSettings):
     """Settings of ``simulate-plot``. ``None`` means: as the preset says (:data:`SIZES`)."""
 
-    output: Path = param(kind="output_folder",
-                         help="folder for the plot; made if missing, replaced if it is a simulated plot")
-    preset: str = param("demo", kind="choice", choices=PRESETS,
-                        help="size of the job: micro (3-5 stems, for the stability suite), test (3-6 stems), "
-                             "demo (6-9 stems), plot (0.03 ha, 62 photos)")
-    seed: int = param(1, kind="integer", minimum=0, maximum=2**31,
-                      help="random seed; the same seed gives the same plot")
+    output: Path = param(
+        kind="output_folder", help="folder for the plot; made if missing, replaced if it is a simulated plot"
+    )
+    preset: str = param(
+        "demo",
+        kind="choice",
+        choices=PRESETS,
+        help="size of the job: micro (3-5 stems, for the stability suite), test (3-6 stems), "
+        "demo (6-9 stems), plot (0.03 ha, 62 photos)",
+    )
+    seed: int = param(
+        1, kind="integer", minimum=0, maximum=2**31, help="random seed; the same seed gives the same plot"
+    )
     name: str | None = param(None, kind="text", help="plot name, used in file names; default: the folder's name")
     radius_m: float | None = param(None, kind="number", unit="m", minimum=2, maximum=15, help="radius of the plot")
     stems_per_ha: float = param(700.0, kind="number", unit="1/ha", minimum=100, maximum=2500, help="planting density")
-    dbh_mean_cm: float = param(27.4, kind="number", unit="cm", minimum=8, maximum=70,
-                                help="mean diameter at breast height")
+    dbh_mean_cm: float = param(
+        27.4, kind="number", unit="cm", minimum=8, maximum=70, help="mean diameter at breast height"
+    )
     dbh_sd_cm: float = param(6.7, kind="number", unit="cm", minimum=0, maximum=25, help="its standard deviation")
     lean_max_deg: float = param(4.0, kind="number", unit="deg", minimum=0, maximum=30, help="largest lean of any stem")
-    strong_leans: int = param(0, kind="integer", minimum=0, maximum=10,
-                              help="in-plot stems that lean by 75-100 % of the largest lean", advanced=True)
-    forks_below_bh: int = param(0, kind="integer", minimum=0, maximum=10,
-                                help="in-plot trees forked below breast height", advanced=True)
-    forks_above_bh: int = param(0, kind="integer", minimum=0, maximum=10,
-                                help="in-plot trees forked above breast height", advanced=True)
-    touching_saplings: int = param(0, kind="integer", minimum=0, maximum=10, help="in-plot stems touched by a sapling",
-                                   advanced=True)
-    dead_trees: int = param(0, kind="integer", minimum=0, maximum=10,
-                            help="in-plot trees without needles", advanced=True)
-    leaf_area_m2: float = param(38.0, kind="number", unit="m2", minimum=0, maximum=200,
-                                help="one-sided needle area of a tree of mean DBH; what hides the stems")
+    strong_leans: int = param(
+        0,
+        kind="integer",
+        minimum=0,
+        maximum=10,
+        help="in-plot stems that lean by 75-100 % of the largest lean",
+        advanced=True,
+    )
+    forks_below_bh: int = param(
+        0, kind="integer", minimum=0, maximum=10, help="in-plot trees forked below breast height", advanced=True
+    )
+    forks_above_bh: int = param(
+        0, kind="integer", minimum=0, maximum=10, help="in-plot trees forked above breast height", advanced=True
+    )
+    touching_saplings: int = param(
+        0, kind="integer", minimum=0, maximum=10, help="in-plot stems touched by a sapling", advanced=True
+    )
+    dead_trees: int = param(
+        0, kind="integer", minimum=0, maximum=10, help="in-plot trees without needles", advanced=True
+    )
+    leaf_area_m2: float = param(
+        38.0,
+        kind="number",
+        unit="m2",
+        minimum=0,
+        maximum=200,
+        help="one-sided needle area of a tree of mean DBH; what hides the stems",
+    )
     shrubs_per_m2: float = param(0.13, kind="number", unit="1/m2", minimum=0, maximum=2, help="shrubs, up to 2 m high")
-    saplings_per_m2: float = param(0.025, kind="number", unit="1/m2", minimum=0, maximum=1,
-                                   help="saplings below 7.5 cm DBH")
+    saplings_per_m2: float = param(
+        0.025, kind="number", unit="1/m2", minimum=0, maximum=1, help="saplings below 7.5 cm DBH"
+    )
     logs: int = param(5, kind="integer", minimum=0, maximum=50, help="logs lying about", advanced=True)
     slope_pct: float = param(3.0, kind="number", unit="%", minimum=0, maximum=60, help="slope of the ground")
-    roughness_m: float = param(0.10, kind="number", unit="m", minimum=0, maximum=1,
-                               help="standard deviation of the ground about its plane")
-    image_width: int | None = param(None, kind="integer", unit="px", minimum=320, maximum=8192,
-                                    help="width of a photo")
-    image_height: int | None = param(None, kind="integer", unit="px", minimum=240, maximum=8192,
-                                     help="height of a photo")
-    photos: int | None = param(None, kind="integer", minimum=8, maximum=400,
-                               help="number of photos, both flights together")
+    roughness_m: float = param(
+        0.10, kind="number", unit="m", minimum=0, maximum=1, help="standard deviation of the ground about its plane"
+    )
+    image_width: int | None = param(None, kind="integer", unit="px", minimum=320, maximum=8192, help="width of a photo")
+    image_height: int | None = param(
+        None, kind="integer", unit="px", minimum=240, maximum=8192, help="height of a photo"
+    )
+    photos: int | None = param(
+        None, kind="integer", minimum=8, maximum=400, help="number of photos, both flights together"
+    )
     samples: int | None = param(None, kind="integer", minimum=1, maximum=16, help="rays a pixel", advanced=True)
-    gsd_cm: float = param(1.84, kind="number", unit="cm", minimum=0.3, maximum=10,
-                          help="ground sample distance straight down from 70 m; sets the focal length")
-    sun_shift_min: float = param(0.0, kind="number", unit="min", minimum=0, maximum=240,
-                                 help="minutes by which the sun moves on between the flights; 0 = same shadows in both")
-    float_epochs: int = param(3, kind="integer", minimum=0, maximum=20,
-                              help="photos that fall into a burst of PPK float solutions (0.3 m error)")
-    lidar_density_m2: float | None = param(None, kind="number", unit="1/m2", minimum=0, maximum=5000,
-                                           help="LiDAR pulses per square metre; 0 = no cloud")
+    gsd_cm: float = param(
+        1.84,
+        kind="number",
+        unit="cm",
+        minimum=0.3,
+        maximum=10,
+        help="ground sample distance straight down from 70 m; sets the focal length",
+    )
+    sun_shift_min: float = param(
+        0.0,
+        kind="number",
+        unit="min",
+        minimum=0,
+        maximum=240,
+        help="minutes by which the sun moves on between the flights; 0 = same shadows in both",
+    )
+    float_epochs: int = param(
+        3,
+        kind="integer",
+        minimum=0,
+        maximum=20,
+        help="photos that fall into a burst of PPK float solutions (0.3 m error)",
+    )
+    lidar_density_m2: float | None = param(
+        None, kind="number", unit="1/m2", minimum=0, maximum=5000, help="LiDAR pulses per square metre; 0 = no cloud"
+    )
 
 
 @dataclass(frozen=True)
@@ -90,14 +134,40 @@ class Sizes:
 
 
 SIZES = {
-    "micro": Sizes(3.6, 560, 440, 26, 1, 3.0, ((70.0, -57.0, 0.6, 0), (90.0, -53.0, 0.4, 1)),
-                   0.8, 2, 1400.0, 5.0, 24.0),
-    "test": Sizes(4.6, 720, 540, 28, 4, 3.0, ((70.0, -57.0, 0.67, 0), (90.0, -53.0, 0.33, 1)),
-                  1.0, 4, 200.0, 7.0, 36.0),
-    "demo": Sizes(6.0, 1024, 768, 40, 4, 5.0, ((70.0, -75.0, 0.11, 0), (70.0, -57.0, 0.48, 0), (90.0, -53.0, 0.41, 1)),
-                  2.0, 4, 600.0, 9.0, 42.0),
-    "plot": Sizes(10.0, 1280, 960, 62, 9, 7.5, ((70.0, -75.0, 0.17, 0), (70.0, -57.0, 0.38, 0), (90.0, -53.0, 0.45, 1)),
-                  3.0, 5, 1400.0, 12.0, 46.0),
+    "micro": Sizes(
+        3.6, 560, 440, 26, 1, 3.0, ((70.0, -57.0, 0.6, 0), (90.0, -53.0, 0.4, 1)), 0.8, 2, 1400.0, 5.0, 24.0
+    ),
+    "test": Sizes(
+        4.6, 720, 540, 28, 4, 3.0, ((70.0, -57.0, 0.67, 0), (90.0, -53.0, 0.33, 1)), 1.0, 4, 200.0, 7.0, 36.0
+    ),
+    "demo": Sizes(
+        6.0,
+        1024,
+        768,
+        40,
+        4,
+        5.0,
+        ((70.0, -75.0, 0.11, 0), (70.0, -57.0, 0.48, 0), (90.0, -53.0, 0.41, 1)),
+        2.0,
+        4,
+        600.0,
+        9.0,
+        42.0,
+    ),
+    "plot": Sizes(
+        10.0,
+        1280,
+        960,
+        62,
+        9,
+        7.5,
+        ((70.0, -75.0, 0.17, 0), (70.0, -57.0, 0.38, 0), (90.0, -53.0, 0.45, 1)),
+        3.0,
+        5,
+        1400.0,
+        12.0,
+        46.0,
+    ),
 }
 
 
@@ -118,8 +188,11 @@ def resolve(settings: SimulateSettings) -> tuple[SimulateSettings, Sizes]:
     if short_m < 1.2 * sizes.radius_m:
         raise InputError(
             f"--image-height: a photo covers {short_m:.1f} m of ground, expected at least 1.2 times the plot radius "
-            f"({sizes.radius_m:g} m); give larger photos, a coarser --gsd-cm or a smaller --radius-m.")
+            f"({sizes.radius_m:g} m); give larger photos, a coarser --gsd-cm or a smaller --radius-m."
+        )
     if sizes.photos < sizes.nadir + 6:
-        raise InputError(f"--photos: found {sizes.photos}, expected at least {sizes.nadir + 6} for this preset "
-                         f"({sizes.nadir} nadir photos and the rings).")
+        raise InputError(
+            f"--photos: found {sizes.photos}, expected at least {sizes.nadir + 6} for this preset "
+            f"({sizes.nadir} nadir photos and the rings)."
+        )
     return dataclasses.replace(settings, name=name, **{field: getattr(sizes, field) for field in fields}), sizes

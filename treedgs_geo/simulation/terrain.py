@@ -49,8 +49,9 @@ class Ground:
         return normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
 
-def make_ground(rng: np.random.Generator, half_m: float, slope_pct: float, roughness_m: float,
-                step_m: float = 0.25) -> Ground:
+def make_ground(
+    rng: np.random.Generator, half_m: float, slope_pct: float, roughness_m: float, step_m: float = 0.25
+) -> Ground:
     """A plane of the given slope (random aspect) plus noise at 8, 2.5 and 0.7 m; height 0 at the origin's plane."""
     n = int(np.ceil(2 * half_m / step_m)) + 1
     low = -step_m * (n - 1) / 2

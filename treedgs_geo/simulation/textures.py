@@ -36,9 +36,13 @@ def _noise(rng: np.random.Generator, n: int, wavelength: float) -> np.ndarray:
 def litter(rng: np.random.Generator, half_m: float, step_m: float = 0.011) -> GroundTexture:
     """Needle litter, leaves, twigs, bare soil and cones over a square of ``half_m``."""
     n = int(np.ceil(2 * half_m / step_m))
-    tone = (0.16 * _noise(rng, n, 3.0 / step_m) + 0.13 * _noise(rng, n, 0.7 / step_m)
-            + 0.13 * _noise(rng, n, 0.16 / step_m) + 0.15 * _noise(rng, n, 0.05 / step_m)
-            + 0.14 * rng.standard_normal((n, n), dtype=np.float32))
+    tone = (
+        0.16 * _noise(rng, n, 3.0 / step_m)
+        + 0.13 * _noise(rng, n, 0.7 / step_m)
+        + 0.13 * _noise(rng, n, 0.16 / step_m)
+        + 0.15 * _noise(rng, n, 0.05 / step_m)
+        + 0.14 * rng.standard_normal((n, n), dtype=np.float32)
+    )
     warm = np.array([0.30, 0.205, 0.125], np.float32)
     colour = warm * np.exp(1.15 * tone)[..., None]
     moss = np.clip(_noise(rng, n, 1.4 / step_m) - 1.1, 0, 1)[..., None]

@@ -31,7 +31,7 @@ def section(mesh: StemMesh, index: int, stem: Stem, s_m: float) -> Section:
     The diameter is the convex hull's perimeter over pi: what a tape reads (Cauchy: the mean calliper width).
     """
     centre, tangent, _ = (part[0] for part in axis_at(stem, np.array([s_m])))
-    corners = mesh.vertices[mesh.triangles[mesh.first[index]:mesh.first[index + 1]]]
+    corners = mesh.vertices[mesh.triangles[mesh.first[index] : mesh.first[index + 1]]]
     side = (corners - centre) @ tangent
     cut = (side.min(axis=1) < 0) & (side.max(axis=1) >= 0)
     corners, side = corners[cut], side[cut]
@@ -54,8 +54,9 @@ def section(mesh: StemMesh, index: int, stem: Stem, s_m: float) -> Section:
     return Section(perimeter / np.pi, width.min(), width.max(), centre)
 
 
-def stem_table(mesh: StemMesh, stems: list[Stem],
-               reach_m: float) -> tuple[list[dict], dict[str, list], list[list[float]]]:
+def stem_table(
+    mesh: StemMesh, stems: list[Stem], reach_m: float
+) -> tuple[list[dict], dict[str, list], list[list[float]]]:
     """Rows of ``trees.csv`` (without the visibility columns), ``stems.json`` profiles, and saplings (x, y, DBH cm)."""
     rows, profiles, saplings = [], {}, []
     for index, stem in enumerate(stems):
@@ -76,14 +77,26 @@ def stem_table(mesh: StemMesh, stems: list[Stem],
         taper = -np.polyfit(upper[:, 0], upper[:, 1], 1)[0]
         tangent = axis_at(stem, np.array([BREAST_HEIGHT_M]))[1][0]
         top = stem.axis[-1] - base
-        rows.append({
-            "tree_id": stem.tree_id, "kind": stem.kind, "status": stem.status, "in_plot": bool(stem.in_plot),
-            "bh": cut.centre, "base": base, "dbh_cm": 100 * cut.diameter, "w_min_cm": 100 * cut.narrow,
-            "w_max_cm": 100 * cut.wide, "height_m": float(top[2]),
-            "lean_deg": float(np.degrees(np.arctan2(np.hypot(*top[:2]), top[2]))),
-            "lean_bh_deg": float(np.degrees(np.arccos(np.clip(tangent[2], -1, 1)))),
-            "lean_az_grid_deg": float(np.degrees(np.arctan2(top[0], top[1])) % 360), "crown_base_m": stem.crown_base_m,
-            "taper_cm_m": float(taper), "index": index})
+        rows.append(
+            {
+                "tree_id": stem.tree_id,
+                "kind": stem.kind,
+                "status": stem.status,
+                "in_plot": bool(stem.in_plot),
+                "bh": cut.centre,
+                "base": base,
+                "dbh_cm": 100 * cut.diameter,
+                "w_min_cm": 100 * cut.narrow,
+                "w_max_cm": 100 * cut.wide,
+                "height_m": float(top[2]),
+                "lean_deg": float(np.degrees(np.arctan2(np.hypot(*top[:2]), top[2]))),
+                "lean_bh_deg": float(np.degrees(np.arccos(np.clip(tangent[2], -1, 1)))),
+                "lean_az_grid_deg": float(np.degrees(np.arctan2(top[0], top[1])) % 360),
+                "crown_base_m": stem.crown_base_m,
+                "taper_cm_m": float(taper),
+                "index": index,
+            }
+        )
     return rows, profiles, saplings
 
 
@@ -100,8 +113,11 @@ def visibility(world: World, stem: Stem, index: int, dbh_m: float, view: View) -
     to_camera /= np.linalg.norm(to_camera, axis=1, keepdims=True)
     side = np.cross(tangent, to_camera)
     turn = np.radians(np.linspace(-75, 75, 11))
-    surface = (point[:, None] + radius[:, None, None] * (np.cos(turn)[None, :, None] * to_camera[:, None]
-                                                         + np.sin(turn)[None, :, None] * side[:, None])).reshape(-1, 3)
+    surface = (
+        point[:, None]
+        + radius[:, None, None]
+        * (np.cos(turn)[None, :, None] * to_camera[:, None] + np.sin(turn)[None, :, None] * side[:, None])
+    ).reshape(-1, 3)
     distance, primitive = world.first_hits(view.centre, surface - view.centre)
     on_stem = (primitive >= world.ground_faces) & (primitive < world.ground_faces + world.stem_faces)
     hit_owner = np.full(len(primitive), -1)
@@ -111,18 +127,26 @@ def visibility(world: World, stem: Stem, index: int, dbh_m: float, view: View) -
     middle, axis, _ = (part[0] for part in axis_at(stem, np.array([BREAST_HEIGHT_M])))
     pixels, depth = view.project(np.vstack([surface, middle]))
     ray = (middle - view.centre) / np.linalg.norm(middle - view.centre)
-    return {"visible_fraction": float(seen.mean()), "width_px": float(view.camera.fx * dbh_m / depth[-1]),
-            "in_frame": int(view.contains(pixels).all()), "foreshortening": float(np.linalg.norm(np.cross(axis, ray)))}
+    return {
+        "visible_fraction": float(seen.mean()),
+        "width_px": float(view.camera.fx * dbh_m / depth[-1]),
+        "in_frame": int(view.contains(pixels).all()),
+        "foreshortening": float(np.linalg.norm(np.cross(axis, ray))),
+    }
 
 
 def count_views(records: list[dict]) -> dict:
     """The visibility columns of ``trees.csv`` from one tree's records, in photo order."""
+
     def good(record: dict, share: float) -> bool:
         return bool(record["in_frame"] and record["visible_fraction"] >= share and record["foreshortening"] > 0.35)
 
     framed = [r["width_px"] for r in records if r["in_frame"]]
     open_ = [r["width_px"] for r in records if good(r, 0.7)]
-    return {"n_in_frame": len(framed), "n_unoccluded_bh_views": len(open_),
-            "n_half_visible_bh_views": sum(good(r, 0.5) for r in records),
-            "mean_width_px": float(np.mean(framed)) if framed else None,
-            "mean_width_px_unoccluded": float(np.mean(open_)) if open_ else None}
+    return {
+        "n_in_frame": len(framed),
+        "n_unoccluded_bh_views": len(open_),
+        "n_half_visible_bh_views": sum(good(r, 0.5) for r in records),
+        "mean_width_px": float(np.mean(framed)) if framed else None,
+        "mean_width_px_unoccluded": float(np.mean(open_)) if open_ else None,
+    }

@@ -45,8 +45,9 @@ class Area:
         return (self.centres[:, None] + (self.radii_m[:, None, None] + margin_m) * ring[None]).reshape(-1, 2)
 
 
-def area_seen(views: list[View], ground_z: float, n_views: int = 6, cell_m: float = 1.0,
-              min_sin_nadir: float = 0.3) -> Area:
+def area_seen(
+    views: list[View], ground_z: float, n_views: int = 6, cell_m: float = 1.0, min_sin_nadir: float = 0.3
+) -> Area:
     """The ground that at least ``n_views`` oblique photos see, as circles of one cell each merged into a few.
 
     Used where the user gives no plot. Views count at a cell when the cell is inside the photo and seen at a nadir angle
@@ -117,6 +118,6 @@ def _cover(seen: np.ndarray, x: np.ndarray, y: np.ndarray) -> Area:
         rows = slice(max(int(row - reach), 0), int(row + reach) + 2)
         columns = slice(max(int(column - reach), 0), int(column + reach) + 2)
         part = best[rows, columns]
-        i, j = np.ogrid[rows.start:rows.start + part.shape[0], columns.start:columns.start + part.shape[1]]
+        i, j = np.ogrid[rows.start : rows.start + part.shape[0], columns.start : columns.start + part.shape[1]]
         part[np.hypot(i - row, j - column) <= reach] = 0.0
     return Area.circles(np.array(centres).reshape(-1, 2), np.array(radii))

@@ -36,9 +36,17 @@ class Candidates:
 LEAST, LEAST_NEAR = (4, 4.0), (2, 2.0)
 
 
-def find_candidates(points: np.ndarray, weights: np.ndarray | None, low_m: float, high_m: float, solid: bool,
-                    max_radius_m: float, lean: float = 0.2, near: np.ndarray | None = None,
-                    near_m: float = 1.0) -> Candidates:
+def find_candidates(
+    points: np.ndarray,
+    weights: np.ndarray | None,
+    low_m: float,
+    high_m: float,
+    solid: bool,
+    max_radius_m: float,
+    lean: float = 0.2,
+    near: np.ndarray | None = None,
+    near_m: float = 1.0,
+) -> Candidates:
     """Candidates in one tile of (N, 3) points (x, y, height above ground), best first.
 
     weights: (N,) reliabilities or ``None``. solid: points fill the stem (splats). lean: axis slope that layers may be
@@ -47,7 +55,7 @@ def find_candidates(points: np.ndarray, weights: np.ndarray | None, low_m: float
     """
     low, high = extent(points[:, :2])
     origin = low - 0.7
-    rows, cols = (np.ceil((high + 0.7 - origin) / _CELL_M).astype(int) + 1)
+    rows, cols = np.ceil((high + 0.7 - origin) / _CELL_M).astype(int) + 1
     heights = np.arange(low_m, high_m - _LAYER_M / 2, _LAYER_M)
     radii = [r for r in RADII_M if r <= max_radius_m] or [RADII_M[0]]
     shape = fft.next_fast_len(int(rows), real=True), fft.next_fast_len(int(cols), real=True)
@@ -71,11 +79,17 @@ def find_candidates(points: np.ndarray, weights: np.ndarray | None, low_m: float
                 _keep_better(score, np.float32(np.sqrt(radii[index] + 0.1)), index, top, chosen)
             best[kind].append(top)
             which[kind].append(chosen)
-    found = [row for kind in (0, 1) for row in
-             _peaks(best[kind], which[kind], heights, origin, np.asarray(radii), LEAST, lean)]
+    found = [
+        row
+        for kind in (0, 1)
+        for row in _peaks(best[kind], which[kind], heights, origin, np.asarray(radii), LEAST, lean)
+    ]
     if near is not None and len(near):
-        more = [row for kind in (0, 1) for row in
-                _peaks(best[kind], which[kind], heights, origin, np.asarray(radii), LEAST_NEAR, lean)]
+        more = [
+            row
+            for kind in (0, 1)
+            for row in _peaks(best[kind], which[kind], heights, origin, np.asarray(radii), LEAST_NEAR, lean)
+        ]
         found += [row for row in more if row not in found and np.hypot(*(near - row[1:3]).T).min() < near_m]
     table = np.array(sorted(found, reverse=True)).reshape(-1, 5)
     return Candidates(table[:, 1:3], table[:, 3], table[:, 4], table[:, 0])
@@ -165,7 +179,7 @@ def _largest_near(image: np.ndarray, reach: int) -> np.ndarray:
     for axis in (0, 1):
         rows, cols = image.shape
         wide = np.zeros((rows + 2 * reach, cols) if axis == 0 else (rows, cols + 2 * reach), image.dtype)
-        inner = wide[reach:reach + rows] if axis == 0 else wide[:, reach:reach + cols]
+        inner = wide[reach : reach + rows] if axis == 0 else wide[:, reach : reach + cols]
         inner[:] = image
         # Windows twice as wide each time; two of them, overlapping, make the last.
         image, span, wanted = wide, 1, 2 * reach + 1
@@ -176,8 +190,15 @@ def _largest_near(image: np.ndarray, reach: int) -> np.ndarray:
     return image
 
 
-def _peaks(best: list[np.ndarray], which: list[np.ndarray], heights: np.ndarray, origin: np.ndarray, radii: np.ndarray,
-           least: tuple[int, float], lean: float) -> list[tuple[float, float, float, float, float]]:
+def _peaks(
+    best: list[np.ndarray],
+    which: list[np.ndarray],
+    heights: np.ndarray,
+    origin: np.ndarray,
+    radii: np.ndarray,
+    least: tuple[int, float],
+    lean: float,
+) -> list[tuple[float, float, float, float, float]]:
     """(score, x, y, height, radius) of the local maxima."""
     found: list[tuple[float, float, float, float, float]] = []
     middle = heights + _LAYER_M / 2
@@ -194,6 +215,13 @@ def _peaks(best: list[np.ndarray], which: list[np.ndarray], heights: np.ndarray,
         total += 2 * np.sqrt(best[reference])
         peak = (total == _largest_near(total, 3)) & (votes >= least[0]) & (best[reference] > least[1])
         for i, j in np.argwhere(peak):
-            found.append((float(total[i, j]), origin[0] + i * _CELL_M, origin[1] + j * _CELL_M,
-                          float(middle[reference]), float(radii[which[reference][i, j]])))
+            found.append(
+                (
+                    float(total[i, j]),
+                    origin[0] + i * _CELL_M,
+                    origin[1] + j * _CELL_M,
+                    float(middle[reference]),
+                    float(radii[which[reference][i, j]]),
+                )
+            )
     return found

@@ -61,10 +61,18 @@ class Cone:
         return np.arctan2(offset[:, 1], offset[:, 0])
 
 
-def fit_cone(points: np.ndarray, start: Cone, weights: np.ndarray | None = None,
-             schedule_m: tuple[float, ...] = (0.06, 0.04, 0.025), floor_m: float = 0.008, cap_m: float = 0.03,
-             lean_sd: float = LEAN_SD, taper_sd: float = TAPER_SD, bend_sd: float = 0.0,
-             rounds: int = 6) -> Cone | None:
+def fit_cone(
+    points: np.ndarray,
+    start: Cone,
+    weights: np.ndarray | None = None,
+    schedule_m: tuple[float, ...] = (0.06, 0.04, 0.025),
+    floor_m: float = 0.008,
+    cap_m: float = 0.03,
+    lean_sd: float = LEAN_SD,
+    taper_sd: float = TAPER_SD,
+    bend_sd: float = 0.0,
+    rounds: int = 6,
+) -> Cone | None:
     """Fit (N, 3) points from ``start`` by graduated Geman-McClure re-weighting.
 
     schedule_m: scales from coarse to fine; then the noise is estimated from the near points (``floor_m`` to ``cap_m``)
@@ -75,8 +83,19 @@ def fit_cone(points: np.ndarray, start: Cone, weights: np.ndarray | None = None,
     if len(points) < 6 or not np.isfinite(points).all():
         return None
     weights = np.ones(len(points)) if weights is None else np.ascontiguousarray(weights, dtype=float)
-    vector, covariance, sigma = _fit(points, weights, start.vector, start.h_ref, np.array(schedule_m, float), floor_m,
-                                     cap_m, lean_sd, taper_sd, bend_sd, rounds)
+    vector, covariance, sigma = _fit(
+        points,
+        weights,
+        start.vector,
+        start.h_ref,
+        np.array(schedule_m, float),
+        floor_m,
+        cap_m,
+        lean_sd,
+        taper_sd,
+        bend_sd,
+        rounds,
+    )
     if not sigma > 0:
         return None
     x, y, dx, dy, r, taper, bx, by = vector.tolist()

@@ -19,8 +19,9 @@ STARTS, SAME_M = (1.0, 0.7, 1.4, 0.45), 0.0005
 
 
 @njit(cache=True)
-def _fit(points, weights, start, h_ref, schedule, floor_m, cap_m, lean_sd, taper_sd, bend_sd,
-         rounds):  # pragma: no cover - compiled
+def _fit(
+    points, weights, start, h_ref, schedule, floor_m, cap_m, lean_sd, taper_sd, bend_sd, rounds
+):  # pragma: no cover - compiled
     """:func:`fit_cone` without its refusals: vector (8,), its covariance (8, 8) and sigma, -1 where it ran away."""
     vector = start.copy()
     powers = 5 if bend_sd > 0 else 3
@@ -34,8 +35,9 @@ def _fit(points, weights, start, h_ref, schedule, floor_m, cap_m, lean_sd, taper
     last = 2.5 * cap_m
     for stage in range(len(schedule)):
         scale = schedule[stage]
-        if not _gauss_newton(x, y, t, weights, vector, normal, scale, max(scale / 2, floor_m), prior, prior_sd, powers,
-                             rounds):
+        if not _gauss_newton(
+            x, y, t, weights, vector, normal, scale, max(scale / 2, floor_m), prior, prior_sd, powers, rounds
+        ):
             return vector, normal, -1.0
         if stage == 0:
             # What is farther than any later scale looks, and than the axis will move, is left behind.
@@ -186,8 +188,9 @@ def _powers(w, u, v, h, out):  # pragma: no cover - compiled
 
 
 @njit(cache=True)
-def _gauss_newton(x, y, t, weights, vector, normal, scale, sigma, prior, prior_sd, powers,
-                  rounds):  # pragma: no cover - compiled
+def _gauss_newton(
+    x, y, t, weights, vector, normal, scale, sigma, prior, prior_sd, powers, rounds
+):  # pragma: no cover - compiled
     """Re-weighted steps of ``vector`` in place; ``normal`` is that of the last step. False where the fit ran away.
 
     A residual changes by (ux, uy, 1) h^k (k = 0, 1; with a bend 2 for ux, uy), so the normal matrix is made of the
@@ -210,8 +213,9 @@ def _gauss_newton(x, y, t, weights, vector, normal, scale, sigma, prior, prior_s
         for a in range(known):
             right[a] = -factor[a] * pulls[which[a], power[a]] / (sigma * sigma)
             for b in range(known):
-                normal[a, b] = (factor[a] * factor[b] * moments[pair[which[a]][which[b]], power[a] + power[b]]
-                                / (sigma * sigma))
+                normal[a, b] = (
+                    factor[a] * factor[b] * moments[pair[which[a]][which[b]], power[a] + power[b]] / (sigma * sigma)
+                )
         for a in range(8):
             if np.isfinite(prior_sd[a]):
                 normal[a, a] += 1.0 / prior_sd[a] ** 2
@@ -264,8 +268,9 @@ def _solved(matrix, right, out):  # pragma: no cover - compiled
 
 
 @njit(cache=True)
-def grow(points, weights, place, h, radius, layer_m, floor_m, cap_m, layer_lean_sd, steepest,
-         rounds):  # pragma: no cover - compiled
+def grow(
+    points, weights, place, h, radius, layer_m, floor_m, cap_m, layer_lean_sd, steepest, rounds
+):  # pragma: no cover - compiled
     """Cones from a candidate at (2,) ``place``: fitted to the layer within ``layer_m`` of height ``h`` from several
     radii, then to all (N, 3) points. Those that hold: (K, 8) vectors, (K, 8, 8) covariances, (K,) sigmas."""
     vectors, covariances, sigmas = np.empty((4, 8)), np.empty((4, 8, 8)), np.empty(4)
@@ -280,8 +285,19 @@ def grow(points, weights, place, h, radius, layer_m, floor_m, cap_m, layer_lean_
         start[:] = 0.0
         start[0], start[1], start[4], start[5] = place[0], place[1], radius * factor, TAPER_PRIOR
         coarse = min(0.05, 0.5 * start[4])
-        vector, _, sigma = _fit(layer, weight, start, h, np.array([coarse, 0.6 * coarse]), floor_m, cap_m,
-                                layer_lean_sd, TAPER_SD, 0.0, rounds)
+        vector, _, sigma = _fit(
+            layer,
+            weight,
+            start,
+            h,
+            np.array([coarse, 0.6 * coarse]),
+            floor_m,
+            cap_m,
+            layer_lean_sd,
+            TAPER_SD,
+            0.0,
+            rounds,
+        )
         if not sigma > 0:
             continue
         fresh = True
@@ -291,8 +307,19 @@ def grow(points, weights, place, h, radius, layer_m, floor_m, cap_m, layer_lean_
             continue
         starts[known] = vector
         known += 1
-        vector, covariance, sigma = _fit(points, weights, vector, h, np.array([1.2 * coarse, 0.7 * coarse]), floor_m,
-                                         cap_m, LEAN_SD, TAPER_SD, 0.0, rounds)
+        vector, covariance, sigma = _fit(
+            points,
+            weights,
+            vector,
+            h,
+            np.array([1.2 * coarse, 0.7 * coarse]),
+            floor_m,
+            cap_m,
+            LEAN_SD,
+            TAPER_SD,
+            0.0,
+            rounds,
+        )
         if not sigma > 0 or np.hypot(vector[2], vector[3]) > steepest:
             continue
         if np.hypot(vector[0] - place[0], vector[1] - place[1]) > 0.25 + 0.5 * radius:

@@ -26,8 +26,7 @@ def stands_at(axes, x, y, h, share, least_m, beyond_m):  # pragma: no cover - co
 
 
 @njit(cache=True)
-def count_evidence(band, vector, h_ref, tolerance, noise, solid, lowest, rows,
-                   need):  # pragma: no cover - compiled
+def count_evidence(band, vector, h_ref, tolerance, noise, solid, lowest, rows, need):  # pragma: no cover - compiled
     """Points on the bark, share of rows that show it, their arc in degrees, and in units of cells (row x sector): cells
     with bark, what lies inside, just outside, within twice the noise and within two to six times the noise.
 
@@ -43,8 +42,10 @@ def count_evidence(band, vector, h_ref, tolerance, noise, solid, lowest, rows,
             continue
         row = min(max(int(np.floor((h - lowest) / ROW_M)), 0), rows - 1)
         t = h - h_ref
-        turn = np.arctan2(band[m, 1] - vector[1] - (vector[3] + 0.5 * vector[7] * t) * t,
-                          band[m, 0] - vector[0] - (vector[2] + 0.5 * vector[6] * t) * t)
+        turn = np.arctan2(
+            band[m, 1] - vector[1] - (vector[3] + 0.5 * vector[7] * t) * t,
+            band[m, 0] - vector[0] - (vector[2] + 0.5 * vector[6] * t) * t,
+        )
         sector = int(np.floor((turn + np.pi) / (2 * np.pi) * SECTORS)) % SECTORS
         if e < tolerance if solid else away < tolerance:
             count[0, row, sector] += 1

@@ -25,9 +25,24 @@ NAME = "cloud"
 SEGMENTERS = ("forestformer3d", "segmentanytree")
 #: Names under which SegmentAnyTree and its kin write the tree number.
 _LAS_FIELDS = ("PredInstance", "preds_instance_segmentation", "instance_pred", "tree_id", "treeID")
-_PLY_TYPES = {"char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
-              "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "float": "f4",
-              "float32": "f4", "double": "f8", "float64": "f8"}
+_PLY_TYPES = {
+    "char": "i1",
+    "int8": "i1",
+    "uchar": "u1",
+    "uint8": "u1",
+    "short": "i2",
+    "int16": "i2",
+    "ushort": "u2",
+    "uint16": "u2",
+    "int": "i4",
+    "int32": "i4",
+    "uint": "u4",
+    "uint32": "u4",
+    "float": "f4",
+    "float32": "f4",
+    "double": "f8",
+    "float64": "f8",
+}
 
 
 @dataclass(frozen=True)
@@ -40,8 +55,14 @@ class ExternalLabels:
     reordered: bool
 
 
-def segment_external(cloud: PointCloud, segmenter: str, command: str, reporter: Reporter | None = None,
-                     timeout_s: float | None = None, work: Path | None = None) -> ExternalLabels:
+def segment_external(
+    cloud: PointCloud,
+    segmenter: str,
+    command: str,
+    reporter: Reporter | None = None,
+    timeout_s: float | None = None,
+    work: Path | None = None,
+) -> ExternalLabels:
     """Run a segmenter on a cloud.
 
     segmenter: ``forestformer3d`` or ``segmentanytree``. command: its command line with ``{input}`` (folder with the
@@ -56,8 +77,10 @@ def segment_external(cloud: PointCloud, segmenter: str, command: str, reporter: 
     if segmenter not in SEGMENTERS:
         raise InputError(f"segmenter: found {segmenter!r}, expected one of {', '.join(SEGMENTERS)}.")
     if "{input}" not in command or "{output}" not in command:
-        raise InputError(f"segmenter command: found {command!r}, expected a command line with {{input}} and {{output}} "
-                         "in it, for example 'docker run --rm -v {input}:/in -v {output}:/out IMAGE'.")
+        raise InputError(
+            f"segmenter command: found {command!r}, expected a command line with {{input}} and {{output}} "
+            "in it, for example 'docker run --rm -v {input}:/in -v {output}:/out IMAGE'."
+        )
     if len(cloud) == 0:
         raise InputError("segmenter: the cloud has no points; give one that has.")
     if work is not None:
@@ -67,8 +90,9 @@ def segment_external(cloud: PointCloud, segmenter: str, command: str, reporter: 
         return _run(cloud, segmenter, command, reporter, timeout_s, Path(folder))
 
 
-def _run(cloud: PointCloud, segmenter: str, command: str, reporter: Reporter, timeout_s: float | None,
-         work: Path) -> ExternalLabels:
+def _run(
+    cloud: PointCloud, segmenter: str, command: str, reporter: Reporter, timeout_s: float | None, work: Path
+) -> ExternalLabels:
     given, made = work / "input", work / "output"
     for folder in (given, made):
         folder.mkdir(exist_ok=True)
@@ -89,18 +113,20 @@ def _run(cloud: PointCloud, segmenter: str, command: str, reporter: Reporter, ti
     try:
         done = subprocess.run(words, capture_output=True, text=True, timeout=timeout_s, errors="replace")
     except FileNotFoundError:
-        raise MissingComponentError(f"{words[0]}: no such program; install {segmenter} (docs/measuring.md) or correct "
-                                    "the command.") from None
+        raise MissingComponentError(
+            f"{words[0]}: no such program; install {segmenter} (docs/measuring.md) or correct the command."
+        ) from None
     except PermissionError:
         raise InputError(f"{words[0]}: may not be run; make it executable.") from None
     except subprocess.TimeoutExpired:
         raise OutputError(f"{segmenter}: no end after {timeout_s:.0f} s; give it more time or fewer points.") from None
     if done.returncode:
         last = " / ".join((done.stderr or done.stdout).strip().splitlines()[-3:]) or "it said nothing"
-        raise OutputError(f"{segmenter}: ended with exit code {done.returncode} ({last[:400]}); mend that and run "
-                          "again.")
+        raise OutputError(
+            f"{segmenter}: ended with exit code {done.returncode} ({last[:400]}); mend that and run again."
+        )
     result = _result(made, segmenter)
-    xyz, instance = (_read_ply(result) if result.suffix == ".ply" else _read_las(result))
+    xyz, instance = _read_ply(result) if result.suffix == ".ply" else _read_las(result)
     return _checked(local, xyz, instance, result, segmenter)
 
 
@@ -110,19 +136,25 @@ def _result(folder: Path, segmenter: str) -> Path:
     found = [path for path in sorted(folder.rglob("*")) if path.suffix.lower() in endings]
     exact = [path for path in found if path.stem == NAME]
     if not found:
-        raise OutputError(f"{folder}: {segmenter} ended without an error but wrote no {' or '.join(endings)}; see its "
-                          "own log, it skips clouds that it cannot read.")
+        raise OutputError(
+            f"{folder}: {segmenter} ended without an error but wrote no {' or '.join(endings)}; see its "
+            "own log, it skips clouds that it cannot read."
+        )
     if len(found) > 1 and len(exact) != 1:
-        raise OutputError(f"{folder}: found {len(found)} results ({', '.join(p.name for p in found[:4])}), expected "
-                          "one; let the command write only the final one.")
+        raise OutputError(
+            f"{folder}: found {len(found)} results ({', '.join(p.name for p in found[:4])}), expected "
+            "one; let the command write only the final one."
+        )
     return exact[0] if exact else found[0]
 
 
 def _checked(sent: np.ndarray, back: np.ndarray, instance: np.ndarray, path: Path, segmenter: str) -> ExternalLabels:
     """The labels in the order of the points that were sent, once it is sure that they belong to them."""
     if len(back) != len(sent):
-        raise OutputError(f"{path.name}: {segmenter} returned {len(back)} points, expected the {len(sent)} it was "
-                          "given; switch off its thinning and cropping.")
+        raise OutputError(
+            f"{path.name}: {segmenter} returned {len(back)} points, expected the {len(sent)} it was "
+            "given; switch off its thinning and cropping."
+        )
     if not np.isfinite(back).all():
         raise OutputError(f"{path.name}: {segmenter} returned coordinates that are not numbers; run it again.")
     # The program may have moved the cloud as a whole: the bounding box says by how much, whatever the order.
@@ -134,13 +166,17 @@ def _checked(sent: np.ndarray, back: np.ndarray, instance: np.ndarray, path: Pat
         away, nearest = cKDTree(moved).query(sent)
         twins = len(sent) - len(np.unique(nearest))
         if away.max() > SAME_POINT_M or twins > len(sent) - len(np.unique(sent.round(4), axis=0)):
-            raise OutputError(f"{path.name}: {segmenter} returned other points than it was given (one is "
-                              f"{away.max():.3f} m off), expected the same coordinates; its labels cannot be used.")
+            raise OutputError(
+                f"{path.name}: {segmenter} returned other points than it was given (one is "
+                f"{away.max():.3f} m off), expected the same coordinates; its labels cannot be used."
+            )
         instance, reordered = instance[nearest], True
     trees = instance > (0 if segmenter == "segmentanytree" else -1)
     if not trees.any():
-        raise OutputError(f"{path.name}: {segmenter} found no tree at all in {len(sent)} points; that is how a broken "
-                          "installation shows, check it on its own example.")
+        raise OutputError(
+            f"{path.name}: {segmenter} found no tree at all in {len(sent)} points; that is how a broken "
+            "installation shows, check it on its own example."
+        )
     tree_id = np.zeros(len(sent), np.int32)
     _, number = np.unique(instance[trees], return_inverse=True)
     tree_id[trees] = number + 1
@@ -174,8 +210,10 @@ def _read_ply(path: Path) -> tuple[np.ndarray, np.ndarray]:
         names = [name for _, name in fields]
         wanted = next((n for n in ("instance_pred", *_LAS_FIELDS) if n in names), None)
         if wanted is None or not {"x", "y", "z"} <= set(names):
-            raise OutputError(f"{path.name}: has the properties {', '.join(names) or 'none'}, expected x, y, z and "
-                              "instance_pred; use the segmenter's final output.")
+            raise OutputError(
+                f"{path.name}: has the properties {', '.join(names) or 'none'}, expected x, y, z and "
+                "instance_pred; use the segmenter's final output."
+            )
         text = any(h.startswith("format ascii") for h in head)
         order = ">" if any("big_endian" in h for h in head) else "<"
         try:
@@ -205,7 +243,9 @@ def _read_las(path: Path) -> tuple[np.ndarray, np.ndarray]:
     names = list(data.point_format.dimension_names)
     wanted = next((name for name in _LAS_FIELDS if name in names), None)
     if wanted is None:
-        raise OutputError(f"{path.name}: has no {' or '.join(_LAS_FIELDS[:2])} (it has: {', '.join(names)}); use the "
-                          "segmenter's final output.")
+        raise OutputError(
+            f"{path.name}: has no {' or '.join(_LAS_FIELDS[:2])} (it has: {', '.join(names)}); use the "
+            "segmenter's final output."
+        )
     xyz = np.column_stack([np.asarray(data.x), np.asarray(data.y), np.asarray(data.z)])
     return xyz, np.asarray(data[wanted]).astype(np.int64)

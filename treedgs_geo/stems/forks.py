@@ -18,16 +18,25 @@ JOINS_M = 0.15
 
 def without_limbs(found: list[Stem], points: np.ndarray, tree: Nearby, sensor: Sensor, top_m: float) -> list[Stem]:
     """The stems without those that are limbs of another one: no bark of their own at the foot, and joining it."""
-    limbs = {number for number, limb in enumerate(found) for other, stem in enumerate(found)
-             if number != other and not stem.refused and not stem.at_seed
-             and _near(limb, stem) and _is_limb(limb, stem, points, tree, sensor, top_m)}
+    limbs = {
+        number
+        for number, limb in enumerate(found)
+        for other, stem in enumerate(found)
+        if number != other
+        and not stem.refused
+        and not stem.at_seed
+        and _near(limb, stem)
+        and _is_limb(limb, stem, points, tree, sensor, top_m)
+    }
     return [stem for number, stem in enumerate(found) if number not in limbs]
 
 
 def _near(one: Stem, other: Stem) -> bool:
     """Do the axes come close enough below 4 m for one to grow out of the other?"""
-    return any(np.hypot(*(one.cone.centre(h) - other.cone.centre(h)))
-               < one.cone.radius(h) + other.cone.radius(h) + JOINS_M for h in (1.3, 2.0, 3.0))
+    return any(
+        np.hypot(*(one.cone.centre(h) - other.cone.centre(h))) < one.cone.radius(h) + other.cone.radius(h) + JOINS_M
+        for h in (1.3, 2.0, 3.0)
+    )
 
 
 def _is_limb(limb: Stem, stem: Stem, points: np.ndarray, tree: Nearby, sensor: Sensor, top_m: float) -> bool:

@@ -22,8 +22,15 @@ _LAYER_M, _LAYER_LEAN_SD = 0.8, 0.08
 THIN_M, _SIDES = 0.09, np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 
 
-def fit_candidate(near: np.ndarray, weights: np.ndarray | None, xy: np.ndarray, h: float, radius: float,
-                   sensor: Sensor, options: SegmentOptions) -> list[Cone]:
+def fit_candidate(
+    near: np.ndarray,
+    weights: np.ndarray | None,
+    xy: np.ndarray,
+    h: float,
+    radius: float,
+    sensor: Sensor,
+    options: SegmentOptions,
+) -> list[Cone]:
     """Cones grown from the candidate's layer to the whole band of (N, 3) points, from several starting radii."""
     if np.count_nonzero(np.abs(near[:, 2] - h) < _LAYER_M) < 6 or len(near) < sensor.least_points:
         return []
@@ -32,13 +39,31 @@ def fit_candidate(near: np.ndarray, weights: np.ndarray | None, xy: np.ndarray, 
     some = np.ascontiguousarray(near[::stride])
     weight = np.ones(len(some)) if weights is None else np.ascontiguousarray(weights[::stride])
     steepest = float(np.tan(np.radians(options.max_lean_deg)))
-    fits = list(zip(*grow(some, weight, xy, h, radius, _LAYER_M, sensor.floor_m, sensor.cap_m, _LAYER_LEAN_SD,
-                          steepest, 6), strict=True))
+    fits = list(
+        zip(
+            *grow(some, weight, xy, h, radius, _LAYER_M, sensor.floor_m, sensor.cap_m, _LAYER_LEAN_SD, steepest, 6),
+            strict=True,
+        )
+    )
     if not fits and not sensor.solid and radius <= THIN_M:
         # The vote for a thin half ring lies on its bark: its centre is a radius away to some side.
         for step in _SIDES:
-            fits += zip(*grow(some, weight, xy + radius * step, h, radius, _LAYER_M, sensor.floor_m, sensor.cap_m,
-                              _LAYER_LEAN_SD, steepest, 6), strict=True)
+            fits += zip(
+                *grow(
+                    some,
+                    weight,
+                    xy + radius * step,
+                    h,
+                    radius,
+                    _LAYER_M,
+                    sensor.floor_m,
+                    sensor.cap_m,
+                    _LAYER_LEAN_SD,
+                    steepest,
+                    6,
+                ),
+                strict=True,
+            )
     grown = []
     for vector, covariance, sigma in fits:
         x, y, dx, dy, r, taper, _, _ = vector.tolist()
@@ -61,8 +86,9 @@ def _solid_radius(cone: Cone, points: np.ndarray, weights: np.ndarray | None) ->
     return replace(cone, r=best - cone.taper * 0.0)
 
 
-def follow_up(points: np.ndarray, tree: Nearby, weights: np.ndarray | None, cone: Cone, sensor: Sensor,
-            options: SegmentOptions) -> tuple[Cone, ...]:
+def follow_up(
+    points: np.ndarray, tree: Nearby, weights: np.ndarray | None, cone: Cone, sensor: Sensor, options: SegmentOptions
+) -> tuple[Cone, ...]:
     """Cones of 1.5 m length every metre above the band, as long as there is bark where the axis leads."""
     pieces: list[Cone] = []
     current = cone
@@ -72,11 +98,26 @@ def follow_up(points: np.ndarray, tree: Nearby, weights: np.ndarray | None, cone
         near = tree.within(middle, float(current.radius(h)) + 0.15, h - 0.75, h + 0.75)
         if len(near) < sensor.least_points // 3:
             break
-        near = near[::max(len(near) // MOST_FITTED, 1)]
-        start = Cone(float(middle[0]), float(middle[1]), current.dx, current.dy, float(current.radius(h)),
-                     TAPER_PRIOR, h, current.sigma)
-        piece = fit_cone(points[near], start, None if weights is None else weights[near], (0.03,),
-                         sensor.floor_m, sensor.cap_m, lean_sd=0.1)
+        near = near[:: max(len(near) // MOST_FITTED, 1)]
+        start = Cone(
+            float(middle[0]),
+            float(middle[1]),
+            current.dx,
+            current.dy,
+            float(current.radius(h)),
+            TAPER_PRIOR,
+            h,
+            current.sigma,
+        )
+        piece = fit_cone(
+            points[near],
+            start,
+            None if weights is None else weights[near],
+            (0.03,),
+            sensor.floor_m,
+            sensor.cap_m,
+            lean_sd=0.1,
+        )
         if piece is None or np.hypot(piece.x - middle[0], piece.y - middle[1]) > 0.10:
             break
         if not 0.75 < piece.r / start.r < 1.2 or piece.r < 0.015:

@@ -36,8 +36,9 @@ class Stem:
     at_seed: bool = False
 
 
-def best_stem(cones: list[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions,
-          strict: bool = True) -> Stem | None:
+def best_stem(
+    cones: list[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions, strict: bool = True
+) -> Stem | None:
     """The cone with the highest score of those that are a stem (:func:`judge`)."""
     best: Stem | None = None
     for cone in cones:
@@ -67,14 +68,28 @@ class Evidence:
         return self.core - 0.5 * self.fringe - self.inside
 
 
-def weigh(cone: Cone, band: np.ndarray, sensor: Sensor, options: SegmentOptions, noise_m: float | None = None,
-          need: int | None = None) -> Evidence:
+def weigh(
+    cone: Cone,
+    band: np.ndarray,
+    sensor: Sensor,
+    options: SegmentOptions,
+    noise_m: float | None = None,
+    need: int | None = None,
+) -> Evidence:
     """The evidence for a cone in the (N, 3) points of the band around it; noise_m: instead of the sensor's."""
     rows = int(np.ceil((min(options.high_m, 4.25) - options.low_m) / ROW_M))
     need = need or (1 if sensor.least_points < 30 else 4)
     on, share, arc, cells, *parts = count_evidence(
-        np.ascontiguousarray(band), cone.vector, cone.h_ref, tolerance(cone, sensor), noise_m or sensor.noise_m,
-        sensor.solid, options.low_m, rows, need)
+        np.ascontiguousarray(band),
+        cone.vector,
+        cone.h_ref,
+        tolerance(cone, sensor),
+        noise_m or sensor.noise_m,
+        sensor.solid,
+        options.low_m,
+        rows,
+        need,
+    )
     return Evidence(int(on), float(share), float(arc), int(cells), *(float(part) / max(cells, 1) for part in parts))
 
 
@@ -105,5 +120,14 @@ def judge(cone: Cone, band: np.ndarray, sensor: Sensor, options: SegmentOptions,
 def as_stem(cone: Cone, seen: Evidence, sensor: Sensor, refused: str = "") -> Stem:
     """The cone as a stem with its evidence."""
     noise = sensor.noise_m if np.isfinite(sensor.fuzzy_m) else None
-    return Stem(cone, seen.rows * seen.cells * seen.sharp, seen.rows, seen.arc_deg, seen.inside, seen.outside,
-                seen.points, refused=refused, noise_m=noise)
+    return Stem(
+        cone,
+        seen.rows * seen.cells * seen.sharp,
+        seen.rows,
+        seen.arc_deg,
+        seen.inside,
+        seen.outside,
+        seen.points,
+        refused=refused,
+        noise_m=noise,
+    )

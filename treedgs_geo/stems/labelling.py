@@ -46,8 +46,9 @@ class Labeller:
         """(N,) int32 tree ids of (N, 3) project coordinates at (N,) heights above ground; 0 = no stem."""
         if not len(self.piece):
             return np.zeros(len(xyz), np.int32)
-        return _labels(xyz, np.asarray(height, float), self.stems.origin, self.low, self.span, self.starts, self.piece,
-                       self.pieces)
+        return _labels(
+            xyz, np.asarray(height, float), self.stems.origin, self.low, self.span, self.starts, self.piece, self.pieces
+        )
 
 
 @njit(cache=True)

@@ -27,8 +27,19 @@ class Nearby:
 
     def within(self, xy: np.ndarray, reach_m: float, low_m: float = -np.inf, high_m: float = np.inf) -> np.ndarray:
         """Indices, ascending, of the (N, 3) points at most ``reach_m`` from (2,) ``xy``, low_m < height < high_m."""
-        found = _within(self.ordered, self.starts, self.order, self.low, self.cell_m, self.span, float(xy[0]),
-                        float(xy[1]), float(reach_m), float(low_m), float(high_m))
+        found = _within(
+            self.ordered,
+            self.starts,
+            self.order,
+            self.low,
+            self.cell_m,
+            self.span,
+            float(xy[0]),
+            float(xy[1]),
+            float(reach_m),
+            float(low_m),
+            float(high_m),
+        )
         found.sort()
         return found
 

@@ -36,8 +36,15 @@ def ring_noise(cones: Iterable[Cone], near: np.ndarray, sensor: Sensor, options:
     return None if best is None else best[1]
 
 
-def measured_noise(points: np.ndarray, tree: Nearby, weights: np.ndarray | None, candidates: Candidates, sensor: Sensor,
-           options: SegmentOptions, least: int) -> float | None:
+def measured_noise(
+    points: np.ndarray,
+    tree: Nearby,
+    weights: np.ndarray | None,
+    candidates: Candidates,
+    sensor: Sensor,
+    options: SegmentOptions,
+    least: int,
+) -> float | None:
     """Spread of the bark in this cloud, from the best candidates; ``None`` with fewer than ``least`` clear rings."""
     wide = sensor.at_noise(MOST_NOISE_M)
     low, high = options.low_m - 0.1, min(options.high_m, 4.25)

@@ -43,8 +43,16 @@ class Rejected:
     cones: list[Cone]
 
 
-def not_round(points: np.ndarray, tree: Nearby, weights: np.ndarray | None, free: np.ndarray,
-              rejected: list[Rejected], axes: np.ndarray, sensor: Sensor, options: SegmentOptions) -> list[Stem]:
+def not_round(
+    points: np.ndarray,
+    tree: Nearby,
+    weights: np.ndarray | None,
+    free: np.ndarray,
+    rejected: list[Rejected],
+    axes: np.ndarray,
+    sensor: Sensor,
+    options: SegmentOptions,
+) -> list[Stem]:
     """Trees whose lower stem is no ring (buttresses, forks): bark in every row there, and a clean stem above it."""
     loose = replace(options, min_rows=0.85)
     low, high = options.low_m - 0.1, min(options.high_m, 4.25)
@@ -55,8 +63,13 @@ def not_round(points: np.ndarray, tree: Nearby, weights: np.ndarray | None, free
             continue
         near = tree.within(one.xy, REACH_M + one.radius, low, high)
         near = near[free[near]]
-        cones = one.cones if len(near) == one.points else fit_candidate(
-            points[near], None if weights is None else weights[near], one.xy, h, one.radius, sensor, loose)
+        cones = (
+            one.cones
+            if len(near) == one.points
+            else fit_candidate(
+                points[near], None if weights is None else weights[near], one.xy, h, one.radius, sensor, loose
+            )
+        )
         stem = best_stem(cones, points[near], sensor, loose, strict=False)
         if stem is None or stem.points < 4 * sensor.least_points:
             continue
@@ -67,8 +80,15 @@ def not_round(points: np.ndarray, tree: Nearby, weights: np.ndarray | None, free
     return kept
 
 
-def listed(points: np.ndarray, tree: Nearby, free: np.ndarray, rejected: list[Rejected], axes: np.ndarray,
-           sensor: Sensor, options: SegmentOptions) -> list[Stem]:
+def listed(
+    points: np.ndarray,
+    tree: Nearby,
+    free: np.ndarray,
+    rejected: list[Rejected],
+    axes: np.ndarray,
+    sensor: Sensor,
+    options: SegmentOptions,
+) -> list[Stem]:
     """Candidates that look like stems and cannot be measured: upright, empty inside, little around them, but too few
     sides seen, too thin for the noise, or veiled by twigs."""
     low, high = options.low_m - 0.1, min(options.high_m, 4.25)
@@ -109,8 +129,16 @@ def _reason(cone: Cone, seen: Evidence, sensor: Sensor, options: SegmentOptions)
     return "too_small" if thin else "occluded"
 
 
-def at_seeds(points: np.ndarray, tree: Nearby, weights: np.ndarray | None, free: np.ndarray, seeds: np.ndarray,
-             axes: np.ndarray, sensor: Sensor, options: SegmentOptions) -> list[Stem]:
+def at_seeds(
+    points: np.ndarray,
+    tree: Nearby,
+    weights: np.ndarray | None,
+    free: np.ndarray,
+    seeds: np.ndarray,
+    axes: np.ndarray,
+    sensor: Sensor,
+    options: SegmentOptions,
+) -> list[Stem]:
     """An answer for each of (K, 2) places given where no stem was found within ``SEED_M``: a stem after all, where a
     cone started at the place itself is one, or the reason why there is none (``at_seed``)."""
     low, high = options.low_m - 0.1, min(options.high_m, 4.25)
@@ -122,17 +150,31 @@ def at_seeds(points: np.ndarray, tree: Nearby, weights: np.ndarray | None, free:
         near = tree.within(place, REACH_M, low, high)
         near = near[free[near]]
         weight = None if weights is None else weights[near]
-        cones = [cone for radius in SEED_RADII_M for cone in
-                 fit_candidate(points[near], weight, place, SEED_AT_M, radius, sensor, options)
-                 if np.hypot(*(cone.centre(SEED_AT_M) - place)) < SEED_M + cone.radius(SEED_AT_M)]
+        cones = [
+            cone
+            for radius in SEED_RADII_M
+            for cone in fit_candidate(points[near], weight, place, SEED_AT_M, radius, sensor, options)
+            if np.hypot(*(cone.centre(SEED_AT_M) - place)) < SEED_M + cone.radius(SEED_AT_M)
+        ]
         stem = best_stem(cones, points[near], sensor, options)
         if stem is not None and not stands_at(axes, *stem.cone.centre(SEED_AT_M), SEED_AT_M, 1.0, 0.0, BESIDE_M):
             answers.append(stem)
             axes = np.vstack([axes, axis_row(stem.cone)])
             continue
         there = Cone(float(place[0]), float(place[1]), 0.0, 0.0, 0.05, 0.0, SEED_AT_M)
-        answers.append(Stem(there, 0.0, 0.0, 0.0, 0.0, 0.0, len(near), at_seed=True,
-                            refused=_reason_at(cones, points[near], place, sensor, options)))
+        answers.append(
+            Stem(
+                there,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                len(near),
+                at_seed=True,
+                refused=_reason_at(cones, points[near], place, sensor, options),
+            )
+        )
     return answers
 
 
@@ -141,8 +183,9 @@ def _reason_at(cones: list[Cone], near: np.ndarray, place: np.ndarray, sensor: S
     close = np.count_nonzero(np.hypot(*(near[:, :2] - place).T) < SEED_M + SEED_RADII_M[-1])
     if close < LISTED_POINTS * sensor.least_points:
         return "few_points"
-    seen = [weigh(cone, near, sensor, options) for cone in cones
-            if 0.015 < cone.radius(1.3) <= options.max_dbh_cm / 200]
+    seen = [
+        weigh(cone, near, sensor, options) for cone in cones if 0.015 < cone.radius(1.3) <= options.max_dbh_cm / 200
+    ]
     best = max(seen, key=lambda one: one.rows * one.cells * one.sharp, default=None)
     if best is None or best.rows < options.min_rows:
         return "occluded"

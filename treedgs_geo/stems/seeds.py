@@ -49,8 +49,10 @@ def read_field_stems(path: Path, crs: object | None = None) -> FieldStems:
         columns = {name.strip().lower(): name for name in table.columns}
         x, y = (next((columns[name] for name in names if name in columns), None) for names in (_X, _Y))
         if x is None or y is None:
-            raise InputError(f"{path}: found columns {', '.join(map(str, table.columns))}; expected x and y (or "
-                             "easting and northing) of each stem.")
+            raise InputError(
+                f"{path}: found columns {', '.join(map(str, table.columns))}; expected x and y (or "
+                "easting and northing) of each stem."
+            )
         xy = _numbers(path, table, (x, y))
     else:
         import geopandas as gpd
@@ -66,8 +68,9 @@ def read_field_stems(path: Path, crs: object | None = None) -> FieldStems:
         columns = {str(name).strip().lower(): name for name in table.columns}
         xy = np.column_stack([table.geometry.x, table.geometry.y])
     if len(xy) == 0 or not np.isfinite(xy).all():
-        raise InputError(f"{path}: {'holds no stem' if len(xy) == 0 else 'a stem has no position'}; expected x and y "
-                         "of each stem.")
+        raise InputError(
+            f"{path}: {'holds no stem' if len(xy) == 0 else 'a stem has no position'}; expected x and y of each stem."
+        )
     if "tree_id" not in columns:
         return FieldStems(xy, np.arange(1, len(xy) + 1), tuple(str(k) for k in range(1, len(xy) + 1)))
     names = tuple(str(value).strip() for value in table[columns["tree_id"]])
@@ -131,8 +134,11 @@ def answer_stems(stems: StemMap, field: FieldStems, bh_m: float = 1.3) -> list[A
     unseen = np.array([stem.cone.centre(bh_m) for stem in stems.unseen]).reshape(-1, 2) + stems.origin
     gap = np.linalg.norm(feet[:, None] - field.xy[None], axis=2)
     # A cost above the gate lets a stem stay single instead of pushing its neighbour out of a good pair.
-    pairs = [(i, j) for i, j in zip(*linear_sum_assignment(np.where(gap <= MATCH_M, gap, 10 * MATCH_M)), strict=True)
-             if gap[i, j] <= MATCH_M]
+    pairs = [
+        (i, j)
+        for i, j in zip(*linear_sum_assignment(np.where(gap <= MATCH_M, gap, 10 * MATCH_M)), strict=True)
+        if gap[i, j] <= MATCH_M
+    ]
     gate = MATCH_M
     if len(pairs) >= LEAST_PAIRS:
         gate = float(np.clip(GATE_SHARE * np.median([gap[i, j] for i, j in pairs]), LEAST_GATE_M, MATCH_M))
@@ -147,8 +153,9 @@ def answer_stems(stems: StemMap, field: FieldStems, bh_m: float = 1.3) -> list[A
         found, near = stems.stems[i], float(gap[i, j])
         others = np.r_[np.delete(gap[:, j], i), np.delete(gap[i], j)]
         unsure = near >= FAR_M and len(others) > 0 and others.min() < UNSURE_SHARE * near
-        answers.append(Answer(name, "refused" if found.refused else "unsure" if unsure else "found", found.refused,
-                              near, i))
+        answers.append(
+            Answer(name, "refused" if found.refused else "unsure" if unsure else "found", found.refused, near, i)
+        )
     return answers
 
 

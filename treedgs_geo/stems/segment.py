@@ -46,21 +46,31 @@ class StemMap:
     def of(cls, found: list[Stem], origin: np.ndarray, sensor: str) -> StemMap:
         """In a stable order, north to south."""
         found = sorted(found, key=lambda stem: (-round(stem.cone.y, 1), stem.cone.x))
-        return cls(tuple(stem for stem in found if not stem.at_seed), origin, sensor,
-                   tuple(stem for stem in found if stem.at_seed))
+        return cls(
+            tuple(stem for stem in found if not stem.at_seed),
+            origin,
+            sensor,
+            tuple(stem for stem in found if stem.at_seed),
+        )
 
 
-def segment_stems(cloud: PointCloud, dtm: Dtm, options: SegmentOptions | None = None,
-                  reporter: Reporter | None = None) -> np.ndarray:
+def segment_stems(
+    cloud: PointCloud, dtm: Dtm, options: SegmentOptions | None = None, reporter: Reporter | None = None
+) -> np.ndarray:
     """(N,) int32 ``tree_id`` of each point, 0 = no stem. See :func:`find_stems` for the stems themselves."""
     height = height_above_ground(cloud.xyz, dtm)
     stems = find_stems(cloud, dtm, options, reporter, height=height)
     return label_points(cloud.xyz, height, stems)
 
 
-def find_stems(cloud: PointCloud, dtm: Dtm, options: SegmentOptions | None = None,
-               reporter: Reporter | None = None, seeds_xy: np.ndarray | None = None,
-               height: np.ndarray | None = None) -> StemMap:
+def find_stems(
+    cloud: PointCloud,
+    dtm: Dtm,
+    options: SegmentOptions | None = None,
+    reporter: Reporter | None = None,
+    seeds_xy: np.ndarray | None = None,
+    height: np.ndarray | None = None,
+) -> StemMap:
     """The stems of a cloud in project coordinates over its terrain model, in a stable order (north to south).
 
     seeds_xy: (K, 2) project coordinates of stems that are known (field stems): weaker evidence is looked at there.
@@ -124,14 +134,21 @@ def label_points(xyz: np.ndarray, height: np.ndarray, stems: StemMap) -> np.ndar
     return Labeller(stems)(xyz, height)
 
 
-def search_points(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
-                  options: SegmentOptions | None = None) -> list[Stem]:
+def search_points(
+    points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, options: SegmentOptions | None = None
+) -> list[Stem]:
     """The stems in a small set of (N, 3) points (x, y, height above ground), say one tree of another segmenter."""
     return _without_doubles(_search_tile(points, weights, sensor, options or SegmentOptions(), follow=False))
 
 
-def _search(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, options: SegmentOptions,
-            reporter: Reporter, seeds: np.ndarray | None = None) -> list[Stem]:
+def _search(
+    points: np.ndarray,
+    weights: np.ndarray | None,
+    sensor: Sensor,
+    options: SegmentOptions,
+    reporter: Reporter,
+    seeds: np.ndarray | None = None,
+) -> list[Stem]:
     """Tile by tile with a buffer; what two tiles both find is kept once."""
     found: list[Stem] = []
     tiles = _cells(points, _TILE_M)
@@ -139,23 +156,36 @@ def _search(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, opti
         low, high = corner * _TILE_M - _BUFFER_M, (corner + 1) * _TILE_M + _BUFFER_M
         x, y = points[:, 0], points[:, 1]
         inside = (x >= low[0]) & (x < high[0]) & (y >= low[1]) & (y < high[1])
-        stems = _search_tile(points[inside], None if weights is None else weights[inside], sensor, options,
-                             seeds=seeds)
+        stems = _search_tile(points[inside], None if weights is None else weights[inside], sensor, options, seeds=seeds)
         # Near the rim of the buffer a stem may be cut in half: the neighbouring tile has it whole.
         feet = [stem.cone.centre(1.3) for stem in stems]
-        found += [stem for stem, foot in zip(stems, feet, strict=True)
-                  if ((foot > low + 0.7) & (foot < high - 0.7)).all()]
+        found += [
+            stem for stem, foot in zip(stems, feet, strict=True) if ((foot > low + 0.7) & (foot < high - 0.7)).all()
+        ]
         reporter.progress((number + 1) / len(tiles))
     return _without_doubles(found)
 
 
-def _search_tile(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
-                 options: SegmentOptions, follow: bool = True, seeds: np.ndarray | None = None) -> list[Stem]:
+def _search_tile(
+    points: np.ndarray,
+    weights: np.ndarray | None,
+    sensor: Sensor,
+    options: SegmentOptions,
+    follow: bool = True,
+    seeds: np.ndarray | None = None,
+) -> list[Stem]:
     band = (points[:, 2] >= options.low_m) & (points[:, 2] < options.high_m)
     if band.sum() < sensor.least_points:
         return []
-    candidates = find_candidates(points[band], None if weights is None else weights[band], options.low_m,
-                                 options.high_m, sensor.solid, options.max_dbh_cm / 200, near=seeds)
+    candidates = find_candidates(
+        points[band],
+        None if weights is None else weights[band],
+        options.low_m,
+        options.high_m,
+        sensor.solid,
+        options.max_dbh_cm / 200,
+        near=seeds,
+    )
     tree = Nearby(points)
     free = np.ones(len(points), bool)
     if not sensor.solid:
@@ -170,8 +200,7 @@ def _search_tile(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor,
             continue
         near = tree.within(xy, REACH_M + radius, low, high)
         near = near[free[near]]
-        cones = fit_candidate(points[near], None if weights is None else weights[near], xy, h, radius, sensor,
-                               options)
+        cones = fit_candidate(points[near], None if weights is None else weights[near], xy, h, radius, sensor, options)
         stem = best_stem(cones, points[near], sensor, options)
         if stem is None:
             rejected.append(Rejected(xy, float(h), float(radius), len(near), cones))

@@ -17,8 +17,13 @@ from .sensors import SENSORS, settled
 _GUESS_TILES = 16
 
 
-def find_stems_tiled(store: TileStore, dtm: Dtm, options: SegmentOptions | None = None,
-                     reporter: Reporter | None = None, seeds_xy: np.ndarray | None = None) -> StemMap:
+def find_stems_tiled(
+    store: TileStore,
+    dtm: Dtm,
+    options: SegmentOptions | None = None,
+    reporter: Reporter | None = None,
+    seeds_xy: np.ndarray | None = None,
+) -> StemMap:
     """Like :func:`.segment.find_stems`, on the same lattice of tiles; memory is that of one tile with its buffer."""
     options, reporter = options or SegmentOptions(), reporter or Reporter()
     origin = np.floor(store.low[:2])
@@ -44,8 +49,9 @@ def find_stems_tiled(store: TileStore, dtm: Dtm, options: SegmentOptions | None 
     return StemMap.of(_without_doubles(found), origin, source)
 
 
-def _slab(store: TileStore, dtm: Dtm, origin: np.ndarray, low: np.ndarray, high: np.ndarray,
-          options: SegmentOptions) -> tuple[np.ndarray, np.ndarray | None]:
+def _slab(
+    store: TileStore, dtm: Dtm, origin: np.ndarray, low: np.ndarray, high: np.ndarray, options: SegmentOptions
+) -> tuple[np.ndarray, np.ndarray | None]:
     """(N, 3) x, y from ``origin`` and height above ground of one tile's points, and their opacities."""
     xyz, extras = store.read_box(low + origin, high + origin)
     height = xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1])

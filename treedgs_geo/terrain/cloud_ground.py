@@ -104,12 +104,16 @@ def found_ground(xyz: np.ndarray, crs: pyproj.CRS | None, where: str, reporter: 
     """
     ground = own_ground(xyz, crs)
     if ground.lowest:
-        reporter.warn("No ground was found in this small cloud: heights are counted from its lowest points, and every "
-                      "tree is marked for checking (no_ground).")
+        reporter.warn(
+            "No ground was found in this small cloud: heights are counted from its lowest points, and every "
+            "tree is marked for checking (no_ground)."
+        )
     elif not ground.shows_ground:
-        reporter.warn(f"{where}: shows no ground surface between the stems (its lowest metres may have been clipped or "
-                      "filtered out), so breast height is unknown or unsure (no_ground); give the cloud with its "
-                      "ground, or a DTM with --dtm.")
+        reporter.warn(
+            f"{where}: shows no ground surface between the stems (its lowest metres may have been clipped or "
+            "filtered out), so breast height is unknown or unsure (no_ground); give the cloud with its "
+            "ground, or a DTM with --dtm."
+        )
     return ground
 
 
@@ -155,17 +159,26 @@ def given_ground(given: Dtm, xyz: np.ndarray, where: str, reporter: Reporter) ->
             reporter.warn(
                 f"{where}: lies {median:+.2f} m from the ground that the cloud shows (median), expected within "
                 f"{GROUND_WARN_M:g} m; breast height may be off by as much and the trees' intervals are widened by it: "
-                "check its datum, or leave --dtm out.")
+                "check its datum, or leave --dtm out."
+            )
     else:
         _require_possible(given, xyz, where)
         reporter.info(f"{where}: could not be checked, the cloud shows too little ground of its own.")
     completed, holes, wrong = _completed(given, found, places, seen)
     if holes or wrong:
-        what = " and ".join(filter(None, [f"no height in {holes:.0f} m2" if holes else "",
-                                          f"a height more than {OTHER_HEIGHTS_M:g} m off in {wrong:.0f} m2"
-                                          if wrong else ""]))
-        reporter.warn(f"{where}: has {what} of the ground under the cloud; the ground that the cloud shows stands in "
-                      "there, and stems where it shows none have no_ground.")
+        what = " and ".join(
+            filter(
+                None,
+                [
+                    f"no height in {holes:.0f} m2" if holes else "",
+                    f"a height more than {OTHER_HEIGHTS_M:g} m off in {wrong:.0f} m2" if wrong else "",
+                ],
+            )
+        )
+        reporter.warn(
+            f"{where}: has {what} of the ground under the cloud; the ground that the cloud shows stands in "
+            "there, and stems where it shows none have no_ground."
+        )
     return CloudGround(completed, given, found.own, found.layer, median)
 
 
@@ -183,7 +196,8 @@ def _require_possible(given: Dtm, xyz: np.ndarray, where: str) -> None:
         raise InputError(
             f"{where}: the cloud's lowest points lie {lowest:+.1f} m from this ground, expected -{OTHER_HEIGHTS_M:g} "
             f"to {LOWER_STEM_M:g} m; bring both to one vertical datum (ellipsoid or geoid) and to metres, or leave "
-            "--dtm out.")
+            "--dtm out."
+        )
 
 
 def _refuse_heights(places: np.ndarray, given: Dtm, own: Dtm, share: float, where: str) -> NoReturn:
@@ -194,7 +208,8 @@ def _refuse_heights(places: np.ndarray, given: Dtm, own: Dtm, share: float, wher
     raise InputError(
         f"{where}: lies at {low:.1f} m where the cloud's own ground lies at {high:.1f} m ({gap:+.1f} m, at "
         f"{100 * share:.0f} % of the places that show ground), expected within {OTHER_HEIGHTS_M:g} m; bring both to "
-        "one vertical datum (ellipsoid or geoid) and to metres, or leave --dtm out.")
+        "one vertical datum (ellipsoid or geoid) and to metres, or leave --dtm out."
+    )
 
 
 def _completed(given: Dtm, found: CloudGround, places: np.ndarray, seen: np.ndarray) -> tuple[Dtm, float, float]:

@@ -53,8 +53,9 @@ class GroundLayer:
         """No points yet, over the box of (2,) ``low`` and ``high``."""
         corner = np.floor(np.asarray(low, float)[:2] / CELL_M) * CELL_M
         cols, rows = np.floor((np.asarray(high, float)[:2] - corner) / CELL_M).astype(int) + 1
-        return cls(corner, np.zeros((rows, cols), np.int32), np.zeros((rows, cols), np.int32),
-                   np.ones((rows, cols), bool))
+        return cls(
+            corner, np.zeros((rows, cols), np.int32), np.zeros((rows, cols), np.int32), np.ones((rows, cols), bool)
+        )
 
     @classmethod
     def of(cls, xyz: np.ndarray, dtm: Dtm) -> GroundLayer:

@@ -126,9 +126,15 @@ class Dtm:
             move = 0.0, 0.0
         t = ~self.transform
         # No copy: the grid may lie on disk.
-        return _sampled(np.asarray(grid), east, north, float(move[0]), float(move[1]),
-                        (float(t.a), float(t.b), float(t.c), float(t.d), float(t.e), float(t.f)),
-                        method == "bilinear").reshape(x.shape)
+        return _sampled(
+            np.asarray(grid),
+            east,
+            north,
+            float(move[0]),
+            float(move[1]),
+            (float(t.a), float(t.b), float(t.c), float(t.d), float(t.e), float(t.f)),
+            method == "bilinear",
+        ).reshape(x.shape)
 
 
 @njit(cache=True)
@@ -152,8 +158,12 @@ def _sampled(grid, x, y, east, north, inverse, bilinear):  # pragma: no cover - 
         j1, i1 = min(j0 + 1, cols - 1), min(i0 + 1, rows - 1)
         fu, fv = u - j0, v - i0
         total, blended = 0.0, 0.0
-        for i, j, weight in ((i0, j0, (1 - fu) * (1 - fv)), (i0, j1, fu * (1 - fv)), (i1, j0, (1 - fu) * fv),
-                             (i1, j1, fu * fv)):
+        for i, j, weight in (
+            (i0, j0, (1 - fu) * (1 - fv)),
+            (i0, j1, fu * (1 - fv)),
+            (i1, j0, (1 - fu) * fv),
+            (i1, j1, fu * fv),
+        ):
             if np.isfinite(grid[i, j]):
                 total += weight
                 blended += weight * grid[i, j]
@@ -176,7 +186,8 @@ def grid_over(xy_min: np.ndarray, xy_max: np.ndarray, resolution_m: float) -> tu
     if rows * cols > 4e8:
         raise InputError(
             f"--resolution-m: {resolution_m:g} m over {cols * resolution_m:.0f} x {rows * resolution_m:.0f} m makes "
-            f"{rows * cols / 1e6:.0f} million cells, expected at most 400 million; give a coarser resolution or clip.")
+            f"{rows * cols / 1e6:.0f} million cells, expected at most 400 million; give a coarser resolution or clip."
+        )
     return Affine(resolution_m, 0, west, 0, -resolution_m, south + rows * resolution_m), rows, cols
 
 
@@ -237,7 +248,8 @@ def _without_fillings(heights: np.ndarray, resolution_m: float, path: Path, repo
     reporter.warn(
         f"{path}: {int(holes.sum())} of {heights.size} cells hold {said} m (or a blend with it) among heights of "
         f"{low:.1f} to {high:.1f} m, and the file declares no nodata value for them: they are taken as unknown; set "
-        "the raster's nodata value.")
+        "the raster's nodata value."
+    )
     return left
 
 
@@ -274,9 +286,17 @@ def write_dtm(path: Path, dtm: Dtm) -> None:
     own_crs = dtm.grid_crs or dtm.crs
     rows, cols = dtm.heights.shape
     profile = {
-        "driver": "GTiff", "width": cols, "height": rows, "count": len(bands),
-        "dtype": "float32", "nodata": -9999.0, "transform": dtm.transform, "compress": "deflate", "predictor": 3,
-        "tiled": min(dtm.heights.shape) >= 256, "BIGTIFF": "IF_SAFER",
+        "driver": "GTiff",
+        "width": cols,
+        "height": rows,
+        "count": len(bands),
+        "dtype": "float32",
+        "nodata": -9999.0,
+        "transform": dtm.transform,
+        "compress": "deflate",
+        "predictor": 3,
+        "tiled": min(dtm.heights.shape) >= 256,
+        "BIGTIFF": "IF_SAFER",
         "crs": own_crs.to_wkt() if own_crs is not None else None,
     }
     step = 256 * max(int(2e7 / (256 * cols)), 1)
@@ -286,9 +306,12 @@ def write_dtm(path: Path, dtm: Dtm) -> None:
                 target.set_band_description(index, name)
                 target.set_band_unit(index, "metre")
                 for top in range(0, rows, step):
-                    part = np.asarray(band[top:top + step])
-                    target.write(np.where(np.isfinite(part), part, -9999.0).astype(np.float32), index,
-                                 window=Window(0, top, cols, len(part)))
+                    part = np.asarray(band[top : top + step])
+                    target.write(
+                        np.where(np.isfinite(part), part, -9999.0).astype(np.float32),
+                        index,
+                        window=Window(0, top, cols, len(part)),
+                    )
         # GDAL writes the last blocks when it closes the file, and says nothing when there is no room for them.
         with rasterio.open(temporary) as back:
             for top in range(0, rows, step):
@@ -309,7 +332,8 @@ def require_coverage(dtm: Dtm, xy: np.ndarray, where: str, least: float = 0.5) -
         raise InputError(
             f"{where}: knows the ground at {100 * share:.0f} % of the plot (x {west:.0f} to {east:.0f}, y "
             f"{south:.0f} to {north:.0f}), expected all of it{hint}; give a DTM that covers the plot and is in its "
-            "CRS.")
+            "CRS."
+        )
 
 
 def height_above(dtm: Dtm, seen: Dtm) -> float:
@@ -342,11 +366,13 @@ def require_same_heights(dtm: Dtm, xyz: np.ndarray, where: str, limit_m: float =
     if abs(median) > limit_m:
         raise InputError(
             f"{where}: the cloud's lowest points lie {median:+.1f} m from this ground, expected within {limit_m:g} m; "
-            "bring both to one vertical datum (ellipsoid or geoid) and to metres, or leave --dtm out.")
+            "bring both to one vertical datum (ellipsoid or geoid) and to metres, or leave --dtm out."
+        )
 
 
 def _check_vertical(crs: pyproj.CRS, path: Path) -> None:
     for part in crs.sub_crs_list if crs.is_compound else []:
         if part.is_vertical and part.axis_info and part.axis_info[0].unit_name not in ("metre", "meter"):
             raise CRSError(
-                f"{path}: heights are in {part.axis_info[0].unit_name}, expected metres; convert the raster to metres.")
+                f"{path}: heights are in {part.axis_info[0].unit_name}, expected metres; convert the raster to metres."
+            )

@@ -34,8 +34,14 @@ def classify_ground(xyz: np.ndarray, method: ClothSimulation | None = None) -> n
     return near <= method.ground_m
 
 
-def dtm_from_cloud(xyz: np.ndarray, resolution_m: float = 0.25, method: ClothSimulation | None = None,
-                   crs: pyproj.CRS | None = None, reach_m: float = 10.0, ground: np.ndarray | None = None) -> Dtm:
+def dtm_from_cloud(
+    xyz: np.ndarray,
+    resolution_m: float = 0.25,
+    method: ClothSimulation | None = None,
+    crs: pyproj.CRS | None = None,
+    reach_m: float = 10.0,
+    ground: np.ndarray | None = None,
+) -> Dtm:
     """Terrain model of (N, 3) ``xyz`` over its extent; support = distance to the nearest ground point.
 
     ground: (N,) bool of points known to be ground (a classified cloud); otherwise cloth simulation finds them.
@@ -70,8 +76,9 @@ def height_above_ground(xyz: np.ndarray, dtm: Dtm, method: str = "bilinear") -> 
     return xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1], method)
 
 
-def recentred(xyz: np.ndarray, lows: np.ndarray, reach_m: float = 0.10, cell_m: float = 0.25,
-              corner: np.ndarray | None = None) -> np.ndarray:
+def recentred(
+    xyz: np.ndarray, lows: np.ndarray, reach_m: float = 0.10, cell_m: float = 0.25, corner: np.ndarray | None = None
+) -> np.ndarray:
     """Ground points free of the bias of lowest points, which lie a noise's width under the ground.
 
     xyz: (N, 3) all points, lows: (M, 3) ground among the lowest points, both near zero. corner: of the cells' lattice.
@@ -101,12 +108,17 @@ def cloth_ground(lows: np.ndarray, method: ClothSimulation) -> np.ndarray:
 
     lows = _without_pits(lows)
     if len(lows) < 10:
-        raise InputError(f"Terrain: found {len(lows)} cells with points, expected at least 10; give a larger cloud "
-                         "or a DTM with --dtm.")
+        raise InputError(
+            f"Terrain: found {len(lows)} cells with points, expected at least 10; give a larger cloud "
+            "or a DTM with --dtm."
+        )
     span = lows[:, :2].max(axis=0) - lows[:, :2].min(axis=0)
     particles = float(np.prod(span / method.cloth_m + 5))
-    require_memory(_PARTICLE_BYTES * particles, f"Terrain: a cloth over {span[0]:,.0f} x {span[1]:,.0f} m", "cut the "
-                   "cloud to the plot, remove points far off, or give a DTM with --dtm")
+    require_memory(
+        _PARTICLE_BYTES * particles,
+        f"Terrain: a cloth over {span[0]:,.0f} x {span[1]:,.0f} m",
+        "cut the cloud to the plot, remove points far off, or give a DTM with --dtm",
+    )
     cloth = CSF.CSF()
     cloth.params.bSloopSmooth = True
     cloth.params.cloth_resolution = method.cloth_m

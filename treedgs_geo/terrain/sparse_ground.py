@@ -14,9 +14,15 @@ from .dtm import Dtm
 from .surface import cell_quantile, grid_ground, local_ground
 
 
-def dtm_from_sparse(points: np.ndarray, resolution_m: float = 0.25, crs: pyproj.CRS | None = None,
-                    cell_m: float = 1.0, tolerance_m: float = 0.5, reach_m: float = 6.0,
-                    bounds: tuple[np.ndarray, np.ndarray] | None = None) -> Dtm:
+def dtm_from_sparse(
+    points: np.ndarray,
+    resolution_m: float = 0.25,
+    crs: pyproj.CRS | None = None,
+    cell_m: float = 1.0,
+    tolerance_m: float = 0.5,
+    reach_m: float = 6.0,
+    bounds: tuple[np.ndarray, np.ndarray] | None = None,
+) -> Dtm:
     """Ground model from (N, 3) sparse points in local or project coordinates.
 
     Low 5 % per ``cell_m`` cell -> robust asymmetric plane -> a smooth low surface over the cells (so that hills are
@@ -30,7 +36,8 @@ def dtm_from_sparse(points: np.ndarray, resolution_m: float = 0.25, crs: pyproj.
     points = points[np.isfinite(points).all(axis=1)]
     if len(points) < 30:
         raise InputError(
-            f"Ground from photos: found {len(points)} 3-D points, expected at least 30; give a DTM with --dtm.")
+            f"Ground from photos: found {len(points)} 3-D points, expected at least 30; give a DTM with --dtm."
+        )
     centre = np.median(points, axis=0)
     ground = sparse_ground_points(points - centre, cell_m, tolerance_m)
     if bounds is not None:

@@ -26,9 +26,16 @@ from .surface import cell_quantile, local_ground
 _CLOTH_BUFFER_M = 10.0
 
 
-def dtm_from_tiles(store: TileStore, folder: Path, resolution_m: float = 0.25, method: ClothSimulation | None = None,
-                   crs: pyproj.CRS | None = None, reach_m: float = 10.0, use_classes: bool = False,
-                   reporter: Reporter | None = None) -> Dtm:
+def dtm_from_tiles(
+    store: TileStore,
+    folder: Path,
+    resolution_m: float = 0.25,
+    method: ClothSimulation | None = None,
+    crs: pyproj.CRS | None = None,
+    reach_m: float = 10.0,
+    use_classes: bool = False,
+    reporter: Reporter | None = None,
+) -> Dtm:
     """Like :func:`.ground.dtm_from_cloud`; the grid is float32 on disk in ``folder`` and stays valid as long as it.
 
     use_classes: the tiles' ``classification`` 2 is the ground; otherwise cloth simulation finds it.
@@ -62,8 +69,9 @@ def dtm_from_tiles(store: TileStore, folder: Path, resolution_m: float = 0.25, m
     return _grid(store, folder, origin, resolution_m, crs, reach_m, reporter)
 
 
-def _tile_seeds(store: TileStore, folder: Path, tile: tuple[int, int], origin: np.ndarray,
-                method: ClothSimulation) -> np.ndarray:
+def _tile_seeds(
+    store: TileStore, folder: Path, tile: tuple[int, int], origin: np.ndarray, method: ClothSimulation
+) -> np.ndarray:
     """Ground points of one tile, coordinates from ``origin``."""
     low, high = (corner - origin[:2] for corner in store.bounds(tile))
     lows = _gather(store, folder, "lows", tile, low - _CLOTH_BUFFER_M, high + _CLOTH_BUFFER_M)
@@ -76,17 +84,27 @@ def _tile_seeds(store: TileStore, folder: Path, tile: tuple[int, int], origin: n
     return seeds[((seeds[:, :2] >= low) & (seeds[:, :2] < high)).all(axis=1)]
 
 
-def _gather(store: TileStore, folder: Path, kind: str, tile: tuple[int, int], low: np.ndarray,
-            high: np.ndarray) -> np.ndarray:
+def _gather(
+    store: TileStore, folder: Path, kind: str, tile: tuple[int, int], low: np.ndarray, high: np.ndarray
+) -> np.ndarray:
     """Reduced points of a tile and its neighbours within a box."""
-    parts = [np.load(folder / f"{kind}_{i}_{j}.npy")
-             for i, j in store.neighbours(tile, float(max(np.max(high - low) - store.side_m, 0.0) / 2))]
+    parts = [
+        np.load(folder / f"{kind}_{i}_{j}.npy")
+        for i, j in store.neighbours(tile, float(max(np.max(high - low) - store.side_m, 0.0) / 2))
+    ]
     points = np.concatenate(parts)
     return points[((points[:, :2] >= low) & (points[:, :2] < high)).all(axis=1)]
 
 
-def _grid(store: TileStore, folder: Path, origin: np.ndarray, resolution_m: float, crs: pyproj.CRS | None,
-          reach_m: float, reporter: Reporter) -> Dtm:
+def _grid(
+    store: TileStore,
+    folder: Path,
+    origin: np.ndarray,
+    resolution_m: float,
+    crs: pyproj.CRS | None,
+    reach_m: float,
+    reporter: Reporter,
+) -> Dtm:
     transform, rows, cols = grid_over(store.low[:2] - origin[:2], store.high[:2] - origin[:2], resolution_m)
     for name in ("ground.f32", "support.f32"):
         reserve(folder / name, 4 * rows * cols)
@@ -99,10 +117,12 @@ def _grid(store: TileStore, folder: Path, origin: np.ndarray, resolution_m: floa
     for number, tile in enumerate(wanted):
         low, high = (corner - origin[:2] for corner in store.bounds(tile))
         # Cells whose centre lies in the tile.
-        left, right = (int(np.clip(np.ceil((x - transform.c) / resolution_m - 0.5), 0, cols)) for x in (low[0],
-                                                                                                        high[0]))
-        top, bottom = (int(np.clip(np.ceil((transform.f - y) / resolution_m - 0.5), 0, rows)) for y in (high[1],
-                                                                                                        low[1]))
+        left, right = (
+            int(np.clip(np.ceil((x - transform.c) / resolution_m - 0.5), 0, cols)) for x in (low[0], high[0])
+        )
+        top, bottom = (
+            int(np.clip(np.ceil((transform.f - y) / resolution_m - 0.5), 0, rows)) for y in (high[1], low[1])
+        )
         if left == right or top == bottom:
             continue
         block_h = np.full((bottom - top, right - left), np.nan)
@@ -110,8 +130,10 @@ def _grid(store: TileStore, folder: Path, origin: np.ndarray, resolution_m: floa
         if any(True for _ in store.neighbours(tile, reach_m)):
             seeds = _gather(store, folder, "seeds", tile, low - reach_m - 1.0, high + reach_m + 1.0)
             if len(seeds):
-                x, y = np.meshgrid(transform.c + (np.arange(left, right) + 0.5) * resolution_m,
-                                   transform.f - (np.arange(top, bottom) + 0.5) * resolution_m)
+                x, y = np.meshgrid(
+                    transform.c + (np.arange(left, right) + 0.5) * resolution_m,
+                    transform.f - (np.arange(top, bottom) + 0.5) * resolution_m,
+                )
                 z, away = local_ground(np.column_stack([x.ravel(), y.ravel()]), seeds, 24, 0.5)
                 z[away > reach_m] = np.nan
                 block_h, block_s = z.reshape(x.shape) + origin[2], away.reshape(x.shape)
@@ -145,6 +167,8 @@ def check_dtm(path: Path, store: TileStore, reporter: Reporter | None = None) ->
     require_same_heights(dtm, lows, str(path))
     unknown = int((~dtm.covers(lows[:, :2])).sum())
     if unknown:
-        reporter.warn(f"{path}: has no height in {unknown} m2 of the ground under the cloud; no stem is found there; "
-                      "give a DTM without gaps, or leave --dtm out.")
+        reporter.warn(
+            f"{path}: has no height in {unknown} m2 of the ground under the cloud; no stem is found there; "
+            "give a DTM without gaps, or leave --dtm out."
+        )
     return CloudGround(dtm, dtm)

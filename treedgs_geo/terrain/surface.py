@@ -14,8 +14,14 @@ from .dtm import Dtm, grid_over
 _CELL_BYTES = 80
 
 
-def local_ground(query_xy: np.ndarray, points: np.ndarray, neighbours: int = 40, bandwidth_m: float = 1.0,
-                 noise_m: float = 0.02, batch: int = 20_000) -> tuple[np.ndarray, np.ndarray]:
+def local_ground(
+    query_xy: np.ndarray,
+    points: np.ndarray,
+    neighbours: int = 40,
+    bandwidth_m: float = 1.0,
+    noise_m: float = 0.02,
+    batch: int = 20_000,
+) -> tuple[np.ndarray, np.ndarray]:
     """Ground height at (Q, 2) positions from (N, 3) ground candidates.
 
     Per query a plane through its nearest points, Gaussian weights of ``bandwidth_m`` (or of the distance to the
@@ -29,14 +35,14 @@ def local_ground(query_xy: np.ndarray, points: np.ndarray, neighbours: int = 40,
     k = min(neighbours, len(points))
     heights, support = np.empty(len(query_xy)), np.empty(len(query_xy))
     for low in range(0, len(query_xy), batch):
-        here = query_xy[low:low + batch]
+        here = query_xy[low : low + batch]
         distance, index = tree.query(here, k=k)
         distance, index = distance.reshape(len(here), k), index.reshape(len(here), k)
-        support[low:low + batch] = distance[:, 0]
+        support[low : low + batch] = distance[:, 0]
         # Where points are sparse, the bandwidth opens to take in a third of the neighbours.
         width = np.maximum(bandwidth_m, distance[:, min(k - 1, max(k // 3, 3))])
         kernel = np.exp(-0.5 * (distance / width[:, None]) ** 2)
-        heights[low:low + batch] = _planes(here, points[index], kernel, width, noise_m)
+        heights[low : low + batch] = _planes(here, points[index], kernel, width, noise_m)
     return heights, support
 
 
@@ -168,7 +174,7 @@ def _quantiles(z, key, quantile):  # pragma: no cover - compiled
     chosen = np.empty(len(key), np.int64)
     count = 0
     for k in range(len(starts) - 1):
-        here = order[starts[k]:starts[k + 1]]
+        here = order[starts[k] : starts[k + 1]]
         if len(here) == 0:
             continue
         rank = int(np.floor(quantile * (len(here) - 1) + 0.5))
@@ -177,9 +183,16 @@ def _quantiles(z, key, quantile):  # pragma: no cover - compiled
     return chosen[:count].copy()
 
 
-def grid_ground(points: np.ndarray, resolution_m: float, neighbours: int = 40, bandwidth_m: float = 1.0,
-                noise_m: float = 0.02, reach_m: float = 10.0, bounds: tuple[np.ndarray, np.ndarray] | None = None,
-                crs=None) -> Dtm:
+def grid_ground(
+    points: np.ndarray,
+    resolution_m: float,
+    neighbours: int = 40,
+    bandwidth_m: float = 1.0,
+    noise_m: float = 0.02,
+    reach_m: float = 10.0,
+    bounds: tuple[np.ndarray, np.ndarray] | None = None,
+    crs=None,
+) -> Dtm:
     """(N, 3) ground points -> a :class:`Dtm` over their extent (or ``bounds`` = xy minimum, xy maximum).
 
     Cells farther than ``reach_m`` from any ground point stay unknown. The distance to the nearest ground point is kept
@@ -187,8 +200,11 @@ def grid_ground(points: np.ndarray, resolution_m: float, neighbours: int = 40, b
     """
     low, high = bounds if bounds is not None else extent(points[:, :2])
     transform, rows, cols = grid_over(low, high, resolution_m)
-    require_memory(_CELL_BYTES * rows * cols, f"Terrain: a grid of {cols:,} x {rows:,} cells of {resolution_m:g} m",
-                   "cut the cloud to the plot, or remove points far off")
+    require_memory(
+        _CELL_BYTES * rows * cols,
+        f"Terrain: a grid of {cols:,} x {rows:,} cells of {resolution_m:g} m",
+        "cut the cloud to the plot, or remove points far off",
+    )
     empty = Dtm(np.full((rows, cols), np.nan), transform, crs)
     x, y = empty.centres()
     heights, support = local_ground(np.column_stack([x.ravel(), y.ravel()]), points, neighbours, bandwidth_m, noise_m)

@@ -113,7 +113,6 @@ class Silhouette:
         order = np.argsort(-score[tuple(top.T)], kind="stable")[:most]
         return [np.array([offsets[b], offsets[a], 0.0, 0.0, radii[k]]) for a, b, k in top[order]]
 
-
     def between(self, inner: np.ndarray, outer: np.ndarray) -> tuple[float, float]:
         """What shows between the edges of two explanations, one inside the other: mean ground log likelihood ratio
         (> 0: ground, so that the outer one is too wide; < 0: not ground, so that the inner one is a part) and how many
@@ -156,5 +155,3 @@ def cut_silhouette(stack: PhotoStack, backdrop: Backdrop, ground: GroundGrid, ax
 
 def _only(stack: PhotoStack, members: np.ndarray) -> tuple[np.ndarray, ...]:
     return (stack.pixels, stack.start[members], stack.shape[members], stack.corner[members], stack.camera[members])
-
-

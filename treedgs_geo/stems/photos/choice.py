@@ -68,13 +68,15 @@ def log_odds(tried: list[Explanation], trust: float, chance: float) -> np.ndarra
     Edges alone mistake the lit half of a stem for the stem, silhouettes alone a bush beside it for a part of it.
     trust: 0..1, how much the silhouettes say here. chance: contrast that places without a stem reach.
     """
-    return np.array([
-        CONTRAST_ODDS * trust * item.contrast / chance
-        + EVIDENCE_ODDS * item.evidence
-        + TAPER_ODDS * min(((item.fine.r1 - TAPER_PRIOR[0]) / (2 * TAPER_PRIOR[1])) ** 2, 9.0)
-        + RAGGED_ODDS * (item.rms_px - 0.5)
-        for item in tried
-    ])
+    return np.array(
+        [
+            CONTRAST_ODDS * trust * item.contrast / chance
+            + EVIDENCE_ODDS * item.evidence
+            + TAPER_ODDS * min(((item.fine.r1 - TAPER_PRIOR[0]) / (2 * TAPER_PRIOR[1])) ** 2, 9.0)
+            + RAGGED_ODDS * (item.rms_px - 0.5)
+            for item in tried
+        ]
+    )
 
 
 def choose(tried: list[Explanation], trust: float, chance: float, sun: np.ndarray) -> Choice:
@@ -105,9 +107,7 @@ def plausible(tried: list[Explanation]) -> list[Explanation]:
     return [
         item
         for item in tried
-        if item.edges > top.edges - FAR_BELOW
-        or contains(item.vector, top.vector)
-        or contains(top.vector, item.vector)
+        if item.edges > top.edges - FAR_BELOW or contains(item.vector, top.vector) or contains(top.vector, item.vector)
     ]
 
 

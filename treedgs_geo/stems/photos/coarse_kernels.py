@@ -345,4 +345,6 @@ def gain_table() -> np.ndarray:
     """The mixture's log likelihood ratio over z, from ``Z_LOW`` to ``Z_CAP``: linear between is exact to 3e-7."""
     z = Z_LOW + np.arange(int((Z_CAP - Z_LOW) * Z_STEPS) + 1) / Z_STEPS
     return np.log(1.0 - SEEN_PRIOR + SEEN_PRIOR * np.exp(SEEN_MEAN_Z * z - 0.5 * SEEN_MEAN_Z**2)).astype(np.float32)
+
+
 GAIN = gain_table()

@@ -177,9 +177,7 @@ def _carved(fitter: Fitter, area: Area, box: tuple, fits: list[StemFit], reporte
     if fitter.backdrop is None:
         return []
     known = known_rows(fits)
-    seeds = carved_seeds(
-        fitter.stack, fitter.ground, fitter.backdrop, area, box, fitter.options, known, fitter.chance
-    )
+    seeds = carved_seeds(fitter.stack, fitter.ground, fitter.backdrop, area, box, fitter.options, known, fitter.chance)
     refused = [fit for fit in fits if not fit.measured]
     return looked_at_twice(_pursue(fitter, seeds, 1.0, reporter, known), refused)
 

@@ -109,8 +109,25 @@ def _pair_objective(
 
 @njit(**_FAST)
 def _pair_polish(
-    ridge, unit, valid, q, widen, normal, terminator, u0, du,
-    p, taper, radii, mean, sd, prior, upright, low, high, scales,
+    ridge,
+    unit,
+    valid,
+    q,
+    widen,
+    normal,
+    terminator,
+    u0,
+    du,
+    p,
+    taper,
+    radii,
+    mean,
+    sd,
+    prior,
+    upright,
+    low,
+    high,
+    scales,
 ):
     """Pattern search over both discs; p is changed in place."""
     z = np.empty(ridge.shape[0])
@@ -160,8 +177,23 @@ def _pair_polish(
                 if trial[4] < low or trial[4] > high:
                     continue
                 value = _pair_objective(
-                    ridge, unit, valid, q, widen, normal, terminator, u0, du,
-                    trial, taper, radii, mean, sd, z, prior, upright,
+                    ridge,
+                    unit,
+                    valid,
+                    q,
+                    widen,
+                    normal,
+                    terminator,
+                    u0,
+                    du,
+                    trial,
+                    taper,
+                    radii,
+                    mean,
+                    sd,
+                    z,
+                    prior,
+                    upright,
                 )
                 if value > best + 1e-6:
                     best = value
@@ -237,9 +269,7 @@ def find_companion(search: Search, start: Axis, stems: list[np.ndarray]) -> Pair
 def pair_score(search: Search, start: Axis, vector: np.ndarray) -> float:
     """Score of a (10,) pair as it is."""
     common, null = _inputs(search)
-    return float(
-        _pair_objective(*common, vector, *null, np.empty(len(search.ridge)), search.prior.row, -start.s)
-    )
+    return float(_pair_objective(*common, vector, *null, np.empty(len(search.ridge)), search.prior.row, -start.s))
 
 
 def crowded(vector: np.ndarray, normal: np.ndarray) -> np.ndarray:
@@ -267,8 +297,11 @@ def _inputs(search: Search) -> tuple[tuple, tuple]:
 
 def pair_contrast(outline: Silhouette, vector: np.ndarray) -> float:
     """Contrast of the common silhouette of a (10,) pair, as :meth:`.backdrop.Silhouette.contrast` is for one disc."""
-    return float(_contrast(outline.total, outline.q, outline.normal, outline.widen, outline.blind, vector,
-                           outline.taper, outline.u0))
+    return float(
+        _contrast(
+            outline.total, outline.q, outline.normal, outline.widen, outline.blind, vector, outline.taper, outline.u0
+        )
+    )
 
 
 @njit(**_FAST)
