@@ -3,7 +3,7 @@
     python benchmarks/bowed_stems.py --scratch DIR --output docs/results/bowed_stems.json
 
 Plots of three seeds, rendered with few tiny photos (they are not used); in-plot stems with a DBH count. Seed 1 is the
-suite's; the limits of ``measure/bow.py`` were set with all three in sight, so this is no blind test.
+suite's; the limits of ``from_points/measuring/bow.py`` were set with all three in sight, so this is no blind test.
 """
 
 from __future__ import annotations

@@ -272,7 +272,7 @@ def memory(given: argparse.Namespace) -> dict:
 def coordinator(given: argparse.Namespace) -> dict:
     """One campaign of a job that does nothing but leave an (almost) empty layer, in this process."""
     from treedgs_geo.campaign.run import run_campaign
-    from treedgs_geo.commands.campaign import CampaignSettings
+    from treedgs_geo.campaign.settings import CampaignSettings
 
     folder = given.scratch / f"idle{given.rows}"
     shutil.rmtree(folder, ignore_errors=True)

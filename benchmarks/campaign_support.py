@@ -20,7 +20,7 @@ def trees_by_plot(layer: Path, plot_id: str | None = None) -> dict[str, list[tup
     """Every value of every tree, by plot; of a single plot's layer when ``plot_id`` is given."""
     import pandas as pd
 
-    from treedgs_geo.inventory.tree_layer import read_trees
+    from treedgs_geo.inventory.tree_reading import read_trees
 
     table = read_trees(layer)
     table["_plot"] = plot_id if plot_id else table["camp_plot"]
@@ -37,7 +37,7 @@ def trees_by_plot(layer: Path, plot_id: str | None = None) -> dict[str, list[tup
 def differences(layer: Path, other: Path | dict[str, Path]) -> list[str]:
     """What differs between a campaign's layer and another one, or single plots' layers; empty = the same trees, each
     plot once, ids unique."""
-    from treedgs_geo.inventory.tree_layer import read_trees
+    from treedgs_geo.inventory.tree_reading import read_trees
 
     here = trees_by_plot(layer)
     there: dict[str, list[tuple]] = {}
@@ -125,7 +125,7 @@ def _three_trees(workspace: Path) -> Path:
         import pyproj
 
         from treedgs_geo.inventory.tree_layer import write_trees
-        from treedgs_geo.measure.trees import Tree
+        from treedgs_geo.trees.tree import Tree
 
         trees = [
             Tree(

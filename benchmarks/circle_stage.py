@@ -22,7 +22,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from treedgs_geo import __version__  # noqa: E402
-from treedgs_geo.measure.circles import SolidCircle, fit_solid_circles  # noqa: E402
+from treedgs_geo.shapes.circles import SolidCircle, fit_solid_circles  # noqa: E402
 
 
 def slices(rng: np.random.Generator, count: int, most: int) -> tuple[list[np.ndarray], list[np.ndarray], np.ndarray]:

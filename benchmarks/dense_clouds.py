@@ -62,7 +62,7 @@ REAL = {
 def ours(folder: Path, out: Path, code: Path) -> None:
     """``*.npy`` of the folder measured by the code in ``code``: FILE.json in ``out``. The first is done twice."""
     sys.path.insert(0, str(code))
-    from treedgs_geo.measure.cloud import MeasureOptions, measure_cloud
+    from treedgs_geo.from_points.measuring.cloud import MeasureOptions, measure_cloud
     from treedgs_geo.pointcloud.cloud import PointCloud
     from treedgs_geo.terrain.ground import dtm_from_cloud, flat_ground
 

@@ -33,9 +33,9 @@ from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.workspace import peak_memory_mb
 from treedgs_geo.evaluation.accuracy import score
 from treedgs_geo.gaussians.bands import Band, cut_bands
+from treedgs_geo.gaussians.free.band_fit import hold_out
 from treedgs_geo.gaussians.options import GaussianOptions, SampleOptions
-from treedgs_geo.gaussians.stem_fit import hold_out
-from treedgs_geo.gaussians.stem_joint import StemPrimitive
+from treedgs_geo.gaussians.primitive.fit import StemPrimitive
 from treedgs_geo.gaussians.train import fit_with_report
 from treedgs_geo.gaussians.volume import sample_volume
 

@@ -21,8 +21,8 @@ from gaussian_route import read_out, scene_of, true_positions
 from treedgs_geo import __version__
 from treedgs_geo.core.files import write_json
 from treedgs_geo.evaluation.accuracy import score
-from treedgs_geo.gaussians import stem_fit
 from treedgs_geo.gaussians.field import COLOUR
+from treedgs_geo.gaussians.free import band_fit as stem_fit
 from treedgs_geo.gaussians.options import GaussianOptions, SampleOptions
 from treedgs_geo.gaussians.train import fit_with_report
 from treedgs_geo.gaussians.volume import sample_volume

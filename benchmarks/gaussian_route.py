@@ -32,13 +32,13 @@ from treedgs_geo.core.files import write_json
 from treedgs_geo.core.progress import make_reporter
 from treedgs_geo.core.workspace import peak_memory_mb
 from treedgs_geo.evaluation.accuracy import pair_by_position, score
+from treedgs_geo.from_points.measuring.cloud import measure_stems
+from treedgs_geo.from_points.measuring.options import MeasureOptions
 from treedgs_geo.gaussians.options import PAPER_SAMPLING, GaussianOptions, SampleOptions
 from treedgs_geo.gaussians.sample import SurfacePoints, sample_surface
 from treedgs_geo.gaussians.train import fit_with_report
+from treedgs_geo.gaussians.trees import to_trees
 from treedgs_geo.gaussians.volume import sample_volume
-from treedgs_geo.measure.cloud import measure_stems
-from treedgs_geo.measure.options import MeasureOptions
-from treedgs_geo.measure.primitive_trees import to_trees
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.terrain.dtm import Dtm, read_dtm
@@ -107,9 +107,10 @@ def stem_positions(
     """(K, 2) local positions to fit at, and (T,) the position that belongs to each true stem (-1: none)."""
     if not arguments.find:
         return true_positions(truth, frame, arguments.seed, arguments.noise), np.arange(len(truth))
-    from treedgs_geo.core.plots import read_plots
-    from treedgs_geo.stems.area import Area
     from treedgs_geo.stems.photos import PhotoStemOptions, stems_from_photos
+
+    from treedgs_geo.core.plots import read_plots
+    from treedgs_geo.reconstruction.area import Area
 
     plot = read_plots(arguments.plot / "plots.csv", frame.crs)[0]
     centre = frame.to_local(np.array([[plot.x, plot.y, 0]]))[0]

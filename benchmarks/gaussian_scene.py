@@ -17,17 +17,17 @@ import cv2
 import numpy as np
 from scipy.spatial import cKDTree
 
-from treedgs_geo.gaussians.bands import Band, read_photo
-from treedgs_geo.gaussians.controllers import FixedSchedule
+from treedgs_geo.gaussians.bands import Band, Volume, read_photo
 from treedgs_geo.gaussians.crops import Crop, cut_out
 from treedgs_geo.gaussians.field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION, GaussianField
+from treedgs_geo.gaussians.free.band_fit import hold_out
+from treedgs_geo.gaussians.free.controllers import FixedSchedule
+from treedgs_geo.gaussians.free.optimise import Adam, constrain, learning_rates, relocate
 from treedgs_geo.gaussians.loss import d_ssim, l1
-from treedgs_geo.gaussians.optimise import Adam, Volume, constrain, learning_rates, relocate
 from treedgs_geo.gaussians.options import GaussianOptions
+from treedgs_geo.gaussians.primitive.fit import JointSettings, Layers, StemPrimitive, fit_primitive
 from treedgs_geo.gaussians.project import CropCamera
 from treedgs_geo.gaussians.raster import Rasteriser
-from treedgs_geo.gaussians.stem_fit import hold_out
-from treedgs_geo.gaussians.stem_joint import JointSettings, Layers, StemPrimitive, fit_primitive
 from treedgs_geo.reconstruction.cameras import View
 
 #: Heights above ground that crowns reach to, metres.

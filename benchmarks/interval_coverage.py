@@ -4,7 +4,7 @@
     python benchmarks/interval_coverage.py --plots build/campaign_plots/cloud_* --rendered ../shared/data/plot_a \
         ../shared/data/plot_e --output docs/results/interval_coverage.json
 
-Plots with an even seed set the constants of the error (``measure/stem.py``), those with an odd seed and the rendered
+Plots with an even seed set the constants of the error (``measuring/stem.py``), those with an odd seed and the rendered
 ones report. In-plot stems with a DBH count. The seed of a plot is the number at the end of its folder's name.
 """
 
@@ -24,7 +24,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from treedgs_geo import __version__  # noqa: E402
 from treedgs_geo.core.files import write_json  # noqa: E402
-from treedgs_geo.measure.cloud import measure_cloud  # noqa: E402
+from treedgs_geo.from_points.measuring.cloud import measure_cloud  # noqa: E402
 from treedgs_geo.pointcloud.files import read_cloud  # noqa: E402
 from treedgs_geo.terrain.ground import dtm_from_cloud  # noqa: E402
 

@@ -1,4 +1,4 @@
-"""How the explanations of a place are weighed (``stems/photos/choice.py``) and how large the error is said to be.
+"""How the explanations of a place are weighed (``from_photos/choice.py``) and how large the error is said to be.
 
     python benchmarks/photo_choice.py PLOT [PLOT ...] --output docs/results/photo_choice.json
 
@@ -25,9 +25,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from stems_from_photos import plot_inputs, score
 
-from treedgs_geo.stems.photos import stem_fit
-from treedgs_geo.stems.photos.find import stems_from_photos
-from treedgs_geo.stems.photos.fine import TAPER_PRIOR
+from treedgs_geo.from_photos import fit as stem_fit
+from treedgs_geo.from_photos.find import stems_from_photos
+from treedgs_geo.from_photos.fine import TAPER_PRIOR
 
 WITNESSES = ("contrast", "evidence_300", "taper", "ragged_0.1px", "edges_30")
 SETS = {"chosen": (0, 1, 2, 3), "with edge score": (0, 1, 2, 3, 4), "edge score and silhouette": (0, 4)}
@@ -99,7 +99,7 @@ def gather(plot: Path) -> tuple[list[dict], dict]:
 
 
 def scatter(fine, weight: np.ndarray) -> float:
-    """The first part of :func:`treedgs_geo.stems.photos.stem_fit.standard_error_cm`, unscaled."""
+    """The first part of :func:`treedgs_geo.from_photos.fit.standard_error_cm`, unscaled."""
     good = (weight > 0) & np.isfinite(fine.view_r)
     if good.sum() < 2:
         return np.nan

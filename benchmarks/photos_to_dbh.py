@@ -19,7 +19,7 @@ import tempfile
 from pathlib import Path
 
 from treedgs_geo.evaluation.accuracy import score_against_truth
-from treedgs_geo.inventory.tree_layer import read_trees
+from treedgs_geo.inventory.tree_reading import read_trees
 
 
 def run(plot: Path, fit: str, preset: str, work: Path) -> dict:

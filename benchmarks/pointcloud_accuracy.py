@@ -26,11 +26,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from treedgs_geo import __version__  # noqa: E402
 from treedgs_geo.core.files import write_json  # noqa: E402
 from treedgs_geo.core.workspace import peak_memory_mb  # noqa: E402
-from treedgs_geo.measure.cloud import MeasureOptions, measure_stems  # noqa: E402
-from treedgs_geo.measure.trees import Tree  # noqa: E402
+from treedgs_geo.from_points.measuring.cloud import MeasureOptions, measure_stems  # noqa: E402
+from treedgs_geo.from_points.segmentation.segment import find_stems, label_points  # noqa: E402
 from treedgs_geo.pointcloud.files import read_cloud  # noqa: E402
-from treedgs_geo.stems.segment import find_stems, label_points  # noqa: E402
 from treedgs_geo.terrain.ground import dtm_from_cloud, flat_ground  # noqa: E402
+from treedgs_geo.trees.tree import Tree  # noqa: E402
 
 METHODS = {
     "default": MeasureOptions(),

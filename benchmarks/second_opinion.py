@@ -3,7 +3,7 @@
     python benchmarks/second_opinion.py PLOT ... --output FILE.json       (the renderer's cameras, the plot's DTM)
 
 Truth is read for scoring alone. "alone": no companion is likely and no other measured stem within 0.6 m: only those are
-asked in ``photos-to-dbh`` (``measure/second_opinion.py``). A primitive is right within 1.5 cm or 6 % of the truth.
+asked in ``photos-to-dbh`` (``chain/second_measurement.py``). A primitive is right within 1.5 cm or 6 % of the truth.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from stems_from_photos import plot_inputs  # noqa: E402
 
+from treedgs_geo.chain.second_measurement import AGREE_CM, AGREE_SHARE, settle, to_ask  # noqa: E402
 from treedgs_geo.core.progress import Reporter  # noqa: E402
+from treedgs_geo.from_photos.find import stems_from_photos  # noqa: E402
+from treedgs_geo.from_photos.options import PhotoStemOptions  # noqa: E402
+from treedgs_geo.from_photos.trees import to_trees  # noqa: E402
 from treedgs_geo.gaussians.options import GaussianOptions  # noqa: E402
 from treedgs_geo.gaussians.train import fit_with_report  # noqa: E402
-from treedgs_geo.measure.photo_trees import to_trees  # noqa: E402
-from treedgs_geo.measure.second_opinion import AGREE_CM, AGREE_SHARE, settle, to_ask  # noqa: E402
-from treedgs_geo.stems.photos.find import stems_from_photos  # noqa: E402
-from treedgs_geo.stems.photos.options import PhotoStemOptions  # noqa: E402
 
 
 def rows_of(plot: Path) -> tuple[list[dict], dict]:

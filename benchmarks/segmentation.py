@@ -24,9 +24,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from treedgs_geo import __version__  # noqa: E402
+from treedgs_geo.from_points.segmentation.external import segment_external  # noqa: E402
+from treedgs_geo.from_points.segmentation.segment import find_stems, label_points  # noqa: E402
 from treedgs_geo.pointcloud.files import read_cloud  # noqa: E402
-from treedgs_geo.stems.external import segment_external  # noqa: E402
-from treedgs_geo.stems.segment import find_stems, label_points  # noqa: E402
 from treedgs_geo.terrain.ground import dtm_from_cloud  # noqa: E402
 
 LOW_M, HIGH_M, BARK_M, SAME_IOU = 0.3, 5.0, 0.03, 0.5

@@ -61,7 +61,7 @@ MATCH_M = 0.3
 
 def ours(cloud_file: Path, out: Path) -> None:
     """Ground, stems, diameters at 1.3 m, as ``pointcloud-to-dbh`` does; twice, the second time compiled."""
-    from treedgs_geo.measure.cloud import MeasureOptions, measure_cloud
+    from treedgs_geo.from_points.measuring.cloud import MeasureOptions, measure_cloud
     from treedgs_geo.pointcloud.cloud import PointCloud
     from treedgs_geo.terrain.ground import dtm_from_cloud, flat_ground
 

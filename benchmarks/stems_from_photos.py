@@ -23,10 +23,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from treedgs_geo.core.crs import LocalFrame, project_crs  # noqa: E402
 from treedgs_geo.core.plots import read_plots  # noqa: E402
 from treedgs_geo.core.progress import make_reporter  # noqa: E402
+from treedgs_geo.from_photos.find import stems_from_photos  # noqa: E402
+from treedgs_geo.from_photos.options import PhotoStemOptions  # noqa: E402
+from treedgs_geo.reconstruction.area import Area  # noqa: E402
 from treedgs_geo.reconstruction.cameras import Camera, View  # noqa: E402
-from treedgs_geo.stems.area import Area  # noqa: E402
-from treedgs_geo.stems.photos.find import stems_from_photos  # noqa: E402
-from treedgs_geo.stems.photos.options import PhotoStemOptions  # noqa: E402
 
 
 def true_views(plot: Path) -> tuple[list[View], LocalFrame]:

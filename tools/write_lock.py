@@ -44,7 +44,7 @@ def wanted() -> list[str]:
 
 def wanted_by_developers() -> list[str]:
     """What the tests need beside the engine."""
-    return extra("test") + extra("cluster") + [SETUPTOOLS]
+    return extra("test") + extra("docs") + extra("cluster") + [SETUPTOOLS]
 
 
 def one_line_each(text: str) -> list[str]:

@@ -26,7 +26,7 @@ def parameters_text() -> str:
 
     commands = []
     for name, module in MODULES.items():
-        if importlib.util.find_spec(f"treedgs_geo.commands.{module}") is None:
+        if importlib.util.find_spec(module) is None:
             print(f"warning: {name} has no module yet, left out", file=sys.stderr)
             continue
         commands.append({**describe(get_command(name)), "needs": list(NEEDS[name])})

@@ -1,4 +1,4 @@
-"""Write the layers' styles (``treedgs_geo/inventory/styles/*.qml``) with PyQGIS: ``make styles``.
+"""Write the layers' styles (``treedgs_geo/core/styles/*.qml``) with PyQGIS: ``make styles``.
 
 Run with the system's Python, which has ``qgis``. Written with QGIS 3.22, so that every later version reads them.
 """
@@ -16,7 +16,7 @@ from layer_styles import flight, pairs, stand, trees  # noqa: E402
 from layer_styles.common import ROOT  # noqa: E402
 from qgis.core import QgsApplication, QgsMapLayer  # noqa: E402
 
-STYLES = ROOT / "treedgs_geo" / "inventory" / "styles"
+STYLES = ROOT / "treedgs_geo" / "core" / "styles"
 
 
 def main() -> int:

@@ -1,7 +1,7 @@
 """Collect the texts of the plugin into ``treedgs_qgis/i18n/*.ts`` and compile them: ``make translations``.
 
 Run with the system's Python (PyQGIS). Texts come from ``tr("…")`` in the sources, from the tables of titles and stages,
-from ``parameters.json``, from the reasons of ``treedgs_geo/measure/quality.py``, and from the layers' styles (their map
+from ``parameters.json``, from the reasons of ``treedgs_geo/trees/reasons.py``, and from the layers' styles (their map
 tips carry the words of every language: ``make styles`` after ``make translations``). Translations that are there stay;
 texts that are gone are dropped. ``lrelease`` (Debian: qttools5-dev-tools) compiles the ``.qm`` that are kept beside
 them; QGIS 4 reads the same file.
@@ -81,7 +81,7 @@ def _reasons() -> list[str]:
 def _styles() -> list[str]:
     """Aliases, legend entries, choices and form groups of the layers' styles."""
     texts = []
-    for file in sorted((ROOT / "treedgs_geo" / "inventory" / "styles").glob("*.qml")):
+    for file in sorted((ROOT / "treedgs_geo" / "core" / "styles").glob("*.qml")):
         top = ET.parse(file).getroot()
         texts += [node.get("name", "") for node in top.findall("./aliases/alias")]
         texts += [node.get("label", "") for kind in ("category", "range") for node in top.iter(kind)]

@@ -15,7 +15,7 @@ from treedgs_geo.benchmarking.splat_points import fuse_depths, points_of
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.gaussians.field import GaussianField
 from treedgs_geo.gaussians.options import SampleOptions
-from treedgs_geo.measure.trees import Tree
+from treedgs_geo.trees.tree import Tree
 
 
 @pytest.fixture(scope="module")

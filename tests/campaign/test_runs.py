@@ -22,7 +22,7 @@ from PIL import Image
 from small_campaign import ROOT, Ended, make_cloud, start, write_manifest
 
 from treedgs_geo.campaign.engine_process import THREADS
-from treedgs_geo.inventory.tree_layer import read_trees
+from treedgs_geo.inventory.tree_reading import read_trees
 
 
 def rows_for(clouds: Path, count: int = 6) -> list[dict]:

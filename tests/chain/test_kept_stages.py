@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from treedgs_geo.chain.photos import _geotag
+from treedgs_geo.chain.settings import PhotosToDbhSettings
 from treedgs_geo.chain.steps import Steps
-from treedgs_geo.commands.photos_to_dbh import PhotosToDbhSettings
 from treedgs_geo.core.progress import PlainReporter
 from treedgs_geo.core.workspace import Workspace
 from treedgs_geo.geotags.photos import list_photos

@@ -14,7 +14,7 @@ import rasterio
 from treedgs_geo.cli import main
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.evaluation.accuracy import score_against_truth
-from treedgs_geo.inventory.tree_layer import read_trees
+from treedgs_geo.inventory.tree_reading import read_trees
 
 
 def _arguments(plot: Path, folder: Path, **more: str) -> list[str]:

@@ -24,10 +24,10 @@ from treedgs_geo.core.files import (
 )
 from treedgs_geo.core.workspace import Workspace, read_record
 from treedgs_geo.inventory.tree_layer import write_trees
-from treedgs_geo.measure.trees import Tree
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import write_cloud
 from treedgs_geo.terrain.dtm import Dtm, write_dtm
+from treedgs_geo.trees.tree import Tree
 
 ROOT = Path(__file__).resolve().parents[2]
 

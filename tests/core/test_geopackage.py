@@ -17,8 +17,9 @@ from shapely.geometry import Point
 
 from treedgs_geo.core import geopackage
 from treedgs_geo.core.errors import OutputError
-from treedgs_geo.inventory.tree_layer import check_output, read_trees, write_trees
-from treedgs_geo.measure.trees import Tree
+from treedgs_geo.inventory.tree_layer import check_output, write_trees
+from treedgs_geo.inventory.tree_reading import read_trees
+from treedgs_geo.trees.tree import Tree
 
 CRS = pyproj.CRS("EPSG:6344")
 SLICE = {
@@ -51,7 +52,7 @@ def site(tmp_path):
     with closing(sqlite3.connect(path)) as there, there:
         there.execute("CREATE TABLE qgis_projects (name TEXT PRIMARY KEY, metadata BLOB, content BLOB)")
         there.execute("INSERT INTO qgis_projects VALUES ('plan', '{}', 'zip')")
-    geopackage.save_style(path, "roads", "<qgis mine='yes'/>")
+    geopackage.put_style(path, "roads", "<qgis mine='yes'/>")
     return path
 
 

@@ -21,9 +21,10 @@ from treedgs_geo.evaluation.experiments import _table
 from treedgs_geo.inventory.field_trees import read_table
 from treedgs_geo.inventory.match import read_measured
 from treedgs_geo.inventory.stand.sample import read_sample
-from treedgs_geo.inventory.tree_layer import read_trees, write_trees
-from treedgs_geo.measure.trees import Tree
+from treedgs_geo.inventory.tree_layer import write_trees
+from treedgs_geo.inventory.tree_reading import read_trees
 from treedgs_geo.simulation.files import write_csv
+from treedgs_geo.trees.tree import Tree
 
 UTM = pyproj.CRS.from_epsg(6344)
 ATTACK = "=cmd|' /C calc'!A0"

@@ -191,7 +191,7 @@ def test_bootstrap_with_one_plot_says_so():
 
 def test_truth_of_a_rendered_plot(tmp_path):
     from treedgs_geo.inventory.tree_layer import write_trees
-    from treedgs_geo.measure.trees import Tree
+    from treedgs_geo.trees.tree import Tree
 
     truth = needs_shared("plot_e") / "truth" / "trees.csv"
     table = pd.read_csv(truth)

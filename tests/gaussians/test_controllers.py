@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from painted_stem import FRAME, STEM, ground, load, scene
 
-from treedgs_geo.gaussians import stem_fit
-from treedgs_geo.gaussians.controllers import Backtrack, FixedSchedule, PlateauStop, Rlgs, make_controller
+from treedgs_geo.gaussians.bands import Volume
 from treedgs_geo.gaussians.field import LOG_SCALE, LOGIT, MEAN, QUATERNION
-from treedgs_geo.gaussians.optimise import Adam, Volume, densify, learning_rates
+from treedgs_geo.gaussians.free import band_fit as stem_fit
+from treedgs_geo.gaussians.free.controllers import Backtrack, FixedSchedule, PlateauStop, Rlgs, make_controller
+from treedgs_geo.gaussians.free.optimise import Adam, densify, learning_rates
+from treedgs_geo.gaussians.free.policy import GruPolicy
 from treedgs_geo.gaussians.options import GaussianOptions
-from treedgs_geo.gaussians.policy import GruPolicy
 from treedgs_geo.gaussians.train import fit_with_report
 
 VOLUME = Volume(0.5, 0.0, 3.0, 0.01, 0.2)

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from treedgs_geo.gaussians.bands import averaged_photos
-from treedgs_geo.gaussians.controllers import FixedSchedule, PlateauStop
+from treedgs_geo.gaussians.bands import Volume, averaged_photos
 from treedgs_geo.gaussians.crops import (
     Crop,
     FoliageRule,
@@ -22,8 +21,9 @@ from treedgs_geo.gaussians.crops import (
     near_axis,
     sample_texture,
 )
+from treedgs_geo.gaussians.free.controllers import FixedSchedule, PlateauStop
+from treedgs_geo.gaussians.free.optimise import Adam, constrain, learning_rates, relocate
 from treedgs_geo.gaussians.loss import d_ssim, l1, normal_consistency, robust_weight
-from treedgs_geo.gaussians.optimise import Adam, Volume, constrain, learning_rates, relocate
 from treedgs_geo.gaussians.project import CropCamera
 from treedgs_geo.reconstruction.cameras import Camera, View
 

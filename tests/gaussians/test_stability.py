@@ -13,10 +13,10 @@ from treedgs_geo.core.errors import InputError
 from treedgs_geo.gaussians.exports import fuse_depth, means_only
 from treedgs_geo.gaussians.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION, GaussianField, empty_field
 from treedgs_geo.gaussians.options import SampleOptions
+from treedgs_geo.gaussians.primitive.model import cover
 from treedgs_geo.gaussians.project import CropCamera
 from treedgs_geo.gaussians.raster import Rasteriser
 from treedgs_geo.gaussians.sample import sample_surface, view_opacity
-from treedgs_geo.gaussians.stem_model import cover
 from treedgs_geo.reconstruction.cameras import Camera, View
 
 DOWN = np.diag([1.0, -1.0, -1.0])

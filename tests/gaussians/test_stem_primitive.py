@@ -11,14 +11,22 @@ import pytest
 from painted_stem import FRAME, STEM, ground, scene
 
 from treedgs_geo.core.errors import InputError
+from treedgs_geo.gaussians.bands import Volume
 from treedgs_geo.gaussians.crops import Crop, GroundPlane, near_axis, sample_texture
-from treedgs_geo.gaussians.optimise import Volume
+from treedgs_geo.gaussians.free.band_fit import FitSettings
+from treedgs_geo.gaussians.layered import HollowVolume, axis_xy, fit_with_primitive, radius_m, surface_gaussians
 from treedgs_geo.gaussians.options import GaussianOptions
+from treedgs_geo.gaussians.primitive.fit import (
+    JointSettings,
+    Sight,
+    compare,
+    draw,
+    fit_primitive,
+    ground_layers,
+    textures,
+)
+from treedgs_geo.gaussians.primitive.model import GAMMA, cover, normal_equations
 from treedgs_geo.gaussians.project import CropCamera
-from treedgs_geo.gaussians.stem_fit import FitSettings
-from treedgs_geo.gaussians.stem_joint import JointSettings, Sight, compare, draw, fit_primitive, ground_layers, textures
-from treedgs_geo.gaussians.stem_loop import HollowVolume, axis_xy, fit_with_primitive, radius_m, surface_gaussians
-from treedgs_geo.gaussians.stem_model import GAMMA, cover, normal_equations
 from treedgs_geo.gaussians.train import fit_with_report
 
 BH = 1.37

@@ -11,13 +11,12 @@ from painted_stem import FRAME, GROUND, STEM, ground, load, scene
 
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.gaussians.bands import choose_views
+from treedgs_geo.gaussians.bands import Volume, choose_views
 from treedgs_geo.gaussians.crops import Crop, GroundPlane, band_outline, crop_camera, cut_out
-from treedgs_geo.gaussians.optimise import Volume
+from treedgs_geo.gaussians.free.band_fit import FitSettings, fit_stem
 from treedgs_geo.gaussians.options import GaussianOptions
 from treedgs_geo.gaussians.project import CropCamera
 from treedgs_geo.gaussians.raster import render
-from treedgs_geo.gaussians.stem_fit import FitSettings, fit_stem
 from treedgs_geo.gaussians.train import fit_gaussians, fit_with_report
 from treedgs_geo.reconstruction.cameras import View
 

@@ -12,14 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from treedgs_geo.core.errors import InputError
+from treedgs_geo.from_points.measuring.cloud import measure_stems
+from treedgs_geo.from_points.measuring.opacity_cone import fit_opacity_cone
+from treedgs_geo.from_points.measuring.options import MeasureOptions
 from treedgs_geo.gaussians.field import GaussianField, empty_field
+from treedgs_geo.gaussians.layered import surface_gaussians
 from treedgs_geo.gaussians.options import SampleOptions
-from treedgs_geo.gaussians.stem_joint import StemPrimitive
-from treedgs_geo.gaussians.stem_loop import surface_gaussians
+from treedgs_geo.gaussians.primitive.fit import StemPrimitive
 from treedgs_geo.gaussians.volume import sample_volume
-from treedgs_geo.measure.cloud import measure_stems
-from treedgs_geo.measure.opacity_cone import fit_opacity_cone
-from treedgs_geo.measure.options import MeasureOptions
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.terrain.dtm import Dtm

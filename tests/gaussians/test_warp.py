@@ -8,10 +8,11 @@ import pytest
 pytest.importorskip("warp", reason="warp-lang is not installed; the GPU path is optional")
 
 from treedgs_geo.core.errors import InputError  # noqa: E402
+from treedgs_geo.gaussians.devices import make_rasteriser
 from treedgs_geo.gaussians.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION  # noqa: E402
 from treedgs_geo.gaussians.point_kernels import TILE_PX, list_by_tile, opacity_before  # noqa: E402
 from treedgs_geo.gaussians.project import CropCamera  # noqa: E402
-from treedgs_geo.gaussians.raster import Rasteriser, make_rasteriser, project  # noqa: E402
+from treedgs_geo.gaussians.raster import Rasteriser, project
 from treedgs_geo.gaussians.warp_raster import WarpRasteriser, available  # noqa: E402
 from treedgs_geo.gaussians.warp_raster import opacity_before as warp_opacity  # noqa: E402
 

@@ -18,7 +18,7 @@ from treedgs_geo.commands.stand_table import StandTableSettings, run
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.inventory.stand.run import read_stand
 from treedgs_geo.inventory.tree_layer import write_trees
-from treedgs_geo.measure.trees import Tree
+from treedgs_geo.trees.tree import Tree
 
 CRS = pyproj.CRS.from_epsg(6344)
 EAST, NORTH = 611300.0, 3718400.0

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from treedgs_geo.measure.quality import REASONS, explain
-from treedgs_geo.measure.trees import TREE_FIELDS
+from treedgs_geo.trees.reasons import REASONS, explain
+from treedgs_geo.trees.tree import TREE_FIELDS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "tree-layer.md").read_text(encoding="utf-8")
 

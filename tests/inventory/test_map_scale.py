@@ -8,7 +8,7 @@ import pytest
 from inventory.stand_helpers import EAST, NORTH, make_survey
 
 from treedgs_geo.cli import main
-from treedgs_geo.inventory.tree_layer import read_trees
+from treedgs_geo.inventory.tree_reading import read_trees
 
 WEB = "EPSG:3857"
 

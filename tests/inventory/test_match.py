@@ -19,7 +19,7 @@ from treedgs_geo.core.errors import InputError, OutputError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.inventory.pairs_layer import FIELD, MEASURED, PAIR_COLUMNS, PAIRS, PLOTS, SUGGESTED
 from treedgs_geo.inventory.tree_layer import write_trees
-from treedgs_geo.measure.trees import Tree
+from treedgs_geo.trees.tree import Tree
 
 CENTRE = np.array([611337.0, 3718451.0])
 OFFSET = np.array([2.1, -1.3])

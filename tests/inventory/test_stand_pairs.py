@@ -16,7 +16,7 @@ from treedgs_geo.commands import evaluate, match_plots
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.inventory.pairs_layer import FIELD, PAIR_COLUMNS, PAIRS, PLOTS
 from treedgs_geo.inventory.tree_layer import write_trees
-from treedgs_geo.measure.trees import Tree
+from treedgs_geo.trees.tree import Tree
 
 #: What a person does: opens the layer with its style, starts editing, changes attributes and a line's end, saves.
 QGIS_EDIT = """

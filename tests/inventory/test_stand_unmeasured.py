@@ -13,7 +13,7 @@ from inventory.stand_helpers import CRS, EAST, NORTH, Ears, figures, report
 from treedgs_geo.commands import match_plots
 from treedgs_geo.inventory.stand.unmeasured import NOTHING_KNOWN
 from treedgs_geo.inventory.tree_layer import write_trees
-from treedgs_geo.measure.trees import Tree
+from treedgs_geo.trees.tree import Tree
 
 AREA_HA = np.pi * 0.1**2
 

@@ -12,8 +12,9 @@ import pytest
 from treedgs_geo.core.errors import OutputError
 from treedgs_geo.core.plots import Plot
 from treedgs_geo.inventory.report import write_report
-from treedgs_geo.inventory.tree_layer import read_trees, write_trees
-from treedgs_geo.measure.trees import TREE_FIELDS, Tree
+from treedgs_geo.inventory.tree_layer import write_trees
+from treedgs_geo.inventory.tree_reading import read_trees
+from treedgs_geo.trees.tree import TREE_FIELDS, Tree
 
 CRS = pyproj.CRS("EPSG:6344")
 

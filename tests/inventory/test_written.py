@@ -11,9 +11,10 @@ from inventory.stand_helpers import CRS, EAST, NORTH, Ears, edit_in_qgis, figure
 
 from treedgs_geo.campaign.layer import write_layer
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.inventory.tree_layer import LAYER, read_trees, write_trees
-from treedgs_geo.measure.trees import Tree
+from treedgs_geo.inventory.tree_layer import write_trees
+from treedgs_geo.inventory.tree_reading import LAYER, read_trees
 from treedgs_geo.pointcloud.file_crs import LOCAL_CRS
+from treedgs_geo.trees.tree import Tree
 
 #: What a person does: opens the layer with its style, starts editing, fills in the form's fields, saves.
 QGIS_WRITE = """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import laspy
 import numpy as np
-from stems_points.synthetic import plot_cloud
+from synthetic_cloud import plot_cloud
 
 STEMS = [(3.0, 3.0, 20.0), (8.0, 5.0, 30.0), (4.0, 9.0, 25.0)]
 

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 from pointcloud.odd_clouds import claim, stand, turned, write_las
 from shared_data import needs_shared
-from stems_points.synthetic import plot_cloud, stem_points
+from synthetic_cloud import plot_cloud, stem_points
 
 import treedgs_geo.pointcloud.tiles as tiles
 from treedgs_geo.cli import main
 from treedgs_geo.core.errors import CRSError, InputError
-from treedgs_geo.measure.quality import REASONS
 from treedgs_geo.pointcloud.files import describe_cloud, read_cloud
 from treedgs_geo.pointcloud.sanity import examine
 from treedgs_geo.pointcloud.survey import SAMPLE_POINTS, Survey
+from treedgs_geo.trees.reasons import REASONS
 
 
 def survey_of(xyz, pieces=1):

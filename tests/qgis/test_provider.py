@@ -17,7 +17,7 @@ import pytest
 from qgis_driver import ROOT, load
 
 from treedgs_geo.commands import MODULES
-from treedgs_geo.measure.trees import TREE_FIELDS
+from treedgs_geo.trees.tree import TREE_FIELDS
 
 DECLARED = {
     entry["id"]: entry for entry in json.loads((ROOT / "treedgs_qgis" / "parameters.json").read_text())["commands"]
@@ -180,15 +180,15 @@ def test_nothing_but_qgis_and_the_standard_library_is_imported_in_qgis():
 
 def test_styles_cover_the_tree_layer():
     source = (ROOT / "tools" / "layer_styles" / "trees.py").read_text(encoding="utf-8")
-    style = (ROOT / "treedgs_geo" / "inventory" / "styles" / "trees.qml").read_text(encoding="utf-8")
+    style = (ROOT / "treedgs_geo" / "core" / "styles" / "trees.qml").read_text(encoding="utf-8")
     for name in TREE_FIELDS:
         assert f'"{name}"' in source and f'field="{name}"' in style, name
 
 
 def test_styles_know_every_reason():
-    from treedgs_geo.measure.quality import REASONS
+    from treedgs_geo.trees.reasons import REASONS
 
-    style = (ROOT / "treedgs_geo" / "inventory" / "styles" / "trees.qml").read_text(encoding="utf-8")
+    style = (ROOT / "treedgs_geo" / "core" / "styles" / "trees.qml").read_text(encoding="utf-8")
     assert all(f"'{reason}'" in style for reason in REASONS), "run make styles"
     # In German and Spanish too: the style was written after the catalogues.
     for language in ("de", "es"):

@@ -9,7 +9,8 @@ import pytest
 
 from treedgs_geo.simulation import scene, terrain, truth
 from treedgs_geo.simulation.settings import SIZES, SimulateSettings
-from treedgs_geo.simulation.trouble import SWAY_HEIGHT_M, TroubleSettings, sway
+from treedgs_geo.simulation.trouble import TroubleSettings
+from treedgs_geo.simulation.wind import SWAY_HEIGHT_M, sway
 
 
 def stand(**more):

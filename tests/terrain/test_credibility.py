@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import rasterio
 from affine import Affine
-from stems_points.synthetic import plot_cloud
+from synthetic_cloud import plot_cloud
 
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter

@@ -10,7 +10,7 @@ from affine import Affine
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from shared_data import needs_shared
-from stems_points.synthetic import plot_cloud
+from synthetic_cloud import plot_cloud
 
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.errors import CRSError, InputError

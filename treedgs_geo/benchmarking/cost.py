@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from ..chain.second_measurement import MOST_ASKED
 from ..core.errors import InputError
 from ..core.files import atomic_path, write_json
 from ..core.progress import Reporter
 from ..core.tables import safe_frame
 from ..evaluation.charts import close, render
-from ..measure.second_opinion import MOST_ASKED
 from . import chart
 from .jobs import run_job
 from .plot import TruePlot
@@ -208,8 +208,9 @@ def fit_memory(table: pd.DataFrame) -> dict[str, float]:
 
 def predict(fits: dict[str, dict], memory: dict[str, float], case: dict[str, float]) -> dict[str, Any]:
     """Seconds a stage and in all, and peak memory, for a case: photos, megapixels each, stems, radius_m of the plot;
-    1.84 cm on the ground. Every stem that may be asked again is (:data:`~treedgs_geo.measure.second_opinion.MOST_ASKED`
-    at most), and every photo shows it: more than a plot takes as a rule."""
+    1.84 cm on the ground. Every stem that may be measured a second time is (at most
+    :data:`~treedgs_geo.chain.second_measurement.MOST_ASKED`), and every photo shows it: more than a plot usually takes.
+    """
     gsd_m = 0.0184
     asked = min(case["stems"], MOST_ASKED)
     used = min(case["photos"], MOST_VIEWS)

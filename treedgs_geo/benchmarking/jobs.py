@@ -21,10 +21,10 @@ from ..core.errors import ReconstructionError
 from ..core.files import read_json, write_json
 from ..core.progress import Reporter
 from ..core.workspace import peak_memory_mb
-from ..measure.trees import Tree
+from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
-from ..stems.area import Area
 from ..terrain.dtm import Dtm
+from ..trees.tree import Tree
 from .plot import TruePlot, score_trees
 
 
@@ -91,8 +91,8 @@ def _scene(job: dict[str, Any]) -> tuple[TruePlot, LocalFrame, list[View], Dtm, 
 def run_photos(job: dict[str, Any]) -> dict[str, Any]:
     """Stems found and fitted in the photos (``scale`` < 1: in reduced ones); a preset's job has all of its settings."""
     from ..chain.routes import PRESETS, Preset, auto_route
+    from ..from_photos.options import PhotoStemOptions
     from ..reconstruction.pipeline import ReconstructOptions
-    from ..stems.photos.options import PhotoStemOptions
 
     plot, frame, views, dtm, area = _scene(job)
     if job["scale"] != 1:
@@ -134,15 +134,15 @@ def reduced(views: list[View], scale: float, folder: Path) -> list[View]:
 
 def run_splats(job: dict[str, Any]) -> dict[str, Any]:
     """Splats fitted about stems that were found in the photos (positions only), then measured as a cloud."""
+    from ..from_photos.find import stems_from_photos
+    from ..from_photos.options import PhotoStemOptions
+    from ..from_photos.trees import to_trees
+    from ..from_points.measuring.cloud import measure_stems
+    from ..from_points.measuring.options import MeasureOptions
     from ..gaussians.options import PAPER_SAMPLING, GaussianOptions, SampleOptions
     from ..gaussians.train import fit_with_report
-    from ..measure.cloud import measure_stems
-    from ..measure.options import MeasureOptions
-    from ..measure.photo_trees import to_trees
     from ..pointcloud.cloud import PointCloud
     from ..pointcloud.files import write_cloud
-    from ..stems.photos.find import stems_from_photos
-    from ..stems.photos.options import PhotoStemOptions
     from .splat_points import points_of
 
     plot, frame, views, dtm, area = _scene(job)
@@ -176,8 +176,8 @@ def run_splats(job: dict[str, Any]) -> dict[str, Any]:
 
 def run_cloud(job: dict[str, Any]) -> dict[str, Any]:
     """The plot's LiDAR: ground, stems, diameters."""
-    from ..measure.cloud import measure_cloud
-    from ..measure.options import MeasureOptions
+    from ..from_points.measuring.cloud import measure_cloud
+    from ..from_points.measuring.options import MeasureOptions
     from ..terrain.ground import dtm_from_cloud
 
     plot = TruePlot.load(Path(job["plot"]))
@@ -308,8 +308,8 @@ def run_second_cost(job: dict[str, Any]) -> dict[str, Any]:
 
 def run_stems_cost(job: dict[str, Any]) -> dict[str, Any]:
     """Cost of stems in the photos for a share of the plot's radius and a number of photos (true cameras)."""
-    from ..stems.photos.find import stems_from_photos
-    from ..stems.photos.options import PhotoStemOptions
+    from ..from_photos.find import stems_from_photos
+    from ..from_photos.options import PhotoStemOptions
 
     plot = TruePlot.load(Path(job["plot"]))
     radius, views = job["radius"] * plot.radius_m, plot.views()
@@ -333,7 +333,7 @@ def run_stems_cost(job: dict[str, Any]) -> dict[str, Any]:
 
 def run_lidar_cost(job: dict[str, Any]) -> dict[str, Any]:
     """Cost of the LiDAR route for a share of the area (so that the density stays)."""
-    from ..measure.cloud import measure_cloud
+    from ..from_points.measuring.cloud import measure_cloud
     from ..terrain.ground import dtm_from_cloud
 
     cloud = TruePlot.load(Path(job["plot"])).cloud()

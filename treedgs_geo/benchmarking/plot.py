@@ -15,10 +15,10 @@ from scipy.spatial.distance import cdist
 from ..core.crs import LocalFrame, project_crs
 from ..core.errors import InputError
 from ..evaluation.accuracy import pair_by_position
-from ..measure.trees import Tree
 from ..pointcloud.cloud import PointCloud
 from ..reconstruction.cameras import Camera, View
 from ..terrain.dtm import Dtm, read_dtm
+from ..trees.tree import Tree
 
 #: A view of a breast height counts as clear with this share seen, and not too steep (``truth/visibility.csv``).
 CLEAR_SHARE, CLEAR_FORESHORTENING = 0.7, 0.35

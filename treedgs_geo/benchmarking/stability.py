@@ -23,24 +23,24 @@ from ..core.files import write_json
 from ..core.machine import available_threads
 from ..core.progress import Reporter
 from ..core.settings import build
+from ..from_photos.find import stems_from_photos
+from ..from_photos.options import PhotoStemOptions
+from ..from_photos.trees import to_trees
+from ..from_points.measuring.cloud import measure_stems, segment_options
+from ..from_points.measuring.options import MeasureOptions
+from ..from_points.segmentation.segment import find_stems, label_points
 from ..gaussians.options import GaussianOptions
 from ..gaussians.train import fit_with_report
-from ..inventory.tree_layer import read_trees
-from ..measure.cloud import measure_stems, segment_options
-from ..measure.options import MeasureOptions
-from ..measure.photo_trees import to_trees
-from ..measure.primitive_trees import to_trees as primitives_to_trees
-from ..measure.trees import TREE_FIELDS, Tree, with_block_errors
+from ..gaussians.trees import to_trees as primitives_to_trees
+from ..inventory.tree_reading import read_trees
 from ..pointcloud.cloud import PointCloud
+from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
 from ..simulation.settings import SimulateSettings
 from ..simulation.simulate import simulate_plot
 from ..simulation.trouble import TroubleSettings
-from ..stems.area import Area
-from ..stems.photos.find import stems_from_photos
-from ..stems.photos.options import PhotoStemOptions
-from ..stems.segment import find_stems, label_points
 from ..terrain.dtm import Dtm
+from ..trees.tree import TREE_FIELDS, Tree, with_block_errors
 from . import perturb
 from .factors import CHAIN, CLOUD, FACTORS, PHOTOS, SPLAT_FACTORS, Factor
 from .plot import TruePlot, score_trees

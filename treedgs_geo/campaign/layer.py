@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -74,10 +73,9 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str, reporter:
         if held or not temporary.exists():
             _append(temporary, written.fill(pd.concat(held, ignore_index=True)) if held else _empty(crs))
         if path.suffix.lower() == ".gpkg":
-            from ..inventory.tree_layer import LAYER
+            from ..inventory.tree_reading import LAYER
 
-            qml = (files("treedgs_geo.inventory") / "styles" / "trees.qml").read_text(encoding="utf-8")
-            save_style(temporary, LAYER, qml)
+            save_style(temporary, LAYER)
     written.report(reporter)
     return total
 
@@ -94,7 +92,7 @@ def _append(target: Path, table: Any) -> None:
     import pandas as pd
     import pyogrio
 
-    from ..inventory.tree_layer import LAYER
+    from ..inventory.tree_reading import LAYER
 
     table = table.sort_values("tree_id", kind="stable")
     if target.suffix.lower() == ".csv":
@@ -113,7 +111,7 @@ def _plot_trees(plot: dict[str, Any], crs: str) -> Any:
     """One plot's trees with the campaign's ids."""
     import geopandas as gpd
 
-    from ..inventory.tree_layer import read_trees
+    from ..inventory.tree_reading import read_trees
 
     table = read_trees(Path(plot["folder"]) / TREES)
     table = _typed(table)
@@ -186,7 +184,7 @@ def twins(plots: list[tuple[str, Path, tuple[float, float, float, float]]]) -> l
     from scipy.spatial import cKDTree
     from shapely import STRtree, box
 
-    from ..inventory.tree_layer import read_trees
+    from ..inventory.tree_reading import read_trees
 
     if len(plots) < 2:
         return []

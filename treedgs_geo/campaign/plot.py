@@ -30,7 +30,7 @@ def run_plot(job: dict[str, Any], reporter: Reporter) -> dict[str, Any]:
         counts, mean DBH, CRS, bounds, reasons of refusal, accuracy where field trees are given.
     """
     from ..commands import get_command
-    from ..inventory.tree_layer import read_trees
+    from ..inventory.tree_reading import read_trees
 
     row, folder = job["row"], Path(job["folder"])
     values = dict(row["values"], output=str(folder / TREES))

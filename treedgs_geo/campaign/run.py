@@ -24,7 +24,7 @@ from .state import Campaign, Plan, make_plan
 from .task import run_plot
 
 if TYPE_CHECKING:
-    from ..commands.campaign import CampaignSettings
+    from ..campaign.settings import CampaignSettings
 
 
 def run_campaign(

@@ -19,7 +19,7 @@ from .facts import not_seen
 from .steps import Collector
 
 if TYPE_CHECKING:
-    from ..commands.pointcloud_to_dbh import PointcloudToDbhSettings
+    from ..chain.settings import PointcloudToDbhSettings
     from ..pointcloud.cloud import PointCloud
 
 #: Points this far around a plot stay: the ground, and stems whose points reach over the edge.

@@ -23,14 +23,13 @@ from ..geotags.reading import read_stations
 from ..geotags.sources import find_geotags
 from ..geotags.stations import Stations, read_stations_layer, write_stations
 from ..inventory.report import write_report
-from ..inventory.tree_layer import LAYER, check_output, style_terrain, tree_table, write_trees
-from ..measure.tree_ground import with_ground_error
-from ..measure.trees import Tree, with_block_errors
+from ..inventory.tree_layer import check_output, style_terrain, tree_table, write_trees
+from ..inventory.tree_reading import LAYER
+from ..reconstruction.area import Area, area_seen
 from ..reconstruction.cameras import View
 from ..reconstruction.model import FRAME, MODEL_FILES, load_points, load_views
 from ..reconstruction.model import REPORT as SFM_REPORT
 from ..reconstruction.pipeline import reconstruct_photos
-from ..stems.area import Area, area_seen
 from ..terrain.dtm import (
     GROUND_WARN_M,
     Dtm,
@@ -41,6 +40,8 @@ from ..terrain.dtm import (
     write_dtm,
 )
 from ..terrain.sparse_ground import dtm_from_sparse, sparse_ground_se, with_gaps_filled
+from ..trees.ground import with_ground_error
+from ..trees.tree import Tree, with_block_errors
 from .facts import photo_facts
 from .planned import (
     LEAST_OBLIQUE,
@@ -56,7 +57,7 @@ from .routes import PRESETS, auto_route, photo_route, splat_route
 from .steps import Collector, Steps
 
 if TYPE_CHECKING:
-    from ..commands.photos_to_dbh import PhotosToDbhSettings
+    from ..chain.settings import PhotosToDbhSettings
 
 #: A plot this far from the nearest photo lies elsewhere.
 MAX_AWAY_M = 500.0

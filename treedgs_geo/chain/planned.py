@@ -11,15 +11,15 @@ from ..core.errors import InputError, ReconstructionError
 from ..core.machine import cores
 from ..core.plots import Plot
 from ..core.progress import Reporter
+from ..from_photos.find import TILE_M, split
+from ..from_photos.options import PhotoStemOptions
 from ..geotags.photos import read_photo
 from ..geotags.stations import Stations
+from ..reconstruction.area import Area, area_seen
 from ..reconstruction.calibration import calibration_of
 from ..reconstruction.cameras import View
 from ..reconstruction.pairs import ground_below
 from ..reconstruction.pipeline import gimbal_rotations
-from ..stems.area import Area, area_seen
-from ..stems.photos.find import TILE_M, split
-from ..stems.photos.options import PhotoStemOptions
 from ..terrain.dtm import Dtm
 
 #: A stem needs photos that look at it from the side: this far from straight down, and this many of them.

@@ -23,8 +23,7 @@ from ..core.workspace import in_use, read_record
 from ..inventory.tree_layer import OWN_LAYERS
 
 if TYPE_CHECKING:
-    from ..commands.photos_to_dbh import PhotosToDbhSettings
-    from ..commands.pointcloud_to_dbh import PointcloudToDbhSettings
+    from ..chain.settings import PhotosToDbhSettings, PointcloudToDbhSettings
     from ..geotags.stations import Stations
     from ..reconstruction.cameras import View
     from .planned import Search
@@ -308,7 +307,7 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
     Raises:
         TreeDGSError: what would end the job.
     """
-    from ..measure.cloud import point_weights
+    from ..from_points.measuring.cloud import point_weights
     from ..pointcloud.cloud import usable
     from ..pointcloud.files import describe_cloud, iter_cloud
     from ..pointcloud.sanity import examine

@@ -11,15 +11,15 @@ from ..core.crs import LocalFrame
 from ..core.machine import available_threads
 from ..core.progress import Reporter
 from ..core.workspace import Workspace
-from ..measure.photo_trees import to_trees
-from ..measure.second_opinion import Opinion, settle, to_ask
-from ..measure.trees import Tree
+from ..from_photos.find import stems_from_photos
+from ..from_photos.options import PhotoStemOptions
+from ..from_photos.trees import to_trees
+from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
 from ..reconstruction.pipeline import ReconstructOptions
-from ..stems.area import Area
-from ..stems.photos.find import stems_from_photos
-from ..stems.photos.options import PhotoStemOptions
 from ..terrain.dtm import Dtm
+from ..trees.tree import Tree
+from .second_measurement import Opinion, settle, to_ask
 
 
 @dataclass(frozen=True)
@@ -107,13 +107,13 @@ def splat_route(
     Stems are found in the photos (positions only; their diameters come in again only to doubt a tree whose two
     diameters differ). ``field.ply``, ``surface.laz`` and ``stems.laz`` stay in the workspace.
     """
+    from ..from_points.measuring.cloud import measure_stems
+    from ..from_points.measuring.options import MeasureOptions
     from ..gaussians.options import PAPER_SAMPLING, GaussianOptions, SampleOptions
     from ..gaussians.ply import write_field
     from ..gaussians.sample import sample_surface
     from ..gaussians.train import fit_with_report
-    from ..measure.cloud import measure_stems
-    from ..measure.options import MeasureOptions
-    from ..measure.primitive_trees import to_trees as primitives_to_trees
+    from ..gaussians.trees import to_trees as primitives_to_trees
     from ..pointcloud.cloud import PointCloud
     from ..pointcloud.files import write_cloud
 

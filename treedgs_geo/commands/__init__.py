@@ -9,30 +9,30 @@ import importlib
 
 from ..core.command import Command
 
-#: Verb -> module in this package, in the order of the work.
+#: Verb -> module, in the order of the work. By name, so that a verb may live in a room above this one.
 MODULES = {
-    "photos-to-dbh": "photos_to_dbh",
-    "pointcloud-to-dbh": "pointcloud_to_dbh",
-    "campaign": "campaign",
-    "geotag": "geotag",
-    "reconstruct": "reconstruct",
-    "terrain": "terrain",
-    "fit-gaussians": "fit_gaussians",
-    "sample-surface": "sample_surface",
-    "segment-stems": "segment_stems",
-    "measure-dbh": "measure_dbh",
-    "match-plots": "match_plots",
-    "evaluate": "evaluate",
-    "stand-table": "stand_table",
-    "benchmark": "benchmark",
-    "simulate-plot": "simulate_plot",
-    "doctor": "doctor",
+    "photos-to-dbh": "treedgs_geo.commands.photos_to_dbh",
+    "pointcloud-to-dbh": "treedgs_geo.commands.pointcloud_to_dbh",
+    "campaign": "treedgs_geo.campaign.command",
+    "geotag": "treedgs_geo.commands.geotag",
+    "reconstruct": "treedgs_geo.commands.reconstruct",
+    "terrain": "treedgs_geo.commands.terrain",
+    "fit-gaussians": "treedgs_geo.commands.fit_gaussians",
+    "sample-surface": "treedgs_geo.commands.sample_surface",
+    "segment-stems": "treedgs_geo.commands.segment_stems",
+    "measure-dbh": "treedgs_geo.commands.measure_dbh",
+    "match-plots": "treedgs_geo.commands.match_plots",
+    "evaluate": "treedgs_geo.commands.evaluate",
+    "stand-table": "treedgs_geo.commands.stand_table",
+    "benchmark": "treedgs_geo.commands.benchmark",
+    "simulate-plot": "treedgs_geo.commands.simulate_plot",
+    "doctor": "treedgs_geo.commands.doctor",
 }
 
 
 def get_command(name: str) -> Command:
     """Import one verb's module and return its command."""
-    return importlib.import_module(f".{MODULES[name]}", __package__).COMMAND
+    return importlib.import_module(MODULES[name]).COMMAND
 
 
 def all_commands() -> list[Command]:

@@ -87,7 +87,7 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
     from ..evaluation.methods import Reference
     from ..evaluation.report import write_evaluation
     from ..evaluation.tables import evidence_from_pairs, evidence_from_truth, metrics_of
-    from ..inventory.tree_layer import read_trees
+    from ..inventory.tree_reading import read_trees
 
     ensure_writable(settings.output / "metrics.json")
     if (settings.pairs is None) == (settings.trees is None) or (settings.trees is None) != (settings.truth is None):

@@ -98,7 +98,7 @@ def _write_stems(space, report, frame, bh_m: float) -> str | None:
     from dataclasses import asdict
 
     from ..core.files import atomic_path
-    from ..measure.primitive_trees import to_trees
+    from ..gaussians.trees import to_trees
 
     trees = to_trees(report.primitives, frame, bh_m)
     if not trees:

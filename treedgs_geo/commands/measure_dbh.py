@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..chain.cloud_input import load_cloud, load_ground, tree_summary
+from ..chain.settings import CloudSettings
 from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import param
-from ..measure.options import MeasureOptions
-from .cloud_input import CloudSettings, load_cloud, load_ground, tree_summary
+from ..from_points.measuring.options import MeasureOptions
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,12 +27,13 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
     import numpy as np
 
     from ..core.errors import InputError
+    from ..from_points.measuring.cloud import measure_stems
+    from ..from_points.measuring.foot import with_ground
     from ..inventory.circle_layers import stem_slices
     from ..inventory.tree_layer import check_output, write_trees
-    from ..measure.cloud import measure_stems
-    from ..measure.plausible import mark_odd_heights
-    from ..measure.tree_ground import with_ground, with_ground_error
     from ..pointcloud.file_crs import LOCAL_CRS
+    from ..trees.ground import with_ground_error
+    from ..trees.odd_heights import mark_odd_heights
 
     check_output(settings.output)
     cloud = load_cloud(settings, reporter, find_stems=False)

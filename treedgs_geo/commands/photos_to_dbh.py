@@ -2,65 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
+from ..chain.settings import PhotosToDbhSettings
 from ..core.command import Command
 from ..core.progress import Reporter
-from ..core.settings import param
-
-
-@dataclass(frozen=True, kw_only=True)
-class PhotosToDbhSettings:
-    """Parameters of the whole chain."""
-
-    photos: Path = param(kind="folder", help="Folder with the original drone photos (JPEG) of one plot or block.")
-    geotags: Path | None = param(
-        None,
-        kind="files",
-        help="Folder or file with MRK and RTKLIB .pos (PPK), or a CSV; without it EXIF/XMP positions are used.",
-    )
-    dtm: Path | None = param(
-        None,
-        kind="file",
-        help="Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is found in the photos.",
-        suffixes=(".tif", ".tiff"),
-    )
-    crs: str = param(kind="crs", help="Project CRS, projected and in metres, for example EPSG:6344.")
-    plots: Path | None = param(
-        None,
-        kind="file",
-        help="CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); without it all that photos see well.",
-        suffixes=(".csv",),
-    )
-    preset: str = param(
-        "balanced",
-        kind="choice",
-        help="How much is modelled: fast and best differ in photos and features used; paper = the published method.",
-        choices=("fast", "balanced", "best", "paper"),
-    )
-    fit: str = param(
-        "auto",
-        kind="choice",
-        help="photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; "
-        "paper = splats with the published constants; auto = photos, then stems left in doubt asked again among "
-        "Gaussians.",
-        choices=("auto", "photos", "gaussians", "paper"),
-    )
-    bh_m: float = param(1.37, kind="number", help="Breast height above ground.", unit="m", minimum=0.5, maximum=2.5)
-    seed: int = param(0, kind="integer", help="Seed of every random choice.", minimum=0, advanced=True)
-    dry_run: bool = param(
-        False,
-        kind="flag",
-        help="Only check inputs, overlap, fixed positions, memory and disk, and foretell the time; writes nothing.",
-    )
-    workspace: Path = param(kind="output_folder", help="Folder for intermediate results; a second run resumes there.")
-    output: Path = param(
-        kind="output_file",
-        help="Tree layer to write (.gpkg, .shp, .geojson or .csv).",
-        suffixes=(".gpkg", ".shp", ".geojson", ".csv"),
-    )
 
 
 def photos_to_dbh(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, Any]:

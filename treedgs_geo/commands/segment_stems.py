@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..chain.cloud_input import load_cloud, load_ground
+from ..chain.settings import CloudSettings
 from ..core.command import Command
 from ..core.files import ensure_writable
 from ..core.progress import Reporter
 from ..core.settings import param
-from ..stems.options import SegmentOptions
-from .cloud_input import CloudSettings, load_cloud, load_ground
+from ..from_points.segmentation.options import SegmentOptions
 
 #: A field stem found this far off is named in the log, metres.
 FAR_M = 0.5
@@ -72,10 +73,10 @@ def run(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
 def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
     import numpy as np
 
-    from ..measure.tree_ground import stem_feet, stem_ground_se
+    from ..from_points.measuring.foot import stem_feet, stem_ground_se
+    from ..from_points.segmentation.segment import find_stems, label_points
     from ..pointcloud.cloud import usable
     from ..pointcloud.files import write_cloud
-    from ..stems.segment import find_stems, label_points
 
     cloud = load_cloud(settings, reporter)
     ground = load_ground(settings, cloud, reporter)
@@ -84,7 +85,7 @@ def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
     answers: dict[str, Any] = {}
     with reporter.stage("find stems", 0.3, 0.85):
         if settings.segmenter != "own":
-            from ..stems.external import segment_external
+            from ..from_points.segmentation.external import segment_external
 
             found = segment_external(cloud, settings.segmenter, settings.segmenter_command or "", reporter)
             if found.reordered:
@@ -114,7 +115,7 @@ def _field_stems(settings: SegmentStemsSettings, crs: Any, low: Any, high: Any) 
     """The field stems in the cloud's CRS, ``None`` without a file; some of them have to stand in the cloud."""
     from ..core.errors import InputError
     from ..core.scale import zone_that_fits
-    from ..stems.seeds import MATCH_M, read_field_stems
+    from ..from_points.segmentation.field_stems import MATCH_M, read_field_stems
 
     if settings.field_stems is None:
         return None
@@ -137,7 +138,7 @@ def _named(stems: Any, field: Any, settings: SegmentStemsSettings, reporter: Rep
     """New ids by old ones (0 = seen, but refused), and of field stems the counts and the table of their answers."""
     import numpy as np
 
-    from ..stems.seeds import answer_stems, named
+    from ..from_points.segmentation.field_stems import answer_stems, named
 
     ids, answers = np.arange(len(stems.stems) + 1, dtype=np.int32), []
     if field is not None:
@@ -185,7 +186,7 @@ def _write_answers(path: Path, field: Any, answers: Any) -> None:
 
     from ..core.files import atomic_path
     from ..core.tables import safe_frame
-    from ..measure.quality import explain
+    from ..trees.reasons import explain
 
     rows = [
         {
@@ -227,12 +228,12 @@ def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
 
     import numpy as np
 
-    from ..measure.tree_ground import USUAL_FOOT_M
+    from ..from_points.measuring.foot import USUAL_FOOT_M
+    from ..from_points.segmentation.labelling import Labeller
+    from ..from_points.segmentation.tiled import find_stems_tiled
     from ..pointcloud.cloud import horizontal
     from ..pointcloud.stream import copy_cloud
     from ..pointcloud.tiles import sort_into_tiles
-    from ..stems.labelling import Labeller
-    from ..stems.tiled import find_stems_tiled
     from ..terrain.cloud_ground import CloudGround
     from ..terrain.streamed import check_dtm, dtm_from_tiles, layer_of_tiles
 

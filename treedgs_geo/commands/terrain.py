@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..chain.cloud_input import read_checked
 from ..core.command import Command
 from ..core.files import ensure_writable
 from ..core.progress import Reporter
 from ..core.settings import param
 from ..terrain.options import ClothSimulation
-from .cloud_input import read_checked
 
 #: Points a square metre from which ground has to stand out somewhere; most airborne clouds have fewer.
 DENSE_M2 = 20.0

@@ -6,6 +6,7 @@ import os
 import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
+from importlib.resources import files
 from pathlib import Path
 
 from .errors import OutputError
@@ -106,7 +107,18 @@ def move_aside(path: Path) -> Path:
     return kept
 
 
-def save_style(geopackage: Path, layer: str, qml: str, geometry: str = "geom") -> None:
+def style_text(name: str) -> str:
+    """The QML of one of our layers (``core/styles``, written by ``make styles``)."""
+    return (files(__package__) / "styles" / f"{name}.qml").read_text(encoding="utf-8")
+
+
+def save_style(geopackage: Path, layer: str) -> None:
+    """Store our style of this layer inside the GeoPackage; a layer that has none keeps QGIS's own."""
+    if (files(__package__) / "styles" / f"{layer}.qml").is_file():
+        put_style(geopackage, layer, style_text(layer))
+
+
+def put_style(geopackage: Path, layer: str, qml: str, geometry: str = "geom") -> None:
     """Store ``qml`` as the layer's default style inside the GeoPackage, where QGIS looks for it."""
     with closing(sqlite3.connect(geopackage, timeout=WAIT_S)) as connection, connection:
         connection.execute(

@@ -14,7 +14,7 @@ from ..core.errors import InputError
 from ..core.files import atomic_path, read_json
 from ..core.progress import Reporter
 from ..core.tables import safe_frame
-from ..inventory.tree_layer import read_trees
+from ..inventory.tree_reading import read_trees
 from ..pointcloud.cloud import PointCloud
 from ..pointcloud.files import read_cloud
 from ..terrain.dtm import Dtm, read_dtm
@@ -147,7 +147,7 @@ def _segmented(path: Path, dtm_file: Path | None, name: str) -> tuple[PointCloud
         return cloud, dtm, np.asarray(cloud.attributes["tree_id"]).astype(int)
     if name == "splats":
         raise InputError(f"{path}: has no tree_id; give the stems.laz of a workspace (photos-to-dbh --fit gaussians).")
-    from ..stems.segment import find_stems, label_points
+    from ..from_points.segmentation.segment import find_stems, label_points
 
     stems = find_stems(cloud, dtm)
     height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
@@ -168,8 +168,8 @@ def _oracle(
     inputs: Inputs,
 ) -> list[dict]:
     """The same fits with our labels and with the true ones, on the stems that both gave a figure."""
-    from ..measure.circles import SolidCircle
-    from ..measure.published import PublishedOptions
+    from ..from_points.measuring.published import PublishedOptions
+    from ..shapes.circles import SolidCircle
 
     rows = []
     for source in sources:

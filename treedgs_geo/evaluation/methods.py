@@ -14,12 +14,12 @@ import pandas as pd
 from shapely.geometry import LineString
 
 from ..core.errors import InputError
+from ..from_points.measuring.cloud import point_weights
+from ..from_points.measuring.published import PublishedOptions, measure_published
 from ..inventory.pairs_layer import PAIRS, read_layer
-from ..measure.circles import SolidCircle
-from ..measure.cloud import point_weights
-from ..measure.cylinder import fit_cylinder
-from ..measure.published import PublishedOptions, measure_published
 from ..pointcloud.cloud import PointCloud
+from ..shapes.circles import SolidCircle
+from ..shapes.cylinder import fit_cylinder
 from ..terrain.dtm import Dtm
 from .accuracy import pair_by_position, score
 from .tables import COUNTED

@@ -27,7 +27,6 @@ from .crops import (
     foliage_rule,
     near_axis,
 )
-from .optimise import Volume
 from .options import GaussianOptions
 
 #: Most photos a stem primitive is fitted to.
@@ -71,6 +70,25 @@ def choose_views(views: Sequence[View], point: np.ndarray, most: int, least_slan
     # Sorting by azimuth and keeping every so-manyth spreads them; ties between flights stay deterministic.
     order = index[np.argsort(azimuth, kind="stable")]
     return sorted(order[np.arange(most) * len(order) // most].tolist())
+
+
+@dataclass(frozen=True)
+class Volume:
+    """Where a stem's Gaussians may live: a cylinder about the seed, and the limits of their size, metres."""
+
+    radius_m: float
+    low_m: float
+    high_m: float
+    smallest_m: float
+    largest_m: float
+
+    def contains(self, means: np.ndarray) -> np.ndarray:
+        """(N,) bool."""
+        return (
+            (np.hypot(means[:, 0], means[:, 1]) <= self.radius_m)
+            & (means[:, 2] >= self.low_m)
+            & (means[:, 2] <= self.high_m)
+        )
 
 
 @dataclass(frozen=True)

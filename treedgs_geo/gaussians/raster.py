@@ -10,11 +10,9 @@ import math
 import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from ..core.errors import InputError, MissingComponentError
 from . import kernels
 from .field import N_PARAMETERS
 from .project import N_ROWS, CropCamera, gather_columns, project_backward_kernel, project_kernel
@@ -159,28 +157,6 @@ class Rasteriser:
         rows = max(-(-height // (_STRIPS_A_THREAD * self.threads)), _LEAST_ROWS)
         edges = [(y, min(y + rows, height)) for y in range(0, height, rows)]
         return list(self._pool.map(lambda edge: work(*edge), edges))
-
-
-def make_rasteriser(device: str = "cpu", dilation_px2: float = 0.0) -> Any:
-    """A rasteriser for "cpu" (Numba) or a GPU ("cuda", through NVIDIA Warp): the same interface, the same pictures.
-
-    Raises:
-        MissingComponentError: warp-lang is not installed. InputError: there is no such GPU.
-    """
-    if device == "cpu":
-        return Rasteriser(1, dilation_px2)
-    try:
-        from . import warp_raster
-    except ImportError:
-        raise MissingComponentError(
-            f"Device {device!r} needs the package warp-lang, which is not installed; run 'pip install warp-lang' in "
-            "the engine's environment or use the device cpu."
-        ) from None
-    if not warp_raster.available(device):
-        raise InputError(
-            f"Device {device!r}: no such GPU was found here, expected an NVIDIA card with its driver; use device cpu."
-        )
-    return warp_raster.WarpRasteriser(device, dilation_px2)
 
 
 def project(

@@ -22,10 +22,10 @@ from ..reconstruction.cameras import View
 from .bands import Band, cut_bands, read_photo
 from .crops import FoliageRule
 from .field import LARGEST_COORDINATE_M, MEAN, GaussianField, merge_fields
+from .free.band_fit import FitSettings, StemFit, fit_stem
+from .layered import fit_with_primitive
 from .options import GaussianOptions
-from .stem_fit import FitSettings, StemFit, fit_stem
-from .stem_joint import JointSettings, StemPrimitive
-from .stem_loop import fit_with_primitive
+from .primitive.fit import JointSettings, StemPrimitive
 
 #: Most Gaussians of one stem with its primitive, unless more are asked for.
 MOST_BARK = 3000

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 from dataclasses import dataclass, field
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -107,8 +106,7 @@ def write_stations(path: Path, stations: Stations) -> None:
     )
     with atomic_geopackage(path, OWN_LAYERS) as temporary:
         frame.to_file(temporary, layer=LAYER, driver="GPKG", engine="pyogrio", dataset_options={"VERSION": "1.2"})
-        style = files("treedgs_geo.inventory") / "styles" / "stations.qml"
-        save_style(temporary, LAYER, style.read_text(encoding="utf-8"))
+        save_style(temporary, LAYER)
 
 
 def read_stations_layer(path: Path) -> Stations:

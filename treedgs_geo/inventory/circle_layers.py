@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
 from pathlib import Path
 
 import geopandas as gpd
@@ -47,7 +46,7 @@ def add_layers(geopackage: Path, trees: gpd.GeoDataFrame, slices: list[dict] | N
         if not len(table):
             continue
         table.to_file(geopackage, layer=name, driver="GPKG", engine="pyogrio", mode="a", geometry_type="Polygon")
-        save_style(geopackage, name, (files(__package__) / "styles" / f"{name}.qml").read_text(encoding="utf-8"))
+        save_style(geopackage, name)
 
 
 def stem_slices(
@@ -55,10 +54,10 @@ def stem_slices(
 ) -> list[dict]:
     """Circles fitted to horizontal slices of each measured stem, for looking at; the DBH does not come from them.
 
-    xyz: (N, 3) project metres. tree_id: (N,) integers. trees: :class:`~treedgs_geo.measure.trees.Tree` records with a
+    xyz: (N, 3) project metres. tree_id: (N,) integers. trees: :class:`~treedgs_geo.trees.tree.Tree` records with a
     DBH and a ground height. Slices from 0.5 to 4.5 m above ground; one without a believable circle is left out.
     """
-    from ..measure.circles import geometric_circle
+    from ..shapes.circles import geometric_circle
 
     order = np.argsort(tree_id, kind="stable")
     ids, starts = np.unique(tree_id[order], return_index=True)

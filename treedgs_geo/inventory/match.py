@@ -16,7 +16,7 @@ from ..core.plots import Plot
 from .field_trees import NAMES, dbh_in_cm, numbers, read_table
 from .pairing import PairingOptions, Registration, assign, confirmed, fit_rigid, register
 from .pairs_layer import SNAP_M, Locked
-from .tree_layer import read_trees
+from .tree_reading import read_trees
 
 #: Measured trees are kept in the output up to this far outside a plot's circle.
 _AROUND_M = 3.0

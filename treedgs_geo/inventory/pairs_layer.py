@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -120,9 +119,7 @@ def write_pairs(
         circles = [Point(row["x"], row["y"]).buffer(row["radius_m"], 32) for row in plots]
         _write(temporary, PLOTS, gpd.GeoDataFrame(table, geometry=circles, crs=crs), "Polygon")
         for name in (PAIRS, SUGGESTED, FIELD, MEASURED, PLOTS):
-            style = files(__package__) / "styles" / f"{name}.qml"
-            if style.is_file():
-                save_style(temporary, name, style.read_text(encoding="utf-8"))
+            save_style(temporary, name)
     return path
 
 

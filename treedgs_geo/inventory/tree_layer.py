@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 from contextlib import suppress
-from importlib.resources import files
 from pathlib import Path
 
 import geopandas as gpd
@@ -12,17 +11,17 @@ import numpy as np
 import pandas as pd
 import pyproj
 
-from ..core.errors import InputError, OutputError
+from ..core.errors import OutputError
 from ..core.files import atomic_path, ensure_writable, temporary_beside
-from ..core.geopackage import atomic_geopackage, ensure_unlocked, save_style
+from ..core.geopackage import atomic_geopackage, ensure_unlocked, save_style, style_text
 from ..core.progress import Reporter
 from ..core.shortage import reporting_full_disk
-from ..core.tables import refuse_other_formats, safe_frame
-from ..measure.trees import TREE_FIELDS, Tree
+from ..core.tables import safe_frame
+from ..trees.tree import TREE_FIELDS, Tree
 from .circle_layers import CIRCLES, SLICES, add_layers
+from .tree_reading import LAYER
 from .written import read_written
 
-LAYER = "trees"
 #: Layers of a tree file that a new run replaces, with the columns by which they are known as ours.
 OWN_LAYERS = {
     LAYER: frozenset({"tree_id", "dbh_cm", "qc_flag", "run_id"}),
@@ -109,38 +108,18 @@ def write_trees(
             options = {"dataset_options": {"VERSION": "1.2"}} if driver == "GPKG" else {}
             table.to_file(temporary, layer=LAYER, driver=driver, engine="pyogrio", geometry_type="Point Z", **options)
             if driver == "GPKG":
-                save_style(temporary, LAYER, (files(__package__) / "styles" / "trees.qml").read_text(encoding="utf-8"))
+                save_style(temporary, LAYER)
                 add_layers(temporary, table, slices)
     written.report(reporter)
     return path
-
-
-def read_trees(path: Path) -> gpd.GeoDataFrame:
-    """Read a tree layer written by :func:`write_trees`.
-
-    Raises:
-        InputError: not readable, or not a tree layer.
-    """
-    path = Path(path)
-    refuse_other_formats(path, layers=True)
-    try:
-        layer = {"layer": LAYER} if path.suffix.lower() == ".gpkg" else {}
-        table = gpd.read_file(path, engine="pyogrio", **layer)
-    except Exception as problem:
-        raise InputError(f"{path}: cannot be read as a tree layer ({problem}).") from None
-    missing = {"tree_id", "dbh_cm", "qc_flag"} - set(table.columns)
-    if missing:
-        raise InputError(f"{path}: lacks the columns {', '.join(sorted(missing))}; give a layer made by TreeDGS.")
-    return table
 
 
 def style_terrain(path: Path) -> None:
     """Put the hillshade style beside a terrain raster (``dtm.qml``), where QGIS looks; a user's own one stays."""
     beside = Path(path).with_suffix(".qml")
     if not beside.exists():
-        style = (files(__package__) / "styles" / "dtm.qml").read_text(encoding="utf-8")
         with suppress(OutputError), atomic_path(beside) as temporary:  # the raster is whole without it
-            temporary.write_text(style, encoding="utf-8")
+            temporary.write_text(style_text("dtm"), encoding="utf-8")
 
 
 def _write_shapefile(path: Path, table: gpd.GeoDataFrame) -> None:

@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 from ..core.errors import InputError
 from ..core.progress import Reporter
 from ..core.tables import plain_cell
+from .tree_reading import read_trees
 
 #: Columns of a tree layer that are a person's.
 COLUMNS = ("species", "status", "note")
@@ -83,8 +84,6 @@ class Written:
 
 def read_written(path: Path) -> Written:
     """What a person wrote into the layer that ``path`` holds now; nothing where there is none, or no tree layer."""
-    from .tree_layer import read_trees
-
     path = Path(path)
     if not path.is_file():
         return Written(path)

@@ -24,7 +24,8 @@ from .scene import Stem, grow_stand, mesh_stems
 from .settings import SimulateSettings, Sizes, resolve
 from .terrain import make_ground
 from .textures import bark, litter
-from .trouble import disturb, photo_troubles, windy_worlds
+from .trouble import disturb, photo_troubles
+from .wind import windy_worlds
 
 #: Where the synthetic stands grow (Arkansas), degrees; each seed shifts it by some hundred metres.
 LON_LAT = (-91.8, 33.6)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 import warnings
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -91,9 +90,7 @@ def write_geopackage(path: Path, stand: Stand) -> Path:
         for name, layer, kind in ((PLOTS, plot_layer(stand), "Unknown"), (TREES, tree_layer(stand), "Point")):
             more = {"mode": "a"} if temporary.exists() else {"dataset_options": {"VERSION": "1.2"}}
             _write(layer, temporary, layer=name, driver="GPKG", geometry_type=kind, **more)
-            style = files("treedgs_geo.inventory") / "styles" / f"{name}.qml"
-            if style.is_file():
-                save_style(temporary, name, style.read_text(encoding="utf-8"))
+            save_style(temporary, name)
     return Path(path)
 
 

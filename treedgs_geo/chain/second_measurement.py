@@ -1,0 +1,151 @@
+"""A stem that the edges leave in doubt is asked again, of the texture: a primitive among Gaussians.
+
+Edges and silhouettes fail where half of a stem lies in the dark or another edge runs along it. The primitive
+(:mod:`..gaussians.stem_joint`) looks at neither: it asks which cylinder lets every photo be predicted from the others.
+The two are wrong in different places, so a stem that was refused for want of a decision can have a DBH after all, and
+one whose two diameters differ is told to the forester. It costs some seconds a stem, so only the doubtful ones are
+asked, unless all are wanted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..from_photos.fit import StemFit
+from ..from_photos.mixture import UNSURE_REFUSED
+from ..from_photos.verdict import GAIN_DOUBTFUL
+from ..gaussians.train import FoundStem
+from ..gaussians.trees import LEAST_DBH_CM, place_of
+from ..trees.tree import Tree
+
+#: Diameters closer than this are one answer: cm, and share of the first.
+AGREE_CM, AGREE_SHARE = 1.5, 0.06
+#: Reasons that another look at the same photos cannot mend.
+HOPELESS = frozenset({"too_small", "too_large", "lean", "no_ground", "edge"})
+#: A refused place is asked only if its silhouette (of what chance reaches) or its edges stood out at all: a primitive
+#: asked about a bush finds a cylinder too.
+LEAST_CONTRAST, LEAST_LLR = 0.7, 40.0
+#: The primitive is one stem with nothing beside it: where a companion is likely, or a measured stem this close (m), it
+#: takes the two for one (``benchmarks/second_opinion.py`` counts both kinds).
+ALONE_M = 0.6
+#: Most stems asked a plot; the clearest first.
+MOST_ASKED = 16
+
+
+@dataclass(frozen=True)
+class Opinion:
+    """What was asked, for ``run.json``: stems asked, agreed, given a diameter that they had not, and doubted since."""
+
+    asked: int = 0
+    agreed: int = 0
+    gained: int = 0
+    doubted: int = 0
+
+
+def to_ask(fits: list[StemFit], inside: np.ndarray, everyone: bool = False) -> list[int]:
+    """Indices of the fits worth a second opinion, clearest first. inside: (N,) bool, in the area that counts."""
+    chosen = []
+    for number, fit in enumerate(fits):
+        if fit.gain > GAIN_DOUBTFUL or not _alone(number, fits):
+            continue
+        seen = (np.isfinite(fit.contrast) and fit.contrast > LEAST_CONTRAST) or fit.llr > LEAST_LLR
+        doubtful = fit.flag != "ok" and seen and not HOPELESS & set(fit.reasons)
+        if inside[number] and (doubtful or (everyone and fit.flag == "ok")):
+            chosen.append(number)
+    chosen.sort(key=lambda number: (fits[number].flag == "ok", -fits[number].llr))
+    return chosen if everyone else chosen[:MOST_ASKED]
+
+
+def settle(
+    trees: list[Tree], fits: list[StemFit], found: dict[int, FoundStem], bh_m: float
+) -> tuple[list[Tree], Opinion]:
+    """Trees after the second opinion, in the same order.
+
+    trees: of the fits, project coordinates. found: primitives by index of the fit asked about, local frame. A
+    primitive that is in doubt itself says nothing. Refused, and both agree: the photos' diameter, to check. Refused,
+    and they differ: the primitive's, to check, or still refused where that leaves the diameter open. Measured, and they
+    differ: to check. Wherever they differ the error is widened by half of the difference. Measured, unsure which
+    explanation is right, and they agree: the primitive's error.
+    """
+    places = {number: place_of(stem, bh_m) for number, stem in found.items()}
+    settled, counts = list(trees), {"agreed": 0, "gained": 0, "doubted": 0}
+    for number, stem in found.items():
+        fit, tree, primitive = fits[number], trees[number], stem.primitive
+        if any(primitive.doubts) or primitive.dbh_cm < LEAST_DBH_CM or _taken(number, fits, places, stem):
+            continue
+        apart = abs(primitive.dbh_cm - fit.dbh_cm)
+        agree = apart <= max(AGREE_CM, AGREE_SHARE * fit.dbh_cm)
+        counts["agreed"] += agree
+        if fit.measured:
+            if agree and np.isfinite(fit.lo_cm):
+                # Of the explanations that the interval allowed for, two methods name this one.
+                settled[number] = _again(
+                    tree, fit.flag, fit.reasons, fit.dbh_cm, float(np.hypot(primitive.se_cm, 0.5 * apart))
+                )
+            elif not agree:
+                counts["doubted"] += 1
+                settled[number] = _again(
+                    tree,
+                    flag="check",
+                    reasons=(*fit.reasons, "disagree"),
+                    dbh_cm=fit.dbh_cm,
+                    se_cm=float(np.hypot(fit.se_cm, 0.5 * apart)),
+                )
+            continue
+        se = float(np.hypot(min(fit.se_cm, primitive.se_cm) if agree else primitive.se_cm, 0.5 * apart))
+        if not agree and se > UNSURE_REFUSED * primitive.dbh_cm:
+            continue
+        counts["gained"] += 1
+        reasons = fit.reasons if agree else (*fit.reasons, "disagree")
+        if agree:
+            settled[number] = _again(tree, "check", reasons, fit.dbh_cm, se, taper_cm_m=200 * fit.r1)
+        else:
+            move = places[number] - fit.axis.p
+            settled[number] = _again(
+                tree,
+                "check",
+                reasons,
+                primitive.dbh_cm,
+                se,
+                x=tree.x + float(move[0]),
+                y=tree.y + float(move[1]),
+                taper_cm_m=200 * float(primitive.shape[7]),
+                method="gaussians-stem",
+                n_views=primitive.n_views,
+                lean_deg=float(np.degrees(np.arctan(np.hypot(*primitive.shape[2:4])))),
+            )
+    return settled, Opinion(asked=len(found), **counts)
+
+
+def _again(tree: Tree, flag: str, reasons: tuple[str, ...], dbh_cm: float, se_cm: float, **changes: object) -> Tree:
+    """The tree with another verdict; its interval and basal area follow."""
+    fresh = {
+        "qc_flag": flag,
+        "qc_reason": ",".join(dict.fromkeys(reasons)),
+        "dbh_cm": dbh_cm,
+        "dbh_se_cm": se_cm,
+        "dbh_lo_cm": None,
+        "dbh_hi_cm": None,
+        "ba_m2": None,
+        **changes,
+    }
+    return replace(tree, **fresh).finish()  # type: ignore[arg-type]
+
+
+def _alone(number: int, fits: list[StemFit]) -> bool:
+    """No other measured stem beside it."""
+    return not any(
+        fit.measured and other != number and np.hypot(*(fit.axis.p - fits[number].axis.p)) < ALONE_M
+        for other, fit in enumerate(fits)
+    )
+
+
+def _taken(number: int, fits: list[StemFit], places: dict[int, np.ndarray], stem: FoundStem) -> bool:
+    """Does the primitive stand where another stem is measured?"""
+    return any(
+        np.hypot(*(places[number] - fit.axis.p)) < 0.7 * (fit.r0 + stem.primitive.shape[6]) + 0.05
+        for other, fit in enumerate(fits)
+        if other != number and fit.measured
+    )

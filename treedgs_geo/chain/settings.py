@@ -1,0 +1,108 @@
+"""Settings of both chains (standard library only: commands show them without heavy imports)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..core.settings import param
+from ..from_points.measuring.options import MeasureOptions
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhotosToDbhSettings:
+    """Parameters of the whole chain."""
+
+    photos: Path = param(kind="folder", help="Folder with the original drone photos (JPEG) of one plot or block.")
+    geotags: Path | None = param(
+        None,
+        kind="files",
+        help="Folder or file with MRK and RTKLIB .pos (PPK), or a CSV; without it EXIF/XMP positions are used.",
+    )
+    dtm: Path | None = param(
+        None,
+        kind="file",
+        help="Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is found in the photos.",
+        suffixes=(".tif", ".tiff"),
+    )
+    crs: str = param(kind="crs", help="Project CRS, projected and in metres, for example EPSG:6344.")
+    plots: Path | None = param(
+        None,
+        kind="file",
+        help="CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); without it all that photos see well.",
+        suffixes=(".csv",),
+    )
+    preset: str = param(
+        "balanced",
+        kind="choice",
+        help="How much is modelled: fast and best differ in photos and features used; paper = the published method.",
+        choices=("fast", "balanced", "best", "paper"),
+    )
+    fit: str = param(
+        "auto",
+        kind="choice",
+        help="photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; "
+        "paper = splats with the published constants; auto = photos, then stems left in doubt asked again among "
+        "Gaussians.",
+        choices=("auto", "photos", "gaussians", "paper"),
+    )
+    bh_m: float = param(1.37, kind="number", help="Breast height above ground.", unit="m", minimum=0.5, maximum=2.5)
+    seed: int = param(0, kind="integer", help="Seed of every random choice.", minimum=0, advanced=True)
+    dry_run: bool = param(
+        False,
+        kind="flag",
+        help="Only check inputs, overlap, fixed positions, memory and disk, and foretell the time; writes nothing.",
+    )
+    workspace: Path = param(kind="output_folder", help="Folder for intermediate results; a second run resumes there.")
+    output: Path = param(
+        kind="output_file",
+        help="Tree layer to write (.gpkg, .shp, .geojson or .csv).",
+        suffixes=(".gpkg", ".shp", ".geojson", ".csv"),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class CloudSettings:
+    """Input options of the point-cloud verbs."""
+
+    input: Path = param(
+        kind="file",
+        help="point cloud: LAS, LAZ, COPC, or text with x y z per line",
+        suffixes=("laz", "las", "txt", "xyz", "csv"),
+    )
+    dtm: Path | None = param(
+        None, kind="file", help="terrain raster; without it the ground is found in the cloud", suffixes=("tif", "tiff")
+    )
+    crs: str | None = param(
+        None,
+        kind="crs",
+        help="CRS of a cloud that holds none: EPSG:CODE, or 'local' for metres without a place on the map",
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class PointcloudToDbhSettings(MeasureOptions, CloudSettings):
+    """Options of ``pointcloud-to-dbh``."""
+
+    output: Path = param(kind="output_file", help="tree layer", suffixes=("gpkg", "shp", "csv"))
+    dry_run: bool = param(
+        False,
+        kind="flag",
+        help="Only check the cloud, its CRS, density and DTM, memory and disk, and foretell the time; writes nothing",
+    )
+    plots: Path | None = param(
+        None,
+        kind="file",
+        help="CSV of plots: plot_id, easting, northing, radius_m (or lon, "
+        "lat); only stems in them are measured, without it those of the whole cloud",
+        suffixes=("csv",),
+    )
+    report: Path | None = param(
+        None,
+        kind="output_file",
+        help="also write a report: map, each DBH, what the cloud did not show, cost",
+        suffixes=("html",),
+    )
+    stems_output: Path | None = param(
+        None, kind="output_file", help="also write the stem points with tree_id", suffixes=("laz", "las")
+    )

@@ -1,0 +1,338 @@
+"""Stems from photos: find them, fit them, explain them away."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from ..core.crs import LocalFrame
+from ..core.intervals import HALF_WIDTH_SE
+from ..core.progress import Reporter
+from ..reconstruction.area import Area
+from ..reconstruction.cameras import View
+from .backdrop import Backdrop, cut_silhouette, make_backdrop
+from .carving import carved_seeds
+from .detect import Detector, Seed, lean_grid
+from .fine import NO_STEMS
+from .fit import Fitter, Prior, StemFit, build_null
+from .mixture import UNSURE_REFUSED
+from .options import PhotoStemOptions
+from .plumb import make_map
+from .stack import GroundGrid, PhotoStack, load_stack
+from .strips import Axis
+from .sun import sun_azimuths
+from .verdict import GAIN_MERGED
+
+#: Widest piece of ground searched at once, metres (bounds memory).
+TILE_M = 26.0
+#: Seeds this far below what chance reaches are still fitted (log likelihood units), and how many at most.
+REACH_BELOW = 22.0
+MOST_SEEDS = 90
+#: Seeds are this far apart (m), and a lean costs them this much (log likelihood units per (m/m)^2).
+APART_M, LEAN_COST = 0.4, 60.0
+#: Explanations of one stem from two seeds whose edge scores are closer than this are rivals (log likelihood units).
+RIVAL_LLR = 30.0
+#: Two looks at one stem: as far apart in lean (tangent) and in diameter (share), at most.
+SAME_LEAN, SAME_DBH = 0.09, 0.04
+#: Local maxima this close are looked at for second stems within the next distance of a found one, and at most so many.
+BESIDE_M, COMPANION_M, MOST_COMPANIONS = 0.2, 0.6, 40
+#: The first search takes leans up to this, degrees; the rest is for the second (:mod:`.carving`).
+UPRIGHT_MOST_DEG = 10.0
+#: Stems fitted quickly at first, to learn the sun's direction and the stand's diameters.
+FIRST_LOOK = 30
+#: The ground is looked at this far beyond the searched area: photos see it behind the stems at its rim.
+BACKDROP_MARGIN_M = 3.0
+
+
+def stems_from_photos(
+    views: list[View],
+    frame: LocalFrame,
+    ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    area: Area,
+    options: PhotoStemOptions | None = None,
+    reporter: Reporter | None = None,
+) -> list[StemFit]:
+    """Find and fit the stems of an area straight in the photos.
+
+    views: registered photos (oblique ones are used). frame: the local frame they and the area are in. ground: function
+    of local x, y (N,) -> local z (N,), NaN where unknown. area: circles; stems up to ``options.margin_m`` outside are
+    found too. Refused stems stay in the list with flag "reject" and reasons.
+
+    Raises:
+        InputError: no ground in the area, or a photo of another size than its camera.
+    """
+    options, reporter = options or PhotoStemOptions(), reporter or Reporter()
+    if options.threads:
+        import numba
+
+        numba.set_num_threads(min(options.threads, numba.config.NUMBA_NUM_THREADS))
+    found: list[StemFit] = []
+    tiles = split(area, options.margin_m)
+    for index, (tile, box) in enumerate(tiles):
+        with reporter.stage(
+            f"stems in the photos ({index + 1} of {len(tiles)})", index / len(tiles), (index + 1) / len(tiles)
+        ):
+            found += _tile(views, ground, area, tile, box, options, reporter)
+    return [without_open_diameter(fit) for fit in merge(found)]
+
+
+def without_open_diameter(fit: StemFit) -> StemFit:
+    """Refused, if its explanations leave the diameter open. To be asked at the end: a place that is explained, however
+    unsure its diameter, is not to be explained again by another seed."""
+    if not fit.measured or np.isnan(fit.lo_cm) or fit.se_cm <= UNSURE_REFUSED * fit.dbh_cm:
+        return fit
+    return replace(fit, flag="reject", reasons=(*fit.reasons, "wide_error"))
+
+
+def split(area: Area, margin_m: float) -> list[tuple[Area, tuple[float, float, float, float]]]:
+    """Pieces small enough to search at once: (area of the piece, its box x0, y0, x1, y1).
+
+    Where circles overlap, a piece that earlier ones cover is left out.
+    """
+    pieces = []
+    for centre, radius in zip(area.centres, area.radii_m, strict=True):
+        reach = float(radius) + margin_m
+        n = max(int(np.ceil(2 * reach / TILE_M)), 1)
+        step = 2 * reach / n
+        for i in range(n):
+            for j in range(n):
+                x0, y0 = centre[0] - reach + j * step, centre[1] - reach + i * step
+                box = (x0, y0, x0 + step, y0 + step)
+                middle = np.array([x0 + step / 2, y0 + step / 2])
+                if n == 1:
+                    pieces.append((Area.circle(float(centre[0]), float(centre[1]), float(radius)), box))
+                elif np.linalg.norm(middle - centre) < radius + step / np.sqrt(2):
+                    pieces.append((Area.circle(float(middle[0]), float(middle[1]), step / np.sqrt(2)), box))
+    return pieces if len(area.radii_m) < 2 else _without_covered(pieces, area, margin_m)
+
+
+def _without_covered(pieces: list, area: Area, margin_m: float, cell_m: float = 0.5) -> list:
+    """The pieces in which some of the area's ground has not been in an earlier piece's box."""
+    x0, y0, x1, y1 = area.bounds(margin_m)
+    shape = int((y1 - y0) / cell_m) + 2, int((x1 - x0) / cell_m) + 2
+    wanted = np.zeros(shape, bool)
+
+    def window(low_x: float, low_y: float, high_x: float, high_y: float) -> tuple[slice, slice]:
+        # Cells whose centres lie inside.
+        rows = np.ceil((np.array([low_y, high_y]) - y0) / cell_m - 0.5).astype(int)
+        columns = np.ceil((np.array([low_x, high_x]) - x0) / cell_m - 0.5).astype(int)
+        return slice(max(rows[0], 0), max(rows[1], 0)), slice(max(columns[0], 0), max(columns[1], 0))
+
+    for (cx, cy), radius in zip(area.centres, area.radii_m + margin_m, strict=True):
+        rows, columns = window(cx - radius, cy - radius, cx + radius, cy + radius)
+        part = wanted[rows, columns]
+        y = y0 + cell_m * (rows.start + 0.5 + np.arange(part.shape[0]))[:, None]
+        x = x0 + cell_m * (columns.start + 0.5 + np.arange(part.shape[1]))[None]
+        part |= np.hypot(x - cx, y - cy) <= radius
+    kept = []
+    for piece in pieces:
+        part = wanted[window(*piece[1])]
+        if part.any():
+            kept.append(piece)
+            part[:] = False
+    return kept
+
+
+def _tile(
+    views: list[View],
+    ground: Callable,
+    area: Area,
+    tile: Area,
+    box: tuple,
+    options: PhotoStemOptions,
+    reporter: Reporter,
+) -> list[StemFit]:
+    rng = np.random.default_rng(options.seed)
+    grid = GroundGrid.sample(ground, tile, options.margin_m + 2.0)
+    stack = load_stack(views, tile, grid, options.max_views, options.margin_m + 1.0, reporter)
+    if len(stack) < 3:
+        reporter.warn(f"Only {len(stack)} oblique photos see the plot; no stem can be measured in them.")
+        return []
+    reporter.progress(0.1)
+    detector = _detector(stack, grid, area, tile, box, options)
+    total, chance = detector.accumulate(rng)
+    reporter.progress(0.5)
+    leans = lean_grid(min(options.max_lean_deg, UPRIGHT_MOST_DEG))
+    lines = detector.lines(total, leans, LEAN_COST)
+    seeds, beside = (detector.peaks(lines, leans, apart) for apart in (APART_M, BESIDE_M))
+    decoys = detector.seeds(chance, leans, APART_M, LEAN_COST)
+    del total, chance, lines
+    gate = max(8.0, decoys[0].score + 3.0 if decoys else 0.0)
+    near = area.contains(np.array([(seed.x, seed.y) for seed in seeds]).reshape(-1, 2), options.margin_m + 0.1)
+    seeds = [seed for seed, keep in zip(seeds, near, strict=True) if keep]
+    fitter = _first_look(stack, grid, tile, seeds, gate, rng, options)
+    reporter.progress(0.6)
+    with reporter.stage("fit stems", 0.6, 0.85):
+        fits = _pursue(fitter, seeds, gate, reporter)
+        fits += _companions(fitter, beside, seeds, gate, fits, reporter)
+    if options.max_lean_deg > UPRIGHT_MOST_DEG:
+        fits += _carved(fitter, area, box, fits, reporter)
+    return fits
+
+
+def _carved(fitter: Fitter, area: Area, box: tuple, fits: list[StemFit], reporter: Reporter) -> list[StemFit]:
+    """Stems that the search for edges missed, above all leaning ones (:mod:`.carving`)."""
+    if fitter.backdrop is None:
+        return []
+    known = known_rows(fits)
+    seeds = carved_seeds(fitter.stack, fitter.ground, fitter.backdrop, area, box, fitter.options, known, fitter.chance)
+    refused = [fit for fit in fits if not fit.measured]
+    return looked_at_twice(_pursue(fitter, seeds, 1.0, reporter, known), refused)
+
+
+def looked_at_twice(found: list[StemFit], refused: list[StemFit]) -> list[StemFit]:
+    """What the second search found, less what the first look had refused as the same stem (place and lean) with another
+    diameter: neither is to be trusted. With the same diameter it is doubted (``ambiguous``)."""
+    kept = []
+    for fit in found:
+        before = [
+            other
+            for other in refused
+            if np.hypot(*(fit.axis.p - other.axis.p)) < APART_M and np.hypot(*(fit.axis.s - other.axis.s)) < SAME_LEAN
+        ]
+        if any(abs(fit.dbh_cm - other.dbh_cm) > max(1.0, SAME_DBH * fit.dbh_cm) for other in before):
+            continue
+        doubt = bool(before) and fit.flag == "ok"
+        kept.append(replace(fit, flag="check", reasons=(*fit.reasons, "ambiguous")) if doubt else fit)
+    return kept
+
+
+def _companions(
+    fitter: Fitter, beside: list[Seed], tried: list[Seed], gate: float, fits: list[StemFit], reporter: Reporter
+) -> list[StemFit]:
+    """Second stems close to found ones (limbs of low forks, twins), which the first round's spacing passed over."""
+    known = known_rows(fits)
+    done = np.array([(seed.x, seed.y) for seed in tried]).reshape(-1, 2)
+    close = []
+    for seed in beside:
+        gap = np.hypot(known[:, 0] - seed.x, known[:, 1] - seed.y)
+        again = (np.hypot(done[:, 0] - seed.x, done[:, 1] - seed.y) < 0.02).any()
+        if seed.score > gate and not again and (gap < COMPANION_M).any():
+            close.append(seed)
+    return _pursue(fitter, close[:MOST_COMPANIONS], gate, reporter, known)
+
+
+def known_rows(fits: list[StemFit]) -> np.ndarray:
+    """(K, 10) of the measured stems, for :func:`.strips.hide_known`."""
+    return np.array([fit.row for fit in fits if fit.measured]).reshape(-1, 10)
+
+
+def _first_look(
+    stack: PhotoStack,
+    grid: GroundGrid,
+    tile: Area,
+    seeds: list[Seed],
+    gate: float,
+    rng: np.random.Generator,
+    options: PhotoStemOptions,
+) -> Fitter:
+    """Fit the clearest stems once to learn where the sun stood and how thick the stand's stems are."""
+    places = _random_places(tile, rng)
+    unknown = np.full(max(view.flight for view in stack.views) + 1, np.nan)
+    fitter = Fitter(stack, grid, options, build_null(stack, grid, places, options, unknown), unknown)
+    clear = [
+        fit
+        for fit in (fitter.fit(seed, quick=True) for seed in seeds[:FIRST_LOOK] if seed.score > gate)
+        if fit and fit.llr > 40
+    ]
+    sun = sun_azimuths(stack, [(fit.axis, fit.r0, fit.seen) for fit in clear])
+    prior = Prior()
+    radii = np.array([fit.r0 for fit in clear])
+    if len(radii) >= 6:
+        prior = Prior(r=float(np.median(radii)), r_sd=float(max(2.0 * radii.std(), 0.06)))
+    null = build_null(stack, grid, places, options, sun) if np.isfinite(sun).any() else fitter.null
+    backdrop = make_backdrop(stack, grid, tile.bounds(options.margin_m + BACKDROP_MARGIN_M))
+    chance = chance_contrast(stack, grid, backdrop, places, null.radii, options.bh_m) if backdrop else np.inf
+    return Fitter(stack, grid, options, null, sun, prior, backdrop, chance)
+
+
+def chance_contrast(
+    stack: PhotoStack, grid: GroundGrid, backdrop: Backdrop, places: np.ndarray, radii: np.ndarray, bh_m: float
+) -> float:
+    """Silhouette contrast that a place without a stem hardly reaches: twice the median of the best at (N, 2) random
+    places (a few of which may well hold a stem)."""
+    best = []
+    for place in places:
+        axis = Axis(place, np.zeros(2), np.zeros(2), float(grid.at(place[:1], place[1:])[0]), bh_m)
+        outline = cut_silhouette(stack, backdrop, grid, axis)
+        best.append(max((outline.contrast(shape) for shape in outline.peaks(radii, most=1)), default=0.0))
+    return 2.0 * max(float(np.median(best)), 1e-6)
+
+
+def _pursue(
+    fitter: Fitter, seeds: list[Seed], gate: float, reporter: Reporter, known: np.ndarray = NO_STEMS
+) -> list[StemFit]:
+    """Fit the seeds, strongest first; what a fitted stem explains is hidden from the later ones."""
+    fits: list[StemFit] = []
+    waiting = [seed for seed in seeds if seed.score > gate - REACH_BELOW][:MOST_SEEDS]
+    for tried, seed in enumerate(waiting):
+        reporter.progress(tried / len(waiting))
+        if (np.hypot(known[:, 0] - seed.x, known[:, 1] - seed.y) < known[:, 8] + 0.08).any():
+            continue
+        fit = fitter.fit(seed, known)
+        if fit is None or not plausible(fit, gate):
+            continue
+        fits.append(fit)
+        if fit.measured:
+            known = np.vstack([known, fit.row])
+    return fits
+
+
+def plausible(fit: StemFit, gate: float) -> bool:
+    """Is this a stem at all? What the search itself did not find has to be seen the more clearly in the fit."""
+    if fit.contrast > 1.0 and fit.llr >= 12:
+        return fit.seed_score >= gate or fit.measured
+    if fit.seed_score >= gate:
+        return fit.llr >= 30
+    return fit.llr >= 60 and fit.measured
+
+
+def _detector(
+    stack: PhotoStack, grid: GroundGrid, area: Area, tile: Area, box: tuple, options: PhotoStemOptions
+) -> Detector:
+    outline = np.vstack([tile.outline(options.margin_m + 1.0), tile.centres])
+    z = grid.at(outline[:, 0], outline[:, 1])
+    points = np.vstack([np.column_stack([outline, z]), np.column_stack([outline, z + 5.2])])
+    maps = [make_map(stack, view, grid, points) for view in range(len(stack))]
+    # Leaning stems need the cells around the area too, to carry their upper layers.
+    edge = 0.5
+    x0, y0 = box[0] - edge, box[1] - edge
+    columns = int((box[2] - box[0] + 2 * edge) / options.cell_m) + 1
+    rows = int((box[3] - box[1] + 2 * edge) / options.cell_m) + 1
+    gx, gy = np.meshgrid(x0 + options.cell_m * np.arange(columns), y0 + options.cell_m * np.arange(rows))
+    mask = area.contains(np.column_stack([gx.ravel(), gy.ravel()]), options.margin_m + edge).reshape(gx.shape)
+    radii = np.arange(0.04, options.dbh_max_cm / 200 + 0.01, 0.025)
+    return Detector(maps, [], radii, grid, x0, y0, options.cell_m, mask, options.bh_m)
+
+
+def _random_places(tile: Area, rng: np.random.Generator, n: int = 16) -> np.ndarray:
+    k = rng.integers(len(tile.radii_m), size=n)
+    angle, far = rng.uniform(0, 2 * np.pi, n), np.sqrt(rng.uniform(size=n))
+    return tile.centres[k] + (tile.radii_m[k] * far)[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def merge(fits: list[StemFit]) -> list[StemFit]:
+    """One entry a stem: measured ones first, best first; what overlaps a better one is dropped. One that is nearly as
+    good and reads another diameter widens the error of the better one by half of the difference."""
+    kept: list[StemFit] = []
+    for fit in sorted(fits, key=lambda f: (not f.measured, -single_llr(f))):
+        near = [n for n, k in enumerate(kept) if np.hypot(*(fit.axis.p - k.axis.p)) < 0.7 * (fit.r0 + k.r0) + 0.05]
+        if not near:
+            kept.append(fit)
+            continue
+        best = kept[near[0]]
+        apart = abs(fit.dbh_cm - best.dbh_cm)
+        rival = fit.measured and single_llr(fit) > single_llr(best) - RIVAL_LLR
+        if rival and apart > max(1.0, SAME_DBH * best.dbh_cm):
+            se = float(np.hypot(best.se_cm, 0.5 * apart))
+            low, high = best.dbh_cm - HALF_WIDTH_SE * se, best.dbh_cm + HALF_WIDTH_SE * se
+            reasons = tuple(dict.fromkeys([*best.reasons, "ambiguous"]))
+            kept[near[0]] = replace(best, flag="check", reasons=reasons, se_cm=se, lo_cm=max(low, 0.0), hi_cm=high)
+    return kept
+
+
+def single_llr(fit: StemFit) -> float:
+    """Edge score of the best single stem at the place: two stems explain any place better than one."""
+    return fit.llr - fit.gain if fit.gain > GAIN_MERGED else fit.llr

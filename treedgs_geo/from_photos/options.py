@@ -1,0 +1,45 @@
+"""Settings of the route that finds and fits stems straight in the photos."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..core.settings import param
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhotoStemOptions:
+    """Tuned on rendered plots; which ones is said in ``docs/stems-from-photos.md``."""
+
+    bh_m: float = param(1.37, kind="number", help="breast height above the ground", unit="m", minimum=0.8, maximum=2.0)
+    dbh_min_cm: float = param(7.5, kind="number", help="thinner stems are refused as too small", unit="cm", minimum=2)
+    dbh_max_cm: float = param(90.0, kind="number", help="thickest stem that is looked for", unit="cm", maximum=300)
+    margin_m: float = param(1.0, kind="number", help="look this far beyond the plots", unit="m", minimum=0, maximum=10)
+    max_views: int = param(
+        96, kind="integer", help="most photos used, spread over the directions", minimum=3, advanced=True
+    )
+    max_lean_deg: float = param(
+        25.0,
+        kind="number",
+        help="largest lean searched for; above 10 a second search follows",
+        unit="deg",
+        minimum=0,
+        maximum=30,
+        advanced=True,
+    )
+    cell_m: float = param(
+        0.05, kind="number", help="cell of the search grid", unit="m", minimum=0.02, maximum=0.1, advanced=True
+    )
+    offset_sd_px: float = param(
+        0.3,
+        kind="number",
+        help="sideways doubt of a photo's pose at a stem",
+        unit="px",
+        minimum=0,
+        maximum=3,
+        advanced=True,
+    )
+    seed: int = param(
+        7, kind="integer", help="seed of the random places that chance is measured at", minimum=0, advanced=True
+    )
+    threads: int = param(0, kind="integer", help="threads, 0 = all", minimum=0, advanced=True)

@@ -1,0 +1,1 @@
+"""Trees from point clouds: stems segmented, then measured."""

@@ -1,0 +1,1 @@
+"""Stems measured: the default estimator, the published one, heights, and whole clouds."""

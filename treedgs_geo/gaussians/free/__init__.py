@@ -1,0 +1,1 @@
+"""Gaussians fitted freely to one band of photos: fit, optimiser, controllers."""

@@ -1,0 +1,198 @@
+"""What steers a fit from outside: step sizes, going back, stopping. One interface, four ways.
+
+A fit runs in phases (one pass over the crops). A controller is handed each phase as something that it may run, measure
+on photos that the fit does not see (the two reward views), undo and run again:
+
+* ``FixedSchedule``: every phase once, decaying steps;
+* ``PlateauStop``: the same, stopped when the reward views no longer improve;
+* ``Backtrack``: a phase that made the reward views worse is undone and repeated with half the steps;
+* ``Rlgs``: recurrent policies (:mod:`.policy`) propose factors for the five learning rates and for the density control,
+  try several, keep the best and learn from all (RLGS, arXiv 2508.04078, built from its equations).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from ..field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION
+from .policy import GruPolicy, factors_of
+
+#: The five rates that RLGS scales.
+GROUPS = (MEAN, LOG_SCALE, QUATERNION, LOGIT, COLOUR)
+_COLUMNS = [np.atleast_1d(np.arange(N_PARAMETERS)[group]) for group in GROUPS]
+
+
+class Phase(Protocol):
+    """One pass over the crops, as a controller sees it."""
+
+    done: float
+
+    @property
+    def knobs(self) -> int:
+        """How many there are of what steers the number and size of Gaussians; 0 = none."""
+
+    def run(self, factors: np.ndarray, density: np.ndarray | None = None) -> None:
+        """Do it; factors: (14,) multipliers of the scheduled steps. density: (``knobs``,) multipliers; None: all 1."""
+
+    def save(self) -> Any:
+        """Everything that running changes."""
+
+    def restore(self, state: Any) -> None:
+        """Back to a saved state."""
+
+    def reward_loss(self) -> float:
+        """Loss of the reward views now; NaN where there are none."""
+
+
+class Controller(Protocol):
+    """``reason`` says afterwards why the fit ended."""
+
+    reason: str
+
+    def factors(self, done: float) -> np.ndarray:
+        """(14,) scheduled multipliers of the learning rates at progress ``done`` (0..1)."""
+
+    def phase(self, phase: Phase) -> bool:
+        """Run one phase; True stops the fit."""
+
+
+@dataclass
+class FixedSchedule:
+    """Exponential decay of the position rate to ``last`` of its start, the rest to a quarter; never stops early."""
+
+    last: float = 0.05
+    reason: str = "schedule"
+
+    def factors(self, done: float) -> np.ndarray:
+        factor = np.full(N_PARAMETERS, 0.25**done)
+        factor[MEAN] = self.last**done
+        return factor
+
+    def phase(self, phase: Phase) -> bool:
+        phase.run(np.ones(N_PARAMETERS))
+        return False
+
+
+@dataclass
+class PlateauStop(FixedSchedule):
+    """Stops when the reward views have not improved by ``least`` for ``patience`` phases."""
+
+    least: float = 0.01
+    patience: int = 3
+    _best: float = math.inf
+    _since: int = 0
+
+    def phase(self, phase: Phase) -> bool:
+        phase.run(np.ones(N_PARAMETERS))
+        loss = phase.reward_loss()
+        return not math.isnan(loss) and self.epoch(loss)
+
+    def epoch(self, held_out_loss: float) -> bool:
+        """Told the held-out loss after each phase; True stops the fit."""
+        if held_out_loss < self._best * (1 - self.least):
+            self._best, self._since = held_out_loss, 0
+            return False
+        self._since += 1
+        if self._since < self.patience:
+            return False
+        self.reason = "plateau"
+        return True
+
+
+@dataclass
+class Backtrack(FixedSchedule):
+    """Line search on the reward views: a worse phase is undone and run again with half the steps, at most ``tries``
+    times; then it is left out and the fit ends.
+    """
+
+    worse: float = 1.002
+    tries: int = 2
+    scale: float = 1.0
+
+    def phase(self, phase: Phase) -> bool:
+        before, state = phase.reward_loss(), phase.save()
+        for _ in range(self.tries + 1):
+            phase.run(np.full(N_PARAMETERS, self.scale))
+            after = phase.reward_loss()
+            if not (math.isfinite(before) and after > before * self.worse):
+                self.scale = min(1.2 * self.scale, 1.0)
+                return False
+            phase.restore(state)
+            self.scale *= 0.5
+        self.reason = "backtracked"
+        return True
+
+
+@dataclass
+class Rlgs(FixedSchedule):
+    """Two recurrent policies: one scales the five learning rates, one the knobs of the density control.
+
+    State of both: reward-view loss of the last phase relative to the first, and progress. Each phase, ``trials``
+    proposals for the rates are simulated from the same state and the best is taken; with these rates as many
+    proposals for the density; then the best of both is run for good. Both policies learn from all that was tried.
+    A phase costs twice ``trials`` plus one passes.
+    """
+
+    seed: int = 0
+    trials: int = 3
+    rate: float = 3e-3
+    history: list[dict[str, Any]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self._rates = GruPolicy(len(GROUPS), self.seed, rate=self.rate)
+        self._density: GruPolicy | None = None
+        self._first = math.nan
+        self._last = 1.0
+
+    def phase(self, phase: Phase) -> bool:
+        before, state = phase.reward_loss(), phase.save()
+        if not math.isfinite(before):
+            phase.run(np.ones(N_PARAMETERS))
+            return False
+        self._first = before if math.isnan(self._first) else self._first
+        if self._density is None and phase.knobs:
+            self._density = GruPolicy(phase.knobs, self.seed + 1, rate=self.rate)
+        x = np.array([self._last - 1, 2 * phase.done - 1])
+
+        def best(policy: GruPolicy, run: Callable[[np.ndarray], None]) -> tuple[np.ndarray, np.ndarray]:
+            """Factors of the proposal that earned most, and what each earned."""
+            seen, actions = policy.propose(x, self.trials)
+            rewards = np.empty(self.trials)
+            for k, action in enumerate(actions):
+                run(factors_of(action))
+                rewards[k] = (before - phase.reward_loss()) / max(self._first, 1e-9)
+                phase.restore(state)
+            policy.learn(seen, actions, rewards)
+            return factors_of(actions[int(np.argmax(np.nan_to_num(rewards, nan=-np.inf)))]), rewards
+
+        factors, rewards = best(self._rates, lambda tried: phase.run(_columns(tried)))
+        told: dict[str, Any] = {"done": phase.done, "rewards": rewards.tolist(), "factors": factors.tolist()}
+        knobs = None
+        if self._density is not None:
+            knobs, earned = best(self._density, lambda tried: phase.run(_columns(factors), tried))
+            told |= {"density_rewards": earned.tolist(), "density_factors": knobs.tolist()}
+        phase.run(_columns(factors), knobs)
+        self._last = phase.reward_loss() / self._first
+        self.history.append(told)
+        self.reason = "rlgs"
+        return False
+
+
+def _columns(factors: np.ndarray) -> np.ndarray:
+    """(14,) multipliers from one a group."""
+    spread = np.ones(N_PARAMETERS)
+    for columns, value in zip(_COLUMNS, factors, strict=True):
+        spread[columns] = value
+    return spread
+
+
+def make_controller(name: str, seed: int = 0) -> Controller:
+    """By the name of the option."""
+    if name == "rlgs":
+        return Rlgs(seed=seed)
+    return {"fixed": FixedSchedule, "plateau": PlateauStop, "backtrack": Backtrack}[name]()

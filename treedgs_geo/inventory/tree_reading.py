@@ -1,0 +1,31 @@
+"""Reading tree layers that TreeDGS wrote."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import geopandas as gpd
+
+from ..core.errors import InputError
+from ..core.tables import refuse_other_formats
+
+LAYER = "trees"
+
+
+def read_trees(path: Path) -> gpd.GeoDataFrame:
+    """Read a tree layer written by :func:`write_trees`.
+
+    Raises:
+        InputError: not readable, or not a tree layer.
+    """
+    path = Path(path)
+    refuse_other_formats(path, layers=True)
+    try:
+        layer = {"layer": LAYER} if path.suffix.lower() == ".gpkg" else {}
+        table = gpd.read_file(path, engine="pyogrio", **layer)
+    except Exception as problem:
+        raise InputError(f"{path}: cannot be read as a tree layer ({problem}).") from None
+    missing = {"tree_id", "dbh_cm", "qc_flag"} - set(table.columns)
+    if missing:
+        raise InputError(f"{path}: lacks the columns {', '.join(sorted(missing))}; give a layer made by TreeDGS.")
+    return table

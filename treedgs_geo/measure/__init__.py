@@ -1,1 +1,0 @@
-"""Stem points -> slices, circles, taper, DBH with an error and a reason."""
