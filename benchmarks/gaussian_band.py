@@ -35,7 +35,7 @@ from treedgs_geo.evaluation.accuracy import score
 from treedgs_geo.gaussians.bands import Band, cut_bands
 from treedgs_geo.gaussians.free.band_fit import hold_out
 from treedgs_geo.gaussians.options import GaussianOptions, SampleOptions
-from treedgs_geo.gaussians.primitive.fit import StemPrimitive
+from treedgs_geo.gaussians.primitive.fit import PrimitiveFit
 from treedgs_geo.gaussians.train import fit_with_report
 from treedgs_geo.gaussians.volume import sample_volume
 
@@ -52,7 +52,7 @@ def simulated(folder: Path, seed: int) -> Path:
     return folder
 
 
-def diameters(primitives: dict[int, StemPrimitive]) -> dict[int, float]:
+def diameters(primitives: dict[int, PrimitiveFit]) -> dict[int, float]:
     """DBH in cm of the stems that are not refused."""
     return {k: found.dbh_cm for k, found in primitives.items() if not found.doubts[0]}
 

@@ -37,7 +37,7 @@ from treedgs_geo.from_points.measuring.options import MeasureOptions
 from treedgs_geo.gaussians.options import PAPER_SAMPLING, GaussianOptions, SampleOptions
 from treedgs_geo.gaussians.sample import SurfacePoints, sample_surface
 from treedgs_geo.gaussians.train import fit_with_report
-from treedgs_geo.gaussians.trees import to_trees
+from treedgs_geo.gaussians.trees import trees_of_primitives
 from treedgs_geo.gaussians.volume import sample_volume
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.reconstruction.cameras import Camera, View
@@ -194,7 +194,7 @@ def main() -> None:
         }
         columns: dict[str, dict[int, float]] = {}
         if report.primitives:
-            trees = to_trees(report.primitives, frame, 1.37)
+            trees = trees_of_primitives(report.primitives, frame, 1.37)
             columns["primitive"] = {tree.tree_id - 1: tree.dbh_cm for tree in trees if tree.dbh_cm is not None}
         sampling = SampleOptions(seed=arguments.seed, threads=arguments.threads, samples=arguments.samples)
         variants = {"": replace(sampling, **PAPER_SAMPLING) if run == "paper" else sampling}

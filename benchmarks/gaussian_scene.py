@@ -25,7 +25,7 @@ from treedgs_geo.gaussians.free.controllers import FixedSchedule
 from treedgs_geo.gaussians.free.optimise import Adam, constrain, learning_rates, relocate
 from treedgs_geo.gaussians.loss import d_ssim, l1
 from treedgs_geo.gaussians.options import GaussianOptions
-from treedgs_geo.gaussians.primitive.fit import JointSettings, Layers, StemPrimitive, fit_primitive
+from treedgs_geo.gaussians.primitive.fit import JointSettings, Layers, PrimitiveFit, fit_primitive
 from treedgs_geo.gaussians.project import CropCamera
 from treedgs_geo.gaussians.raster import Rasteriser
 from treedgs_geo.reconstruction.cameras import View
@@ -249,7 +249,7 @@ def without_stem(p: np.ndarray, options: GaussianOptions) -> Callable[[Crop], La
     return look
 
 
-def primitive_in_scene(p: np.ndarray, origin: np.ndarray, band: Band, options: GaussianOptions) -> StemPrimitive | None:
+def primitive_in_scene(p: np.ndarray, origin: np.ndarray, band: Band, options: GaussianOptions) -> PrimitiveFit | None:
     """The stem that best completes a scene of Gaussians (N, 14, local): the same crops, search and fit as in a band."""
     own = p.copy()
     own[:, MEAN] -= origin

@@ -21,11 +21,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from stems_from_photos import plot_inputs  # noqa: E402
 
-from treedgs_geo.chain.second_measurement import AGREE_CM, AGREE_SHARE, settle, to_ask  # noqa: E402
+from treedgs_geo.chain.second_measurement import AGREE_CM, AGREE_SHARE, stems_to_measure_again, with_second_measurements  # noqa: E402
 from treedgs_geo.core.progress import Reporter  # noqa: E402
 from treedgs_geo.from_photos.find import stems_from_photos  # noqa: E402
 from treedgs_geo.from_photos.options import PhotoStemOptions  # noqa: E402
-from treedgs_geo.from_photos.trees import to_trees  # noqa: E402
+from treedgs_geo.from_photos.trees import trees_of_photo_fits  # noqa: E402
 from treedgs_geo.gaussians.options import GaussianOptions  # noqa: E402
 from treedgs_geo.gaussians.train import fit_with_report  # noqa: E402
 
@@ -40,10 +40,10 @@ def rows_of(plot: Path) -> tuple[list[dict], dict]:
     began = time.perf_counter()
     _, report = fit_with_report(views, frame, ground, places, None, GaussianOptions(), Reporter())
     seconds = time.perf_counter() - began
-    asked, everyone = to_ask(fits, inside), to_ask(fits, inside, everyone=True)
-    alone = set(to_ask(fits, np.ones(len(fits), bool), everyone=True))
+    asked, everyone = stems_to_measure_again(fits, inside), stems_to_measure_again(fits, inside, everyone=True)
+    alone = set(stems_to_measure_again(fits, np.ones(len(fits), bool), everyone=True))
     chosen = {number: report.primitives[number] for number in asked if number in report.primitives}
-    after, opinion = settle(to_trees(fits, frame), fits, chosen, options.bh_m)
+    after, opinion = with_second_measurements(trees_of_photo_fits(fits, frame), fits, chosen, options.bh_m)
     truth = list(csv.DictReader(open(plot / "truth" / "trees.csv")))
     true_xy = np.array([[float(t["E_bh"]), float(t["N_bh"])] for t in truth]) - frame.origin[:2]
     rows = []

@@ -76,10 +76,10 @@ def run_command(command: Command, values: dict[str, Any], reporter: Reporter, sh
         named = [name for name, spec, _ in params_of(command.settings) if spec.kind.startswith("output_")]
         with no_empty_folders(filter(None, (getattr(settings, name) for name in named))):
             result = command.run(settings, reporter)
-        _tell_result(result, reporter, show_result)
+        _report_result(result, reporter, show_result)
         return 0
     except Incomplete as problem:
-        _tell_result(problem.result, reporter, show_result)
+        _report_result(problem.result, reporter, show_result)
         reporter.error(str(problem))
         return problem.exit_code
     except Cancelled as problem:
@@ -104,7 +104,7 @@ def run_command(command: Command, values: dict[str, Any], reporter: Reporter, sh
         signal.signal(signal.SIGTERM, previous[1])
 
 
-def _tell_result(result: dict[str, Any], reporter: Reporter, show: bool) -> None:
+def _report_result(result: dict[str, Any], reporter: Reporter, show: bool) -> None:
     reporter.progress(1.0)
     reporter.result(result)
     reporter.close()

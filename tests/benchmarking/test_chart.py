@@ -11,7 +11,7 @@ import pytest
 from treedgs_geo.benchmarking import chart, chart_pictures
 from treedgs_geo.benchmarking.cost import PAPER, fit_power, predict, split_reducing
 from treedgs_geo.benchmarking.ladder import CONFIGS, SFM
-from treedgs_geo.chain.routes import PRESETS
+from treedgs_geo.chain.routes import CHAIN_PRESETS
 from treedgs_geo.commands.benchmark import BenchmarkSettings, run
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
@@ -143,9 +143,9 @@ def test_plots_stand_side_by_side(table):
 def test_presets_of_the_chain_are_on_the_chart():
     """Each preset's point is measured with the preset's own settings."""
     by_preset = {config.preset: config for config in CONFIGS if config.preset}
-    assert set(by_preset) == set(PRESETS)
+    assert set(by_preset) == set(CHAIN_PRESETS)
     for name, config in by_preset.items():
-        sfm = PRESETS[name].reconstruct
+        sfm = CHAIN_PRESETS[name].reconstruct
         assert all(getattr(sfm, key) == value for key, value in SFM[config.sfm].items()), name
         assert SFM[config.sfm] or sfm == type(sfm)(), name
         assert config.kind == ("splats" if name == "paper" else "photos") and config.scale == 1, name

@@ -9,12 +9,12 @@ import numpy as np
 import pyproj
 import pytest
 
-from treedgs_geo.chain.second_measurement import MOST_ASKED, settle, to_ask
+from treedgs_geo.chain.second_measurement import MOST_MEASURED_AGAIN, stems_to_measure_again, with_second_measurements
 from treedgs_geo.core.crs import LocalFrame
-from treedgs_geo.from_photos.fit import StemFit
-from treedgs_geo.from_photos.strips import Axis
-from treedgs_geo.from_photos.trees import to_trees
-from treedgs_geo.gaussians.primitive.fit import StemPrimitive
+from treedgs_geo.from_photos.fit import PhotoFit
+from treedgs_geo.from_photos.strips import StemAxis
+from treedgs_geo.from_photos.trees import trees_of_photo_fits
+from treedgs_geo.gaussians.primitive.fit import PrimitiveFit
 from treedgs_geo.gaussians.train import FoundStem
 
 FRAME = LocalFrame(pyproj.CRS.from_epsg(6344), np.array([611337.0, 3718451.0, 38.0]))
@@ -22,9 +22,9 @@ FRAME = LocalFrame(pyproj.CRS.from_epsg(6344), np.array([611337.0, 3718451.0, 38
 
 def edges(
     x: float, dbh_cm: float, flag: str, *reasons: str, llr: float = 90.0, contrast: float = 2.0, gain: float = 0.0
-) -> StemFit:
-    axis = Axis(np.array([x, 2.0]), np.zeros(2), np.zeros(2), 1.0, 1.37)
-    return StemFit(
+) -> PhotoFit:
+    axis = StemAxis(np.array([x, 2.0]), np.zeros(2), np.zeros(2), 1.0, 1.37)
+    return PhotoFit(
         axis,
         dbh_cm / 200,
         -0.0045,
@@ -52,12 +52,12 @@ def bark(x: float, dbh_cm: float, **change) -> FoundStem:
     shape = np.array([0.0, 0.0, 0.05, 0.0, 0.0, 0.0, dbh_cm / 200, -0.0045])
     return FoundStem(
         np.array([x, 2.0, 1.0]),
-        StemPrimitive(shape, shifts=np.zeros(9), texture=np.zeros((24, 13, 3)), seconds=1.0, **values),
+        PrimitiveFit(shape, shifts=np.zeros(9), texture=np.zeros((24, 13, 3)), seconds=1.0, **values),
     )
 
 
 def after(fits, found):
-    return settle(to_trees(fits, FRAME), fits, found, 1.37)
+    return with_second_measurements(trees_of_photo_fits(fits, FRAME), fits, found, 1.37)
 
 
 def test_only_the_doubtful_are_asked_the_clearest_first_and_not_what_cannot_be_mended():
@@ -71,19 +71,19 @@ def test_only_the_doubtful_are_asked_the_clearest_first_and_not_what_cannot_be_m
         edges(12, 30, "reject", "ambiguous"),
     ]
     inside = np.array([True] * 6 + [False])
-    assert to_ask(fits, inside) == [2, 1]
-    assert to_ask(fits, inside, everyone=True) == [2, 1, 0]
+    assert stems_to_measure_again(fits, inside) == [2, 1]
+    assert stems_to_measure_again(fits, inside, everyone=True) == [2, 1, 0]
     many = [edges(2 * k, 30, "reject", "ambiguous", llr=50 + k) for k in range(30)]
-    assert to_ask(many, np.ones(30, bool)) == list(range(29, 29 - MOST_ASKED, -1))
+    assert stems_to_measure_again(many, np.ones(30, bool)) == list(range(29, 29 - MOST_MEASURED_AGAIN, -1))
 
 
 def test_a_stem_with_another_at_its_side_is_not_asked_about():
     # A single cylinder takes a touching sapling, or the other limb of a fork, for a part of the stem.
-    assert to_ask([edges(0, 43, "reject", "ambiguous", gain=50.0)], np.ones(1, bool)) == []
+    assert stems_to_measure_again([edges(0, 43, "reject", "ambiguous", gain=50.0)], np.ones(1, bool)) == []
     pair = [edges(0, 17, "check", "occluded"), edges(0.4, 16, "ok")]
-    assert to_ask(pair, np.ones(2, bool), everyone=True) == []
+    assert stems_to_measure_again(pair, np.ones(2, bool), everyone=True) == []
     apart = [edges(0, 17, "check", "occluded"), edges(0.8, 16, "ok"), edges(0.3, 16, "reject", "ambiguous")]
-    assert to_ask(apart, np.ones(3, bool)) == [0]
+    assert stems_to_measure_again(apart, np.ones(3, bool)) == [0]
 
 
 def test_a_refused_stem_that_both_see_alike_gets_the_photos_diameter():
@@ -106,12 +106,12 @@ def test_a_refused_stem_that_they_see_differently_gets_the_bark_s_diameter_and_b
 
 def test_a_refused_stem_whose_two_diameters_lie_far_apart_stays_refused():
     trees, opinion = after([edges(0, 17, "reject", "disagree")], {0: bark(0, 30)})
-    assert trees == to_trees([edges(0, 17, "reject", "disagree")], FRAME) and opinion.gained == 0
+    assert trees == trees_of_photo_fits([edges(0, 17, "reject", "disagree")], FRAME) and opinion.gained == 0
 
 
 def test_two_methods_that_agree_settle_which_explanation_is_right():
     unsure = replace(edges(0, 30, "check", "ambiguous"), se_cm=4.0, lo_cm=24.0, hi_cm=31.0)
-    alone = to_trees([unsure], FRAME)[0]
+    alone = trees_of_photo_fits([unsure], FRAME)[0]
     assert (alone.dbh_lo_cm, alone.dbh_hi_cm, alone.dbh_se_cm) == (24.0, 31.0, 4.0)
     tree = after([unsure], {0: bark(0, 30.6)})[0][0]
     assert tree.qc_flag == "check" and tree.dbh_se_cm == pytest.approx(math.hypot(0.8, 0.3))
@@ -131,11 +131,15 @@ def test_a_measured_stem_that_they_see_differently_is_doubted_and_its_interval_h
 def test_who_doubts_himself_says_nothing(change):
     for fit in (edges(0, 30, "reject", "ambiguous"), edges(0, 24, "ok")):
         trees, opinion = after([fit], {0: bark(0, 30, **change)})
-        assert trees == to_trees([fit], FRAME) and (opinion.agreed, opinion.gained, opinion.doubted) == (0, 0, 0)
+        assert trees == trees_of_photo_fits([fit], FRAME) and (opinion.agreed, opinion.gained, opinion.doubted) == (
+            0,
+            0,
+            0,
+        )
 
 
 def test_a_primitive_that_slid_onto_its_neighbour_or_onto_a_twig_gives_nothing():
     fits = [edges(0, 30, "reject", "ambiguous"), edges(0.4, 30, "ok")]
-    assert after(fits, {0: bark(0.35, 30)})[0] == to_trees(fits, FRAME)
-    assert after(fits[:1], {0: bark(0, 6.0)})[0] == to_trees(fits[:1], FRAME)
+    assert after(fits, {0: bark(0.35, 30)})[0] == trees_of_photo_fits(fits, FRAME)
+    assert after(fits[:1], {0: bark(0, 6.0)})[0] == trees_of_photo_fits(fits[:1], FRAME)
     assert after(fits, {0: bark(-0.05, 30)})[0][0].dbh_cm == 30

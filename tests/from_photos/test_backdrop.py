@@ -12,7 +12,7 @@ import pytest
 from treedgs_geo.core.crs import LocalFrame, project_crs
 from treedgs_geo.from_photos.backdrop import cut_silhouette, make_backdrop
 from treedgs_geo.from_photos.stack import GroundGrid, PhotoStack, load_stack
-from treedgs_geo.from_photos.strips import Axis
+from treedgs_geo.from_photos.strips import StemAxis
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.terrain.dtm import read_dtm
@@ -47,8 +47,8 @@ def _view(row: dict[str, str], photos: Path) -> View:
     return View(row["image"], photos / row["image"], camera, rotation, translation, int(row["flight"]))
 
 
-def _axis(ground: GroundGrid, xy: np.ndarray) -> Axis:
-    return Axis(xy, np.zeros(2), np.zeros(2), float(ground.at(xy[:1], xy[1:])[0]), 1.37)
+def _axis(ground: GroundGrid, xy: np.ndarray) -> StemAxis:
+    return StemAxis(xy, np.zeros(2), np.zeros(2), float(ground.at(xy[:1], xy[1:])[0]), 1.37)
 
 
 def test_silhouettes_are_as_wide_as_the_stems(scene):

@@ -14,9 +14,9 @@ from treedgs_geo.from_photos.find import looked_at_twice, stems_from_photos
 from treedgs_geo.from_photos.fine import FineFit
 from treedgs_geo.from_photos.fit import OVAL_SD, oval_error_cm, standard_error_cm
 from treedgs_geo.from_photos.options import PhotoStemOptions
-from treedgs_geo.from_photos.strips import Axis
+from treedgs_geo.from_photos.strips import StemAxis
 from treedgs_geo.from_photos.touching import crowded
-from treedgs_geo.from_photos.verdict import GAIN_DOUBTFUL, GAIN_MERGED, verdict
+from treedgs_geo.from_photos.verdict import GAIN_LOW_CONFIDENCE, GAIN_MERGED, verdict
 from treedgs_geo.reconstruction.area import Area
 
 STEM, ALONE = Stem(0.5, 0.3, 0.15), Stem(-0.6, -0.5, 0.17)
@@ -57,7 +57,7 @@ def test_crowded_sides_are_those_the_companion_reaches():
 def explanation(dbh_cm: float, contrast: float, evidence: float, edges: float = 50.0, rms: float = 0.5) -> Explanation:
     nothing = np.zeros(3)
     fine = FineFit(
-        Axis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37),
+        StemAxis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37),
         dbh_cm / 200,
         -0.005,
         nothing,
@@ -127,9 +127,9 @@ def test_verdict_on_probability_and_companions():
     # A low edge score and a low probability are one doubt, too few photos is another.
     assert verdict(**clear | {"sure": 0.7, "score": 30})[0] == "check"
     assert verdict(**clear | {"sure": 0.7, "n_views": 4})[0] == "reject"
-    for gain in (GAIN_DOUBTFUL + 1, GAIN_MERGED + 1):
+    for gain in (GAIN_LOW_CONFIDENCE + 1, GAIN_MERGED + 1):
         assert verdict(**clear | {"gain": gain}) == ("check", ("merged",))
-    assert verdict(**clear | {"gain": GAIN_DOUBTFUL + 1, "sure": 0.7})[0] == "reject"
+    assert verdict(**clear | {"gain": GAIN_LOW_CONFIDENCE + 1, "sure": 0.7})[0] == "reject"
 
 
 def test_the_error_grows_where_photos_are_few_and_pixels_large():

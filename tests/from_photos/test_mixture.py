@@ -12,16 +12,16 @@ from treedgs_geo.from_photos.choice import Choice, Explanation
 from treedgs_geo.from_photos.coarse import Mode
 from treedgs_geo.from_photos.find import merge, without_open_diameter
 from treedgs_geo.from_photos.fine import FineFit
-from treedgs_geo.from_photos.fit import StemFit
+from treedgs_geo.from_photos.fit import PhotoFit
 from treedgs_geo.from_photos.mixture import PAIR_SE_CM, Mixture, Others
-from treedgs_geo.from_photos.strips import Axis
-from treedgs_geo.from_photos.verdict import GAIN_DOUBTFUL, GAIN_MERGED, companion_share
+from treedgs_geo.from_photos.strips import StemAxis
+from treedgs_geo.from_photos.verdict import GAIN_LOW_CONFIDENCE, GAIN_MERGED, companion_share
 from treedgs_geo.trees.tree import Tree, with_block_errors
 
 
 def explanation(dbh_cm: float) -> Explanation:
     nothing = np.zeros(3)
-    axis = Axis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37)
+    axis = StemAxis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37)
     fine = FineFit(axis, dbh_cm / 200, -0.005, nothing, nothing, nothing > 0, nothing, 100.0, 0.5, 0.001)
     return Explanation(50.0, 1.0, Mode(0, 0, 0, 0, dbh_cm / 200, 50.0), fine, np.zeros(5), nothing)
 
@@ -53,7 +53,9 @@ def test_the_interval_holds_as_often_as_it_says():
 
 
 def test_shares_of_a_possible_companion_follow_its_evidence():
-    assert companion_share(GAIN_DOUBTFUL) == pytest.approx(0.1) and companion_share(GAIN_MERGED) == pytest.approx(0.9)
+    assert companion_share(GAIN_LOW_CONFIDENCE) == pytest.approx(0.1) and companion_share(GAIN_MERGED) == pytest.approx(
+        0.9
+    )
     assert companion_share(0.0) < 1e-3
 
 
@@ -84,10 +86,10 @@ def test_errors_that_a_plot_shares_widen_each_side_by_itself():
     assert (same.dbh_lo_cm, same.dbh_hi_cm) == (29.0, 37.0)
 
 
-def fitted(dbh_cm: float, llr: float, gain: float = 0.0, flag: str = "ok", x: float = 0.0) -> StemFit:
-    axis = Axis(np.array([x, 2.0]), np.zeros(2), np.zeros(2), 1.0, 1.37)
-    reasons = ("merged",) if gain > GAIN_DOUBTFUL else ()
-    return StemFit(
+def fitted(dbh_cm: float, llr: float, gain: float = 0.0, flag: str = "ok", x: float = 0.0) -> PhotoFit:
+    axis = StemAxis(np.array([x, 2.0]), np.zeros(2), np.zeros(2), 1.0, 1.37)
+    reasons = ("merged",) if gain > GAIN_LOW_CONFIDENCE else ()
+    return PhotoFit(
         axis,
         dbh_cm / 200,
         -0.0045,

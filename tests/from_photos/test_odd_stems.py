@@ -12,8 +12,8 @@ from treedgs_geo.from_photos.find import stems_from_photos
 from treedgs_geo.from_photos.foot import breast_height, moved
 from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.from_photos.stack import GroundGrid
-from treedgs_geo.from_photos.strips import Axis
-from treedgs_geo.from_photos.trees import to_trees
+from treedgs_geo.from_photos.strips import StemAxis
+from treedgs_geo.from_photos.trees import trees_of_photo_fits
 from treedgs_geo.reconstruction.area import Area
 
 LEANING = Stem(-0.8, -0.6, 0.13, lx=0.30, ly=0.20)
@@ -52,7 +52,7 @@ def test_breast_height_on_a_slope(lean, dq):
     """From the uphill side, along the stem: 30 % slope, 15 cm radius."""
     x = 0.25 * np.arange(81) - 10
     grid = GroundGrid(-10, -10, 0.25, (0.3 * x[None, :] * np.ones((81, 1))).astype(np.float32))
-    axis = Axis(np.array([1.0, 0.0]), np.array(lean), np.zeros(2), 0.3, 1.37)
+    axis = StemAxis(np.array([1.0, 0.0]), np.array(lean), np.zeros(2), 0.3, 1.37)
     found, ground = breast_height(axis, 0.15, grid)
     assert found == pytest.approx(dq, abs=0.003) and ground == pytest.approx(0.345, abs=0.003)
     assert moved(axis, found).p[1] == pytest.approx(found * lean[1], abs=1e-6)
@@ -60,5 +60,5 @@ def test_breast_height_on_a_slope(lean, dq):
 
 def test_the_layer_has_the_ground_of_the_foot(fits):
     frame = LocalFrame(pyproj.CRS.from_epsg(32615), np.array([5e5, 3.7e6, 40.0]))
-    for tree in to_trees(fits, frame):
+    for tree in trees_of_photo_fits(fits, frame):
         assert tree.z_ground == pytest.approx(40.0, abs=0.01)

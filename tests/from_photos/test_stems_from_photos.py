@@ -18,8 +18,8 @@ from treedgs_geo.from_photos.find import split, stems_from_photos
 from treedgs_geo.from_photos.fit import azimuth_spread
 from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.from_photos.stack import GroundGrid, choose_views, load_stack
-from treedgs_geo.from_photos.strips import Axis, cut_strips
-from treedgs_geo.from_photos.trees import to_trees
+from treedgs_geo.from_photos.strips import StemAxis, cut_strips
+from treedgs_geo.from_photos.trees import trees_of_photo_fits
 from treedgs_geo.from_photos.verdict import verdict
 from treedgs_geo.reconstruction.area import Area, _cover, area_seen
 
@@ -80,7 +80,7 @@ def test_same_inputs_give_the_same_stems(views, fits):
 
 
 def test_trees_in_project_coordinates(fits):
-    trees = to_trees(fits, FRAME, plot_id="p", first_id=5)
+    trees = trees_of_photo_fits(fits, FRAME, plot_id="p", first_id=5)
     assert [tree.tree_id for tree in trees] == list(range(5, 5 + len(fits)))
     for tree, fit in zip(trees, fits, strict=True):
         assert tree.method == "photos" and tree.plot_id == "p"
@@ -128,7 +128,7 @@ def test_edges_stand_where_the_stem_ends(views):
     ground = GroundGrid.sample(flat, Area.circle(0, 0, 3.0), 2.0)
     stack = load_stack(views, Area.circle(0, 0, 3.0), ground, 96, 1.0)
     stem = STEMS[0]
-    axis = Axis(np.array([stem.x, stem.y]), np.zeros(2), np.zeros(2), 0.0, 1.37)
+    axis = StemAxis(np.array([stem.x, stem.y]), np.zeros(2), np.zeros(2), 0.0, 1.37)
     strips = cut_strips(stack, axis, 1.2, 1.6, 0.2, 0.04, 0.3, 0.01, 1.0, linear=True)
     power = np.linalg.norm(strips.gradient, axis=-1).mean(axis=(0, 1))
     left, right = power[:31].argmax(), 30 + power[30:].argmax()

@@ -18,7 +18,7 @@ from treedgs_geo.from_points.measuring.options import MeasureOptions
 from treedgs_geo.gaussians.field import GaussianField, empty_field
 from treedgs_geo.gaussians.layered import surface_gaussians
 from treedgs_geo.gaussians.options import SampleOptions
-from treedgs_geo.gaussians.primitive.fit import StemPrimitive
+from treedgs_geo.gaussians.primitive.fit import PrimitiveFit
 from treedgs_geo.gaussians.volume import sample_volume
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.reconstruction.cameras import Camera, View
@@ -93,7 +93,7 @@ def test_any_points_give_a_finite_cone_or_none(seed, flat, scale):
 
 def stem_field(group: int = 3) -> GaussianField:
     shape = np.array([0.05, -0.03, 0.02, 0.01, 0.0, 0.0, 0.15, -0.005])
-    primitive = StemPrimitive(shape, 0.4, 20, 0.1, 0.1, 0.1, np.zeros(1), np.full((24, 13, 3), 0.3), 0.0)
+    primitive = PrimitiveFit(shape, 0.4, 20, 0.1, 0.1, 0.1, np.zeros(1), np.full((24, 13, 3), 0.3), 0.0)
     p = surface_gaussians(primitive, BH, 0.2, 3.0, 0.03, 3000)
     rng = np.random.default_rng(0)
     fog = np.tile(p[:1], (150, 1))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from treedgs_geo.trees.proportions import doubt_short_trees
+from treedgs_geo.trees.proportions import flag_short_trees
 from treedgs_geo.trees.tree import Tree
 
 
@@ -31,7 +31,7 @@ def test_a_sapling_read_as_a_tree_is_refused_and_a_broken_one_to_check():
     broken = Tree(91, 5, 9, dbh_cm=30.0, dbh_se_cm=0.9, height_m=11.0)
     unsure = Tree(92, 9, 9, dbh_cm=30.0, dbh_se_cm=0.9, height_m=11.0, qc_flag="check", qc_reason="edge")
     trees = [*(tree.finish() for tree in stand()), sapling.finish(), broken.finish(), unsure.finish()]
-    doubt_short_trees(trees)
+    flag_short_trees(trees)
     assert (sapling.qc_flag, sapling.dbh_cm) == ("reject", None)
     assert sapling.qc_reason == "short_arc,wide_error,too_short"
     assert (broken.qc_flag, broken.qc_reason, broken.dbh_cm) == ("check", "too_short", 30.0)
@@ -43,7 +43,7 @@ def test_a_sapling_read_as_a_tree_is_refused_and_a_broken_one_to_check():
 def test_heights_of_a_stand_are_not_doubted(spread):
     for seed in range(20):
         trees = stand(40, spread, seed)
-        doubt_short_trees(trees)
+        flag_short_trees(trees)
         assert sum(tree.qc_flag != "ok" for tree in trees) <= 1
 
 
@@ -55,8 +55,8 @@ def test_nothing_to_compare_with_is_no_doubt():
         [Tree(k, k, 0, dbh_cm=20.0, height_m=15.0) for k in range(30)],
         [Tree(k, k, 0, dbh_cm=20.0 + k) for k in range(30)],
     ):
-        doubt_short_trees([*others, low])
+        flag_short_trees([*others, low])
         assert low.qc_flag == "ok"
     refused = Tree(91, 0, 9, qc_flag="reject", qc_reason="occluded", height_m=4.0)
-    doubt_short_trees([*stand(), refused])
+    flag_short_trees([*stand(), refused])
     assert refused.qc_reason == "occluded"

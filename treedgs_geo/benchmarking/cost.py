@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ..chain.second_measurement import MOST_ASKED
+from ..chain.second_measurement import MOST_MEASURED_AGAIN
 from ..core.errors import InputError
 from ..core.files import atomic_path, write_json
 from ..core.progress import Reporter
@@ -209,10 +209,11 @@ def fit_memory(table: pd.DataFrame) -> dict[str, float]:
 def predict(fits: dict[str, dict], memory: dict[str, float], case: dict[str, float]) -> dict[str, Any]:
     """Seconds a stage and in all, and peak memory, for a case: photos, megapixels each, stems, radius_m of the plot;
     1.84 cm on the ground. Every stem that may be measured a second time is (at most
-    :data:`~treedgs_geo.chain.second_measurement.MOST_ASKED`), and every photo shows it: more than a plot usually takes.
+    :data:`~treedgs_geo.chain.second_measurement.MOST_MEASURED_AGAIN`), and every photo shows it: more than a plot
+    usually takes.
     """
     gsd_m = 0.0184
-    asked = min(case["stems"], MOST_ASKED)
+    asked = min(case["stems"], MOST_MEASURED_AGAIN)
     used = min(case["photos"], MOST_VIEWS)
     crop = min(case["megapixels"], (2 * case["radius_m"] + 6) ** 2 / gsd_m**2 / 1e6)
     sizes = {

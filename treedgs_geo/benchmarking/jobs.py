@@ -90,7 +90,7 @@ def _scene(job: dict[str, Any]) -> tuple[TruePlot, LocalFrame, list[View], Dtm, 
 
 def run_photos(job: dict[str, Any]) -> dict[str, Any]:
     """Stems found and fitted in the photos (``scale`` < 1: in reduced ones); a preset's job has all of its settings."""
-    from ..chain.routes import PRESETS, Preset, auto_route
+    from ..chain.routes import CHAIN_PRESETS, Preset, auto_route
     from ..from_photos.options import PhotoStemOptions
     from ..reconstruction.pipeline import ReconstructOptions
 
@@ -98,7 +98,7 @@ def run_photos(job: dict[str, Any]) -> dict[str, Any]:
     if job["scale"] != 1:
         views = reduced(views, job["scale"], Path(job["scratch"]))
     named = job.get("preset")
-    preset = PRESETS[named] if named else Preset(ReconstructOptions(), PhotoStemOptions(**job["params"]), "none")
+    preset = CHAIN_PRESETS[named] if named else Preset(ReconstructOptions(), PhotoStemOptions(**job["params"]), "none")
     began = time.perf_counter()
     trees, _ = auto_route(preset, preset.stems.bh_m, frame, views, dtm, area, 0, Reporter())
     seconds = time.perf_counter() - began
@@ -136,7 +136,7 @@ def run_splats(job: dict[str, Any]) -> dict[str, Any]:
     """Splats fitted about stems that were found in the photos (positions only), then measured as a cloud."""
     from ..from_photos.find import stems_from_photos
     from ..from_photos.options import PhotoStemOptions
-    from ..from_photos.trees import to_trees
+    from ..from_photos.trees import trees_of_photo_fits
     from ..from_points.measuring.cloud import measure_stems
     from ..from_points.measuring.options import MeasureOptions
     from ..gaussians.options import PAPER_SAMPLING, GaussianOptions, SampleOptions
@@ -148,7 +148,7 @@ def run_splats(job: dict[str, Any]) -> dict[str, Any]:
     plot, frame, views, dtm, area = _scene(job)
     paper = job["params"].get("preset") == "paper"
     clock = [time.perf_counter()]
-    found = to_trees(
+    found = trees_of_photo_fits(
         stems_from_photos(views, frame, dtm.local(frame).height, area, PhotoStemOptions(max_views=48)), frame
     )
     if not found:

@@ -25,13 +25,13 @@ from ..core.progress import Reporter
 from ..core.settings import build
 from ..from_photos.find import stems_from_photos
 from ..from_photos.options import PhotoStemOptions
-from ..from_photos.trees import to_trees
+from ..from_photos.trees import trees_of_photo_fits
 from ..from_points.measuring.cloud import measure_stems, segment_options
 from ..from_points.measuring.options import MeasureOptions
 from ..from_points.segmentation.segment import find_stems, label_points
 from ..gaussians.options import GaussianOptions
 from ..gaussians.train import fit_with_report
-from ..gaussians.trees import to_trees as primitives_to_trees
+from ..gaussians.trees import trees_of_primitives
 from ..inventory.tree_reading import read_trees
 from ..pointcloud.cloud import PointCloud
 from ..reconstruction.area import Area
@@ -224,13 +224,13 @@ def photo_trees(case: Case, plot: TruePlot, rng: np.random.Generator) -> tuple[l
             views = perturb.troubled_photos(views, build(TroubleSettings, {setting: level, **more}), scratch, rng)
         area = Area.circle(0.0, 0.0, plot.radius_m)
         fits = stems_from_photos(views, plot.frame, ground, area, PhotoStemOptions())
-        trees = to_trees(fits, plot.frame)
+        trees = trees_of_photo_fits(fits, plot.frame)
         if case.method == "splats" and fits:
             options = GaussianOptions(seed=case.seed, threads=available_threads())
             places = np.array([fit.axis.p for fit in fits])
             _, report = fit_with_report(views, plot.frame, ground, places, None, options, Reporter())
             seconds = {number: tree.dbh_cm for number, tree in enumerate(trees)}
-            trees = primitives_to_trees(report.primitives, plot.frame, options.bh_m, seconds)
+            trees = trees_of_primitives(report.primitives, plot.frame, options.bh_m, seconds)
         known = _known_errors(case, rng)
         return [with_block_errors(tree, *known) for tree in trees], {view.name for view in views}
     finally:

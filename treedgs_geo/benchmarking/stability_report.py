@@ -17,7 +17,7 @@ MOST_LIES, COVERAGE = 0.02, (0.85, 0.95)
 #: With fewer accepted trees, 2 % and 90 % cannot be told from chance.
 ENOUGH = 50
 #: Our own methods: their levels and lies are listed one by one.
-TOLD = ("photos", "splats", "whole chain", "lidar")
+REPORTED = ("photos", "splats", "whole chain", "lidar")
 BLUE, VERMILION, GREEN, PURPLE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9"
 ORANGE = "#E69F00"
 LOOKS = {
@@ -306,8 +306,8 @@ def markdown(table: pd.DataFrame, levels: pd.DataFrame, facts: dict[str, Any]) -
             f"{share} | {claimed} | {cover} | {covers} |"
         )
     wrong = lies(table)
-    wrong = wrong[wrong["method"].isin(TOLD)]
-    lines += ["", f"Accepted and wrong ({', '.join(f'`{name}`' for name in TOLD)}): {len(wrong)}.", ""]
+    wrong = wrong[wrong["method"].isin(REPORTED)]
+    lines += ["", f"Accepted and wrong ({', '.join(f'`{name}`' for name in REPORTED)}): {len(wrong)}.", ""]
     if len(wrong):
         lines += [
             "| method | factor | level | seed | stem | true cm | read cm | clear views |",
@@ -325,7 +325,7 @@ def markdown(table: pd.DataFrame, levels: pd.DataFrame, facts: dict[str, Any]) -
         "| factor | level | method | stems | refused | ok | RMSE of ok, cm | worst ok, cm | > 5 cm | in 90 % |",
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
-    for _, row in levels[levels["method"].isin(TOLD)].iterrows():
+    for _, row in levels[levels["method"].isin(REPORTED)].iterrows():
         cells = ["–" if pd.isna(row[name]) else f"{row[name]:.2f}" for name in ("rmse_ok_cm", "worst_ok_cm")]
         gone = "–" if pd.isna(row["refused"]) else f"{100 * row['refused']:.0f} %"
         cover = "–" if pd.isna(row["coverage"]) else f"{100 * row['coverage']:.0f} %"

@@ -72,7 +72,7 @@ class CostModel:
         write_json(path, {"features": FEATURES, "routes": self.routes})
 
     def predict(self, route: str, sizes: dict[str, Any]) -> Need:
-        """Cost of a plot with these inputs (:class:`~treedgs_geo.campaign.inputs.Inputs` as JSON)."""
+        """Cost of a plot with these inputs (:class:`~treedgs_geo.campaign.inputs.PlotInputs` as JSON)."""
         entry = self.routes[route]
         x = np.array([1.0, *(float(sizes[name]) for name in FEATURES[route])])
         values = {name: float(np.dot(entry[name], x)) for name in MEASURES}

@@ -23,7 +23,7 @@ FEWEST_PHOTOS = 3
 
 
 @dataclass(frozen=True)
-class Inputs:
+class PlotInputs:
     """photos, megapixels (all photos together), points (millions), gigabytes (on disk). crs: as text. use_crs: what has
     to be handed to the verb, or "". stamp: changes when a name, size or time of a file changes."""
 
@@ -40,7 +40,7 @@ class Inputs:
         return asdict(self)
 
 
-def look_at(route: str, values: dict[str, Any], plots: str, field: str, crs: str | None) -> Inputs:
+def look_at(route: str, values: dict[str, Any], plots: str, field: str, crs: str | None) -> PlotInputs:
     """Names, sizes and headers only: milliseconds a plot.
 
     Raises:
@@ -58,14 +58,14 @@ def look_at(route: str, values: dict[str, Any], plots: str, field: str, crs: str
         if len(photos) < FEWEST_PHOTOS:
             raise InputError(f"photos {folder} holds {len(photos)} photos, expected at least {FEWEST_PHOTOS}.")
         megapixels = len(photos) * _megapixels(photos[len(photos) // 2])
-        return Inputs(len(photos), megapixels, 0.0, gigabytes, _known(values["crs"]), "", stamp.hexdigest()[:16])
+        return PlotInputs(len(photos), megapixels, 0.0, gigabytes, _known(values["crs"]), "", stamp.hexdigest()[:16])
     cloud = Path(values["input"])
     points, own = _cloud_header(cloud)
     told = values.get("crs") or ("" if own else crs or "")
     if not own and not told:
         raise InputError(f"cloud {cloud} holds no CRS; give it in a column crs, or one for all rows with --crs.")
     name = "local" if told == "local" else own or _known(told)
-    return Inputs(0, 0.0, points / 1e6, gigabytes, name, told, stamp.hexdigest()[:16])
+    return PlotInputs(0, 0.0, points / 1e6, gigabytes, name, told, stamp.hexdigest()[:16])
 
 
 def input_files(route: str, values: dict[str, Any], plots: str, field: str) -> list[Path]:

@@ -14,7 +14,7 @@ from typing import Any
 
 from ..core.errors import InputError, TreeDGSError
 from ..core.settings import Param, build, params_of
-from .inputs import Inputs, look_at
+from .inputs import PlotInputs, look_at
 
 #: Column of the input -> verb that a row with it runs.
 ROUTES = {"photos": "photos-to-dbh", "cloud": "pointcloud-to-dbh"}
@@ -24,7 +24,7 @@ _PATHS = ("file", "folder", "files")
 #: What the plot may be called in a field table.
 _PLOT_COLUMNS = ("plot_id", "plot", "plotid", "plot_no")
 #: How many rows are explained in one error.
-_TOLD = 8
+_MOST_REPORTED = 8
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Checked:
     """A row that can be run, with what is known of its inputs."""
 
     row: PlotRow
-    inputs: Inputs
+    inputs: PlotInputs
 
 
 def read_rows(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
@@ -145,17 +145,17 @@ class Checker:
                 yield self._check(line, cells)
             except TreeDGSError as problem:
                 self.n_bad += 1
-                if len(self.problems) < _TOLD:
+                if len(self.problems) < _MOST_REPORTED:
                     self.problems.append(f"line {line}{f' ({name})' if name else ''}: {problem}")
 
     def conclude(self) -> None:
         """Refuse the manifest when any row cannot be run.
 
         Raises:
-            InputError: every problem (the first :data:`_TOLD` in full), or no plot at all.
+            InputError: every problem (the first :data:`_MOST_REPORTED` in full), or no plot at all.
         """
         if self.problems:
-            more = f"; and {self.n_bad - _TOLD} more" if self.n_bad > _TOLD else ""
+            more = f"; and {self.n_bad - _MOST_REPORTED} more" if self.n_bad > _MOST_REPORTED else ""
             told = "; ".join(problem.rstrip(".;") for problem in self.problems)
             rows = "1 row" if self.n_bad == 1 else f"{self.n_bad} rows"
             raise InputError(f"{self.manifest}: {rows} cannot be used, nothing was started: {told}{more}.")
@@ -259,7 +259,7 @@ class Checker:
                     "name the row's plot_id in its plots table, or give each row its own table."
                 )
 
-    def _twice(self, row: PlotRow, inputs: Inputs) -> None:
+    def _twice(self, row: PlotRow, inputs: PlotInputs) -> None:
         """The same data under two ids would count its trees twice."""
         own = row.plot_id if row.plots and row.plot_id in self._table[1] else row.plots
         same = hash((row.route, row.values.get("photos") or row.values.get("input"), own))

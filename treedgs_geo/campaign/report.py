@@ -44,7 +44,7 @@ COLUMNS = (
     "folder",
 )
 #: Problems repeated above the table.
-_TOLD = 30
+_MOST_REPORTED = 30
 
 
 def rows_of(plan: Plan, campaign: Campaign) -> Iterator[dict[str, Any]]:
@@ -108,9 +108,9 @@ def write_report(
     folder = campaign.workspace
     template = (files(__package__) / "templates" / "campaign.html").read_text(encoding="utf-8")
     headline = next(iter(facts.values()))
-    notes = "".join(f"<li>{html.escape(text)}</li>" for text in warnings[:_TOLD])
-    if len(warnings) > _TOLD:
-        notes += f"<li>and {len(warnings) - _TOLD} more, in {TABLE}</li>"
+    notes = "".join(f"<li>{html.escape(text)}</li>" for text in warnings[:_MOST_REPORTED])
+    if len(warnings) > _MOST_REPORTED:
+        notes += f"<li>and {len(warnings) - _MOST_REPORTED} more, in {TABLE}</li>"
     head = Template(template).substitute(
         headline=html.escape(str(headline)),
         warnings=f"<div class='warn'><b>Look at these</b><ul>{notes}</ul></div>" if notes else "",

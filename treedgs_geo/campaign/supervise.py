@@ -161,14 +161,14 @@ def _engine(job: dict[str, Any], folder: Path, lease: Lease, orphaned: threading
                 break
             if now - told > 2:
                 told = now
-                _tell(folder, process, now - began)
+                _report(folder, process, now - began)
     finally:
         process.kill()
         (folder / PROGRESS).unlink(missing_ok=True)
     return process.ending()
 
 
-def _tell(folder: Path, process: EngineProcess, seconds: float) -> None:
+def _report(folder: Path, process: EngineProcess, seconds: float) -> None:
     """Progress for the coordinator's table; not worth an error."""
     try:
         (folder / PROGRESS).write_text(

@@ -46,7 +46,7 @@ def _low(xyz: np.ndarray) -> np.ndarray:
     return low[thin(low, _VOXEL_M)]
 
 
-class _Doubts(Reporter):
+class _Findings(Reporter):
     """Warnings as the dry run's doubts."""
 
     def __init__(self, doubt: Callable[[str], None]) -> None:
@@ -72,8 +72,8 @@ def check_ground(
         return
     try:
         if given is not None:
-            given_ground(given, xyz, str(given_from), _Doubts(doubt))
+            given_ground(given, xyz, str(given_from), _Findings(doubt))
         else:
-            found_ground(xyz, crs, str(where), _Doubts(doubt))
+            found_ground(xyz, crs, str(where), _Findings(doubt))
     except InputError as refusal:
         problem(str(refusal))

@@ -53,7 +53,7 @@ from .planned import (
     planned_ground,
     search_ahead,
 )
-from .routes import PRESETS, auto_route, photo_route, splat_route
+from .routes import CHAIN_PRESETS, auto_route, photo_route, splat_route
 from .steps import Collector, Steps
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ def _run(settings: PhotosToDbhSettings, photos: list[Path], space: Workspace, st
     nothing = only_nadir(stations)
     if nothing:  # said now, not after the photos have been matched for nothing
         return _write(settings, stations, [], plots, [], {}, nothing, space, steps)
-    search = search_ahead(stations, plots, planned_ground(stations, plots, dtm), PRESETS[settings.preset].stems)
+    search = search_ahead(stations, plots, planned_ground(stations, plots, dtm), CHAIN_PRESETS[settings.preset].stems)
     announce_search(search, plots, steps.reporter)
     steps.weigh("measure", measure_weight(search, len(stations)))
 
@@ -148,7 +148,7 @@ def _check_cover(settings: PhotosToDbhSettings, plots: list[Plot], dtm: Dtm | No
 
 
 def _reconstruct(settings: PhotosToDbhSettings, stations: Stations, space: Workspace, steps: Steps) -> dict[str, Any]:
-    options = PRESETS[settings.preset].reconstruct
+    options = CHAIN_PRESETS[settings.preset].reconstruct
     sfm = space.path(names.SFM)
     outputs = [sfm / name for name in (*MODEL_FILES, FRAME, SFM_REPORT)]
     return steps.run(
@@ -255,11 +255,11 @@ def _measure(
         told: dict[str, Any] = {}
         if fit == "auto":
             trees, opinion = auto_route(
-                PRESETS[settings.preset], settings.bh_m, frame, views, dtm, area, settings.seed, reporter
+                CHAIN_PRESETS[settings.preset], settings.bh_m, frame, views, dtm, area, settings.seed, reporter
             )
             told = {"second_opinion": asdict(opinion)} if opinion else {}
         elif fit == "photos":
-            trees = photo_route(PRESETS[settings.preset], settings.bh_m, frame, views, dtm, area, reporter)
+            trees = photo_route(CHAIN_PRESETS[settings.preset], settings.bh_m, frame, views, dtm, area, reporter)
         else:
             trees = splat_route(
                 settings.preset,

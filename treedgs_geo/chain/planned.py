@@ -38,7 +38,7 @@ _FOOTPRINT_M, _TILE_OVERLAP = 60.0, 1.7
 
 
 @dataclass(frozen=True)
-class Search:
+class PlannedSearch:
     """The search for stems. tiles: pieces that are searched one after the other; they overlap. hectares: the ground
     that is searched. core_seconds: of all tiles. is_rough: from the flight's outline alone, the photos do not say where
     they look."""
@@ -125,7 +125,7 @@ def nadir_reason(nadir_angle_deg: np.ndarray) -> str:
 
 def search_ahead(
     stations: Stations, plots: list[Plot], ground: float, options: PhotoStemOptions, views: list[View] | None = None
-) -> Search | None:
+) -> PlannedSearch | None:
     """The search as it will be cut into tiles, from planned cameras, or from the flight's outline where these are
     unknown; ``None`` for plots that unknown cameras may see.
 
@@ -142,11 +142,11 @@ def search_ahead(
     return search_of(area, views, options)
 
 
-def search_of(area: Area, views: list[View], options: PhotoStemOptions) -> Search:
+def search_of(area: Area, views: list[View], options: PhotoStemOptions) -> PlannedSearch:
     """Tiles, ground and core-seconds of a search; a tile costs its ground times the oblique photos that see it."""
     tiles = split(area, options.margin_m)
     if not tiles:
-        return Search(0, 0.0, 0.0)
+        return PlannedSearch(0, 0.0, 0.0)
     boxes = np.array([box for _, box in tiles])
     ground_m2 = (boxes[:, 2] - boxes[:, 0]) * (boxes[:, 3] - boxes[:, 1])
     middle = np.column_stack([boxes[:, [0, 2]].mean(axis=1), boxes[:, [1, 3]].mean(axis=1), np.full(len(boxes), 1.3)])
@@ -159,10 +159,10 @@ def search_of(area: Area, views: list[View], options: PhotoStemOptions) -> Searc
     step = max(high_x - low_x, high_y - low_y) / 200
     x, y = np.meshgrid(np.arange(low_x, high_x, step) + step / 2, np.arange(low_y, high_y, step) + step / 2)
     inside = area.contains(np.column_stack([x.ravel(), y.ravel()]))
-    return Search(len(tiles), float(inside.sum()) * step**2 / 1e4, float(core_seconds.sum()))
+    return PlannedSearch(len(tiles), float(inside.sum()) * step**2 / 1e4, float(core_seconds.sum()))
 
 
-def _rough_search(stations: Stations, options: PhotoStemOptions) -> Search | None:
+def _rough_search(stations: Stations, options: PhotoStemOptions) -> PlannedSearch | None:
     """The flight's outline, a footprint wider, in tiles that overlap as they usually do."""
     from shapely import MultiPoint
 
@@ -173,16 +173,16 @@ def _rough_search(stations: Stations, options: PhotoStemOptions) -> Search | Non
     tiled_m2 = _TILE_OVERLAP * ground_m2
     seen = min(len(placed) * _FOOTPRINT_M**2 / ground_m2, options.max_views)
     core_seconds = SEARCH_S * seen * tiled_m2 / 100
-    return Search(int(np.ceil(tiled_m2 / TILE_M**2)), ground_m2 / 1e4, core_seconds, is_rough=True)
+    return PlannedSearch(int(np.ceil(tiled_m2 / TILE_M**2)), ground_m2 / 1e4, core_seconds, is_rough=True)
 
 
-def announce_search(search: Search | None, plots: list[Plot], reporter: Reporter) -> None:
+def announce_search(search: PlannedSearch | None, plots: list[Plot], reporter: Reporter) -> None:
     """Say before hours of work how large they will be."""
     if search is None or plots or search.tiles <= MANY_TILES:
         return
     reporter.warn(f"{search.sentence()}: give plots (--plots) to measure only those.")
 
 
-def measure_weight(search: Search | None, photos: int) -> float:
+def measure_weight(search: PlannedSearch | None, photos: int) -> float:
     """How much longer the measuring is, against the other stages, than on a usual plot."""
     return 1.0 if search is None else float(np.clip(search.core_seconds / (_OTHER_S_PHOTO * max(photos, 1)), 1.0, 1e3))

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from ..chain.settings import PhotosToDbhSettings, PointcloudToDbhSettings
     from ..geotags.stations import Stations
     from ..reconstruction.cameras import View
-    from .planned import Search
+    from .planned import PlannedSearch
 
 #: Core-seconds on the machines of docs/results: per megapixel of features, per matched pair (8000 features each), per
 #: photo of mapping and adjustment; of the search, see :mod:`.planned`.
@@ -130,7 +130,7 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     from ..terrain.dtm import read_dtm
     from .photos import _check_cover
     from .planned import only_nadir, planned_ground, planned_views, search_ahead
-    from .routes import PRESETS
+    from .routes import CHAIN_PRESETS
 
     findings = Findings(reporter)
     for target in (settings.output, settings.workspace / "run.json"):
@@ -161,7 +161,7 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
         except TreeDGSError as problem:
             findings.problem(str(problem))
     ground = planned_ground(stations, plots, dtm)
-    options = PRESETS[settings.preset]
+    options = CHAIN_PRESETS[settings.preset]
     nothing = only_nadir(stations)
     try:
         calibration_of([read_photo(stations.paths[0])])
@@ -173,9 +173,9 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
         views = planned_views(stations, ground)
         overlap = _overlap(views, stations, plots, findings, bool(nothing))
         search = search_ahead(stations, plots, ground, options.stems, views)
-    _tell_search(search, plots, findings)
+    _report_search(search, plots, findings)
     needs = _photo_needs(settings, stations, ground, plots, options.reconstruct, search)
-    tell_kept(settings.workspace, reporter)
+    report_kept(settings.workspace, reporter)
     facts = {
         "n_photos": len(stations),
         "fix_pct": round(fix_pct, 1),
@@ -185,7 +185,7 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     return findings.conclude(facts, needs)
 
 
-def _tell_search(search: Search | None, plots: list, findings: Findings) -> None:
+def _report_search(search: PlannedSearch | None, plots: list, findings: Findings) -> None:
     """How large the search is; without plots it may be a hundred times what was meant."""
     from .planned import MANY_TILES
 
@@ -260,7 +260,7 @@ def _photo_needs(
     ground: float,
     plots: list,
     options: Any,
-    ahead: Search | None,
+    ahead: PlannedSearch | None,
 ) -> Needs:
     from ..core.errors import ReconstructionError
     from ..geotags.photos import read_photo
@@ -402,7 +402,7 @@ def _existing(path: Path) -> Path:
     return path
 
 
-def tell_kept(workspace: Path, reporter: Reporter) -> None:
+def report_kept(workspace: Path, reporter: Reporter) -> None:
     """What an earlier run left in the workspace."""
     record = read_record(workspace)
     if record is None:

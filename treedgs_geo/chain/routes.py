@@ -13,13 +13,13 @@ from ..core.progress import Reporter
 from ..core.workspace import Workspace
 from ..from_photos.find import stems_from_photos
 from ..from_photos.options import PhotoStemOptions
-from ..from_photos.trees import to_trees
+from ..from_photos.trees import trees_of_photo_fits
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
 from ..reconstruction.pipeline import ReconstructOptions
 from ..terrain.dtm import Dtm
 from ..trees.tree import Tree
-from .second_measurement import Opinion, settle, to_ask
+from .second_measurement import SecondMeasurement, stems_to_measure_again, with_second_measurements
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Preset:
     second: str = "doubtful"
 
 
-PRESETS = {
+CHAIN_PRESETS = {
     "fast": Preset(
         ReconstructOptions(max_features=4000, neighbours=12), PhotoStemOptions(max_views=48, max_lean_deg=10.0), "none"
     ),
@@ -47,7 +47,7 @@ def photo_route(
 ) -> list[Tree]:
     """Stems found and fitted straight in the photos."""
     options = replace(preset.stems, bh_m=bh_m)
-    return to_trees(stems_from_photos(views, frame, dtm.local(frame).height, area, options, reporter), frame)
+    return trees_of_photo_fits(stems_from_photos(views, frame, dtm.local(frame).height, area, options, reporter), frame)
 
 
 def auto_route(
@@ -59,7 +59,7 @@ def auto_route(
     area: Area,
     seed: int,
     reporter: Reporter,
-) -> tuple[list[Tree], Opinion | None]:
+) -> tuple[list[Tree], SecondMeasurement | None]:
     """Stems fitted straight in the photos; those in doubt are asked again of their texture, among Gaussians.
 
     Returns the trees, and what the second opinion changed (``None`` where nobody was asked).
@@ -70,18 +70,18 @@ def auto_route(
     ground = dtm.local(frame).height
     with reporter.stage("stems", 0.0, 0.6):
         fits = stems_from_photos(views, frame, ground, area, replace(preset.stems, bh_m=bh_m), reporter)
-    trees = to_trees(fits, frame)
+    trees = trees_of_photo_fits(fits, frame)
     if preset.second == "none" or not fits:
         return trees, None
     places = np.array([fit.axis.p for fit in fits])
-    chosen = to_ask(fits, area.contains(places, 0.0), preset.second == "all")
+    chosen = stems_to_measure_again(fits, area.contains(places, 0.0), preset.second == "all")
     if not chosen:
         return trees, None
     with reporter.stage("second opinion", 0.6, 1.0):
         options = GaussianOptions(seed=seed, bh_m=bh_m, threads=available_threads())
         _, report = fit_with_report(views, frame, ground, places[chosen], None, options, reporter)
         found = {chosen[at]: stem for at, stem in report.primitives.items()}
-        trees, opinion = settle(trees, fits, found, bh_m)
+        trees, opinion = with_second_measurements(trees, fits, found, bh_m)
         reporter.info(
             f"{len(chosen)} stems asked again with a model of their bark: {opinion.agreed} agree, {opinion.gained} "
             f"have a diameter now, {opinion.doubted} are to be checked."
@@ -113,12 +113,12 @@ def splat_route(
     from ..gaussians.ply import write_field
     from ..gaussians.sample import sample_surface
     from ..gaussians.train import fit_with_report
-    from ..gaussians.trees import to_trees as primitives_to_trees
+    from ..gaussians.trees import trees_of_primitives
     from ..pointcloud.cloud import PointCloud
     from ..pointcloud.files import write_cloud
 
     with reporter.stage("find stems", 0.0, 0.2):
-        found = photo_route(PRESETS[preset], bh_m, frame, views, dtm, area, reporter)
+        found = photo_route(CHAIN_PRESETS[preset], bh_m, frame, views, dtm, area, reporter)
     if not found:
         return []
     positions = frame.to_local(np.array([[tree.x, tree.y, tree.z_ground or 0.0] for tree in found]))[:, :2]
@@ -146,7 +146,7 @@ def splat_route(
             trees = measure_stems(cloud, points.groups + 1, dtm, measuring, reporter)
         else:
             second = {number: tree.dbh_cm for number, tree in enumerate(found)}
-            trees = primitives_to_trees(report.primitives, frame, bh_m, second)
+            trees = trees_of_primitives(report.primitives, frame, bh_m, second)
     measured = {tree.tree_id for tree in trees}
     # A stem that gave nothing stays in the layer, with its reason.
     lost = [

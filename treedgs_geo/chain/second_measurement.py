@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..from_photos.fit import StemFit
+from ..from_photos.fit import PhotoFit
 from ..from_photos.mixture import UNSURE_REFUSED
-from ..from_photos.verdict import GAIN_DOUBTFUL
+from ..from_photos.verdict import GAIN_LOW_CONFIDENCE
 from ..gaussians.train import FoundStem
 from ..gaussians.trees import LEAST_DBH_CM, place_of
 from ..trees.tree import Tree
@@ -31,11 +31,11 @@ LEAST_CONTRAST, LEAST_LLR = 0.7, 40.0
 #: takes the two for one (``benchmarks/second_opinion.py`` counts both kinds).
 ALONE_M = 0.6
 #: Most stems asked a plot; the clearest first.
-MOST_ASKED = 16
+MOST_MEASURED_AGAIN = 16
 
 
 @dataclass(frozen=True)
-class Opinion:
+class SecondMeasurement:
     """What was asked, for ``run.json``: stems asked, agreed, given a diameter that they had not, and doubted since."""
 
     asked: int = 0
@@ -44,23 +44,23 @@ class Opinion:
     doubted: int = 0
 
 
-def to_ask(fits: list[StemFit], inside: np.ndarray, everyone: bool = False) -> list[int]:
+def stems_to_measure_again(fits: list[PhotoFit], inside: np.ndarray, everyone: bool = False) -> list[int]:
     """Indices of the fits worth a second opinion, clearest first. inside: (N,) bool, in the area that counts."""
     chosen = []
     for number, fit in enumerate(fits):
-        if fit.gain > GAIN_DOUBTFUL or not _alone(number, fits):
+        if fit.gain > GAIN_LOW_CONFIDENCE or not _alone(number, fits):
             continue
         seen = (np.isfinite(fit.contrast) and fit.contrast > LEAST_CONTRAST) or fit.llr > LEAST_LLR
         doubtful = fit.flag != "ok" and seen and not HOPELESS & set(fit.reasons)
         if inside[number] and (doubtful or (everyone and fit.flag == "ok")):
             chosen.append(number)
     chosen.sort(key=lambda number: (fits[number].flag == "ok", -fits[number].llr))
-    return chosen if everyone else chosen[:MOST_ASKED]
+    return chosen if everyone else chosen[:MOST_MEASURED_AGAIN]
 
 
-def settle(
-    trees: list[Tree], fits: list[StemFit], found: dict[int, FoundStem], bh_m: float
-) -> tuple[list[Tree], Opinion]:
+def with_second_measurements(
+    trees: list[Tree], fits: list[PhotoFit], found: dict[int, FoundStem], bh_m: float
+) -> tuple[list[Tree], SecondMeasurement]:
     """Trees after the second opinion, in the same order.
 
     trees: of the fits, project coordinates. found: primitives by index of the fit asked about, local frame. A
@@ -116,7 +116,7 @@ def settle(
                 n_views=primitive.n_views,
                 lean_deg=float(np.degrees(np.arctan(np.hypot(*primitive.shape[2:4])))),
             )
-    return settled, Opinion(asked=len(found), **counts)
+    return settled, SecondMeasurement(asked=len(found), **counts)
 
 
 def _again(tree: Tree, flag: str, reasons: tuple[str, ...], dbh_cm: float, se_cm: float, **changes: object) -> Tree:
@@ -134,7 +134,7 @@ def _again(tree: Tree, flag: str, reasons: tuple[str, ...], dbh_cm: float, se_cm
     return replace(tree, **fresh).finish()  # type: ignore[arg-type]
 
 
-def _alone(number: int, fits: list[StemFit]) -> bool:
+def _alone(number: int, fits: list[PhotoFit]) -> bool:
     """No other measured stem beside it."""
     return not any(
         fit.measured and other != number and np.hypot(*(fit.axis.p - fits[number].axis.p)) < ALONE_M
@@ -142,7 +142,7 @@ def _alone(number: int, fits: list[StemFit]) -> bool:
     )
 
 
-def _taken(number: int, fits: list[StemFit], places: dict[int, np.ndarray], stem: FoundStem) -> bool:
+def _taken(number: int, fits: list[PhotoFit], places: dict[int, np.ndarray], stem: FoundStem) -> bool:
     """Does the primitive stand where another stem is measured?"""
     return any(
         np.hypot(*(places[number] - fit.axis.p)) < 0.7 * (fit.r0 + stem.primitive.shape[6]) + 0.05

@@ -83,7 +83,7 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
     from ..core.errors import InputError
     from ..core.files import ensure_writable, fingerprint
     from ..evaluation.compare import compare
-    from ..evaluation.experiments import Inputs, run_experiments
+    from ..evaluation.experiments import ExperimentInputs, run_experiments
     from ..evaluation.methods import Reference
     from ..evaluation.report import write_evaluation
     from ..evaluation.tables import evidence_from_pairs, evidence_from_truth, metrics_of
@@ -122,7 +122,7 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
             if settings.pairs is not None
             else Reference.from_truth(inputs[1], str(evidence.trees["plot_id"].iloc[0]))
         )
-        asked = Inputs(
+        asked = ExperimentInputs(
             settings.lidar,
             settings.splats,
             settings.dtm,

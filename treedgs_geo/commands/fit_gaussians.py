@@ -98,9 +98,9 @@ def _write_stems(space, report, frame, bh_m: float) -> str | None:
     from dataclasses import asdict
 
     from ..core.files import atomic_path
-    from ..gaussians.trees import to_trees
+    from ..gaussians.trees import trees_of_primitives
 
-    trees = to_trees(report.primitives, frame, bh_m)
+    trees = trees_of_primitives(report.primitives, frame, bh_m)
     if not trees:
         return None
     columns = (

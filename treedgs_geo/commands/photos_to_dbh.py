@@ -16,9 +16,9 @@ def photos_to_dbh(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str
 
         return check_photos(settings, reporter)
     from ..chain.photos import run_chain
-    from ..chain.preflight import tell_kept
+    from ..chain.preflight import report_kept
 
-    tell_kept(settings.workspace, reporter)
+    report_kept(settings.workspace, reporter)
     return run_chain(settings, reporter)
 
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from ..core.errors import InputError
-from .tables import Evidence, accuracy_of, figures
+from .tables import PairsEvidence, accuracy_of, figures
 
 #: Figures that are compared on the common trees.
 COMPARED = ("rmse_cm", "rrmse_pct", "mae_cm", "me_cm", "max_abs_cm", "coverage_90")
 
 
-def compare(first: Evidence, second: Evidence, seed: int = 0, repeats: int = 2000, level: float = 0.95) -> dict:
+def compare(
+    first: PairsEvidence, second: PairsEvidence, seed: int = 0, repeats: int = 2000, level: float = 0.95
+) -> dict:
     """Score two methods on the reference trees that both measured.
 
     Returns:

@@ -35,7 +35,7 @@ from .visibility import Stem, agreement, classify, per_stem
 
 
 @dataclass(frozen=True)
-class Inputs:
+class ExperimentInputs:
     """lidar, splats: clouds (with ``tree_id`` they count as segmented). dtm: terrain. workspace: of photos-to-dbh, for
     visibility and runtime. truth: ``truth/trees.csv`` of a simulated plot. share, seed: of the held-out stems."""
 
@@ -50,7 +50,7 @@ class Inputs:
 
 
 def run_experiments(
-    inputs: Inputs, reference: Reference, folder: Path, reporter: Reporter
+    inputs: ExperimentInputs, reference: Reference, folder: Path, reporter: Reporter
 ) -> tuple[dict[str, Any], str]:
     """Write tables (CSV, LaTeX) and charts (SVG, PNG) into ``folder``; returns what belongs in ``metrics.json`` and the
     sections for the page.
@@ -71,7 +71,7 @@ def run_experiments(
 
 
 def _methods(
-    clouds: dict[str, Path], inputs: Inputs, reference: Reference, folder: Path, parts: list[str]
+    clouds: dict[str, Path], inputs: ExperimentInputs, reference: Reference, folder: Path, parts: list[str]
 ) -> dict[str, Any]:
     sources: dict[str, StemPoints] = {}
     oracle: dict[str, StemPoints] = {}
@@ -165,7 +165,7 @@ def _oracle(
     oracle: dict[str, StemPoints],
     reference: Reference,
     held: np.ndarray,
-    inputs: Inputs,
+    inputs: ExperimentInputs,
 ) -> list[dict]:
     """The same fits with our labels and with the true ones, on the stems that both gave a figure."""
     from ..from_points.measuring.published import PublishedOptions
@@ -198,7 +198,7 @@ def _oracle(
     return rows
 
 
-def _workspace(inputs: Inputs, reference: Reference, folder: Path, parts: list[str]) -> dict[str, Any]:
+def _workspace(inputs: ExperimentInputs, reference: Reference, folder: Path, parts: list[str]) -> dict[str, Any]:
     from ..reconstruction.model import load_views
     from .accuracy import pair_by_position
 

@@ -12,7 +12,7 @@ import pandas as pd
 from ..core.files import atomic_path, write_json
 from ..core.tables import safe_frame
 from . import charts
-from .tables import INTERVALS, Evidence
+from .tables import INTERVALS, PairsEvidence
 
 #: key in metrics.json -> (heading, decimals, factor)
 COLUMNS = {
@@ -30,7 +30,7 @@ COLUMNS = {
 
 
 def write_evaluation(
-    folder: Path, evidence: Evidence, metrics: dict, facts: dict[str, str] | None = None, more: str = ""
+    folder: Path, evidence: PairsEvidence, metrics: dict, facts: dict[str, str] | None = None, more: str = ""
 ) -> dict[str, str]:
     """Write everything into ``folder``; ``metrics.json`` comes last, so that its presence means the rest is there.
 
@@ -90,7 +90,7 @@ def cell(row: dict, name: str) -> str:
     return "--" if row[name] is None else f"{row[name] * factor:.{decimals}f}"
 
 
-def page(metrics: dict, evidence: Evidence, drawn: dict[str, str], facts: dict[str, str], more: str = "") -> str:
+def page(metrics: dict, evidence: PairsEvidence, drawn: dict[str, str], facts: dict[str, str], more: str = "") -> str:
     """The HTML page, charts inside as SVG. more: further sections (:mod:`.experiments`)."""
     pooled, spread = metrics["pooled"], metrics["bootstrap"]
 

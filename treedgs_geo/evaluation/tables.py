@@ -20,7 +20,7 @@ INTERVALS = ("rmse_cm", "rrmse_pct", "mae_cm", "me_cm", "success_rate")
 
 
 @dataclass(frozen=True)
-class Evidence:
+class PairsEvidence:
     """What accuracy is computed from.
 
     trees: one row a reference tree that could have been measured: ``plot_id, tree_id, reference_cm``, ``dbh_cm`` (NaN
@@ -34,7 +34,7 @@ class Evidence:
     notes: list[str]
 
 
-def evidence_from_pairs(path: Path, min_dbh_cm: float = 0.0) -> Evidence:
+def evidence_from_pairs(path: Path, min_dbh_cm: float = 0.0) -> PairsEvidence:
     """Read a pairs layer. min_dbh_cm: the tally's limit; thinner measured trees without a partner are not false.
 
     Left out, and said so: plots left to a hand check, trees whose pair a person rejected, field trees without a DBH.
@@ -94,7 +94,7 @@ def evidence_from_pairs(path: Path, min_dbh_cm: float = 0.0) -> Evidence:
     extra = measured[(measured["paired"] == "no") & measured["dbh_cm"].notna()]
     extra = extra[(extra["in_plot"] == "in") & (extra["dbh_cm"] >= min_dbh_cm) & ~extra["plot_id"].isin(unplaced)]
     counts = extra["plot_id"].astype(str).value_counts().to_dict()
-    return _checked(Evidence(_table(rows), {str(k): int(v) for k, v in counts.items()}, "field DBH", notes), path)
+    return _checked(PairsEvidence(_table(rows), {str(k): int(v) for k, v in counts.items()}, "field DBH", notes), path)
 
 
 def _refuse_stale(path: Path, used: gpd.GeoDataFrame, measured: gpd.GeoDataFrame, plots: gpd.GeoDataFrame) -> None:
@@ -125,7 +125,7 @@ def _refuse_stale(path: Path, used: gpd.GeoDataFrame, measured: gpd.GeoDataFrame
 
 def evidence_from_truth(
     trees: gpd.GeoDataFrame, truth_csv: Path, plot_id: str = "plot", min_clear_views: int = 0, gate_m: float = 0.5
-) -> Evidence:
+) -> PairsEvidence:
     """A tree layer against a simulated or rendered plot's ``truth/trees.csv`` (:func:`score_against_truth`)."""
     accuracy, table = score_against_truth(trees, truth_csv, min_clear_views, gate_m)
     renamed = table.rename(columns={"dbh_true_cm": "reference_cm"})
@@ -134,12 +134,12 @@ def evidence_from_truth(
         [f"Only stems with at least {min_clear_views} clear views of breast height count."] if min_clear_views else []
     )
     return _checked(
-        Evidence(_table(renamed.to_dict("records")), {plot_id: accuracy.n_false}, "true DBH", notes), truth_csv
+        PairsEvidence(_table(renamed.to_dict("records")), {plot_id: accuracy.n_false}, "true DBH", notes), truth_csv
     )
 
 
 def accuracy_of(trees: pd.DataFrame, n_false: int = 0) -> Accuracy:
-    """Accuracy of the rows of :attr:`Evidence.trees`."""
+    """Accuracy of the rows of :attr:`PairsEvidence.trees`."""
     done = trees[trees["error_cm"].notna()]
     with_interval = done["inside_90"].notna()
     inside = done.loc[with_interval, "inside_90"].to_numpy(bool) if with_interval.any() else None
@@ -206,7 +206,7 @@ def bootstrap(trees: pd.DataFrame, seed: int = 0, repeats: int = 2000, level: fl
     return result
 
 
-def metrics_of(evidence: Evidence, seed: int = 0, repeats: int = 2000) -> dict:
+def metrics_of(evidence: PairsEvidence, seed: int = 0, repeats: int = 2000) -> dict:
     """Everything in ``metrics.json``; the pooled figures also stand at the top level."""
     per_plot = {
         str(plot): figures(accuracy_of(rows, evidence.n_false.get(str(plot), 0)))
@@ -262,7 +262,7 @@ def _table(rows: list[dict]) -> pd.DataFrame:
     return table
 
 
-def _checked(evidence: Evidence, path: Path) -> Evidence:
+def _checked(evidence: PairsEvidence, path: Path) -> PairsEvidence:
     if not len(evidence.trees):
         why = f" ({' '.join(evidence.notes)})" if evidence.notes else ""
         raise InputError(f"{path}: holds no reference tree to evaluate{why}; check the pairs first.")

@@ -30,7 +30,7 @@ from .backdrop_kernels import (
     ring_of,
 )
 from .stack import GroundGrid, PhotoStack
-from .strips import LUT_GAMMA, Axis
+from .strips import LUT_GAMMA, StemAxis
 
 #: Height band of the silhouette above ground, metres.
 BAND = 0.4, 3.3
@@ -121,7 +121,7 @@ class Silhouette:
         return (float(total / count) if count > 0 else 0.0), float(count)
 
 
-def cut_silhouette(stack: PhotoStack, backdrop: Backdrop, ground: GroundGrid, axis: Axis) -> Silhouette:
+def cut_silhouette(stack: PhotoStack, backdrop: Backdrop, ground: GroundGrid, axis: StemAxis) -> Silhouette:
     """Ground likelihood in every photo along an axis."""
     heights = np.arange(BAND[0], BAND[1], ROW_M)
     heights = heights[: len(heights) // BLOCK_ROWS * BLOCK_ROWS]

@@ -20,7 +20,7 @@ from .coarse_kernels import MOVES, step_to
 from .detect import Seed, lean_grid
 from .options import PhotoStemOptions
 from .stack import GroundGrid, PhotoStack
-from .strips import LUT_GAMMA, Axis, fetch, project
+from .strips import LUT_GAMMA, StemAxis, fetch, project
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 #: Layers above ground, metres; cell of the grid; width of the surroundings that a point is compared with.
@@ -167,7 +167,7 @@ def carved_seeds(
     seeds = []
     for place, lean in zip(places[order], leans[which[tuple(peaks[order].T)]], strict=True):
         foot = float(grid.at(place[:1], place[1:])[0])
-        axis = Axis(place, lean, np.zeros(2), foot, options.bh_m)
+        axis = StemAxis(place, lean, np.zeros(2), foot, options.bh_m)
         seeds.append(clearest(cut_silhouette(stack, backdrop, grid, axis), axis, chance))
     steepest = np.tan(np.radians(options.max_lean_deg + LEAN_MARGIN_DEG))
     seeds = [seed for seed in seeds if np.hypot(seed.lx, seed.ly) < steepest]
@@ -206,7 +206,7 @@ def clear_known(layers: np.ndarray, known: np.ndarray, x0: float, y0: float, bh_
             layer[np.hypot(x[None] - cx, y[:, None] - cy) < row[8] + KNOWN_M] = 0.0
 
 
-def clearest(outline: Silhouette, axis: Axis, chance: float) -> Seed:
+def clearest(outline: Silhouette, axis: StemAxis, chance: float) -> Seed:
     """The line moved to where its silhouette stands out most."""
     p = np.array([0.0, 0.0, 0.0, 0.0, FIRST_RADIUS_M])
     sides = (outline.total, outline.q, outline.normal, outline.widen, outline.blind, outline.taper, outline.u0)

@@ -18,9 +18,10 @@ SAME_DBH_CM = 2.0
 #: Explanations this far below the clearest edges (log likelihood units) are none, unless one holds the other. The
 #: largest difference that was right on 93 stems: 29.
 FAR_BELOW = 60.0
-#: Lead in edge score over the next explanation that still leaves a doubt.
-DOUBTED_GAP = 9.0
-#: Edge scores per unit of log odds where edges are all there is: a lead of :data:`DOUBTED_GAP` + 1 is nine to one.
+#: Lead in edge score over the next explanation up to which confidence is low.
+LOW_CONFIDENCE_GAP = 9.0
+#: Edge scores per unit of log odds where edges are all there is: one more than :data:`LOW_CONFIDENCE_GAP` is nine to
+#: one.
 EDGES_A_LOG_ODD = 4.5
 
 
@@ -95,7 +96,7 @@ def choose(tried: list[Explanation], trust: float, chance: float, sun: np.ndarra
     parts = [i for i in rivals if contains(best.vector, tried[i].vector)]
     gap = best.edges - max((edges[i] for i in rivals if i not in parts), default=0.0)
     if max((edges[i] for i in parts), default=0.0) > 1.25 * best.edges:
-        gap = min(gap, DOUBTED_GAP)
+        gap = min(gap, LOW_CONFIDENCE_GAP)
     listed = [next(i for i, item in enumerate(tried) if item is best), *rivals]
     return Choice(best, gap, sure, tuple(tried[i] for i in listed), weight[listed] / weight[listed].sum())
 

@@ -16,12 +16,12 @@ from .backdrop import Backdrop, cut_silhouette, make_backdrop
 from .carving import carved_seeds
 from .detect import Detector, Seed, lean_grid
 from .fine import NO_STEMS
-from .fit import Fitter, Prior, StemFit, build_null
+from .fit import Fitter, PhotoFit, Prior, build_null
 from .mixture import UNSURE_REFUSED
 from .options import PhotoStemOptions
 from .plumb import make_map
 from .stack import GroundGrid, PhotoStack, load_stack
-from .strips import Axis
+from .strips import StemAxis
 from .sun import sun_azimuths
 from .verdict import GAIN_MERGED
 
@@ -53,7 +53,7 @@ def stems_from_photos(
     area: Area,
     options: PhotoStemOptions | None = None,
     reporter: Reporter | None = None,
-) -> list[StemFit]:
+) -> list[PhotoFit]:
     """Find and fit the stems of an area straight in the photos.
 
     views: registered photos (oblique ones are used). frame: the local frame they and the area are in. ground: function
@@ -68,7 +68,7 @@ def stems_from_photos(
         import numba
 
         numba.set_num_threads(min(options.threads, numba.config.NUMBA_NUM_THREADS))
-    found: list[StemFit] = []
+    found: list[PhotoFit] = []
     tiles = split(area, options.margin_m)
     for index, (tile, box) in enumerate(tiles):
         with reporter.stage(
@@ -78,7 +78,7 @@ def stems_from_photos(
     return [without_open_diameter(fit) for fit in merge(found)]
 
 
-def without_open_diameter(fit: StemFit) -> StemFit:
+def without_open_diameter(fit: PhotoFit) -> PhotoFit:
     """Refused, if its explanations leave the diameter open. To be asked at the end: a place that is explained, however
     unsure its diameter, is not to be explained again by another seed."""
     if not fit.measured or np.isnan(fit.lo_cm) or fit.se_cm <= UNSURE_REFUSED * fit.dbh_cm:
@@ -143,7 +143,7 @@ def _tile(
     box: tuple,
     options: PhotoStemOptions,
     reporter: Reporter,
-) -> list[StemFit]:
+) -> list[PhotoFit]:
     rng = np.random.default_rng(options.seed)
     grid = GroundGrid.sample(ground, tile, options.margin_m + 2.0)
     stack = load_stack(views, tile, grid, options.max_views, options.margin_m + 1.0, reporter)
@@ -172,7 +172,7 @@ def _tile(
     return fits
 
 
-def _carved(fitter: Fitter, area: Area, box: tuple, fits: list[StemFit], reporter: Reporter) -> list[StemFit]:
+def _carved(fitter: Fitter, area: Area, box: tuple, fits: list[PhotoFit], reporter: Reporter) -> list[PhotoFit]:
     """Stems that the search for edges missed, above all leaning ones (:mod:`.carving`)."""
     if fitter.backdrop is None:
         return []
@@ -182,7 +182,7 @@ def _carved(fitter: Fitter, area: Area, box: tuple, fits: list[StemFit], reporte
     return looked_at_twice(_pursue(fitter, seeds, 1.0, reporter, known), refused)
 
 
-def looked_at_twice(found: list[StemFit], refused: list[StemFit]) -> list[StemFit]:
+def looked_at_twice(found: list[PhotoFit], refused: list[PhotoFit]) -> list[PhotoFit]:
     """What the second search found, less what the first look had refused as the same stem (place and lean) with another
     diameter: neither is to be trusted. With the same diameter it is doubted (``ambiguous``)."""
     kept = []
@@ -200,8 +200,8 @@ def looked_at_twice(found: list[StemFit], refused: list[StemFit]) -> list[StemFi
 
 
 def _companions(
-    fitter: Fitter, beside: list[Seed], tried: list[Seed], gate: float, fits: list[StemFit], reporter: Reporter
-) -> list[StemFit]:
+    fitter: Fitter, beside: list[Seed], tried: list[Seed], gate: float, fits: list[PhotoFit], reporter: Reporter
+) -> list[PhotoFit]:
     """Second stems close to found ones (limbs of low forks, twins), which the first round's spacing passed over."""
     known = known_rows(fits)
     done = np.array([(seed.x, seed.y) for seed in tried]).reshape(-1, 2)
@@ -214,7 +214,7 @@ def _companions(
     return _pursue(fitter, close[:MOST_COMPANIONS], gate, reporter, known)
 
 
-def known_rows(fits: list[StemFit]) -> np.ndarray:
+def known_rows(fits: list[PhotoFit]) -> np.ndarray:
     """(K, 10) of the measured stems, for :func:`.strips.hide_known`."""
     return np.array([fit.row for fit in fits if fit.measured]).reshape(-1, 10)
 
@@ -255,7 +255,7 @@ def chance_contrast(
     places (a few of which may well hold a stem)."""
     best = []
     for place in places:
-        axis = Axis(place, np.zeros(2), np.zeros(2), float(grid.at(place[:1], place[1:])[0]), bh_m)
+        axis = StemAxis(place, np.zeros(2), np.zeros(2), float(grid.at(place[:1], place[1:])[0]), bh_m)
         outline = cut_silhouette(stack, backdrop, grid, axis)
         best.append(max((outline.contrast(shape) for shape in outline.peaks(radii, most=1)), default=0.0))
     return 2.0 * max(float(np.median(best)), 1e-6)
@@ -263,9 +263,9 @@ def chance_contrast(
 
 def _pursue(
     fitter: Fitter, seeds: list[Seed], gate: float, reporter: Reporter, known: np.ndarray = NO_STEMS
-) -> list[StemFit]:
+) -> list[PhotoFit]:
     """Fit the seeds, strongest first; what a fitted stem explains is hidden from the later ones."""
-    fits: list[StemFit] = []
+    fits: list[PhotoFit] = []
     waiting = [seed for seed in seeds if seed.score > gate - REACH_BELOW][:MOST_SEEDS]
     for tried, seed in enumerate(waiting):
         reporter.progress(tried / len(waiting))
@@ -280,7 +280,7 @@ def _pursue(
     return fits
 
 
-def plausible(fit: StemFit, gate: float) -> bool:
+def plausible(fit: PhotoFit, gate: float) -> bool:
     """Is this a stem at all? What the search itself did not find has to be seen the more clearly in the fit."""
     if fit.contrast > 1.0 and fit.llr >= 12:
         return fit.seed_score >= gate or fit.measured
@@ -303,7 +303,7 @@ def _detector(
     rows = int((box[3] - box[1] + 2 * edge) / options.cell_m) + 1
     gx, gy = np.meshgrid(x0 + options.cell_m * np.arange(columns), y0 + options.cell_m * np.arange(rows))
     mask = area.contains(np.column_stack([gx.ravel(), gy.ravel()]), options.margin_m + edge).reshape(gx.shape)
-    radii = np.arange(0.04, options.dbh_max_cm / 200 + 0.01, 0.025)
+    radii = np.arange(0.04, options.max_dbh_cm / 200 + 0.01, 0.025)
     return Detector(maps, [], radii, grid, x0, y0, options.cell_m, mask, options.bh_m)
 
 
@@ -313,10 +313,10 @@ def _random_places(tile: Area, rng: np.random.Generator, n: int = 16) -> np.ndar
     return tile.centres[k] + (tile.radii_m[k] * far)[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
 
 
-def merge(fits: list[StemFit]) -> list[StemFit]:
+def merge(fits: list[PhotoFit]) -> list[PhotoFit]:
     """One entry a stem: measured ones first, best first; what overlaps a better one is dropped. One that is nearly as
     good and reads another diameter widens the error of the better one by half of the difference."""
-    kept: list[StemFit] = []
+    kept: list[PhotoFit] = []
     for fit in sorted(fits, key=lambda f: (not f.measured, -single_llr(f))):
         near = [n for n, k in enumerate(kept) if np.hypot(*(fit.axis.p - k.axis.p)) < 0.7 * (fit.r0 + k.r0) + 0.05]
         if not near:
@@ -333,6 +333,6 @@ def merge(fits: list[StemFit]) -> list[StemFit]:
     return kept
 
 
-def single_llr(fit: StemFit) -> float:
+def single_llr(fit: PhotoFit) -> float:
     """Edge score of the best single stem at the place: two stems explain any place better than one."""
     return fit.llr - fit.gain if fit.gain > GAIN_MERGED else fit.llr

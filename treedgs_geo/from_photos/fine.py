@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit, prange
 
 from .stack import PhotoStack
-from .strips import Axis, Strips, cut_strips, hide_known
+from .strips import StemAxis, Strips, cut_strips, hide_known
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 
@@ -35,7 +35,7 @@ class FineFit:
     stem's" to "none is", over photos, blocks and sides, with the prior of the taper.
     """
 
-    axis: Axis
+    axis: StemAxis
     r0: float
     r1: float
     view_r: np.ndarray
@@ -169,7 +169,7 @@ def edge_candidates(
 
 def refine(
     stack: PhotoStack,
-    axis: Axis,
+    axis: StemAxis,
     r0: float,
     r1: float,
     seen: np.ndarray,
@@ -218,7 +218,7 @@ def _solve(
     window: float,
     offset_sd_px: float,
     inner: int,
-    axis: Axis,
+    axis: StemAxis,
 ) -> tuple[np.ndarray, FineFit] | None:
     v, b, s, _ = np.nonzero(np.isfinite(place))
     if len(v) < 20:
@@ -262,7 +262,7 @@ def _solve(
     best = np.zeros(n_groups)
     np.maximum.at(best, group, post)
     pairs = best.reshape(n_views, -1, 2).min(axis=2)
-    new_axis = Axis(axis.p + x[0:2], axis.s + x[2:4], axis.c + x[4:6], axis.ground_z, axis.bh_m)
+    new_axis = StemAxis(axis.p + x[0:2], axis.s + x[2:4], axis.c + x[4:6], axis.ground_z, axis.bh_m)
     rms = float(np.sqrt((post * (e / px) ** 2).sum() / max(post.sum(), 1e-9)))
     fit = FineFit(
         new_axis,

@@ -17,9 +17,9 @@ from .fine import NO_STEMS, FineFit, refine
 from .foot import breast_height, moved
 from .mixture import PAIR_SE_CM, UNSURE, Others
 from .options import PhotoStemOptions
-from .outline import settle
+from .outline import moved_to_edges
 from .stack import GroundGrid, PhotoStack
-from .strips import Axis, cut_strips, draw_ridges, hide_known
+from .strips import StemAxis, cut_strips, draw_ridges, hide_known
 from .touching import Pair, crowded, find_companion, pair_contrast, pair_z
 from .verdict import GAIN_MERGED, GAIN_WEIGHED, verdict
 
@@ -46,7 +46,7 @@ MOST_SETTLED = 2
 
 
 @dataclass(frozen=True)
-class StemFit:
+class PhotoFit:
     """A stem as the photos show it, local frame.
 
     axis: stem axis, ``axis.p`` at breast height. r0, r1: radius at breast height (m) and its slope (m/m).
@@ -60,7 +60,7 @@ class StemFit:
     lo_cm, hi_cm: 90 % interval where se_cm is that of a mixture over the explanations (:mod:`.mixture`), NaN elsewhere.
     """
 
-    axis: Axis
+    axis: StemAxis
     r0: float
     r1: float
     dbh_cm: float
@@ -114,14 +114,16 @@ class Fitter:
     backdrop: Backdrop | None = None
     chance: float = np.inf
 
-    def fit(self, seed: Seed, known: np.ndarray = NO_STEMS, quick: bool = False) -> StemFit | None:
+    def fit(self, seed: Seed, known: np.ndarray = NO_STEMS, quick: bool = False) -> PhotoFit | None:
         """Fit a seed. known: (K, 10) stems found before, whose edges are not this one's (:func:`.strips.hide_known`).
         quick: only the best explanation (a first look).
 
         None where nothing can be fitted at all.
         """
         ground_z = float(self.ground.at(np.array([seed.x]), np.array([seed.y]))[0])
-        start = Axis(np.array([seed.x, seed.y]), np.array([seed.lx, seed.ly]), np.zeros(2), ground_z, self.options.bh_m)
+        start = StemAxis(
+            np.array([seed.x, seed.y]), np.array([seed.lx, seed.ly]), np.zeros(2), ground_z, self.options.bh_m
+        )
         strips, ridge, unit, border = _coarse_strips(self.stack, start, self.options, self.sun, known)
         search = Search(strips, ridge, unit, border, self.null, self.prior)
         outline = None if self.backdrop is None else cut_silhouette(self.stack, self.backdrop, self.ground, start)
@@ -148,7 +150,9 @@ class Fitter:
         tried = []
         for mode in finalists:
             seen = seen_probability(search.z(mode.vector))
-            axis = Axis(start.p + mode.vector[:2], start.s + mode.vector[2:4], np.zeros(2), ground_z, self.options.bh_m)
+            axis = StemAxis(
+                start.p + mode.vector[:2], start.s + mode.vector[2:4], np.zeros(2), ground_z, self.options.bh_m
+            )
             fine = self._refine(axis, mode.r, -0.0045, seen, known, WINDOWS_PX[:1] if quick else WINDOWS_PX[:2])
             if fine is None or fine.r0 < 0.015:
                 continue
@@ -201,7 +205,7 @@ class Fitter:
 
     def _refine(
         self,
-        axis: Axis,
+        axis: StemAxis,
         r0: float,
         r1: float,
         seen: np.ndarray,
@@ -215,15 +219,15 @@ class Fitter:
         )
 
     def _settled(self, search: Search, outline: Silhouette, shape: np.ndarray) -> Mode:
-        p = settle(search, outline, self.chance, shape)
+        p = moved_to_edges(search, outline, self.chance, shape)
         return Mode(*[*map(float, p), search.score(p)])
 
     def _with_companion(
-        self, search: Search, start: Axis, pair: Pair, outline: Silhouette | None, known: np.ndarray
+        self, search: Search, start: StemAxis, pair: Pair, outline: Silhouette | None, known: np.ndarray
     ) -> Explanation | None:
         """The place as a stem that another one touches, measured by the edges that are its own."""
         v, mate = pair.vector, pair.mate_row(start)
-        axis = Axis(start.p + v[:2], start.s + v[2:4], np.zeros(2), start.ground_z, start.bh_m)
+        axis = StemAxis(start.p + v[:2], start.s + v[2:4], np.zeros(2), start.ground_z, start.bh_m)
         seen, skip = seen_probability(pair_z(search, v)), crowded(v, search.strips.normal)
         fine = self._refine(axis, v[4], -0.0045, seen, np.vstack([known, mate]), PAIR_WINDOWS_PX, skip)
         if fine is None or fine.r0 < 0.015:
@@ -241,7 +245,7 @@ class Fitter:
             return 0.0
         return float(np.clip(outline.contrast(shapes[0]) / self.chance, 0.0, 1.0))
 
-    def _px_cm(self, axis: Axis, views: np.ndarray) -> float:
+    def _px_cm(self, axis: StemAxis, views: np.ndarray) -> float:
         """Median size of a pixel at the stem, over ``views`` or all."""
         foot = np.array([*axis.p, axis.ground_z + axis.bh_m])
         size = 100 * np.linalg.norm(self.stack.centre - foot, axis=1) / self.stack.camera[:, 12]
@@ -257,7 +261,7 @@ class Fitter:
         outline: Silhouette | None,
         gain: float = 0.0,
         others: Others | None = None,
-    ) -> StemFit:
+    ) -> PhotoFit:
         z = best.z
         weight = fine.view_weight * seen_probability(z)
         kish = float(weight.sum() ** 2 / max((weight**2).sum(), 1e-12))
@@ -295,7 +299,7 @@ class Fitter:
         if others is not None and flag == "check" and UNSURE & set(reasons):
             mixture = others.mixture(dbh, se)
             se, (low_cm, high_cm) = mixture.error_cm(dbh), mixture.interval_cm(dbh)
-        return StemFit(
+        return PhotoFit(
             axis=axis,
             r0=r0,
             r1=fine.r1,
@@ -329,9 +333,9 @@ def widest(outline: Silhouette, vector: np.ndarray) -> float:
 
 
 def _coarse_strips(
-    stack: PhotoStack, axis: Axis, options: PhotoStemOptions, sun: np.ndarray, known: np.ndarray = NO_STEMS
+    stack: PhotoStack, axis: StemAxis, options: PhotoStemOptions, sun: np.ndarray, known: np.ndarray = NO_STEMS
 ) -> tuple:
-    reach = options.dbh_max_cm / 200 + 0.37
+    reach = options.max_dbh_cm / 200 + 0.37
     strips = cut_strips(stack, axis, *COARSE_BAND, 0.28, 0.04, reach, 0.01, 1.0, linear=False)
     hide_known(strips, stack, axis, known)
     ridge, unit = draw_ridges(strips.coherence, strips.gradient, 1.3)
@@ -343,11 +347,11 @@ def build_null(
     stack: PhotoStack, ground: GroundGrid, places: np.ndarray, options: PhotoStemOptions, sun: np.ndarray
 ) -> Null:
     """Null scores at (N, 2) random places."""
-    radii = np.arange(0.03, options.dbh_max_cm / 200 + 0.005, 0.01)
+    radii = np.arange(0.03, options.max_dbh_cm / 200 + 0.005, 0.01)
     builder = NullBuilder(len(stack), radii)
     for place in places:
         z = float(ground.at(place[:1], place[1:])[0])
-        axis = Axis(place, np.zeros(2), np.zeros(2), z, options.bh_m)
+        axis = StemAxis(place, np.zeros(2), np.zeros(2), z, options.bh_m)
         builder.add(*_coarse_strips(stack, axis, options, sun))
     return builder.finish()
 

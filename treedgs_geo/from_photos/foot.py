@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .stack import GroundGrid
-from .strips import Axis
+from .strips import StemAxis
 
 #: Half the distance over which the slope of the ground is taken, and the steepest that is believed (m/m).
 SLOPE_REACH_M, STEEPEST = 0.5, 1.0
@@ -13,7 +13,7 @@ SLOPE_REACH_M, STEEPEST = 0.5, 1.0
 MOST_M = 0.8
 
 
-def breast_height(axis: Axis, radius_m: float, ground: GroundGrid) -> tuple[float, float]:
+def breast_height(axis: StemAxis, radius_m: float, ground: GroundGrid) -> tuple[float, float]:
     """``(dq, ground_z)``: how far breast height lies above ``axis.p`` (m), and the ground on the uphill side.
 
     The axis is followed down to the ground; from the uphill side of that foot, breast height is measured along the
@@ -33,7 +33,7 @@ def breast_height(axis: Axis, radius_m: float, ground: GroundGrid) -> tuple[floa
     return float(np.clip(dq, -MOST_M, MOST_M)), uphill
 
 
-def moved(axis: Axis, dq: float) -> Axis:
+def moved(axis: StemAxis, dq: float) -> StemAxis:
     """The same axis with its reference point ``dq`` higher."""
     p = axis.p + axis.s * dq + axis.c * dq * dq
-    return Axis(p, axis.s + 2 * axis.c * dq, axis.c, axis.ground_z + dq, axis.bh_m)
+    return StemAxis(p, axis.s + 2 * axis.c * dq, axis.c, axis.ground_z + dq, axis.bh_m)

@@ -12,8 +12,8 @@ class PhotoStemOptions:
     """Tuned on rendered plots; which ones is said in ``docs/stems-from-photos.md``."""
 
     bh_m: float = param(1.37, kind="number", help="breast height above the ground", unit="m", minimum=0.8, maximum=2.0)
-    dbh_min_cm: float = param(7.5, kind="number", help="thinner stems are refused as too small", unit="cm", minimum=2)
-    dbh_max_cm: float = param(90.0, kind="number", help="thickest stem that is looked for", unit="cm", maximum=300)
+    min_dbh_cm: float = param(7.5, kind="number", help="thinner stems are refused as too small", unit="cm", minimum=2)
+    max_dbh_cm: float = param(90.0, kind="number", help="thickest stem that is looked for", unit="cm", maximum=300)
     margin_m: float = param(1.0, kind="number", help="look this far beyond the plots", unit="m", minimum=0, maximum=10)
     max_views: int = param(
         96, kind="integer", help="most photos used, spread over the directions", minimum=3, advanced=True

@@ -29,7 +29,7 @@ def _value(edges, null, prior, outline, pull, p, z):
 
 
 @njit(**_FAST)
-def _settle(edges, null, prior, outline, pull, p, r_low, r_high):
+def _move_to_edges(edges, null, prior, outline, pull, p, r_low, r_high):
     """Pattern search over place, lean and radius; p is changed in place."""
     z = np.empty(edges[0].shape[0])
     trial = np.empty(5)
@@ -51,12 +51,12 @@ def _settle(edges, null, prior, outline, pull, p, r_low, r_high):
     return best
 
 
-def settle(search: Search, outline: Silhouette, chance: float, shape: np.ndarray) -> np.ndarray:
+def moved_to_edges(search: Search, outline: Silhouette, chance: float, shape: np.ndarray) -> np.ndarray:
     """(5,) the silhouette ``shape`` moved to where it and the edges are clearest. chance: contrast chance reaches."""
     s, u = search.strips, search.strips.u
     edges = (search.ridge, search.unit, s.q, s.widen, s.normal, search.terminator, float(u[0]), float(u[1] - u[0]))
     null = (search.taper, search.null.radii, search.null.mean, search.null.sd)
     sides = (outline.total, outline.q, outline.normal, outline.widen, outline.blind, outline.u0)
     p = np.array(shape, float)
-    _settle(edges, null, search.prior.row, sides, PULL / chance, p, float(null[1][0]), float(null[1][-1]))
+    _move_to_edges(edges, null, search.prior.row, sides, PULL / chance, p, float(null[1][0]), float(null[1][-1]))
     return p

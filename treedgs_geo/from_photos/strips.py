@@ -67,7 +67,7 @@ LUT_LINEAR = ((np.arange(256) / 255) ** GAMMA).astype(np.float32)
 
 
 @dataclass(frozen=True)
-class Axis:
+class StemAxis:
     """A stem axis. At height q = h - breast height: xy = p + s q + c q^2, with h above ``ground_z`` (local metres).
 
     p, s, c: (2,) metres, metres per metre, metres per square metre.
@@ -234,7 +234,7 @@ def _strips_kernel(
 
 def cut_strips(
     stack: PhotoStack,
-    axis: Axis,
+    axis: StemAxis,
     low_m: float,
     high_m: float,
     block_m: float,
@@ -358,10 +358,10 @@ def _known_kernel(coherence, axis, q, u0, du, normal, centre, known, margin):
                     coherence[v, b, i] = 0.0
 
 
-def hide_known(strips: Strips, stack: PhotoStack, axis: Axis, known: np.ndarray, margin_m: float = 0.025) -> None:
+def hide_known(strips: Strips, stack: PhotoStack, axis: StemAxis, known: np.ndarray, margin_m: float = 0.025) -> None:
     """Clear what known stems explain: their silhouettes in front of or behind ``axis``. In place.
 
-    known: (K, 10) float64: :attr:`Axis.row`, radius at breast height and its slope.
+    known: (K, 10) float64: :attr:`StemAxis.row`, radius at breast height and its slope.
     """
     if len(known):
         _known_kernel(

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from .stack import PhotoStack
-from .strips import Axis, Strips, cut_strips
+from .strips import StemAxis, Strips, cut_strips
 
 #: How many standard errors the direction must have to be believed; smallest radius used, m; share of the radius used.
 MIN_SE = 3.5
@@ -18,7 +18,7 @@ MIN_RADIUS_M = 0.07
 INSIDE = 0.85
 
 
-def sun_azimuths(stack: PhotoStack, stems: list[tuple[Axis, float, np.ndarray]]) -> np.ndarray:
+def sun_azimuths(stack: PhotoStack, stems: list[tuple[StemAxis, float, np.ndarray]]) -> np.ndarray:
     """Sun azimuth of every flight, rad counter-clockwise from east; NaN where the stems do not tell.
 
     stems: axis, radius (m) and (V,) probability that a view sees it.

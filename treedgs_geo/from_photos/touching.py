@@ -18,7 +18,7 @@ from .backdrop import Silhouette
 from .backdrop_kernels import step_contrast
 from .coarse import Mode, Search, distinct
 from .coarse_kernels import SINGLE_WEIGHT, edge_pair, mixture
-from .strips import Axis
+from .strips import StemAxis
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 #: Radii of companions that are looked for, and of the thickest one as a share of the stem's, metres.
@@ -213,14 +213,14 @@ class Pair:
     score: float
     gain: float
 
-    def mate_row(self, start: Axis) -> np.ndarray:
+    def mate_row(self, start: StemAxis) -> np.ndarray:
         """(1, 10) of the companion, for :func:`.strips.hide_known`."""
         p = self.vector[5:]
-        axis = Axis(start.p + p[:2], start.s + p[2:4], np.zeros(2), start.ground_z, start.bh_m)
+        axis = StemAxis(start.p + p[:2], start.s + p[2:4], np.zeros(2), start.ground_z, start.bh_m)
         return np.concatenate([axis.row, [p[4] + MASK_M, -0.0022]])[None]
 
 
-def find_companion(search: Search, start: Axis, stems: list[np.ndarray]) -> Pair | None:
+def find_companion(search: Search, start: StemAxis, stems: list[np.ndarray]) -> Pair | None:
     """The best pair made of one of ``stems`` ((5,) vectors) and a companion; None where no companion helps."""
     common, null = _inputs(search)
     prior, upright = search.prior.row, -start.s
@@ -266,7 +266,7 @@ def find_companion(search: Search, start: Axis, stems: list[np.ndarray]) -> Pair
     return Pair(vector, score, score - single)
 
 
-def pair_score(search: Search, start: Axis, vector: np.ndarray) -> float:
+def pair_score(search: Search, start: StemAxis, vector: np.ndarray) -> float:
     """Score of a (10,) pair as it is."""
     common, null = _inputs(search)
     return float(_pair_objective(*common, vector, *null, np.empty(len(search.ridge)), search.prior.row, -start.s))

@@ -6,11 +6,11 @@ import numpy as np
 
 from ..core.crs import LocalFrame
 from ..trees.tree import Tree
-from .fit import StemFit
+from .fit import PhotoFit
 
 
-def to_trees(
-    fits: list[StemFit], frame: LocalFrame, plot_id: str | None = None, run_id: str = "", first_id: int = 1
+def trees_of_photo_fits(
+    fits: list[PhotoFit], frame: LocalFrame, plot_id: str | None = None, run_id: str = "", first_id: int = 1
 ) -> list[Tree]:
     """Stems fitted to the photos as trees in project coordinates, numbered from ``first_id`` in the order given.
 

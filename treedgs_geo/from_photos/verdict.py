@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from .choice import DOUBTED_GAP
+from .choice import LOW_CONFIDENCE_GAP
 from .options import PhotoStemOptions
 
 #: How probable the chosen diameter has to be among the explanations (:func:`.choice.choose`): below the first refused,
@@ -14,9 +14,9 @@ from .options import PhotoStemOptions
 SURE_MEASURED, SURE_OK = 0.50, 0.90
 #: Gain of "another stem touches it" over one stem (log likelihood units) from which that is doubted, and from which it
 #: is taken for true.
-GAIN_DOUBTFUL, GAIN_MERGED = 38.0, 62.0
-#: Gain from which such a pair is fitted and weighed against one stem (one in forty); at :data:`GAIN_DOUBTFUL` it is one
-#: in ten, at :data:`GAIN_MERGED` nine in ten.
+GAIN_LOW_CONFIDENCE, GAIN_MERGED = 38.0, 62.0
+#: Gain from which such a pair is fitted and weighed against one stem (one in forty); at :data:`GAIN_LOW_CONFIDENCE` it
+#: is one in ten, at :data:`GAIN_MERGED` nine in ten.
 GAIN_WEIGHED = 30.0
 #: Edge score (log likelihood ratio) from which a stem is measured and from which without doubt: where the silhouette
 #: stands out, and where the edges are all there is (chance reaches about 45).
@@ -26,7 +26,7 @@ LLR_MEASURED_ALONE, LLR_OK_ALONE = 52.0, 60.0
 FAINT = 0.7
 #: The silhouette reads this much thinner than the edges (cm): ground shows through at the blurred rim. And how far it
 #: may be off before the tree is doubted or refused, cm and share of the diameter.
-OUTLINE_OFFSET_CM, OUTLINE_DOUBT, OUTLINE_REFUSE = 1.0, (2.5, 0.10), (4.0, 0.18)
+OUTLINE_OFFSET_CM, OUTLINE_LOW_CONFIDENCE, OUTLINE_REFUSE = 1.0, (2.5, 0.10), (4.0, 0.18)
 
 
 def verdict(
@@ -59,8 +59,8 @@ def verdict(
         elif doubted:
             doubt.append(reason)
 
-    judge("too_small", dbh_cm < options.dbh_min_cm, dbh_cm < 10)
-    judge("too_large", dbh_cm > options.dbh_max_cm, False)
+    judge("too_small", dbh_cm < options.min_dbh_cm, dbh_cm < 10)
+    judge("too_large", dbh_cm > options.max_dbh_cm, False)
     enough, plenty = (LLR_MEASURED, LLR_OK) if solid else (LLR_MEASURED_ALONE, LLR_OK_ALONE)
     thin = n_views < 5 or kish < 4
     judge("few_views", n_views < 3 or kish < 2.5 or score < enough, thin or score < plenty)
@@ -70,16 +70,18 @@ def verdict(
     if np.isfinite(sure):
         judge("ambiguous", sure < SURE_MEASURED, sure < SURE_OK)
     else:
-        judge("ambiguous", gap < 4, gap < 1 + DOUBTED_GAP)
+        judge("ambiguous", gap < 4, gap < 1 + LOW_CONFIDENCE_GAP)
     # With a silhouette, that is the second opinion; without one, the coarse stage has to do.
     if solid:
         off = abs(outline_cm + OUTLINE_OFFSET_CM - dbh_cm)
-        refused, doubted = (max(limit_cm, share * dbh_cm) for limit_cm, share in (OUTLINE_REFUSE, OUTLINE_DOUBT))
+        refused, doubted = (
+            max(limit_cm, share * dbh_cm) for limit_cm, share in (OUTLINE_REFUSE, OUTLINE_LOW_CONFIDENCE)
+        )
     else:
         off, refused, doubted = abs(dbh_cm - polish_cm), 4.0, 2.8
     judge("disagree", off > refused, off > doubted)
     judge("no_taper", abs(r1 + 0.0045) > 0.008, abs(r1 + 0.0045) > 0.006)
-    judge("merged", False, gain > GAIN_DOUBTFUL)
+    judge("merged", False, gain > GAIN_LOW_CONFIDENCE)
     judge("lean", lean > np.tan(np.radians(27)), False)
     pair = gain > GAIN_MERGED
     judge("wide_error", se_cm > 0.25 * dbh_cm, se_cm > 0.06 * dbh_cm and not pair)
@@ -96,5 +98,5 @@ def verdict(
 
 def companion_share(gain: float) -> float:
     """Probability that another stem touches this one, from the gain of the pair (log likelihood units)."""
-    middle, spread = 0.5 * (GAIN_DOUBTFUL + GAIN_MERGED), (GAIN_MERGED - GAIN_DOUBTFUL) / (2 * np.log(9))
+    middle, spread = 0.5 * (GAIN_LOW_CONFIDENCE + GAIN_MERGED), (GAIN_MERGED - GAIN_LOW_CONFIDENCE) / (2 * np.log(9))
     return float(1 / (1 + np.exp((middle - gain) / spread)))

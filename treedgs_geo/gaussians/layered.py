@@ -19,9 +19,9 @@ from .bands import Volume
 from .crops import Crop, GroundPlane, gather_texture, sample_texture
 from .field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION
 from .free.band_fit import (
+    BandFit,
+    BandModel,
     FitSettings,
-    StemFit,
-    StemModel,
     ground_textures,
     held_out_error,
     held_out_quality,
@@ -32,10 +32,10 @@ from .free.controllers import FixedSchedule
 from .free.optimise import Adam, constrain, learning_rates, relocate
 from .loss import d_ssim, l1
 from .primitive.fit import (
-    Explanation,
     JointSettings,
+    PrimitiveExplanation,
+    PrimitiveFit,
     Sight,
-    StemPrimitive,
     compare,
     draw,
     fit_primitive,
@@ -76,7 +76,7 @@ class HollowVolume(Volume):
             return super().contains(means) & (away > 0.95 * radius_m(shape, self.bh_m, finite[:, 2]))
 
 
-class LayeredModel(StemModel):
+class LayeredModel(BandModel):
     """:class:`.stem_fit.StemModel` with a stem between the Gaussians. ``primitive`` is the start and, after each epoch,
     the result."""
 
@@ -87,7 +87,7 @@ class LayeredModel(StemModel):
         parameters: np.ndarray,
         settings: FitSettings,
         around: list[Crop],
-        primitive: StemPrimitive,
+        primitive: PrimitiveFit,
         views: list[int],
         joint: JointSettings,
     ) -> None:
@@ -197,7 +197,9 @@ class LayeredModel(StemModel):
         for sight in sights:
             sight.gain = self.gain[sight.crop.view]
         blur = self.joint.blur_px
-        fitted = fit_shape(sights, Explanation(self.shape, self._shifts()), self.joint, [blur, blur], first=False)
+        fitted = fit_shape(
+            sights, PrimitiveExplanation(self.shape, self._shifts()), self.joint, [blur, blur], first=False
+        )
         self.shape, self.sd = fitted.shape, fitted.sd
         for crop, shift in zip(self.crops, fitted.shifts, strict=True):
             self.shift[crop.view] = shift / self._scale(crop)
@@ -205,7 +207,7 @@ class LayeredModel(StemModel):
         self._texture = dict(zip(self._sights, each, strict=True))
         self._common = each.mean(axis=0)
 
-    def result(self, primitive: StemPrimitive, views: list[int]) -> StemPrimitive:
+    def result(self, primitive: PrimitiveFit, views: list[int]) -> PrimitiveFit:
         """The primitive as it stands now."""
         shifts = np.array([self.shift.get(view, 0.0) for view in views])
         se = float(np.hypot(200 * self.sd[6], 0.4)) if np.isfinite(self.sd[6]) else primitive.se_cm
@@ -213,7 +215,7 @@ class LayeredModel(StemModel):
 
 
 def surface_gaussians(
-    primitive: StemPrimitive, bh_m: float, low_m: float, high_m: float, spacing_m: float, most: int
+    primitive: PrimitiveFit, bh_m: float, low_m: float, high_m: float, spacing_m: float, most: int
 ) -> np.ndarray:
     """(K, 14) opaque flat Gaussians on the bark of a primitive, coloured by its texture; at most ``most``.
 
@@ -257,7 +259,7 @@ def fit_with_primitive(
     around: list[Crop],
     joint: JointSettings,
     bark: int,
-) -> StemFit | None:
+) -> BandFit | None:
     """One stem: primitive first, then primitive and ``settings.gaussians`` Gaussians together for
     at most ``settings.fine_epochs``, fewer where diameter and held-out photos have settled. bark: most Gaussians that
     the stem itself is written with (0: none).
@@ -306,7 +308,7 @@ def fit_with_primitive(
     if bark:
         spacing = max(2.5 * pixel_m, 0.03)
         pieces.append(surface_gaussians(primitive, joint.bh_m, joint.low_m, joint.high_m, spacing, bark))
-    return StemFit(
+    return BandFit(
         np.concatenate(pieces),
         len(crops),
         sum(crop.pixels for crop in crops),

@@ -8,7 +8,7 @@ from typing import Any
 from ..core.settings import param
 
 #: Numbers behind each preset; every one can be overridden by the option of the same name.
-PRESETS: dict[str, dict[str, float]] = {
+GAUSSIAN_PRESETS: dict[str, dict[str, float]] = {
     "fast": {
         "gaussians": 600,
         "coarse_epochs": 8,
@@ -56,7 +56,7 @@ PRESETS: dict[str, dict[str, float]] = {
 class GaussianOptions:
     """How stems become Gaussians. Options left empty follow the preset."""
 
-    preset: str = param("balanced", kind="choice", choices=tuple(PRESETS), help="how much work is spent")
+    preset: str = param("balanced", kind="choice", choices=tuple(GAUSSIAN_PRESETS), help="how much work is spent")
     gaussians: int | None = param(
         None, kind="integer", help="Gaussians per stem", minimum=10, maximum=100000, advanced=True
     )
@@ -164,7 +164,7 @@ class GaussianOptions:
     def value(self, name: str) -> float:
         """The option, or the preset's value where it was left empty."""
         own = getattr(self, name)
-        return PRESETS[self.preset][name] if own is None else own
+        return GAUSSIAN_PRESETS[self.preset][name] if own is None else own
 
     @property
     def free(self) -> bool:

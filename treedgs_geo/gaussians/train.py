@@ -22,10 +22,10 @@ from ..reconstruction.cameras import View
 from .bands import Band, cut_bands, read_photo
 from .crops import FoliageRule
 from .field import LARGEST_COORDINATE_M, MEAN, GaussianField, merge_fields
-from .free.band_fit import FitSettings, StemFit, fit_stem
+from .free.band_fit import BandFit, FitSettings, fit_stem
 from .layered import fit_with_primitive
 from .options import GaussianOptions
-from .primitive.fit import JointSettings, StemPrimitive
+from .primitive.fit import JointSettings, PrimitiveFit
 
 #: Most Gaussians of one stem with its primitive, unless more are asked for.
 MOST_BARK = 3000
@@ -51,7 +51,7 @@ class FoundStem:
     """A stem primitive where it stands: ``origin`` (3,) local, its seed on the ground."""
 
     origin: np.ndarray
-    primitive: StemPrimitive
+    primitive: PrimitiveFit
 
 
 def fit_gaussians(
@@ -126,11 +126,11 @@ def fit_with_report(
         seed=options.seed,
     )
 
-    def work(stem: int) -> tuple[int, StemFit | None]:
+    def work(stem: int) -> tuple[int, BandFit | None]:
         band = photos.band(stem)
         return stem, None if band is None else _fit_one(origins[stem], band, settings, options, dense, share)
 
-    fits: dict[int, StemFit] = {}
+    fits: dict[int, BandFit] = {}
     with reporter.stage("fit stems", 0.15, 1.0), ThreadPoolExecutor(options.threads) as pool:
         waiting = [pool.submit(work, stem) for stem in origins]
         try:
@@ -195,7 +195,7 @@ def _fit_one(
     options: GaussianOptions,
     dense: tuple[np.ndarray, np.ndarray | None] | None,
     budget: int,
-) -> StemFit | None:
+) -> BandFit | None:
     points = None
     if dense is not None and len(dense[0]):
         local = np.asarray(dense[0], float) - origin

@@ -17,7 +17,7 @@ DISAGREE = 2.5, 0.10
 LEAST_DBH_CM = 7.5
 
 
-def to_trees(
+def trees_of_primitives(
     found: dict[int, FoundStem], frame: LocalFrame, bh_m: float, second: dict[int, float | None] | None = None
 ) -> list[Tree]:
     """Primitives as trees in project coordinates, numbered from 1 in the order of their seeds.

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .scene import Stem, axis_at
+from .scene import PlantedStem, axis_at
 from .settings import SimulateSettings
 from .terrain import Ground
 
@@ -65,7 +65,7 @@ def _green(rng: np.random.Generator, count: int, base: tuple[float, float, float
     )
 
 
-def crown(rng: np.random.Generator, stem: Stem, leaf_area_m2: float) -> list[Faces]:
+def crown(rng: np.random.Generator, stem: PlantedStem, leaf_area_m2: float) -> list[Faces]:
     """Whorled branches from the crown base up, needle tufts on their outer two thirds, dead branches below."""
     parts = []
     crown_length = stem.height_m - stem.crown_base_m
@@ -206,7 +206,7 @@ def sticks_and_logs(
 
 
 def all_foliage(
-    rng: np.random.Generator, settings: SimulateSettings, ground: Ground, stems: list[Stem], reach_m: float
+    rng: np.random.Generator, settings: SimulateSettings, ground: Ground, stems: list[PlantedStem], reach_m: float
 ) -> Faces:
     """Everything but ground and stems. Needle area of a tree goes with the square of its DBH, about the mean's."""
     parts: list[Faces] = []

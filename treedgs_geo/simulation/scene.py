@@ -15,7 +15,7 @@ BREAST_HEIGHT_M = 1.37
 
 
 @dataclass(frozen=True)
-class Stem:
+class PlantedStem:
     """One stem. axis: (K, 3) local points every ``AXIS_STEP`` metres of arc length from the ground at the stem's foot
     (index 0) upwards; radii: (K,) metres, mean, without relief.
 
@@ -39,12 +39,12 @@ class Stem:
 AXIS_STEP = 0.05
 
 
-def arc_index(stem: Stem, s_m: np.ndarray) -> np.ndarray:
+def arc_index(stem: PlantedStem, s_m: np.ndarray) -> np.ndarray:
     """Fractional index into the axis for arc lengths."""
     return np.clip(np.asarray(s_m, float) / AXIS_STEP, 0, len(stem.axis) - 1)
 
 
-def axis_at(stem: Stem, s_m: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def axis_at(stem: PlantedStem, s_m: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Arc lengths (N,) -> points (N, 3), unit tangents (N, 3), radii (N,); linear between axis points."""
     q = arc_index(stem, s_m)
     k = np.arange(len(stem.axis))
@@ -97,7 +97,7 @@ def grow_stem(
     sweep_m: float = 0.0,
     flare_m: float = 0.0,
     **fields,
-) -> Stem:
+) -> PlantedStem:
     """Axis and radii: lean, slight sweep, a taper curve through the DBH and butt flare.
 
     Taper: d(s) = dbh ((H - s) / (H - 1.37))^p, p about 0.6, i.e. 0.5-1.2 cm/m at breast height. sweep_m: sideways bow
@@ -125,7 +125,7 @@ def grow_stem(
     radii = dbh_m / 2 * (np.maximum(height_m - s, 0) / max(height_m - BREAST_HEIGHT_M, 0.3)) ** power
     lobe, length = rng.uniform(0.2, 0.4), rng.uniform(0.16, 0.28)
     flare = lobe * dbh_m / 2 * np.exp(-s / (flare_m or length))
-    return Stem(
+    return PlantedStem(
         axis=axis,
         radii=np.maximum(radii + flare, 0.004),
         dbh_m=dbh_m,
@@ -142,7 +142,7 @@ def grow_stand(
     ground: Ground,
     near_m: float,
     stand_radius_m: float,
-) -> list[Stem]:
+) -> list[PlantedStem]:
     """Every stem of the stand, the plot's own first (T001 is nearest the centre); saplings carry ids S001 ...
 
     near_m: beyond this distance from the centre no crown shows in a photo, and coarse ones will do.
@@ -172,7 +172,7 @@ def grow_stand(
             if index is not None:
                 kinds[index] = kind
     lean[kinds == "lean"] = rng.uniform(0.75, 1.0, (kinds == "lean").sum()) * limit
-    stems: list[Stem] = []
+    stems: list[PlantedStem] = []
     for k in range(count):
         distance = float(np.hypot(*xy[k]))
         detail = 2 if distance < sizes.radius_m + 5 else 1 if distance < near_m else 0
@@ -222,7 +222,7 @@ def grow_stand(
     return stems + _saplings(rng, settings.saplings_per_m2, ground, xy, reach, len(stems))
 
 
-def _twin(rng: np.random.Generator, ground: Ground, stem: Stem, gap_m: float, common: dict) -> Stem:
+def _twin(rng: np.random.Generator, ground: Ground, stem: PlantedStem, gap_m: float, common: dict) -> PlantedStem:
     """A second full stem whose bark stands ``gap_m`` from the first one's at breast height."""
     size = stem.dbh_m * rng.uniform(0.7, 1.0)
     turn = rng.uniform(0, 2 * np.pi)
@@ -240,13 +240,13 @@ def _twin(rng: np.random.Generator, ground: Ground, stem: Stem, gap_m: float, co
     )
 
 
-def _second_leader(rng: np.random.Generator, stem: Stem) -> Stem:
+def _second_leader(rng: np.random.Generator, stem: PlantedStem) -> PlantedStem:
     start = int(rng.uniform(2.6, 5.0) / AXIS_STEP)
     s = AXIS_STEP * np.arange(len(stem.axis) - start)
     turn = rng.uniform(0, 2 * np.pi)
     spread = 1.4 * (1 - np.exp(-s / 3.5))
     axis = stem.axis[start:] + spread[:, None] * np.array([np.cos(turn), np.sin(turn), 0])
-    return Stem(
+    return PlantedStem(
         stem.tree_id,
         "branch",
         stem.status,
@@ -263,7 +263,7 @@ def _second_leader(rng: np.random.Generator, stem: Stem) -> Stem:
 
 def _sapling(
     rng: np.random.Generator, ground: Ground, xy: np.ndarray, dbh_m: float, height_m: float, number: int
-) -> Stem:
+) -> PlantedStem:
     return grow_stem(
         rng,
         ground,
@@ -283,7 +283,7 @@ def _sapling(
 
 def _saplings(
     rng: np.random.Generator, per_m2: float, ground: Ground, trees: np.ndarray, reach_m: float, number: int
-) -> list[Stem]:
+) -> list[PlantedStem]:
     count = rng.poisson(per_m2 * np.pi * reach_m**2)
     spot = reach_m * np.sqrt(rng.random(count))
     turn = rng.uniform(0, 2 * np.pi, count)
@@ -309,7 +309,7 @@ class StemMesh:
     first: np.ndarray
 
 
-def mesh_stems(rng: np.random.Generator, stems: list[Stem], ellipticity_pct: float = 0.0) -> StemMesh:
+def mesh_stems(rng: np.random.Generator, stems: list[PlantedStem], ellipticity_pct: float = 0.0) -> StemMesh:
     """Tubes around the axes with ellipticity (0 = drawn), bark relief (plates of some millimetres) and a lobed butt."""
     parts: list[tuple] = []
     offset, faces = 0, [0]

@@ -10,7 +10,7 @@ from ..core.errors import InputError
 from ..core.settings import param
 from .trouble import TroubleSettings
 
-PRESETS = ("demo", "test", "plot", "micro")
+PLOT_PRESETS = ("demo", "test", "plot", "micro")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,7 +23,7 @@ class SimulateSettings(TroubleSettings):
     preset: str = param(
         "demo",
         kind="choice",
-        choices=PRESETS,
+        choices=PLOT_PRESETS,
         help="size of the job: micro (3-5 stems, for the stability suite), test (3-6 stems), "
         "demo (6-9 stems), plot (0.03 ha, 62 photos)",
     )
@@ -178,7 +178,7 @@ def resolve(settings: SimulateSettings) -> tuple[SimulateSettings, Sizes]:
         InputError: an unknown preset, photos too small for the plot, or too few.
     """
     if settings.preset not in SIZES:
-        raise InputError(f"--preset: found {settings.preset!r}, expected one of {', '.join(PRESETS)}.")
+        raise InputError(f"--preset: found {settings.preset!r}, expected one of {', '.join(PLOT_PRESETS)}.")
     name = settings.name or Path(settings.output).resolve().name
     name = "".join(c if c.isalnum() or c in "_-" else "_" for c in name)[:40] or "plot"
     fields = ("radius_m", "image_width", "image_height", "photos", "samples", "lidar_density_m2")

@@ -20,7 +20,7 @@ from .foliage import all_foliage
 from .lidar import scan
 from .light import Light, SkyField, bake, sun_direction
 from .render import World, build_world, develop, radiance
-from .scene import Stem, grow_stand, mesh_stems
+from .scene import PlantedStem, grow_stand, mesh_stems
 from .settings import SimulateSettings, Sizes, resolve
 from .terrain import make_ground
 from .textures import bark, litter
@@ -119,7 +119,7 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
 
 def _grow(
     rng: dict[str, np.random.Generator], settings: SimulateSettings, sizes: Sizes, reporter: Reporter
-) -> tuple[World, list[Stem], float]:
+) -> tuple[World, list[PlantedStem], float]:
     """The world, its stems, and the radius (m) within which ground detail matters."""
     footprint = np.hypot(sizes.image_width, sizes.image_height) / 2 * settings.gsd_cm / 100 * 1.5
     reach = footprint + sizes.target_off_m + 2
@@ -265,7 +265,7 @@ TREE_COLUMNS = [
 def _write_truth(
     folder: Path,
     world: World,
-    stems: list[Stem],
+    stems: list[PlantedStem],
     sizes: Sizes,
     geo: files.Georeference,
     stations: list[flight.Station],

@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull
 
 from ..reconstruction.cameras import View
 from .render import World
-from .scene import BREAST_HEIGHT_M, Stem, StemMesh, axis_at
+from .scene import BREAST_HEIGHT_M, PlantedStem, StemMesh, axis_at
 
 #: The band of the stem whose visibility counts, m of arc length.
 BAND_M = (1.0, 1.8)
@@ -25,7 +25,7 @@ class Section:
     centre: np.ndarray
 
 
-def section(mesh: StemMesh, index: int, stem: Stem, s_m: float) -> Section:
+def section(mesh: StemMesh, index: int, stem: PlantedStem, s_m: float) -> Section:
     """Cut one stem's triangles by the plane across its axis at arc length ``s_m``.
 
     The diameter is the convex hull's perimeter over pi: what a tape reads (Cauchy: the mean calliper width).
@@ -55,7 +55,7 @@ def section(mesh: StemMesh, index: int, stem: Stem, s_m: float) -> Section:
 
 
 def stem_table(
-    mesh: StemMesh, stems: list[Stem], reach_m: float
+    mesh: StemMesh, stems: list[PlantedStem], reach_m: float
 ) -> tuple[list[dict], dict[str, list], list[list[float]]]:
     """Rows of ``trees.csv`` (without the visibility columns), ``stems.json`` profiles, and saplings (x, y, DBH cm)."""
     rows, profiles, saplings = [], {}, []
@@ -100,7 +100,7 @@ def stem_table(
     return rows, profiles, saplings
 
 
-def visibility(world: World, stem: Stem, index: int, dbh_m: float, view: View) -> dict:
+def visibility(world: World, stem: PlantedStem, index: int, dbh_m: float, view: View) -> dict:
     """Share of the camera-facing band that the camera sees, DBH in pixels, frame and foreshortening.
 
     Points on the mesh's nominal surface, 12 heights by 11 directions within 75 degrees of the camera's; a point is seen

@@ -16,10 +16,10 @@ SHORT, SPREADS = 0.75, 4.0
 #: No stand's heights lie closer to their curve than this share.
 _LEAST_SPREAD = 0.05
 #: Doubts at which a tree is refused, as for the stem alone (:mod:`.stem`).
-_DOUBTS = 3
+_MOST_REASONS = 3
 
 
-def doubt_short_trees(trees: list[Tree]) -> None:
+def flag_short_trees(trees: list[Tree]) -> None:
     """Flag ``check`` and add ``too_short`` where a height is far below the survey's own height curve; with that as the
     third doubt the tree is refused. Needs no heights: then nothing happens."""
     known = [t for t in trees if t.dbh_cm is not None and t.height_m is not None and t.height_m > t.bh_m]
@@ -38,7 +38,7 @@ def doubt_short_trees(trees: list[Tree]) -> None:
             continue
         reasons = [*filter(None, tree.qc_reason.split(",")), "too_short"]
         tree.qc_reason = ",".join(dict.fromkeys(reasons))
-        tree.qc_flag = "reject" if len(reasons) >= _DOUBTS and tree.qc_flag == "check" else "check"
+        tree.qc_flag = "reject" if len(reasons) >= _MOST_REASONS and tree.qc_flag == "check" else "check"
         tree.finish()
 
 

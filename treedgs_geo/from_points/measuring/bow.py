@@ -39,7 +39,7 @@ MOST_POINTS = 1000
 
 
 @dataclass(frozen=True)
-class Axis:
+class BowedAxis:
     """A curved axis: (K,) heights, (K, 2) centres, (K, 2) slopes, ascending; straight on beyond the ends. errors: (K,)
     standard errors of the centres. radius_m: at breast height."""
 
@@ -68,7 +68,7 @@ class Axis:
         return np.column_stack([self.at(at_m)[0] + offset, points[:, 2]])
 
 
-def follow_axis(points: np.ndarray, cone: Cone, sensor: Sensor, bh_m: float) -> Axis | None:
+def follow_axis(points: np.ndarray, cone: Cone, sensor: Sensor, bh_m: float) -> BowedAxis | None:
     """The axis of the stem near ``cone`` in (N, 3) points; ``None`` where fewer than three short cones hold."""
     points = np.ascontiguousarray(points, dtype=float)
     coarse = min(0.08, 0.5 * float(cone.radius(bh_m)))
@@ -94,7 +94,7 @@ def follow_axis(points: np.ndarray, cone: Cone, sensor: Sensor, bh_m: float) -> 
         return None
     found.sort(key=lambda piece: piece.h_ref)
     errors = [np.sqrt(np.trace(np.asarray(piece.covariance)[:2, :2])) for piece in found]
-    return Axis(
+    return BowedAxis(
         np.array([piece.h_ref for piece in found]),
         np.array([[piece.x, piece.y] for piece in found]),
         np.array([[piece.dx, piece.dy] for piece in found]),
@@ -103,7 +103,7 @@ def follow_axis(points: np.ndarray, cone: Cone, sensor: Sensor, bh_m: float) -> 
     )
 
 
-def is_bowed(axis: Axis, cone: Cone, window: tuple[float, float]) -> bool:
+def is_bowed(axis: BowedAxis, cone: Cone, window: tuple[float, float]) -> bool:
     """Whether the axis surely leaves the cone's own in the window of heights: enough short cones, far, beyond error."""
     inside = (axis.heights > window[0] - 0.01) & (axis.heights < window[1] + 0.01)
     if inside.sum() < LEAST_CONES:

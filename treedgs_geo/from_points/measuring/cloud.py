@@ -17,7 +17,7 @@ from ...shapes.cone import Cone
 from ...shapes.cylinder import fit_cylinder
 from ...terrain.dtm import Dtm
 from ...terrain.ground import height_above_ground
-from ...trees.proportions import doubt_short_trees
+from ...trees.proportions import flag_short_trees
 from ...trees.tree import Tree, on_ground
 from ..segmentation.nearby import Nearby
 from ..segmentation.options import SegmentOptions
@@ -442,7 +442,7 @@ def _finish(
             tree.qc_reason = ",".join(filter(None, [tree.qc_reason, "edge"]))
             tree.qc_flag = "check" if tree.qc_flag == "ok" else tree.qc_flag
         tree.finish()
-    doubt_short_trees(trees)
+    flag_short_trees(trees)
     _mark_touching(trees)
 
 

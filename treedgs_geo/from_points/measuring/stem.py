@@ -21,11 +21,11 @@ from ...shapes.section_kernels import bark_cells, bark_weights, slice_rows
 from ...shapes.slices import across_axis, slice_heights
 from ...shapes.taper import Taper, taper_line
 from ..segmentation.evidence import FAINT, usual
-from ..segmentation.judging import Stem
+from ..segmentation.judging import ConeStem
 from ..segmentation.options import SegmentOptions
 from ..segmentation.segment import search_points
 from ..segmentation.sensors import Sensor
-from .bow import LEAST_CONES, STEP_M, Axis, follow_axis, is_bowed
+from .bow import LEAST_CONES, STEP_M, BowedAxis, follow_axis, is_bowed
 
 #: Windows (below, above breast height) that are tried in turn until the bark in them is plenty.
 WINDOWS_M = ((0.35, 0.35), (0.5, 0.6), (0.7, 1.0), (0.9, 1.8), (0.95, 2.8))
@@ -138,7 +138,7 @@ def _measure_bowed(
     pool: np.ndarray,
     weights: np.ndarray | None,
     own: int,
-    axis: Axis,
+    axis: BowedAxis,
     sensor: Sensor,
     bh_m: float,
     options: SegmentOptions,
@@ -164,7 +164,7 @@ def _measure_bowed(
     return replace(measured, cone=leaning, flag="check", reasons=tuple(dict.fromkeys([*measured.reasons, "lean"])))
 
 
-def _search(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, options: SegmentOptions) -> Stem | None:
+def _search(points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, options: SegmentOptions) -> ConeStem | None:
     return max(search_points(points, weights, sensor, options), key=lambda stem: stem.score, default=None)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .judging import Stem
+from .judging import ConeStem
 from .nearby import Nearby
 from .sensors import Sensor, tolerance
 
@@ -16,7 +16,9 @@ OWN_FOOT, STEM_FOOT = 0.2, 0.4
 JOINS_M = 0.15
 
 
-def without_limbs(found: list[Stem], points: np.ndarray, tree: Nearby, sensor: Sensor, top_m: float) -> list[Stem]:
+def without_limbs(
+    found: list[ConeStem], points: np.ndarray, tree: Nearby, sensor: Sensor, top_m: float
+) -> list[ConeStem]:
     """The stems without those that are limbs of another one: no bark of their own at the foot, and joining it."""
     limbs = {
         number
@@ -31,7 +33,7 @@ def without_limbs(found: list[Stem], points: np.ndarray, tree: Nearby, sensor: S
     return [stem for number, stem in enumerate(found) if number not in limbs]
 
 
-def _near(one: Stem, other: Stem) -> bool:
+def _near(one: ConeStem, other: ConeStem) -> bool:
     """Do the axes come close enough below 4 m for one to grow out of the other?"""
     return any(
         np.hypot(*(one.cone.centre(h) - other.cone.centre(h))) < one.cone.radius(h) + other.cone.radius(h) + JOINS_M
@@ -39,7 +41,7 @@ def _near(one: Stem, other: Stem) -> bool:
     )
 
 
-def _is_limb(limb: Stem, stem: Stem, points: np.ndarray, tree: Nearby, sensor: Sensor, top_m: float) -> bool:
+def _is_limb(limb: ConeStem, stem: ConeStem, points: np.ndarray, tree: Nearby, sensor: Sensor, top_m: float) -> bool:
     """Bark that each of the two has for itself, below and above: a point belongs to the nearer bark; what lies within
     the stem is not the limb's."""
     middle = limb.cone.centre(2.0)

@@ -16,7 +16,7 @@ THICK, THICK_AS_ALL, AS_ALL = 0.35, 0.45, 1.25
 
 
 @dataclass(frozen=True)
-class Stem:
+class ConeStem:
     """A found stem. cone: local frame (see :class:`StemMap`), heights above ground. rows, arc_deg, inside, clutter:
     the evidence. pieces: cones that follow the axis upwards, by height. refused: why it is seen but
     not measurable (a key of the list of reasons), empty for a clean ring. noise_m: spread of the cloud's
@@ -38,9 +38,9 @@ class Stem:
 
 def best_stem(
     cones: list[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions, strict: bool = True
-) -> Stem | None:
+) -> ConeStem | None:
     """The cone with the highest score of those that are a stem (:func:`judge`)."""
-    best: Stem | None = None
+    best: ConeStem | None = None
     for cone in cones:
         stem = judge(cone, near, sensor, options, strict)
         if stem is not None and (best is None or stem.score > best.score):
@@ -49,7 +49,7 @@ def best_stem(
 
 
 @dataclass(frozen=True)
-class Evidence:
+class ConeEvidence:
     """What (N, 3) points say about a cone: points on its bark, share of rows with bark, arc, cells with bark, and in
     shares of these what lies inside, just outside, within twice the cloud's noise and within two to six times."""
 
@@ -75,7 +75,7 @@ def weigh(
     options: SegmentOptions,
     noise_m: float | None = None,
     need: int | None = None,
-) -> Evidence:
+) -> ConeEvidence:
     """The evidence for a cone in the (N, 3) points of the band around it; noise_m: instead of the sensor's."""
     rows = int(np.ceil((min(options.high_m, 4.25) - options.low_m) / ROW_M))
     need = need or (1 if sensor.least_points < 30 else 4)
@@ -90,10 +90,12 @@ def weigh(
         rows,
         need,
     )
-    return Evidence(int(on), float(share), float(arc), int(cells), *(float(part) / max(cells, 1) for part in parts))
+    return ConeEvidence(int(on), float(share), float(arc), int(cells), *(float(part) / max(cells, 1) for part in parts))
 
 
-def judge(cone: Cone, band: np.ndarray, sensor: Sensor, options: SegmentOptions, strict: bool = True) -> Stem | None:
+def judge(
+    cone: Cone, band: np.ndarray, sensor: Sensor, options: SegmentOptions, strict: bool = True
+) -> ConeStem | None:
     """The evidence that (N, 3) ``band`` points give for a cone, or ``None`` when it is no stem.
 
     strict: it has to be a clean ring; otherwise only bark in enough rows is asked for."""
@@ -117,10 +119,10 @@ def judge(cone: Cone, band: np.ndarray, sensor: Sensor, options: SegmentOptions,
     return as_stem(cone, seen, sensor)
 
 
-def as_stem(cone: Cone, seen: Evidence, sensor: Sensor, refused: str = "") -> Stem:
+def as_stem(cone: Cone, seen: ConeEvidence, sensor: Sensor, refused: str = "") -> ConeStem:
     """The cone as a stem with its evidence."""
     noise = sensor.noise_m if np.isfinite(sensor.fuzzy_m) else None
-    return Stem(
+    return ConeStem(
         cone,
         seen.rows * seen.cells * seen.sharp,
         seen.rows,

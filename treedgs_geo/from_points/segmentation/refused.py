@@ -9,7 +9,7 @@ import numpy as np
 from ...shapes.cone import Cone
 from .evidence import stands_at
 from .growing import REACH_M, fit_candidate, follow_up
-from .judging import AS_ALL, THICK, Evidence, Stem, as_stem, best_stem, weigh
+from .judging import AS_ALL, THICK, ConeEvidence, ConeStem, as_stem, best_stem, weigh
 from .nearby import Nearby
 from .options import SegmentOptions
 from .sensors import Sensor
@@ -52,11 +52,11 @@ def not_round(
     axes: np.ndarray,
     sensor: Sensor,
     options: SegmentOptions,
-) -> list[Stem]:
+) -> list[ConeStem]:
     """Trees whose lower stem is no ring (buttresses, forks): bark in every row there, and a clean stem above it."""
     loose = replace(options, min_rows=0.85)
     low, high = options.low_m - 0.1, min(options.high_m, 4.25)
-    kept: list[Stem] = []
+    kept: list[ConeStem] = []
     for one in rejected[:200]:
         h = one.height
         if stands_at(axes, one.xy[0], one.xy[1], h, 1.0, 0.0, 0.6):
@@ -88,11 +88,11 @@ def listed(
     axes: np.ndarray,
     sensor: Sensor,
     options: SegmentOptions,
-) -> list[Stem]:
+) -> list[ConeStem]:
     """Candidates that look like stems and cannot be measured: upright, empty inside, little around them, but too few
     sides seen, too thin for the noise, or veiled by twigs."""
     low, high = options.low_m - 0.1, min(options.high_m, 4.25)
-    kept: list[Stem] = []
+    kept: list[ConeStem] = []
     for one in rejected[:MOST_LISTED]:
         if stands_at(axes, one.xy[0], one.xy[1], one.height, 1.0, 0.0, BESIDE_M):
             continue
@@ -104,9 +104,9 @@ def listed(
     return kept
 
 
-def veiled(cones: list[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions) -> Stem | None:
+def veiled(cones: list[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions) -> ConeStem | None:
     """The clearest of the cones that stand out as upright and hollow without being a clean ring, with the reason."""
-    best: Stem | None = None
+    best: ConeStem | None = None
     for cone in cones:
         if not 0.015 < cone.radius(1.3) <= options.max_dbh_cm / 200:
             continue
@@ -121,7 +121,7 @@ def veiled(cones: list[Cone], near: np.ndarray, sensor: Sensor, options: Segment
     return best
 
 
-def _reason(cone: Cone, seen: Evidence, sensor: Sensor, options: SegmentOptions) -> str:
+def _reason(cone: Cone, seen: ConeEvidence, sensor: Sensor, options: SegmentOptions) -> str:
     """Why it is no clean ring; empty where a sliver of bark is not even sharp."""
     if seen.arc_deg < options.min_arc_deg:
         return "short_arc" if seen.sharp >= LISTED_SHARP_ARC else ""
@@ -138,12 +138,12 @@ def at_seeds(
     axes: np.ndarray,
     sensor: Sensor,
     options: SegmentOptions,
-) -> list[Stem]:
+) -> list[ConeStem]:
     """An answer for each of (K, 2) places given where no stem was found within ``SEED_M``: a stem after all, where a
     cone started at the place itself is one, or the reason why there is none (``at_seed``)."""
     low, high = options.low_m - 0.1, min(options.high_m, 4.25)
     inside = (seeds >= tree.low - SEED_M).all(axis=1) & (seeds <= tree.points[:, :2].max(axis=0) + SEED_M).all(axis=1)
-    answers: list[Stem] = []
+    answers: list[ConeStem] = []
     for place in seeds[inside]:
         if stands_at(axes, place[0], place[1], SEED_AT_M, 1.0, 0.0, SEED_M):
             continue
@@ -163,7 +163,7 @@ def at_seeds(
             continue
         there = Cone(float(place[0]), float(place[1]), 0.0, 0.0, 0.05, 0.0, SEED_AT_M)
         answers.append(
-            Stem(
+            ConeStem(
                 there,
                 0.0,
                 0.0,

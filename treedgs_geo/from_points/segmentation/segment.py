@@ -22,7 +22,7 @@ from .candidates import find_candidates
 from .evidence import stands_at
 from .forks import without_limbs
 from .growing import REACH_M, fit_candidate, follow_up
-from .judging import Stem, best_stem
+from .judging import ConeStem, best_stem
 from .labelling import Labeller
 from .nearby import Nearby
 from .noise import LEAST_RINGS, measured_noise
@@ -38,13 +38,13 @@ class StemMap:
     """Stems of a cloud: ``origin`` (2,) is added to the cones' xy for project coordinates; index + 1 = tree_id.
     unseen: given places (seeds) where none was found, with the reason."""
 
-    stems: tuple[Stem, ...]
+    stems: tuple[ConeStem, ...]
     origin: np.ndarray
     sensor: str
-    unseen: tuple[Stem, ...] = ()
+    unseen: tuple[ConeStem, ...] = ()
 
     @classmethod
-    def of(cls, found: list[Stem], origin: np.ndarray, sensor: str) -> StemMap:
+    def of(cls, found: list[ConeStem], origin: np.ndarray, sensor: str) -> StemMap:
         """In a stable order, north to south."""
         found = sorted(found, key=lambda stem: (-round(stem.cone.y, 1), stem.cone.x))
         return cls(
@@ -135,7 +135,7 @@ def label_points(xyz: np.ndarray, height: np.ndarray, stems: StemMap) -> np.ndar
 
 def search_points(
     points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, options: SegmentOptions | None = None
-) -> list[Stem]:
+) -> list[ConeStem]:
     """The stems in a small set of (N, 3) points (x, y, height above ground), say one tree of another segmenter."""
     return _without_doubles(_search_tile(points, weights, sensor, options or SegmentOptions(), follow=False))
 
@@ -147,9 +147,9 @@ def _search(
     options: SegmentOptions,
     reporter: Reporter,
     seeds: np.ndarray | None = None,
-) -> list[Stem]:
+) -> list[ConeStem]:
     """Tile by tile with a buffer; what two tiles both find is kept once."""
-    found: list[Stem] = []
+    found: list[ConeStem] = []
     tiles = _cells(points, _TILE_M)
     for number, corner in enumerate(tiles):
         low, high = corner * _TILE_M - _BUFFER_M, (corner + 1) * _TILE_M + _BUFFER_M
@@ -172,7 +172,7 @@ def _search_tile(
     options: SegmentOptions,
     follow: bool = True,
     seeds: np.ndarray | None = None,
-) -> list[Stem]:
+) -> list[ConeStem]:
     band = (points[:, 2] >= options.low_m) & (points[:, 2] < options.high_m)
     if band.sum() < sensor.least_points:
         return []
@@ -190,7 +190,7 @@ def _search_tile(
     if not sensor.solid:
         noise = measured_noise(points, tree, weights, candidates, sensor, options, LEAST_RINGS if follow else 1)
         sensor = sensor if noise is None else sensor.at_noise(noise)
-    found: list[Stem] = []
+    found: list[ConeStem] = []
     axes = np.empty((0, 9))
     rejected: list[Rejected] = []
     low, high = options.low_m - 0.1, min(options.high_m, 4.25)
@@ -223,7 +223,7 @@ def _search_tile(
     return found
 
 
-def _same(one: Stem, other: Stem) -> bool:
+def _same(one: ConeStem, other: ConeStem) -> bool:
     """Two fits of one stem: their axes come closer than bark allows, at breast height or above."""
     for h in (1.3, 3.0):
         gap = np.hypot(*(one.cone.centre(h) - other.cone.centre(h)))
@@ -232,7 +232,7 @@ def _same(one: Stem, other: Stem) -> bool:
     return False
 
 
-def _without_doubles(stems: list[Stem]) -> list[Stem]:
+def _without_doubles(stems: list[ConeStem]) -> list[ConeStem]:
     """The better one of stems that stand in one another."""
     stems = sorted(stems, key=lambda stem: -stem.score)
     if len(stems) < 2:

@@ -8,7 +8,7 @@ from ...core.progress import Reporter
 from ...pointcloud.cloud import PointCloud
 from ...pointcloud.tiles import TileStore
 from ...terrain.dtm import Dtm
-from .judging import Stem
+from .judging import ConeStem
 from .options import SegmentOptions
 from .segment import _BUFFER_M, _TILE_M, StemMap, _search_tile, _without_doubles, guess_sensor
 from .sensors import SENSORS, settled
@@ -32,7 +32,7 @@ def find_stems_tiled(
     sensor = SENSORS[source]
     last = np.floor((store.high[:2] - origin) / _TILE_M).astype(int)
     corners = [np.array([i, j]) for i in range(last[0] + 1) for j in range(last[1] + 1)]
-    found: list[Stem] = []
+    found: list[ConeStem] = []
     for number, corner in enumerate(corners):
         low, high = corner * _TILE_M - _BUFFER_M, (corner + 1) * _TILE_M + _BUFFER_M
         points, weights = _slab(store, dtm, origin, low, high, options)

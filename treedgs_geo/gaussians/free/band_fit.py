@@ -15,7 +15,7 @@ from ..crops import Crop, GroundPlane, gather_texture, halved, median_texture, s
 from ..devices import make_rasteriser
 from ..field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION, smoothed, smoothed_backward
 from ..loss import d_ssim, l1, normal_consistency, robust_weight
-from ..primitive.fit import StemPrimitive
+from ..primitive.fit import PrimitiveFit
 from .controllers import Controller, make_controller
 from .optimise import Adam, constrain, densify, learning_rates, relocate
 
@@ -58,7 +58,7 @@ class HeldOut:
 
 
 @dataclass(frozen=True)
-class StemFit:
+class BandFit:
     """A fitted stem in its own frame. parameters: (N, 14). held_out: how well crops that took no part are predicted
     (None where there were too few to hold any out). primitive: the stem, where one was fitted.
     """
@@ -71,7 +71,7 @@ class StemFit:
     seconds: float
     stopped: str
     held_out: HeldOut | None
-    primitive: StemPrimitive | None = None
+    primitive: PrimitiveFit | None = None
 
 
 def initial_parameters(
@@ -123,7 +123,7 @@ def ground_textures(plane: GroundPlane, around: list[Crop], flights: set[int]) -
     return textures
 
 
-class StemModel:
+class BandModel:
     """Parameters, background and exposure of one stem while it is being fitted."""
 
     def __init__(
@@ -223,7 +223,7 @@ class StemModel:
 class _Pass:
     """One pass over the crops as controllers see it (``controllers.Phase``)."""
 
-    model: StemModel
+    model: BandModel
     adam: Adam
     volume: Volume
     controller: Controller
@@ -323,7 +323,7 @@ def fit_stem(
     controller: Controller | None = None,
     around: list[Crop] | None = None,
     start: np.ndarray | None = None,
-) -> StemFit:
+) -> BandFit:
     """Fit one stem's Gaussians: half resolution first, then full, dead Gaussians moved every epoch.
 
     crops: at full resolution, stem frame. pixel_m: footprint of a crop pixel at the stem. dense: (K, 3) points in the
@@ -338,7 +338,7 @@ def fit_stem(
     start = np.zeros((0, N_PARAMETERS)) if start is None else start[: settings.gaussians]
     first = settings.gaussians if settings.density == "relocate" else max(settings.gaussians // 3, 1)
     rest = initial_parameters(coarse, volume, max(first - len(start), 0), dense, rng)
-    model = StemModel(coarse, plane, np.concatenate([start, rest]), settings, around or coarse)
+    model = BandModel(coarse, plane, np.concatenate([start, rest]), settings, around or coarse)
     passes = _Pass(model, Adam.start(len(model.parameters), learning_rates(pixel_m)), volume, controller, rng, held)
     epochs = settings.coarse_epochs + settings.fine_epochs
     run = 0
@@ -356,7 +356,7 @@ def fit_stem(
         & volume.contains(parameters[:, MEAN])
         & np.isfinite(parameters).all(axis=1)
     )
-    return StemFit(
+    return BandFit(
         parameters[keep],
         len(crops),
         sum(crop.pixels for crop in crops),
@@ -374,7 +374,7 @@ def hold_out(crops: list[Crop]) -> tuple[list[Crop], list[Crop]]:
     return [crop for crop in crops if not any(crop is other for other in held)], held
 
 
-def _predict(model: StemModel, crop: Crop) -> np.ndarray:
+def _predict(model: BandModel, crop: Crop) -> np.ndarray:
     """A held-out crop's prediction at its least-squares exposure."""
     model.gain.setdefault(crop.view, np.ones(3, np.float32))
     _, _, composite = model.shown(crop)
@@ -384,7 +384,7 @@ def _predict(model: StemModel, crop: Crop) -> np.ndarray:
     return composite * gain.astype(np.float32)
 
 
-def held_out_error(model: StemModel, held: list[Crop]) -> float:
+def held_out_error(model: BandModel, held: list[Crop]) -> float:
     """Weighted mean absolute colour error of crops that the fit does not see."""
     total = mass = 0.0
     for crop in held:
@@ -397,7 +397,7 @@ def held_out_error(model: StemModel, held: list[Crop]) -> float:
     return total / mass if mass > 0 else math.nan
 
 
-def held_out_quality(model: StemModel, held: list[Crop]) -> HeldOut | None:
+def held_out_quality(model: BandModel, held: list[Crop]) -> HeldOut | None:
     """Error, PSNR and SSIM over all held-out crops together; None where there are none."""
     square, structure, mass = 0.0, 0.0, 0.0
     for crop in held:

@@ -111,7 +111,7 @@ def ground_layers(crop: Crop, texture: np.ndarray) -> Layers:
 
 
 @dataclass
-class Explanation:
+class PrimitiveExplanation:
     """A fitted shape. shifts: (V,) px. loss: leave-one-photo-out mean of rho. losses, areas: per photo. sd: formal
     standard errors of the shape. texture: (V, A, L, 3)."""
 
@@ -242,12 +242,12 @@ def compare(sights: list[Sight], texture: np.ndarray, settings: JointSettings) -
 
 def fit_shape(
     sights: list[Sight],
-    start: Explanation,
+    start: PrimitiveExplanation,
     settings: JointSettings,
     blurs: list[float],
     first: bool = True,
     free_taper: bool = True,
-) -> Explanation:
+) -> PrimitiveExplanation:
     """Gauss-Newton from ``start``, one step for each blur; the loss is of the shape before the last step's draw."""
     shape, shifts = start.shape.copy(), start.shifts.copy()
     prior, sd = PRIOR.copy(), PRIOR_SD.copy()
@@ -312,7 +312,7 @@ def fit_shape(
         shape[2:4] = np.clip(shape[2:4], -0.3, 0.3)
         for v, (h, g) in enumerate(each):
             shifts[v] = np.clip(shifts[v] + (g[8] - h[8, :8] @ move) / h[8, 8], -2, 2)
-    return Explanation(shape, shifts, float(rho.sum() / max(area.sum(), 1e-9)), rho, area, formal)
+    return PrimitiveExplanation(shape, shifts, float(rho.sum() / max(area.sum(), 1e-9)), rho, area, formal)
 
 
 def expose(sights: list[Sight]) -> None:
@@ -331,7 +331,7 @@ def expose(sights: list[Sight]) -> None:
 
 
 @dataclass(frozen=True)
-class StemPrimitive:
+class PrimitiveFit:
     """A stem as its crops show it, in the stem frame (origin at the seed, on the ground).
 
     shape: (8,) of ``stem_model``. se_cm: standard error of the diameter, given that the right explanation won. n_views:
@@ -379,7 +379,7 @@ _SAME_CM = 2.5
 _COARSE_BLURS, _FINE_BLURS = [1.3, 1.1, 0.9, 0.7, 0.6, 0.6], [1.0, 0.8, 0.7, 0.6, 0.6, 0.6]
 
 
-def different(one: Explanation, other: Explanation) -> bool:
+def different(one: PrimitiveExplanation, other: PrimitiveExplanation) -> bool:
     """Not the same local optimum."""
     apart = float(np.hypot(*(one.shape[:2] - other.shape[:2])))
     return apart > 0.02 or abs(one.shape[6] - other.shape[6]) > 0.01
@@ -392,7 +392,7 @@ def fit_primitive(
     settings: JointSettings | None = None,
     reach_m: float = 0.3,
     finalists: int = 3,
-) -> StemPrimitive | None:
+) -> PrimitiveFit | None:
     """Find and fit the stem within ``reach_m`` of the seed.
 
     crops: full resolution, stem frame. ground: ground texture of each flight; or what a crop shows without the stem,
@@ -413,8 +413,8 @@ def fit_primitive(
     for shape in starts(evidence, reach_m, np.arange(0.04, 0.36, 0.02), 5):
         for sight in sights:
             sight.gain = np.ones(3, np.float32)
-        tried.append(fit_shape(sights, Explanation(shape, np.zeros(len(sights))), settings, _COARSE_BLURS))
-    kept: list[Explanation] = []
+        tried.append(fit_shape(sights, PrimitiveExplanation(shape, np.zeros(len(sights))), settings, _COARSE_BLURS))
+    kept: list[PrimitiveExplanation] = []
     for item in sorted(tried, key=lambda e: e.loss):
         if all(different(item, other) for other in kept):
             kept.append(item)
@@ -425,16 +425,16 @@ def fit_primitive(
     for item in kept[:finalists]:
         for sight in fine:
             sight.gain = np.ones(3, np.float32)
-        ended.append(fit_shape(fine, Explanation(item.shape, 2 * item.shifts), settings, _FINE_BLURS))
+        ended.append(fit_shape(fine, PrimitiveExplanation(item.shape, 2 * item.shifts), settings, _FINE_BLURS))
     ended.sort(key=lambda e: e.loss)
     best = ended[0]
     rivals = [e.loss for e in ended[1:] if abs(e.dbh_cm - best.dbh_cm) > _SAME_CM]
     for sight in fine:
         sight.gain = np.ones(3, np.float32)
-    nothing = Explanation(np.array([0, 0, 0, 0, 0, 0, 1e-4, 0.0]), np.zeros(len(fine)))
+    nothing = PrimitiveExplanation(np.array([0, 0, 0, 0, 0, 0, 1e-4, 0.0]), np.zeros(len(fine)))
     bare = _loss_of(fine, nothing, settings)
     loss, texture = _loss_of(fine, best, settings), textures(fine, settings, False)
-    return StemPrimitive(
+    return PrimitiveFit(
         best.shape,
         float(np.hypot(200 * best.sd[6], 0.4)),
         clear_views(fine, settings),
@@ -453,7 +453,7 @@ def clear_views(sights: list[Sight], settings: JointSettings) -> int:
     return int(sum((np.minimum(*sight.clear[:, rows]) > 0.5).sum() >= 2 for sight in sights))
 
 
-def _loss_of(sights: list[Sight], explanation: Explanation, settings: JointSettings) -> float:
+def _loss_of(sights: list[Sight], explanation: PrimitiveExplanation, settings: JointSettings) -> float:
     draw(sights, explanation.shape, explanation.shifts, settings.blur_px, settings)
     rho, area = np.zeros(1), np.zeros(1)
     for first in (True, False, False):

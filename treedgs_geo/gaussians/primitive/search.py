@@ -25,7 +25,7 @@ _BESIDE_M, _TAPER = 0.2, -0.0045
 
 
 @dataclass(frozen=True)
-class Evidence:
+class SilhouetteEvidence:
     """total, mass: (V, B, U + 1) running sums, over the sideways bins, of "not ground" times weight, and of weight.
     normal: (V, 2) direction that bins count along. q: (B,) block heights minus breast height."""
 
@@ -61,7 +61,7 @@ def _collect(rot, centre, intr, unlike, weight, bh, total, mass, normal):
             mass[block, i + 2] += f * w
 
 
-def gather_evidence(crops: list[Crop], unlike: list[np.ndarray], bh_m: float) -> Evidence:
+def gather_evidence(crops: list[Crop], unlike: list[np.ndarray], bh_m: float) -> SilhouetteEvidence:
     """unlike: per crop (H, W) float32, 0 = ground, 1 = certainly not."""
     bins = int(2 * _REACH_M / _BIN_M)
     shape = (len(crops), _BLOCKS, bins + 1)
@@ -80,7 +80,7 @@ def gather_evidence(crops: list[Crop], unlike: list[np.ndarray], bh_m: float) ->
             normal[v],
         )
     q = _LOW_M + (np.arange(_BLOCKS) + 0.5) * _BLOCK_M - bh_m
-    return Evidence(np.cumsum(total, axis=2), np.cumsum(mass, axis=2), normal, q)
+    return SilhouetteEvidence(np.cumsum(total, axis=2), np.cumsum(mass, axis=2), normal, q)
 
 
 @njit(inline="always", **_FAST)
@@ -126,7 +126,9 @@ def _grid(total, mass, normal, q, offsets, radii, score):
 CLASSES = 0.0, 0.075, 0.11, 0.15, 0.22, 1.0
 
 
-def starts(evidence: Evidence, reach_m: float, radii: np.ndarray, most: int, each: int = 2) -> list[np.ndarray]:
+def starts(
+    evidence: SilhouetteEvidence, reach_m: float, radii: np.ndarray, most: int, each: int = 2
+) -> list[np.ndarray]:
     """Shape vectors of the best different silhouettes of upright stems within ``reach_m`` of the seed: the best
     ``most``, and the best ``each`` of every class of radii."""
     offsets = np.arange(-reach_m, reach_m + 0.01, 0.03)

@@ -25,7 +25,7 @@ from .units import UNITS
 
 
 @dataclass(frozen=True)
-class Block:
+class ReportBlock:
     """kind: ``cards``, ``heading``, ``warnings``, ``list``, ``table``, ``picture`` or ``folded`` (a long table).
 
     text: heading, sentence or a picture's alternative text. items: sentences, or (label, value, interval) of cards.
@@ -65,7 +65,7 @@ class Document:
 
     title: str
     subtitle: str
-    blocks: list[Block]
+    blocks: list[ReportBlock]
     tables: dict[str, Table]
     units: str
 
@@ -90,38 +90,40 @@ def make_document(stand: Stand, units: str, class_width: float | None, facts: di
         [Column("what", "What"), Column("value", "Value")],
         [{"what": key, "value": value} for key, value in facts.items()],
     )
-    blocks = [Block("cards", items=_cards(stand, units))]
+    blocks = [ReportBlock("cards", items=_cards(stand, units))]
     if stand.warnings:
-        blocks.append(Block("warnings", items=stand.warnings))
+        blocks.append(ReportBlock("warnings", items=stand.warnings))
     blocks += [
-        Block("table", table=tables["summary"]),
-        Block("heading", "Diameter distribution"),
-        Block("picture", "trees and basal area by DBH class and species", picture=charts.draw_classes(long, units)),
+        ReportBlock("table", table=tables["summary"]),
+        ReportBlock("heading", "Diameter distribution"),
+        ReportBlock(
+            "picture", "trees and basal area by DBH class and species", picture=charts.draw_classes(long, units)
+        ),
     ]
-    blocks.append(Block("table", table=stock_table(long, units)))
+    blocks.append(ReportBlock("table", table=stock_table(long, units)))
     if len({row["species"] for row in long.rows} - {"all"}) > 1:
         shown = [name for name in ("trees", "ba", "volume") if np.isfinite(stand.estimates[name].mean)]
-        blocks += [Block("table", table=cross_table(long, units, name)) for name in shown]
-    blocks.append(Block("heading", "Plots"))
+        blocks += [ReportBlock("table", table=cross_table(long, units, name)) for name in shown]
+    blocks.append(ReportBlock("heading", "Plots"))
     for picture, text in (
         (charts.draw_overview(stand), "map of the plots, coloured by basal area"),
         (charts.draw_plots(stand), "trees of the plots; discs grow with DBH, numbers are DBH in cm"),
     ):
         if picture is not None:
-            blocks.append(Block("picture", text, picture=picture))
+            blocks.append(ReportBlock("picture", text, picture=picture))
     q = UNITS[units]
     plot_columns: tuple[str, ...] = ("plot_id", "edge", "n_trees", "n_missing", q["area"].key, "expansion")
     plot_columns += tuple(q[name].key for name in ("trees", "ba", "qmd", "dominant", "volume", "biomass"))
     blocks += [
-        Block("table", table=tables["plots"], columns=plot_columns),
-        Block("heading", "How the figures were made"),
-        Block("table", table=tables["corrections"]),
-        Block("list", items=[*stand.notes, *stand.values.curves, *_dead(stand, units)]),
+        ReportBlock("table", table=tables["plots"], columns=plot_columns),
+        ReportBlock("heading", "How the figures were made"),
+        ReportBlock("table", table=tables["corrections"]),
+        ReportBlock("list", items=[*stand.notes, *stand.values.curves, *_dead(stand, units)]),
     ]
     if tables["equations"].rows:
         columns = ("id", "n", "beyond", "range", "source")
-        blocks.append(Block("table", table=tables["equations"], columns=columns))
-    blocks += [Block("table", table=about), Block("folded", table=tables["trees"])]
+        blocks.append(ReportBlock("table", table=tables["equations"], columns=columns))
+    blocks += [ReportBlock("table", table=about), ReportBlock("folded", table=tables["trees"])]
     kind = "census" if stand.design.census else f"{stand.design.n} plot{'s' if stand.design.n != 1 else ''}"
     area = f"{stand.design.areas.sum() * q['area'].factor:.3g} {q['area'].unit}"
     source = "field tally" if stand.from_field else "measured trees"

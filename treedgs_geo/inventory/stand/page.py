@@ -9,7 +9,7 @@ from pathlib import Path
 from string import Template
 
 from ...core.files import atomic_path
-from .document import Block, Document
+from .document import Document, ReportBlock
 
 #: A longer list of trees makes the page slow to open.
 _LONGEST = 2000
@@ -28,7 +28,7 @@ def write_page(path: Path, document: Document) -> Path:
     return Path(path)
 
 
-def _block(block: Block) -> str:
+def _block(block: ReportBlock) -> str:
     if block.kind == "cards":
         return f"<div class='cards'>{''.join(_card(*item) for item in block.items)}</div>"
     if block.kind == "heading":
@@ -56,7 +56,7 @@ def _card(label: str, value: str, interval: str) -> str:
     )
 
 
-def _table(block: Block) -> str:
+def _table(block: ReportBlock) -> str:
     table, columns = block.table, block.shown
     assert table is not None
     kinds = ["" if column.decimals is None else " class='n'" for column in columns]

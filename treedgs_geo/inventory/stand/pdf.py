@@ -10,7 +10,7 @@ from typing import Any
 from xml.sax.saxutils import escape
 
 from ...core.files import atomic_path
-from .document import Block, Document
+from .document import Document, ReportBlock
 from .tables import Column, Table
 
 _GREEN, _PALE, _SOFT, _LINE, _AMBER = "#1f6b45", "#f2f6f3", "#5b675f", "#d9dfda", "#fff4e0"
@@ -99,7 +99,7 @@ def _header(document: Document, width: float) -> Any:
     )
 
 
-def _flow(block: Block, width: float) -> list[Any]:
+def _flow(block: ReportBlock, width: float) -> list[Any]:
     from reportlab.platypus import CondPageBreak, KeepTogether, Paragraph, Spacer
 
     if block.kind == "cards":
@@ -124,7 +124,7 @@ def _flow(block: Block, width: float) -> list[Any]:
     return [KeepTogether(parts)] if len(block.table.rows) <= 20 else parts
 
 
-def _cards(block: Block, width: float) -> Any:
+def _cards(block: ReportBlock, width: float) -> Any:
     from reportlab.platypus import Paragraph
     from reportlab.platypus import Table as Grid
 
@@ -151,7 +151,7 @@ def _cards(block: Block, width: float) -> Any:
     )
 
 
-def _sentences(block: Block, width: float) -> Any:
+def _sentences(block: ReportBlock, width: float) -> Any:
     from reportlab.platypus import ListFlowable, ListItem, Paragraph
     from reportlab.platypus import Table as Grid
 

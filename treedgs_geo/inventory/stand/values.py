@@ -158,7 +158,7 @@ def _heights(
             if curve is not None:
                 chosen = open_ & (species == name)
                 rules.append((chosen, curve))
-                _tell_curve(found, curve, name if own else "all species", chosen & in_table)
+                _report_curve(found, curve, name if own else "all species", chosen & in_table)
         if pooled is None:
             found.gaps["height"] = [f"{count_of(n_open, 'tree')} without a height ({why})"]
     elif n_open and options.heights == "published":
@@ -221,7 +221,7 @@ def _by_dbh(equation: Equation, dbh_cm: np.ndarray) -> np.ndarray:
     return equation.value(dbh_cm, np.full(np.shape(dbh_cm), np.nan))
 
 
-def _tell_curve(found: TreeValues, curve: HeightCurve, name: str, chosen: np.ndarray) -> None:
+def _report_curve(found: TreeValues, curve: HeightCurve, name: str, chosen: np.ndarray) -> None:
     text = (
         f"Height curve ({name}): {curve.text}, from {curve.n} trees of {curve.low_cm:.1f} to {curve.high_cm:.1f} cm, "
         f"residual {curve.rmse_m:.2f} m."
