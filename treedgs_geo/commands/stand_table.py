@@ -170,7 +170,7 @@ COMMAND = Command(
         "quadratic mean diameter, Lorey's and dominant height, volume and biomass by species and DBH class, plot means "
         "with standard errors and t intervals. Basal area and volume are freed of what the DBHs' own errors add to "
         "them, and the amount is shown. Stems without a DBH are counted and either imputed or left out; both "
-        "results are reported. Plots over the stand's edge are flagged and weighted. Volume and biomass come from a table of "
+        "are reported. Plots over the stand's edge are flagged and weighted. Volume and biomass come from a table of "
         "equations with source and range (loblolly and other pines first); give your own with --equations. From one "
         "plot no error for the stand can be given, and none is. Writes report.html, report.pdf, stand_table.xlsx, CSV "
         "files, stand.gpkg, shapefiles and FVS_Data.db (US units, for the Forest Vegetation Simulator), all with the "

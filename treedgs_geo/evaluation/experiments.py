@@ -242,8 +242,8 @@ def _workspace(inputs: ExperimentInputs, reference: Reference, folder: Path, par
         result["visibility"]["against_truth"] = agreed
         check = (
             f"<p>Against the simulator: of {agreed['views']} views {agreed['clear']} are clear; "
-            f"{agreed['called_free']} are called free, precision {agreed['precision']:.2f}, recall {agreed['recall']:.2f}; counts of the "
-            f"stems correlate with r = {agreed['stem_count_r']}.</p>"
+            f"{agreed['called_free']} are called free, precision {agreed['precision']:.2f}, recall "
+            f"{agreed['recall']:.2f}; counts of the stems correlate with r = {agreed['stem_count_r']}.</p>"
         )
     drawn = _draw(folder, "visibility", experiment_charts.draw_visibility(table))
     parts.append(
