@@ -243,7 +243,7 @@ def test_the_file_may_be_open_in_qgis(survey):
     assert sorted(p.name for p in survey.iterdir()) == ["field.csv", "pairs.gpkg", "plots.csv", "trees.gpkg"]
 
 
-def test_an_unknown_status_and_a_foreign_file_are_told_and_kept(survey):
+def test_an_unknown_status_and_a_foreign_file_are_reported_and_kept(survey):
     match(survey)
     path = survey / "pairs.gpkg"
     edit(path, lambda layers: layers[PAIRS].__setitem__("pair_status", "yes"))
@@ -285,7 +285,7 @@ def test_a_row_without_a_bearing_is_left_out_alone(survey):
     assert any("line 6 (tree 5: azimuth_deg is empty)" in text for text in warnings)
 
 
-def test_plots_at_the_turn_s_limit_are_told_with_what_to_change(survey):
+def test_plots_at_the_turn_s_limit_are_reported_with_what_to_change(survey):
     """A compass read as true north where the declination is large: 14 degrees, where 8 are searched."""
     table = pd.read_csv(survey / "field.csv")
     table["azimuth_deg"] = (table["azimuth_deg"] - 14.0) % 360
@@ -296,7 +296,7 @@ def test_plots_at_the_turn_s_limit_are_told_with_what_to_change(survey):
     assert plot["status"] == "check" and abs(plot["rot_deg"]) >= 7.9
     (said,) = [text for text in warnings if "largest turn searched" in text and "Change" in text]
     # True bearings are turned by the convergence of -0.7 degrees already.
-    found = float(said.split("fit without doubt, at ")[1].split(".  ")[0].split(". ")[0])
+    found = float(said.split("fit clearly, at ")[1].split(".  ")[0].split(". ")[0])
     assert found == pytest.approx(14.7, abs=0.5)
     for word in ("--north (now true", "--declination-deg (there ", "--azimuth-unit", "--rotation-deg"):
         assert word in said

@@ -59,7 +59,7 @@ def test_a_perfect_lattice_is_left_to_a_person():
     field = measured[np.hypot(*measured.T) < 7]
     placed = register(field, measured, PairingOptions())
     assert placed.status == "check" and "another placing" in placed.reason
-    # Where the centre is known to decimetres there is no doubt.
+    # Where the centre is known to decimetres it is clear.
     assert register(field, measured, PairingOptions(centre_error_m=0.3)).status == "auto"
 
 
