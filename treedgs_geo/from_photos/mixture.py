@@ -35,7 +35,7 @@ class Mixture:
         return float(np.sqrt(self.share @ ((self.dbh_cm - dbh_cm) ** 2 + self.se_cm**2)))
 
     def interval_cm(self, dbh_cm: float) -> tuple[float, float]:
-        """The middle :data:`LEVEL` of the mixture, cm; ``dbh_cm`` lies inside with its own standard error, that of the
+        """The middle :data:`treedgs_geo.core.intervals.LEVEL` of the mixture, cm; ``dbh_cm`` lies inside with its own standard error, that of the
         nearest explanation, on both sides."""
         reach = 6 * float(self.se_cm.max())
         at = np.linspace(float(self.dbh_cm.min()) - reach, float(self.dbh_cm.max()) + reach, 4001)

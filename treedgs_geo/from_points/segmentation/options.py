@@ -9,7 +9,7 @@ from ...core.settings import param
 
 @dataclass(frozen=True, kw_only=True)
 class SegmentOptions:
-    """How stems are found. ``source`` sets the noise and density that are expected (:func:`preset`)."""
+    """How stems are found. ``source`` sets the noise and density that are expected (:mod:`.sensors`)."""
 
     source: str = param("auto", kind="choice", help="what made the points", choices=("auto", "uls", "tls", "splat"))
     low_m: float = param(
