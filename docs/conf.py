@@ -34,7 +34,10 @@ myst_heading_anchors = 3
 
 nitpicky = True
 # Types of other libraries in signatures (np.ndarray, Path); functions, data, modules and our own types must resolve.
-nitpick_ignore_regex = [(r"py:(class|obj|exc)", r"(?!treedgs_geo|\.).*"), (r"py:.*", r"(numpy|multiprocessing)\b.*|.*\._\w+")]
+nitpick_ignore_regex = [
+    (r"py:(class|obj|exc)", r"(?!treedgs_geo|\.).*"),
+    (r"py:.*", r"(numpy|multiprocessing)\b.*|.*\._\w+"),
+]
 autodoc_default_options = {"members": True, "show-inheritance": True, "ignore-module-all": True}
 autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
