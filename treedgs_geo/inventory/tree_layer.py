@@ -35,7 +35,7 @@ _DECIMALS = {"x": 3, "y": 3, "z_ground": 3, "ba_m2": 6, "opac_mean": 4, "height_
 _DRIVERS = {".gpkg": "GPKG", ".shp": "ESRI Shapefile", ".geojson": "GeoJSON", ".csv": "CSV"}
 
 
-def tree_table(trees: list[Tree], crs: pyproj.CRS) -> gpd.GeoDataFrame:
+def tree_table(trees: list[Tree], crs: pyproj.CRS | str) -> gpd.GeoDataFrame:
     """Trees as a GeoDataFrame: PointZ at breast-height position and ground height, columns
     :data:`treedgs_geo.trees.tree.TREE_FIELDS`.
 
@@ -80,7 +80,7 @@ def _driver(path: Path) -> str:
 def write_trees(
     path: Path,
     trees: list[Tree],
-    crs: pyproj.CRS,
+    crs: pyproj.CRS | str,
     slices: list[dict] | None = None,
     reporter: Reporter | None = None,
 ) -> Path:
@@ -93,6 +93,12 @@ def write_trees(
 
     Raises:
         OutputError: unknown suffix; see :func:`~treedgs_geo.core.geopackage.atomic_geopackage`.
+
+    Examples:
+        >>> import treedgs_geo as tg
+        >>> tree = tg.Tree(7, 500000.0, 5.2e6, qc_flag="reject", qc_reason="few_views")
+        >>> tg.write_trees(work / "refused.gpkg", [tree], "EPSG:32632").name
+        'refused.gpkg'
     """
     path = Path(path)
     driver = _driver(path)
