@@ -49,7 +49,8 @@ add_module_names = False
 
 html_theme = "pydata_sphinx_theme"
 html_title = f"TreeDGS {version}"
-html_static_path: list[str] = []
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_theme_options = {
     "logo": {"text": "TreeDGS"},
