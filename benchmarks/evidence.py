@@ -4,7 +4,7 @@
     treedgs benchmark --stability --output OUT
     treedgs benchmark --cost --output OUT
     treedgs evaluate --trees ... --truth ... --lidar ... --splats ... --workspace-in ... --output EVALUATION
-    python benchmarks/evidence.py --from OUT [--evaluation EVALUATION ...]
+    python -m benchmarks.evidence --from OUT [--evaluation EVALUATION ...]
 
 Copies charts, CSV and JSON into ``docs/results/`` and fills the parts of the pages between ``<!-- name -->`` and
 ``<!-- /name -->``. What is not in OUT stays as it is, and so does what other evaluations said.

@@ -26,7 +26,7 @@ _CELL_M = 0.25
 
 @dataclass(frozen=True, kw_only=True)
 class PairingOptions:
-    """Limits of the search. Tuned on simulated plots, seeds 1000 to 3999 (``benchmarks/pairing.py`` reports others)."""
+    """Limits of the search. Tuned on simulated plots, seeds 1000 to 3999 (``benchmarks/inventory/pairing.py`` reports others)."""
 
     centre_error_m: float = param(
         4.0,
