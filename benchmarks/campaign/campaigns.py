@@ -94,7 +94,7 @@ def alone(manifest: Path, folder: Path) -> dict[str, Path]:
             else:
                 places = [f"--{name}={row[name]}" for name in ("photos", "geotags", "plots")]
                 verb = ["photos-to-dbh", *places, "--workspace", folder / row["plot_id"]]
-            how = {"env": environment, "cwd": ROOT, "stdout": subprocess.DEVNULL}
+            how: dict = {"env": environment, "cwd": ROOT, "stdout": subprocess.DEVNULL}
             run_verb(*verb, "--crs", row["crs"], "--output", layer, "--log-format", "quiet", **how)
     return layers
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -189,7 +190,7 @@ def two_hosts(logs: Path, memory_gb: float = 4.0) -> Iterator[str]:
                 )
             )
 
-        stack.callback(lambda: [_end(process) for process in running])
+        stack.callback(_end_all, running)
         address = f"tcp://{net}.1:8797"
         start("scheduler", [*dask, "--host", f"{net}.1", "--port", "8797", "--no-dashboard"])
         for name in names:
@@ -229,12 +230,11 @@ def _wait_for(address: str, workers: int) -> None:
     raise RuntimeError(f"no scheduler at {address}")
 
 
-def _end(process: subprocess.Popen) -> None:
-    import signal
-
-    with contextlib.suppress(ProcessLookupError):
-        os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
+def _end_all(running: list[subprocess.Popen]) -> None:
+    for process in running:
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
 
 
 def _ip(*words: str, check: bool = True) -> subprocess.CompletedProcess:

@@ -191,7 +191,7 @@ def main() -> int:
         inputs = cases(options.photos, options.clouds, options.presets)
         runs = [judge(case, place / case.name, against) for case in inputs]
     met = bool(runs) and all(good(record) for record in runs)
-    compared = {"across_cores_mm": ACROSS_CORES_MM}
+    compared: dict = {"across_cores_mm": ACROSS_CORES_MM}
     if against:
         compared = {"this": commit(ROOT), "against": commit(against)}
     write_record(options.output, {**compared, "goal_met": met, "runs": runs}, seeds=[SEED])

@@ -108,7 +108,7 @@ def run_plot(plot: Path) -> dict:
     label = label_points(cloud.xyz, cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1]), stems)
     stems_s = time.perf_counter() - began
     rows, saplings = truth_of(plot)
-    result = {"points": len(cloud), "read_and_ground_s": round(ground_s, 1), "find_stems_s": round(stems_s, 1)}
+    result: dict = {"points": len(cloud), "read_and_ground_s": round(ground_s, 1), "find_stems_s": round(stems_s, 1)}
     for name, options in METHODS.items():
         began = time.perf_counter()
         trees = measure_stems(cloud, label, dtm, options, stems=stems)
@@ -158,7 +158,7 @@ def main() -> None:
     parser.add_argument("--plots", nargs="*", help="rendered plots to run (default: every plot_* with truth)")
     parser.add_argument("--output", type=Path, required=True, help="JSON to write")
     options = parser.parse_args()
-    record = {
+    record: dict = {
         "plots": {},
         "scans": {},
     }

@@ -30,14 +30,14 @@ SHARES = (1.0, 0.25, 1 / 16, 1 / 64)
 #: Places in ``SHARES`` of generated and real clouds that dendromatics, slow on dense ones, is run on.
 THEIR_SHARES = {"g": (1, 2), "r": (0,)}
 #: Noise and drift of the generated scans, m; walks past them and degrees that each sees: the last is a single scan.
-SCANS = {
+SCANS: dict[str, dict] = {
     "SLAM, usual": {},
     "SLAM, thick": {"noise_m": 0.022, "drift_m": 0.015, "dbh_cm": (13.0, 30.0)},
     "SLAM, no drift": {"drift_m": 0.0},
     "single scan": {"noise_m": 0.005, "drift_m": 0.0, "walks": 1, "seen_deg": 150.0, "ghosts": 0.005},
 }
 #: Stems, metres, points on a stem of 20 cm: half a million points in all.
-SIZE = {"stems": 12, "size_m": 10.0, "bark": 20_000, "shrubs": 11, "saplings": 5}
+SIZE: dict = {"stems": 12, "size_m": 10.0, "bark": 20_000, "shrubs": 11, "saplings": 5}
 #: How many of the shares real clouds are measured at.
 REAL_SHARES = 2
 #: Measured beside the real clouds, against the truth of rendered drone LiDAR.
@@ -139,7 +139,9 @@ def real(folder: Path, data: Path) -> dict[str, np.ndarray | None]:
         if name in RENDERED:
             cloud = read_cloud(next((data / name / "lidar").glob("*.laz")), attributes=())
             with open(data / name / "truth" / "trees.csv", encoding="utf-8") as stream:
-                truth = np.array([[float(r[k]) for k in ("E_bh", "N_bh", "dbh_cm")] for r in csv.DictReader(stream)])
+                truth: np.ndarray | None = np.array(
+                    [[float(r[k]) for k in ("E_bh", "N_bh", "dbh_cm")] for r in csv.DictReader(stream)]
+                )
         else:
             cloud = read_cloud(data / name, crs="local", need_crs=False, attributes=())
             truth = circles_of(data, name)

@@ -44,7 +44,7 @@ def measure(plot: Path) -> tuple[list[dict], int]:
                     "flag": tree.qc_flag,
                     "error_cm": tree.dbh_cm - float(true["dbh_cm"]),
                     "se_cm": tree.dbh_se_cm,
-                    "inside": tree.dbh_lo_cm <= float(true["dbh_cm"]) <= tree.dbh_hi_cm,
+                    "inside": (tree.dbh_lo_cm or 0) <= float(true["dbh_cm"]) <= (tree.dbh_hi_cm or 0),
                 }
             )
     return rows, sum(row["in_plot"] == "True" for row in truth)

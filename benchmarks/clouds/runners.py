@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -42,13 +43,14 @@ def circles_of(data: Path, cloud: str) -> np.ndarray | None:
 
 def start_treedgs(folder: Path, out: Path, code: Path = ROOT, bh_m: float | None = None) -> subprocess.Popen:
     """``*.npy`` of ``folder`` measured by the TreeDGS of a checkout, NAME.json in ``out``: running."""
-    words = [sys.executable, HERE / "run_treedgs.py", folder, out, *([] if bh_m is None else ["--bh", str(bh_m)])]
+    words: list[Any] = [sys.executable, HERE / "run_treedgs.py", folder, out]
+    words += [] if bh_m is None else ["--bh", str(bh_m)]
     return subprocess.Popen(words, env={**os.environ, "PYTHONPATH": str(code)}, stdout=subprocess.DEVNULL)
 
 
 def run_dendromatics(python: Path, cloud: Path, out: Path, options: Iterable = (), most_s: float = 240) -> dict | None:
     """What dendromatics finds in one ``.npy``; None when it fails or takes longer."""
-    words = [python, HERE / "run_dendromatics.py", cloud, out, *map(str, options)]
+    words: list[Any] = [python, HERE / "run_dendromatics.py", cloud, out, *map(str, options)]
     try:
         subprocess.run(words, check=True, capture_output=True, timeout=most_s)
     except subprocess.SubprocessError:

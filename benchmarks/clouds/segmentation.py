@@ -97,7 +97,7 @@ def score(plot: Path, segmenter: str, command: str) -> dict:
     found = [i for i in np.flatnonzero(inside) if i in pairs]
     recall = len(found) / inside.sum()
     precision = len(found) / max(len(found) + false, 1)
-    each = {names[i]: round(float(iou[i, pairs[i]]), 3) for i in found}
+    each = {names[i]: round(float(iou[i, pairs[int(i)]]), 3) for i in found}
     missed = [
         f"{names[i]} {rows[names[i]]['kind']} {float(rows[names[i]]['dbh_cm']):.0f} cm"
         for i in np.flatnonzero(inside)

@@ -139,11 +139,12 @@ def main() -> None:
             circles = circles_of(args.data, name)
             if circles is not None:
                 circles = circles - (*origin[:2], 0.0)
-            runs = record["clouds"][name] = {
+            runs: dict = {
                 "points": len(xyz),
                 "ours": ours(work, circles),
                 **theirs(work, circles, args.their_python),
             }
+            record["clouds"][name] = runs
             runs["times less CPU than theirs"] = {
                 key: {
                     "a cloud": ratio(figures["cpu_seconds"], runs["ours"]["cpu_seconds"]),

@@ -39,7 +39,7 @@ from treedgs_geo.gaussians.primitive.fit import PrimitiveFit
 from treedgs_geo.gaussians.train import fit_with_report
 from treedgs_geo.gaussians.volume import sample_volume
 
-ARMS = {"primitive": {}, "search": {"stem_epochs": 0}, "free": {"stems": "free"}}
+ARMS: dict[str, dict] = {"primitive": {}, "search": {"stem_epochs": 0}, "free": {"stems": "free"}}
 
 
 def simulated(folder: Path, seed: int) -> Path:
@@ -94,7 +94,7 @@ class Comparison:
     def read(self, found: dict[int, float]) -> dict:
         """Scores of a read-out."""
         got = np.array([k in found for k in range(len(self.rows))])
-        errors = np.array([found[k] for k in np.flatnonzero(got)]) - self.true_cm[got]
+        errors = np.array([found[int(k)] for k in np.flatnonzero(got)]) - self.true_cm[got]
         names = [row["tree_id"] for row, ok in zip(self.rows, got, strict=True) if ok]
         return {
             **score(errors, self.true_cm[got], len(self.rows)).as_dict(),

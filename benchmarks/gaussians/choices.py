@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import time
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 
@@ -102,18 +103,17 @@ def main() -> None:
         "rows": {},
     }
     fit_with_report(views, frame, ground, xy[:1], None, GaussianOptions(threads=1, stems="free"))  # compiles
-    plain = stem_fit.BandModel
     for name in arguments.only:
-        stem_fit.BandModel = ViewColours if name == "degree 1" else plain
         options = GaussianOptions(threads=1, stems="free", seed=arguments.seed, **CHOICES[name])
         began = time.process_time()
-        field, report = fit_with_report(views, frame, ground, xy, None, options)
+        with mock.patch.object(stem_fit, "BandModel", ViewColours if name == "degree 1" else stem_fit.BandModel):
+            field, report = fit_with_report(views, frame, ground, xy, None, options)
         seconds = time.process_time() - began
         found = read_out(
             sample_volume(field, views, SampleOptions(seed=arguments.seed, threads=1)), frame, dtm, "volume"
         )
         got = np.array([k in found for k in range(len(rows))])
-        errors = np.array([found[k] for k in np.flatnonzero(got)]) - dbh[got]
+        errors = np.array([found[int(k)] for k in np.flatnonzero(got)]) - dbh[got]
         held = [stem["held_out"] for stem in report.stems if stem["held_out"]]
         accuracy = score(errors, dbh[got], len(rows))
         row = record["rows"][name] = {

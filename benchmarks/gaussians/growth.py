@@ -59,7 +59,7 @@ def main() -> None:
     runs = runs[1:]
     for run in runs:
         print(run)
-    record = {"runs": runs}
+    record: dict = {"runs": runs}
     if len(runs) > 1:
         stems = np.array([run["stems"] for run in runs], float)
         for name in ("cpu_s", "peak_memory_mb"):

@@ -44,7 +44,7 @@ from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.reconstruction.cameras import View
 from treedgs_geo.terrain.dtm import Dtm
 
-RUNS = {
+RUNS: dict[str, dict] = {
     "primitive": {"preset": "balanced"},
     "free": {"preset": "balanced", "stems": "free"},
     "paper": {"preset": "paper"},

@@ -10,6 +10,8 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import numba
@@ -156,15 +158,13 @@ def main() -> None:
         done = rasteriser.forward(p, camera)
         pairs = record["pairs"] = done.pairs
         for full in (False, True):
-            forward = best_of(lambda r=rasteriser, f=full: r.forward(p, camera, f), arguments.seconds)
+            forward = best_of(partial(rasteriser.forward, p, camera, full), arguments.seconds)
             name = f"forward{'_full' if full else ''}_{threads}_threads"
             record[f"{name}_mpairs_s"] = round(pairs / forward / 1e6, 1)
-        backward = best_of(lambda r=rasteriser, d=done: r.backward(p, d, given), arguments.seconds)
+        backward = best_of(partial(rasteriser.backward, p, done, given), arguments.seconds)
         record[f"backward_{threads}_threads_mpairs_s"] = round(pairs / backward / 1e6, 1)
         rasteriser.close()
     # As in a fit: each thread draws crops of its own.
-    from concurrent.futures import ThreadPoolExecutor
-
     with ThreadPoolExecutor(2) as pool:
         alone, both_busy = [], []
         for _ in range(5):
@@ -189,8 +189,8 @@ def main() -> None:
         asked / best_of(lambda: view_opacity(p, view, points), arguments.seconds) / 1e6, 1
     )
     try:
-        forward, both = torch_rasteriser(p, camera, given)
-        only, whole = best_of(forward, arguments.seconds), best_of(both, arguments.seconds)
+        torch_forward, torch_both = torch_rasteriser(p, camera, given)
+        only, whole = best_of(torch_forward, arguments.seconds), best_of(torch_both, arguments.seconds)
         record["torch_forward_mpairs_s"] = round(pairs / only / 1e6, 2)
         record["torch_backward_mpairs_s"] = round(pairs / max(whole - only, 1e-9) / 1e6, 2)
         for part in ("forward", "backward"):

@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 from scipy.optimize import minimize
@@ -52,11 +53,8 @@ def gather(plot: Path) -> tuple[list[dict], dict]:
         return fit
 
     views, frame, ground, area = plot_inputs(plot)
-    stem_fit.choose, stem_fit.Fitter._judge = listen, judged
-    try:
+    with mock.patch.object(stem_fit, "choose", listen), mock.patch.object(stem_fit.Fitter, "_judge", judged):
         fits = stems_from_photos(views, frame, ground, area)
-    finally:
-        stem_fit.choose, stem_fit.Fitter._judge = choose, judge
     stems = []
     truth = truth_rows(plot, in_plot=False)
     for tree, true in zip(truth, local_places(truth, frame), strict=True):

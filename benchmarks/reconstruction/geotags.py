@@ -75,7 +75,7 @@ def rinex(folder: Path) -> dict:
                 Reporter(),
             )
         )
-    true = lonlat_to_project(crs, [136.97757549], [35.13469901], [104.8626])
+    true = lonlat_to_project(crs, *np.array([[136.97757549], [35.13469901], [104.8626]]))
     error = lonlat_to_project(crs, track.lon_deg, track.lat_deg, track.height_m) - true
     return _rms(error) | {"fixed_pct": round(100 * float((track.quality == 1).mean()), 1)}
 

@@ -90,7 +90,8 @@ def main() -> None:
     parser.add_argument("--threads-on", nargs=2, type=Path, metavar=("DATABASE", "LIST"), help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.threads_on:
-        match_with_threads(*options.threads_on, cores())
+        database, listing = options.threads_on
+        match_with_threads(database, listing, cores())
         return
     names = sorted(path.name for path in (options.plot / "images").iterdir())
     reach = options.neighbours
