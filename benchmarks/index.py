@@ -33,7 +33,6 @@ WRITERS = {
     "gaussian_choices.json": "benchmarks.gaussians.choices",
     "gaussian_free_*.json": "benchmarks.gaussians.route",
     "gaussian_growth.json": "benchmarks.gaussians.growth",
-    "gaussian_laws.json": "benchmarks.gaussians.route",
     "gaussian_route_*.json": "benchmarks.gaussians.route",
     "gaussian_throughput.json": "benchmarks.gaussians.throughput",
     "geotags.json": "benchmarks.reconstruction.geotags",

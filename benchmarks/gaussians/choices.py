@@ -21,15 +21,13 @@ from benchmarks.records import write_record
 from benchmarks.rendered import CLEAR_VIEWS, noisy_places, scene_of, truth_rows
 from treedgs_geo.evaluation.accuracy import score
 from treedgs_geo.gaussians.field import COLOUR
-from treedgs_geo.gaussians.free import band_fit as stem_fit
+from treedgs_geo.gaussians.free import band_fit
 from treedgs_geo.gaussians.options import GaussianOptions, SampleOptions
 from treedgs_geo.gaussians.train import fit_with_report
 from treedgs_geo.gaussians.volume import sample_volume
 
 CHOICES: dict[str, dict] = {
     "fixed": {},
-    "plateau": {"controller": "plateau"},
-    "backtrack": {"controller": "backtrack"},
     "rlgs": {"controller": "rlgs"},
     "split": {"density": "split"},
     "rlgs, split": {"controller": "rlgs", "density": "split"},
@@ -45,7 +43,7 @@ CHOICES: dict[str, dict] = {
 }
 
 
-class ViewColours(stem_fit.BandModel):
+class ViewColours(band_fit.BandModel):
     """Colours of spherical-harmonic degree 1: three more numbers a channel, linear in the viewing direction."""
 
     def __init__(self, *arguments) -> None:
@@ -106,7 +104,7 @@ def main() -> None:
     for name in arguments.only:
         options = GaussianOptions(threads=1, stems="free", seed=arguments.seed, **CHOICES[name])
         began = time.process_time()
-        with mock.patch.object(stem_fit, "BandModel", ViewColours if name == "degree 1" else stem_fit.BandModel):
+        with mock.patch.object(band_fit, "BandModel", ViewColours if name == "degree 1" else band_fit.BandModel):
             field, report = fit_with_report(views, frame, ground, xy, None, options)
         seconds = time.process_time() - began
         found = read_out(

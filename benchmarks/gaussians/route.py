@@ -3,16 +3,13 @@
     python -m benchmarks.gaussians.route --plot DIR                          (true poses, true positions + 10 cm noise)
     python -m benchmarks.gaussians.route --plot DIR --workspace WS           (poses of a workspace, the same positions)
     python -m benchmarks.gaussians.route --plot DIR --workspace WS --find    (nothing true: stems found in the photos)
-    python -m benchmarks.gaussians.route --plot DIR --workspace WS --runs primitive --stems 1 4 6 9 12 17 --samples 40 \
-        --laws --output docs/results/gaussian_laws.json                      (opacity laws and quantiles)
 
 Truth is read for scoring, and for poses and positions where the command says so. Each ``--runs`` entry is fitted and
 sampled once: ``primitive`` (stems and Gaussians in one loop), ``free`` (Gaussians only, our losses), ``paper``
-(Gaussians only, published losses and sampling), ``start`` (free Gaussians started on the bark of a primitive: what
-initialisation gains). Read-outs: ``primitive`` (the fitted stem itself), ``paper`` (samples of the Gaussians, published
-constants), ``default`` (the same samples, solid circles along the axis), ``volume`` (points spread evenly over the
-stem's surroundings, the cone at whose bark their opacity ends). ``--laws`` adds the other opacity law and low quantiles
-over the views. Stems with at least three clear views at breast height are the reference, as everywhere.
+(Gaussians only, published losses and sampling). Read-outs: ``primitive`` (the fitted stem itself), ``paper`` (samples
+of the Gaussians, published constants), ``default`` (the same samples, solid circles along the axis), ``volume``
+(points spread evenly over the stem's surroundings, the cone at whose bark their opacity ends). Stems with at least
+three clear views at breast height are the reference, as everywhere.
 """
 
 from __future__ import annotations
@@ -48,7 +45,6 @@ RUNS: dict[str, dict] = {
     "primitive": {"preset": "balanced"},
     "free": {"preset": "balanced", "stems": "free"},
     "paper": {"preset": "paper"},
-    "start": {"preset": "balanced", "stems": "start"},
 }
 
 
@@ -86,24 +82,13 @@ def read_outs(
     arguments: argparse.Namespace,
     reporter: Reporter,
 ) -> tuple[dict[str, dict[int, float]], int]:
-    """DBH in cm by position number of every reading of a field, and how many points its own sampling gives."""
+    """DBH in cm by position number of every reading of a field, and how many points were sampled."""
     sampling = SampleOptions(seed=arguments.seed, threads=arguments.threads, samples=arguments.samples)
-    variants = {"": replace(sampling, **PAPER_SAMPLING) if run == "paper" else sampling}
-    if arguments.laws:
-        variants |= {
-            " vacancy": replace(sampling, law="vacancy"),
-            " q10": replace(sampling, quantile=0.1),
-            " q30": replace(sampling, quantile=0.3),
-        }
-    columns: dict[str, dict[int, float]] = {}
-    count = 0
-    for name, chosen in variants.items():
-        points = sample_surface(field, views, chosen, reporter)
-        count = count or len(points)
-        for how in ("paper", "default"):
-            columns[how + name] = read_out(points, frame, dtm, how)
+    own = replace(sampling, **PAPER_SAMPLING) if run == "paper" else sampling
+    points = sample_surface(field, views, own, reporter)
+    columns = {how: read_out(points, frame, dtm, how) for how in ("paper", "default")}
     columns["volume"] = read_out(sample_volume(field, views, sampling, reporter), frame, dtm, "volume")
-    return columns, count
+    return columns, len(points)
 
 
 def judged(run: str, columns: dict[str, dict[int, float]], truth: list[dict], owner: np.ndarray) -> dict:
@@ -135,7 +120,6 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--workspace", type=Path, help="poses (sfm/) and, if there, dtm.tif of this workspace")
     parser.add_argument("--find", action="store_true", help="find the stems in the photos, take no true position")
     parser.add_argument("--runs", nargs="+", default=["primitive", "free", "paper"], choices=list(RUNS))
-    parser.add_argument("--laws", action="store_true", help="both opacity laws, and low quantiles over the views")
     parser.add_argument("--samples", type=int, default=100, help="candidates per Gaussian (M)")
     parser.add_argument("--stems", type=int, nargs="+", help="only these rows of the reference (0-based)")
     parser.add_argument("--noise", type=float, default=0.1, help="error of the true positions per axis, metres")

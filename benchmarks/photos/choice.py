@@ -23,7 +23,7 @@ from scipy.special import stdtrit
 from benchmarks.photos.stems_from_photos import score
 from benchmarks.records import write_record
 from benchmarks.rendered import local_places, plot_inputs, truth_rows
-from treedgs_geo.from_photos import fit as stem_fit
+from treedgs_geo.from_photos import fit as photo_fit
 from treedgs_geo.from_photos.find import stems_from_photos
 from treedgs_geo.from_photos.fine import TAPER_PRIOR
 from treedgs_geo.from_photos.options import PhotoStemOptions
@@ -36,7 +36,7 @@ RIDGE = 0.3
 def gather(plot: Path) -> tuple[list[dict], dict]:
     """One entry a stem (witnesses (N, 5), which explanations are right (N,), the parts of the error); the figures."""
     calls: list[dict] = []
-    choose, judge = stem_fit.choose, stem_fit.Fitter._judge
+    choose, judge = photo_fit.choose, photo_fit.Fitter._judge
 
     def listen(tried, trust, chance, sun):
         choice = choose(tried, trust, chance, sun)
@@ -46,14 +46,14 @@ def gather(plot: Path) -> tuple[list[dict], dict]:
     def judged(self, seed, best, fine, gap, sure, outline, gain=0.0, others=None):
         fit = judge(self, seed, best, fine, gap, sure, outline, gain, others)
         if calls and outline is not None:
-            clear = best.z > stem_fit.CLEAR_Z
-            weight = fine.view_weight * stem_fit.seen_probability(best.z)
+            clear = best.z > photo_fit.CLEAR_Z
+            weight = fine.view_weight * photo_fit.seen_probability(best.z)
             parts = scatter(fine, weight), 200 * fine.fit_sd_m, self._px_cm(fine.axis, clear) / max(clear.sum(), 1)
             calls[-1] |= {"fit": fit, "pair": best.mate is not None, "parts": parts}
         return fit
 
     views, frame, ground, area = plot_inputs(plot)
-    with mock.patch.object(stem_fit, "choose", listen), mock.patch.object(stem_fit.Fitter, "_judge", judged):
+    with mock.patch.object(photo_fit, "choose", listen), mock.patch.object(photo_fit.Fitter, "_judge", judged):
         fits = stems_from_photos(views, frame, ground, area)
     stems = []
     truth = truth_rows(plot, in_plot=False)
