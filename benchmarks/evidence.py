@@ -30,9 +30,9 @@ DOCS = ROOT / "docs"
 PUBLISHED = RESULTS / "published.json"
 #: Marker -> (page, file of OUT that fills it).
 PARTS = {
-    "chart-table": ("speed-accuracy.md", "speed-accuracy.md"),
-    "cost-table": ("speed-accuracy.md", "cost.md"),
-    "stability-table": ("stability.md", "stability.md"),
+    "chart-table": ("evidence/speed-accuracy.md", "speed-accuracy.md"),
+    "cost-table": ("evidence/speed-accuracy.md", "cost.md"),
+    "stability-table": ("evidence/stability.md", "stability.md"),
 }
 #: Copied as they are. HTML pages and PNG stay in OUT: they are large, and the SVG says the same.
 COPIED = (
@@ -162,7 +162,7 @@ def main() -> None:
                 publish(folder / name, f"{folder.name}-{name}")
         texts.append(f"**{folder.name}.** {methods_text(folder)}")
     if texts:
-        page = DOCS / "evaluation.md"
+        page = DOCS / "evidence" / "published-methods.md"
         fill(page, "methods-table", "\n\n".join(others(page, [folder.name for folder in options.evaluation]) + texts))
 
 

@@ -87,7 +87,7 @@ def test_a_running_scheduler_without_certificates_is_told(tmp_path):
 
 
 def test_a_running_scheduler_with_certificates(tmp_path):
-    """What docs/campaign.md says: Dask's own configuration names them."""
+    """What docs/technician/campaign.md says: Dask's own configuration names them."""
     import dask
     from distributed import LocalCluster
     from distributed.security import Security

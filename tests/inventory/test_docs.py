@@ -7,7 +7,7 @@ from pathlib import Path
 from treedgs_geo.trees.reasons import REASONS, explain
 from treedgs_geo.trees.tree import TREE_FIELDS
 
-PAGE = (Path(__file__).parents[2] / "docs" / "tree-layer.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "technician" / "tree-layer.md").read_text(encoding="utf-8")
 
 
 def test_every_field_is_documented():

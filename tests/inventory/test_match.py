@@ -118,7 +118,7 @@ def test_pairs_are_found_and_every_tree_is_kept(survey):
 def test_the_documented_fields_are_the_real_ones():
     from pathlib import Path
 
-    page = (Path(__file__).parents[2] / "docs" / "pairing.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "technician" / "pairing.md").read_text(encoding="utf-8")
     words = {word for part in page.split("`")[1::2] for word in part.replace(",", " ").split()}
     assert set(PAIR_COLUMNS) <= words and {PAIRS, SUGGESTED, FIELD, MEASURED, PLOTS} <= words
 

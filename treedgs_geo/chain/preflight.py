@@ -1,6 +1,7 @@
-"""The dry run: what a job would meet, told before it starts. Reads inputs, writes nothing.
+"""The dry run: what a job would meet, reported before it starts. Reads inputs, writes nothing.
 
-Time, memory and disk are estimates from recorded runs (``docs/qgis.md``): good for "minutes or hours", not for seconds.
+Time, memory and disk are estimates from recorded runs (``docs/technician/qgis.md``): good for "minutes or hours", not
+for seconds.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """A stem that the edges leave in doubt is asked again, of the texture: a primitive among Gaussians.
 
 Edges and silhouettes fail where half of a stem lies in the dark or another edge runs along it. The primitive
-(:mod:`..gaussians.stem_joint`) looks at neither: it asks which cylinder lets every photo be predicted from the others.
-The two are wrong in different places, so a stem that was refused for want of a decision can have a DBH after all, and
-one whose two diameters differ is told to the forester. It costs some seconds a stem, so only the doubtful ones are
-asked, unless all are wanted.
+(:mod:`treedgs_geo.gaussians.primitive.fit`) looks at neither: it asks which cylinder lets every photo be predicted
+from the others. The two are wrong in different places, so a stem that was refused for want of a decision can have a DBH
+after all, and one whose two diameters differ is flagged. It costs some seconds a stem, so only stems of low confidence
+are measured again, unless all are wanted.
 """
 
 from __future__ import annotations

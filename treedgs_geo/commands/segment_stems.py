@@ -37,7 +37,7 @@ class SegmentStemsSettings(SegmentOptions, CloudSettings):
         "own",
         kind="choice",
         help="who finds the trees: own needs nothing; the others are programs "
-        "that you installed yourself (docs/measuring.md)",
+        "that you installed yourself (docs/analyst/measuring.md)",
         choices=("own", "forestformer3d", "segmentanytree"),
         advanced=True,
     )
@@ -64,7 +64,7 @@ def run(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
         if not settings.segmenter_command:
             raise InputError(
                 f"--segmenter {settings.segmenter}: needs its command line, give --segmenter-command "
-                "(docs/measuring.md has one)."
+                "(docs/analyst/measuring.md has one)."
             )
         return _run_whole(settings, reporter)
     return _run_tiled(settings, reporter) if is_large(settings.input) else _run_whole(settings, reporter)

@@ -85,7 +85,10 @@ class StandTableSettings(FieldProtocol):
         None, kind="file", advanced=True, help="your own equations, tried before the built-in ones", suffixes=("csv",)
     )
     volume_equation: str | None = param(
-        None, kind="text", advanced=True, help="id of the volume equation for all trees (docs/stand-table.md)"
+        None,
+        kind="text",
+        advanced=True,
+        help="id of the volume equation for all trees (docs/technician/stand-table.md)",
     )
     biomass_equation: str | None = param(
         None, kind="text", advanced=True, help="id of the biomass equation for all trees"

@@ -4,7 +4,7 @@ Every photo of a flight sees the same ground under the same sun. Its colour ther
 hides it in one photo hides other places in the next. In each photo the ground then shows through everywhere except
 where something stands before it, and along an upright axis that something is a stem: its silhouette, found without any
 edge. This is the check that edges cannot give: the lit half of a stem has clear edges but its other half is not ground.
-Own method; what it brought is in ``docs/stems-from-photos.md``.
+Own method; what it brought is in ``docs/evidence/photos.md``.
 """
 
 from __future__ import annotations

@@ -291,7 +291,7 @@ def ring_of(total, qs, normal, widen, blind, inner, outer, taper, u0):
 
 @njit(parallel=True, **_FAST)
 def grid_contrasts(total, qs, normal, widen, blind, offsets, radii, taper, u0, score):
-    """:func:`contrast_of` of upright stems at every pair of offsets and radius: (Y, X, R). Places run innermost."""
+    """``contrast_of`` of upright stems at every pair of offsets and radius: (Y, X, R). Places run innermost."""
     n = offsets.size
     last = total.shape[2] - 1
     for k in prange(radii.size):

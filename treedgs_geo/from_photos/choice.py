@@ -11,7 +11,7 @@ from .fine import TAPER_PRIOR, FineFit
 
 #: Log odds of an explanation per unit of each witness: silhouette contrast (of what chance reaches), sub-pixel evidence
 #: (log likelihood), squared taper deviation (of 0.3 cm/m, at most 9), edge residual (px). A conditional logit over the
-#: explanations of stems with known diameters; how and on what: docs/stems-from-photos.md.
+#: explanations of stems with known diameters; how and on what: docs/evidence/photos.md.
 CONTRAST_ODDS, EVIDENCE_ODDS, TAPER_ODDS, RAGGED_ODDS = 1.06, 0.0091, -1.7, -15.0
 #: Explanations whose diameters differ less than this are one answer, cm.
 SAME_DBH_CM = 2.0

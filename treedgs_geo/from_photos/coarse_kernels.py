@@ -108,7 +108,7 @@ def table_scores(
 ):
     """LLR of every view for every extra lean, sideways offset and radius: table (L, V, C, R).
 
-    gain: :data:`GAIN`, the mixture over z. Pairs of samples are scored once a block and looked up from then on.
+    gain: ``GAIN``, the mixture over z. Pairs of samples are scored once a block and looked up from then on.
     """
     n_views, n_blocks, n_u = ridge.shape
     n_r = radii.size
@@ -333,7 +333,7 @@ def polish_many(
 
 @njit(parallel=True, **_FAST)
 def score_many(ridge, unit, q, widen, normal, terminator, u0, du, trials, taper, radii, mean, sd, prior, best):
-    """:func:`objective` of (M, 5) explanations -> (M,) best."""
+    """``objective`` of (M, 5) explanations -> (M,) best."""
     for m in prange(trials.shape[0]):
         z = np.empty(ridge.shape[0])
         best[m] = objective(

@@ -35,8 +35,8 @@ class Mixture:
         return float(np.sqrt(self.share @ ((self.dbh_cm - dbh_cm) ** 2 + self.se_cm**2)))
 
     def interval_cm(self, dbh_cm: float) -> tuple[float, float]:
-        """The middle :data:`LEVEL` of the mixture, cm; ``dbh_cm`` lies inside with its own standard error, that of the
-        nearest explanation, on both sides."""
+        """The middle :data:`treedgs_geo.core.intervals.LEVEL` of the mixture, cm; ``dbh_cm`` lies inside with its own
+        standard error, that of the nearest explanation, on both sides."""
         reach = 6 * float(self.se_cm.max())
         at = np.linspace(float(self.dbh_cm.min()) - reach, float(self.dbh_cm.max()) + reach, 4001)
         below = ndtr((at[:, None] - self.dbh_cm) / self.se_cm) @ self.share

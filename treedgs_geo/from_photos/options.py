@@ -9,7 +9,7 @@ from ..core.settings import param
 
 @dataclass(frozen=True, kw_only=True)
 class PhotoStemOptions:
-    """Tuned on rendered plots; which ones is said in ``docs/stems-from-photos.md``."""
+    """Tuned on rendered plots; which ones is said in ``docs/evidence/photos.md``."""
 
     bh_m: float = param(1.37, kind="number", help="breast height above the ground", unit="m", minimum=0.8, maximum=2.0)
     min_dbh_cm: float = param(7.5, kind="number", help="thinner stems are refused as too small", unit="cm", minimum=2)

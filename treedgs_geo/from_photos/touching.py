@@ -4,7 +4,7 @@ Seen across the pair, the two are one silhouette as wide as both; seen along it,
 settle for one of them, and its edges then fit half of the photos only. The pair fits all of them. Its edge score is the
 same one as in :mod:`.coarse`, with the left edge of whichever stands further left and the right edge of whichever
 stands further right; what it gains over the best single disc is the evidence for the second stem.
-Own method; what it gained on stems with and without a companion is in ``docs/stems-from-photos.md``.
+Own method; what it gained on stems with and without a companion is in ``docs/evidence/photos.md``.
 """
 
 from __future__ import annotations

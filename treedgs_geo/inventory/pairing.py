@@ -1,9 +1,9 @@
 """Which field tree is which measured tree: co-registration of a plot, then one-to-one pairs, by position alone.
 
 A plot centre taken under canopy is metres off and a compass turns the whole plot, so nearest neighbours alone pair the
-wrong trees (``docs/pairing.md``). First the plot is moved and turned as a whole; where two placings explain the trees
-almost equally well (planted rows repeat themselves), nothing is paired and the plot is left to a person. Diameters are
-never looked at: the pairs are used to judge them.
+wrong trees (``docs/technician/pairing.md``). First the plot is moved and turned as a whole; where two placings explain
+the trees almost equally well (planted rows repeat themselves), nothing is paired and the plot is left to a person.
+Diameters are never looked at: the pairs are used to judge them.
 """
 
 from __future__ import annotations

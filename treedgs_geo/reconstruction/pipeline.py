@@ -166,7 +166,7 @@ def _free_parameters(rotations: np.ndarray, xyz: np.ndarray, stations: Stations)
     """Which intrinsics the flight can determine.
 
     Nadir photos from one height cannot tell focal length from height (a 19 % error hid in 1 % of reprojection error,
-    ``docs/reconstruction.md``); obliques, or two heights with centimetre geotags, can.
+    ``docs/analyst/reconstruction.md``); obliques, or two heights with centimetre geotags, can.
     """
     axis = rotations[:, 2, 2]
     known = np.isfinite(axis)

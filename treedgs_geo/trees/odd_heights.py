@@ -10,8 +10,8 @@ from ..pointcloud.sanity import TALL_M, TALL_SHARE, tall_share
 from ..terrain.dtm import Dtm
 from .tree import Tree
 
-#: Height over diameter: stands have 40 to 110 (median; 58 to 87 in the clouds of docs/point-clouds.md), single dense
-#: ones 150. Heights in feet give 3.3 times as much.
+#: Height over diameter: stands have 40 to 110 (median; 58 to 87 in the clouds of docs/evidence/point-clouds.md), single
+#: dense ones 150. Heights in feet give 3.3 times as much.
 SLENDER, SLENDER_TREES = 150.0, 5
 #: Points looked at.
 _SAMPLE = 400_000

@@ -1,4 +1,4 @@
-"""The measured tree: the record every route fills and the tree layer shows (``docs/tree-layer.md``)."""
+"""The measured tree: the record every route fills and the tree layer shows (``docs/technician/tree-layer.md``)."""
 
 from __future__ import annotations
 

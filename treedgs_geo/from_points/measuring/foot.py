@@ -79,7 +79,7 @@ def with_ground(trees: list[Tree], ground: CloudGround, xyz: np.ndarray) -> list
 
 def stem_ground_se(ground: CloudGround, xy: np.ndarray, radius_m: np.ndarray, xyz: np.ndarray) -> np.ndarray:
     """(K,) standard error of the ground's height, metres, at (K, 2) stems with (K,) radii (NaN: not known) in (N, 3)
-    points. :data:`NO_GROUND_M` and more: no ground is known."""
+    points. :data:`treedgs_geo.trees.ground.NO_GROUND_M` and more: no ground is known."""
     se_m = ground.se_m(xy, np.where(np.isfinite(radius_m), radius_m + FOOT_M, USUAL_FOOT_M))
     lost = se_m >= NO_GROUND_M
     if ground.given is not None or not (ground.lowest or lost.any()):

@@ -17,6 +17,7 @@ from .species import species_of
 BA = np.pi / 4e4
 #: Half the distance of the outer nodes of the three-point Gauss-Hermite rule, in standard errors.
 _NODE = np.sqrt(3.0)
+#: What is summed up, beside the number of trees.
 QUANTITIES = ("ba", "volume", "biomass")
 HEIGHT_MODES = ("measured", "fitted", "published")
 
