@@ -5,7 +5,7 @@
 A plot is a folder as ``simulate-plot`` writes it. True labels come from ``truth/stems.json``: a LiDAR point is of a
 stem when it lies within 3 cm of its bark (mean radius along the true axis) between 0.3 and 5 m above the foot. A true
 stem is found when one segment shares half of their union (IoU >= 0.5); a segment that is no stem's is false. In-plot
-stems count; segments on saplings are told apart. ``--segmenter`` and ``--command`` score an external one.
+stems count; segments on saplings are counted apart. ``--segmenter`` and ``--command`` score an external one.
 """
 
 from __future__ import annotations

@@ -155,7 +155,7 @@ def summarise(rows: list[dict]) -> dict:
 
 
 def run(plots: int, seed: int, options: PairingOptions | None, **scene) -> dict:
-    """All patterns and GNSS errors, ``plots`` in total; without ``options`` the centre's error is told."""
+    """All patterns and GNSS errors, ``plots`` in total; without ``options`` the centre's error is given."""
     groups = [(pattern, gnss) for pattern in PATTERNS for gnss in GNSS_M]
     rows: dict[tuple, list[dict]] = {group: [] for group in groups}
     for k in range(plots):
@@ -178,7 +178,7 @@ def main() -> int:
     arguments = parser.parse_args()
     options = PairingOptions()
     report = {
-        "as asked": run(arguments.plots, arguments.seed, options),
+        "as documented": run(arguments.plots, arguments.seed, options),
         "half of the trees missed": run(arguments.plots // 5, arguments.seed + 5000, options, missed=0.5),
         "dense planted, 900 stems/ha": run(arguments.plots // 5, arguments.seed + 6000, options, density_ha=900.0),
         "small plots, radius 6 m": run(arguments.plots // 5, arguments.seed + 7000, options, radius_m=6.0),

@@ -37,10 +37,10 @@ def rows_of(plot: Path) -> tuple[list[dict], dict]:
     began = time.perf_counter()
     _, report = fit_with_report(views, frame, ground, places, None, GaussianOptions(), Reporter())
     seconds = time.perf_counter() - began
-    asked, everyone = stems_to_measure_again(fits, inside), stems_to_measure_again(fits, inside, everyone=True)
+    chosen, everyone = stems_to_measure_again(fits, inside), stems_to_measure_again(fits, inside, everyone=True)
     alone = set(stems_to_measure_again(fits, np.ones(len(fits), bool), everyone=True))
-    chosen = {number: report.primitives[number] for number in asked if number in report.primitives}
-    after, opinion = with_second_measurements(trees_of_photo_fits(fits, frame), fits, chosen, options.bh_m)
+    found = {number: report.primitives[number] for number in chosen if number in report.primitives}
+    after, counts = with_second_measurements(trees_of_photo_fits(fits, frame), fits, found, options.bh_m)
     truth = truth_rows(plot, in_plot=False)
     true_xy = local_places(truth, frame)
     rows = []
@@ -61,9 +61,9 @@ def rows_of(plot: Path) -> tuple[list[dict], dict]:
                 "flag": fit.flag,
                 "reasons": ",".join(fit.reasons),
                 "bark_cm": round(own.dbh_cm, 2),
-                "bark_doubts": ",".join(own.doubts[0] + own.doubts[1]),
-                "alone": number in alone or number in asked,
-                "asked": number in asked,
+                "bark_reasons": ",".join(own.doubts[0] + own.doubts[1]),
+                "alone": number in alone or number in chosen,
+                "measured_again": number in chosen,
                 "final_cm": None if final.dbh_cm is None else round(final.dbh_cm, 2),
                 "final_flag": final.qc_flag,
             }
@@ -71,10 +71,10 @@ def rows_of(plot: Path) -> tuple[list[dict], dict]:
     return rows, {
         "stems": len(fits),
         "seconds": round(seconds, 1),
-        "asked": len(asked),
+        "measured_again": len(chosen),
         "all": len(everyone),
-        "gained": opinion.gained,
-        "doubted": opinion.doubted,
+        "gained": counts.gained,
+        "low_confidence": counts.doubted,
     }
 
 
@@ -91,17 +91,17 @@ def main() -> None:
     summary = {}
     for name, wanted in (("alone", True), ("beside another", False)):
         group = [r for r in rows if r["alone"] == wanted]
-        sure = [r for r in group if not r["bark_doubts"]]
+        sure = [r for r in group if not r["bark_reasons"]]
         error = np.array([r["bark_cm"] - r["true_cm"] for r in sure])
         limit = np.array([max(AGREE_CM, AGREE_SHARE * r["true_cm"]) for r in sure])
         summary[name] = {
             "stems": len(group),
-            "without doubts": len(sure),
+            "without a reason against it": len(sure),
             "right": int((np.abs(error) <= limit).sum()),
             "mean_cm": round(float(error.mean()), 2) if len(sure) else None,
             "rmse_cm": round(float(np.sqrt((error**2).mean())), 2) if len(sure) else None,
         }
-    changed = [r for r in rows if r["asked"] and (r["final_flag"] != r["flag"] or r["flag"] == "reject")]
+    changed = [r for r in rows if r["measured_again"] and (r["final_flag"] != r["flag"] or r["flag"] == "reject")]
     for row in changed:
         print(json.dumps(row))
     print(json.dumps(summary, indent=1))
