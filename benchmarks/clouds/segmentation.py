@@ -11,7 +11,6 @@ stems count; segments on saplings are counted apart. ``--segmenter`` and ``--com
 from __future__ import annotations
 
 import argparse
-import csv
 import json
 import time
 from pathlib import Path
@@ -19,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.records import write_record
+from benchmarks.rendered import truth_rows
 from treedgs_geo.from_points.segmentation.external import segment_external
 from treedgs_geo.from_points.segmentation.segment import find_stems, label_points
 from treedgs_geo.pointcloud.files import read_cloud
@@ -51,6 +51,36 @@ def true_labels(plot: Path, xyz: np.ndarray) -> tuple[np.ndarray, list[str]]:
     return label, names
 
 
+def shared_points(true: np.ndarray, label: np.ndarray, band: np.ndarray, stems: int) -> np.ndarray:
+    """(stems, L) intersection over union of true stems and labels, of the points in the band."""
+    labels = int(label[band].max(initial=0)) + 1
+    overlap = np.zeros((stems, labels))
+    both = band & (label > 0) & (true >= 0)
+    np.add.at(overlap, (true[both], label[both]), 1)
+    size_true = np.bincount(true[band & (true >= 0)], minlength=stems)
+    size_mine = np.bincount(label[band & (label > 0)], minlength=labels)
+    return overlap / np.maximum(size_true[:, None] + size_mine[None] - overlap, 1)
+
+
+def one_to_one(iou: np.ndarray) -> dict[int, int]:
+    """True stem -> label, best first."""
+    pairs: dict[int, int] = {}
+    for i, j in sorted(np.argwhere(iou >= SAME_IOU).tolist(), key=lambda ij: -iou[ij[0], ij[1]]):
+        if i not in pairs and j not in pairs.values():
+            pairs[i] = j
+    return pairs
+
+
+def false_segments(plot: Path, feet: np.ndarray) -> tuple[int, int]:
+    """Of segments without a stem, (F, 2) feet: how many within 10 m of the plot's centre are false, and on saplings."""
+    record = json.loads((plot / "truth" / "stems.json").read_text(encoding="utf-8"))
+    saplings = np.array(record["saplings_xy_dbhcm"], float).reshape(-1, 3)[:, :2] + np.array(record["origin"])[:2]
+    centre = np.mean([(float(row["E_bh"]), float(row["N_bh"])) for row in truth_rows(plot)], axis=0)
+    near = [foot for foot in feet if np.hypot(*(foot - centre)) <= 10.0]
+    on_saplings = sum(bool(len(saplings)) and np.hypot(*(saplings - foot).T).min() < 0.3 for foot in near)
+    return len(near) - on_saplings, on_saplings
+
+
 def score(plot: Path, segmenter: str, command: str) -> dict:
     """One plot's figures."""
     cloud = read_cloud(next((plot / "lidar").glob("*.laz")))
@@ -63,61 +93,32 @@ def score(plot: Path, segmenter: str, command: str) -> dict:
         label = segment_external(cloud, segmenter, command).tree_id
     seconds = time.perf_counter() - began
     true, names = true_labels(plot, cloud.xyz)
-    with open(plot / "truth" / "trees.csv", encoding="utf-8") as stream:
-        rows = {row["tree_id"]: row for row in csv.DictReader(stream)}
-    inside = np.array([rows[name]["in_plot"] == "True" if name in rows else False for name in names])
+    rows = {row["tree_id"]: row for row in truth_rows(plot)}
     band = (height > LOW_M) & (height < HIGH_M)
-    segments = np.unique(label[band & (label > 0)])
-    overlap = np.zeros((len(names), segments.max() + 1 if len(segments) else 1))
-    both = band & (label > 0) & (true >= 0)
-    np.add.at(overlap, (true[both], label[both]), 1)
-    size_true = np.bincount(true[band & (true >= 0)], minlength=len(names))
-    size_mine = np.bincount(label[band & (label > 0)], minlength=overlap.shape[1])
-    iou = overlap / np.maximum(size_true[:, None] + size_mine[None] - overlap, 1)
-    # One to one, best first.
-    pairs, used = {}, set()
-    for i, j in sorted(np.argwhere(iou >= SAME_IOU).tolist(), key=lambda ij: -iou[ij[0], ij[1]]):
-        if i not in pairs and j not in used:
-            pairs[i] = j
-            used.add(j)
-    record = json.loads((plot / "truth" / "stems.json").read_text(encoding="utf-8"))
-    saplings = np.array(record["saplings_xy_dbhcm"], float).reshape(-1, 3)[:, :2] + np.array(record["origin"])[:2]
-    centre = np.mean([(float(r["E_bh"]), float(r["N_bh"])) for r in rows.values() if r["in_plot"] == "True"], axis=0)
-    false, on_saplings = 0, 0
-    for j in segments:
-        if j in used:
-            continue
-        foot = np.median(cloud.xyz[band & (label == j), :2], axis=0)
-        if np.hypot(*(foot - centre)) > 10.0:
-            continue
-        if len(saplings) and np.hypot(*(saplings - foot).T).min() < 0.3:
-            on_saplings += 1
-        else:
-            false += 1
-    found = [i for i in np.flatnonzero(inside) if i in pairs]
-    recall = len(found) / inside.sum()
-    precision = len(found) / max(len(found) + false, 1)
-    each = {names[i]: round(float(iou[i, pairs[int(i)]]), 3) for i in found}
-    missed = [
-        f"{names[i]} {rows[names[i]]['kind']} {float(rows[names[i]]['dbh_cm']):.0f} cm"
-        for i in np.flatnonzero(inside)
-        if i not in pairs
-    ]
-    points_mine = band & np.isin(label, sorted(used))
+    iou = shared_points(true, label, band, len(names))
+    pairs = one_to_one(iou)
+    extra = [j for j in np.unique(label[band & (label > 0)]) if j not in pairs.values()]
+    feet = np.array([np.median(cloud.xyz[band & (label == j), :2], axis=0) for j in extra]).reshape(-1, 2)
+    false, on_saplings = false_segments(plot, feet)
+    inside = [i for i, name in enumerate(names) if name in rows]
+    each = {names[i]: round(float(iou[i, pairs[i]]), 3) for i in inside if i in pairs}
+    missed = [rows[names[i]] for i in inside if i not in pairs]
+    recall, precision = len(each) / len(inside), len(each) / max(len(each) + false, 1)
+    points_mine = band & np.isin(label, sorted(pairs.values()))
     return {
         "plot": plot.name,
         "points": len(cloud),
-        "stems": int(inside.sum()),
-        "found": len(found),
+        "stems": len(inside),
+        "found": len(each),
         "false": false,
         "on_saplings": on_saplings,
         "precision": round(precision, 3),
-        "recall": round(float(recall), 3),
+        "recall": round(recall, 3),
         "f1": round(2 * precision * recall / max(precision + recall, 1e-9), 3),
         "mean_iou": round(float(np.mean(list(each.values()))), 3) if each else None,
         "worst_iou": min(each.values(), default=None),
         "point_precision": round(float((true[points_mine] >= 0).mean()), 3) if points_mine.any() else None,
-        "missed": missed,
+        "missed": [f"{row['tree_id']} {row['kind']} {float(row['dbh_cm']):.0f} cm" for row in missed],
         "seconds": round(seconds, 1),
         "iou": each,
     }
