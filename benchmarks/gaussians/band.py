@@ -158,6 +158,7 @@ class Comparison:
         return fit
 
     def full_arm(self) -> None:
+        """The whole scene: fitted, and read out as a band is."""
         arguments, began = self.arguments, time.process_time()
         origins, bands = self.bands()
         cutting_s = time.process_time() - began
@@ -203,16 +204,26 @@ class Comparison:
         found = primitives()
         primitive_s = time.process_time() - primitive_s
         self.finish("full", scene | {"cpu_s": round(fit.cpu_s + cutting_s + primitive_s, 1), **self.read(found)})
+        self.free_read_out(fit, scene, seeds)
+        self.with_fewer(fit, held)
+
+    def free_read_out(self, fit: Fit, scene: dict, seeds: np.ndarray) -> None:
+        """The scene's Gaussians about the stems, read as the band's free ones are. seeds: (K, 3) feet."""
         began = time.process_time()
+        found: dict[int, float] = {}
         try:
             own = near_stems(fit.p, seeds, self.options.radius_m, self.options.band_m)
             points = sample_volume(own, self.views, self.sampling)
             found = read_out(points, self.frame, self.dtm, "volume")
         except ValueError as problem:
-            found, scene = {}, scene | {"problem": str(problem)}
+            scene = scene | {"problem": str(problem)}
         self.finish(
             "full_free", scene | {"cpu_s": round(fit.cpu_s + time.process_time() - began, 1), **self.read(found)}
         )
+
+    def with_fewer(self, fit: Fit, held: list[int]) -> None:
+        """Scenes with other numbers of Gaussians, some passes at half resolution, beside the same passes of ``fit``."""
+        arguments = self.arguments
         for count in arguments.fewer:
             other = self.begin(count, held)
             other.run((arguments.fewer_passes, 0), 0, lambda fit: None)
