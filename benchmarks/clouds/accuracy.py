@@ -155,14 +155,16 @@ def run_scan(data: Path, name: str) -> dict:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True, help="folder with plot_* and lidar_* folders")
-    parser.add_argument("--plots", nargs="*", help="rendered plots to run (default: every plot_* with truth)")
+    parser.add_argument(
+        "--plots", type=Path, nargs="*", help="default: every plot_* of --data with truth"
+    )
     parser.add_argument("--output", type=Path, required=True, help="JSON to write")
     options = parser.parse_args()
     record: dict = {
         "plots": {},
         "scans": {},
     }
-    there = sorted(plot.name for plot in options.data.glob("plot_*") if (plot / "truth" / "trees.csv").exists())
+    there = sorted(plot for plot in options.data.glob("plot_*") if (plot / "truth" / "trees.csv").exists())
     plots = options.plots or there
     columns = (
         "success_pct",
@@ -174,10 +176,10 @@ def main() -> None:
         "on_saplings",
         "measure_s",
     )
-    for name in plots:
-        result = record["plots"][name] = run_plot(options.data / name)
+    for plot in plots:
+        result = record["plots"][plot.name] = run_plot(plot)
         print(
-            f"\n{name}: {result['points']:,} points; read and ground {result['read_and_ground_s']} s, "
+            f"\n{plot.name}: {result['points']:,} points; read and ground {result['read_and_ground_s']} s, "
             f"stems {result['find_stems_s']} s"
         )
         print(f"{'method':28}" + "".join(f"{column:>18}" for column in columns) + "   worst")
