@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pkgutil
+import re
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -48,7 +49,8 @@ add_module_names = False
 
 html_theme = "pydata_sphinx_theme"
 html_title = f"TreeDGS {version}"
-html_static_path: list[str] = []
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_theme_options = {
     "logo": {"text": "TreeDGS"},
@@ -67,11 +69,27 @@ class Room(SphinxDirective):
     required_arguments = 1
 
     def run(self) -> list[nodes.Node]:
-        text = []
-        for name in modules_of(self.arguments[0]):
+        package, *modules = modules_of(self.arguments[0])
+        text = [f".. automodule:: {package}", ""]
+        for name in modules:
             short = name.removeprefix("treedgs_geo.")
             text += [short, "-" * len(short), "", f".. automodule:: {name}", ""]
         return self.parse_text_to_nodes("\n".join(text), allow_section_headings=True)
+
+
+class FrontDoor(SphinxDirective):
+    """``{front-door}``: the names of ``import treedgs_geo as tg``, each with its first line and its home."""
+
+    def run(self) -> list[nodes.Node]:
+        text = [".. list-table::", "   :widths: 30 70", ""]
+        for name in sorted(treedgs_geo.__all__, key=str.lower):
+            found = getattr(treedgs_geo, name)
+            lines = (found.__doc__ or "").strip().split("\n\n")[0].split("\n")
+            first = re.split(r"(?<=[.:])\s", " ".join(line.strip() for line in lines))[0].rstrip(":.")
+            first = re.sub(r":\w+:`[~.]*([^`]*)`", r"``\1``", first)
+            home = f"{found.__module__}.{found.__qualname__}"
+            text += [f"   * - :py:obj:`tg.{name} <{home}>`", f"     - {first}", ""]
+        return self.parse_text_to_nodes("\n".join(text))
 
 
 def modules_of(name: str) -> list[str]:
@@ -90,5 +108,6 @@ def read_sections(app: Sphinx, what: str, name: str, obj: object, options: objec
 
 def setup(app: Sphinx) -> dict[str, bool]:
     app.add_directive("room", Room)
+    app.add_directive("front-door", FrontDoor)
     app.connect("autodoc-process-docstring", read_sections)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -1,8 +1,8 @@
 """TreeDGS: diameters at breast height from drone photos or LiDAR clouds.
 
-The library computes; it never imports ``qgis``. ``import treedgs_geo as tg`` gives :func:`measure_photos`,
-:func:`measure_cloud` and what they read and return; the names load when they are first used. The rooms behind them, and
-the order in which they import one another, are in ``docs/developing.md`` and ``.importlinter``.
+The library computes; it never imports ``qgis``. ``import treedgs_geo as tg`` gives :func:`.api.measure_photos`,
+:func:`.api.measure_cloud` and what they read and return; the names load when they are first used. The rooms behind
+them, and the order in which they import one another, are in ``docs/developer/developing.md`` and ``.importlinter``.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -145,10 +146,8 @@ class EngineProcess:
         except psutil.Error:
             parts = []
         if os.name == "posix":
-            try:
+            with contextlib.suppress(ProcessLookupError, PermissionError):
                 os.killpg(self._process.pid, signal.SIGKILL)
-            except (ProcessLookupError, PermissionError):
-                pass
         elif self._process.poll() is None:
             self._process.kill()
         for part in parts:
@@ -156,10 +155,8 @@ class EngineProcess:
                 part.kill()
             except psutil.Error:
                 continue
-        try:
+        with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(10)
-        except subprocess.TimeoutExpired:
-            pass
         self._reader.join(5)
 
     def ending(self) -> Ending:

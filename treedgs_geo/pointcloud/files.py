@@ -323,7 +323,7 @@ def _iter_las(
         names = _names(header, attributes)
         layout = _layout(header)
         pieces = (
-            _copc_pieces(path, header, bounds)
+            _copc_pieces(path, bounds)
             if bounds is not None and _is_copc(header)
             else iter_points(path, reader, chunk_points)
         )
@@ -362,7 +362,7 @@ def _is_copc(header: Any) -> bool:
     return any(vlr.user_id == "copc" and vlr.record_id == 1 for vlr in header.vlrs)
 
 
-def _copc_pieces(path: Path, header: Any, bounds: tuple[float, float, float, float]) -> Iterator[Any]:
+def _copc_pieces(path: Path, bounds: tuple[float, float, float, float]) -> Iterator[Any]:
     """The points of a COPC file near a box, by its index: the rest of the file is not read.
 
     Raises:

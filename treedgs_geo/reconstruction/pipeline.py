@@ -69,7 +69,7 @@ def reconstruct_photos(
     """Structure from motion in the project CRS; writes ``sfm_folder`` and returns its report.
 
     Args:
-        stations: from :func:`~treedgs_geo.geotags.read_stations`. sfm_folder: replaced as a whole on success;
+        stations: from :func:`~treedgs_geo.geotags.reading.read_stations`. sfm_folder: replaced as a whole on success;
         features and matches are
             kept in ``cache/`` beside it while the work goes on, so that a stopped run resumes. plugin: a learned
             matcher whose matches are used beside SIFT's.
@@ -117,7 +117,6 @@ def reconstruct_photos(
             database,
             cache,
             stations,
-            store,
             calibration,
             xyz,
             rotations,
