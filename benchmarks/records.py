@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import datetime
-import os
 import shlex
 import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
+
+import psutil
 
 from treedgs_geo.benchmarking.chart import machine
 from treedgs_geo.core.files import write_json
@@ -45,7 +46,7 @@ def made_by(seeds: Iterable[int] = ()) -> dict[str, Any]:
         "date": datetime.date.today().isoformat(),
         "version": here.pop("version"),
         "python": here.pop("python"),
-        "machine": {**here, "load": round(os.getloadavg()[0], 1)},
+        "machine": {**here, "load": round(psutil.getloadavg()[0], 1)},
         "seeds": list(seeds),
     }
 

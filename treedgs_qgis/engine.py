@@ -276,7 +276,7 @@ def run_job(
         with closing(stream(process, is_cancelled)) as lines:
             for from_stdout, line in lines:
                 log.write(line + "\n")
-                message = _parse(line) if from_stdout else {"t": "log", "message": line}
+                message: dict[str, Any] = _parse(line) if from_stdout else {"t": "log", "message": line}
                 if message["t"] == "hello" and message.get("protocol") != PROTOCOL:
                     raise EngineError(
                         tr(
@@ -408,6 +408,8 @@ def stop_group(process: subprocess.Popen) -> None:
 
 
 def _signal_group(group: int, number: int) -> None:
+    if sys.platform == "win32":
+        return
     with suppress(ProcessLookupError, PermissionError):
         os.killpg(group, number)
 
@@ -419,4 +421,6 @@ def _own_group() -> dict[str, Any]:
 
 
 def _no_window() -> dict[str, Any]:
-    return {"creationflags": subprocess.CREATE_NO_WINDOW} if sys.platform == "win32" else {}
+    if sys.platform == "win32":
+        return {"creationflags": subprocess.CREATE_NO_WINDOW}
+    return {}

@@ -39,6 +39,8 @@ from treedgs_geo.campaign.run import run_campaign
 from treedgs_geo.campaign.settings import CampaignSettings
 from treedgs_geo.core.progress import Reporter
 
+assert sys.platform != "win32", "this benchmark needs Linux"
+
 
 def campaign(manifest: Path, workspace: Path, *more: str, **run) -> subprocess.Popen:
     """``treedgs campaign`` running."""
@@ -199,7 +201,7 @@ def speedup(given: argparse.Namespace) -> dict:
         "plots_stage_s": stages,
         "speedup_whole_command": round(min(seconds[1]) / min(seconds[2]), 2),
         "speedup_plots": round(min(stages[1]) / min(stages[2]), 2),
-        "load_before": os.getloadavg()[0],
+        "load_before": psutil.getloadavg()[0],
     }
 
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -53,7 +52,7 @@ def interrupt(plot: Path, workspace: Path, words: str, after_s: float) -> dict:
         "qgis_gone_s": round(time.monotonic() - began, 2),
         "left": len(left),
         "rc": running.returncode,
-        "load": round(os.getloadavg()[0], 1),
+        "load": round(psutil.getloadavg()[0], 1),
     }
 
 

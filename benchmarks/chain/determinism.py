@@ -30,6 +30,8 @@ from benchmarks.verbs import photo_inputs, words
 from treedgs_geo.core import workspace as names
 from treedgs_geo.reconstruction.model import load_views
 
+assert sys.platform != "win32", "this benchmark needs Linux"
+
 #: Goals: bitwise on one machine, this much across core counts.
 ACROSS_CORES_MM = 0.1
 #: Columns that hold when something was made, not what was measured.

@@ -155,9 +155,7 @@ def run_scan(data: Path, name: str) -> dict:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, required=True, help="folder with plot_* and lidar_* folders")
-    parser.add_argument(
-        "--plots", type=Path, nargs="*", help="default: every plot_* of --data with truth"
-    )
+    parser.add_argument("--plots", type=Path, nargs="*", help="default: every plot_* of --data with truth")
     parser.add_argument("--output", type=Path, required=True, help="JSON to write")
     options = parser.parse_args()
     record: dict = {

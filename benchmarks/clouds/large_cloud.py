@@ -25,6 +25,8 @@ import numpy as np
 from benchmarks.records import write_record
 from treedgs_geo.core.files import read_json
 
+assert sys.platform != "win32", "this benchmark needs Linux"
+
 
 def lay_out(source: Path, target: Path, points: float) -> dict:
     """Write ``points`` or a little more by tiling ``source``; returns what was made."""

@@ -1,7 +1,7 @@
 """What many megapixels cost: a plot's photos enlarged, then the whole chain on them.
 
     python -m benchmarks.photos.large_photos ../shared/data/plot_a --width 4096 --work WORK \
-        --output docs/results/large_photos.json
+        --output large_photos.json
 
 Nothing is added to the photos, so how accurate they are says little. EXIF and XMP stay, with the pixel dimensions and
 the calibrated focal length scaled; geotag files, plots.csv and truth/ are linked: WORK/PLOT_WIDTH is then an ordinary

@@ -1,6 +1,6 @@
 """How good a stem primitive is as a second measurement: it measures every stem that the photo route fits.
 
-    python -m benchmarks.photos.second_measurement PLOT ... --output docs/results/second_measurement.json
+    python -m benchmarks.photos.second_measurement PLOT ... --output second_measurement.json
 
 Cameras are the renderer's, the ground is the plot's DTM. Truth is read for scoring alone. "alone": no companion
 is likely and no other measured stem within 0.6 m: only those are measured twice in ``photos-to-dbh``

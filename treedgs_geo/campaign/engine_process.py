@@ -145,7 +145,7 @@ class EngineProcess:
             parts = psutil.Process(self._process.pid).children(recursive=True)
         except psutil.Error:
             parts = []
-        if os.name == "posix":
+        if sys.platform != "win32":
             with contextlib.suppress(ProcessLookupError, PermissionError):
                 os.killpg(self._process.pid, signal.SIGKILL)
         elif self._process.poll() is None:
@@ -219,6 +219,8 @@ def _own_group() -> dict[str, Any]:
 
 def _before_start() -> None:
     """In the child: dies with its supervisor, and before its worker when memory runs out. Linux only."""
+    if sys.platform == "win32":
+        return
     try:
         import ctypes
 
