@@ -142,7 +142,7 @@ def find_engine(setting: str = "", modules: Iterable[str] = ()) -> Engine:
     in the plugin folder, a ``python3`` on the PATH. modules: what the job imports; all have to be installed.
 
     Raises:
-        EngineMissing: with what was looked at and how to mend it.
+        EngineMissing: with what was looked at and what to do.
     """
     modules = list(modules)
     for value, source in (

@@ -14,7 +14,7 @@ _PHOTOS = {".jpg", ".jpeg", ".tif", ".tiff", ".dng"}
 
 
 def utm_suggestion(paths: Iterable[str]) -> str:
-    """``EPSG:32615 (WGS 84 / UTM zone 15N)`` from the first input that tells its position, else ''."""
+    """``EPSG:32615 (WGS 84 / UTM zone 15N)`` from the first input that has a position, else ''."""
     for path in map(Path, paths):
         where = position(path)
         if where:

@@ -24,7 +24,7 @@ from .jobs import run_job
 from .ladder import CONFIGS, SFM, Config
 from .plot import TruePlot
 
-#: A stem counts as visible with this many clear photos of its breast height; success is told over these.
+#: A stem counts as visible with this many clear photos of its breast height; success counts these.
 CLEAR_VIEWS = 3
 #: A configuration may be recommended when it measures at least this share of what the most successful one does.
 ENOUGH_SUCCESS = 0.9

@@ -300,8 +300,8 @@ def run_second_cost(job: dict[str, Any]) -> dict[str, Any]:
     seconds = time.perf_counter() - began
     size = len(places) * len(views) * job["scale"] ** 2
     return {
-        "stages": {"second opinion": seconds},
-        "sizes": {"second opinion": size},
+        "stages": {"second measurement": seconds},
+        "sizes": {"second measurement": size},
         "facts": {"photos": len(views), "stems": len(places), "scale": job["scale"]},
     }
 

@@ -181,7 +181,7 @@ class Forecast:
 
 
 def predict(plan: Plan, model: CostModel, shape: Shape, settings: CampaignSettings, reporter: Reporter) -> Forecast:
-    """Time, memory and disk of the whole manifest, told in a few lines."""
+    """Time, memory and disk of the whole manifest, in a few lines."""
     slots = shape.processes * shape.slots
     cpu = float(plan.seconds.sum())
     seconds = makespan(plan.seconds, slots)

@@ -195,7 +195,7 @@ def _one_crs(checker: Checker, seen: dict[str, int], crs: str | None) -> None:
     """One layer has one CRS: rows in several need ``--crs``, and local metres cannot be mixed with anything."""
     if len(seen) < 2 or (crs and "local" not in seen):
         return
-    told = ", ".join(f"{_short(name)} (line {line})" for name, line in list(seen.items())[:4])
+    listed = ", ".join(f"{_short(name)} (line {line})" for name, line in list(seen.items())[:4])
     hint = (
         "clouds in local metres have no place on the map, run them as a campaign of their own"
         if "local" in seen
@@ -203,7 +203,7 @@ def _one_crs(checker: Checker, seen: dict[str, int], crs: str | None) -> None:
     )
     checker.n_bad += 1
     checker.problems.append(
-        f"the rows are in {len(seen)} coordinate reference systems: {told}; one layer has one: {hint}"
+        f"the rows are in {len(seen)} coordinate reference systems: {listed}; one layer has one: {hint}"
     )
 
 

@@ -144,7 +144,7 @@ def _engine(job: dict[str, Any], folder: Path, lease: Lease, orphaned: threading
         )
     process = EngineProcess(folder, {"folder": str(folder), "row": job["row"]}, job["threads"], folder / LOG, lease.key)
     limit_s = 60 * job["time_limit_min"] if job["time_limit_min"] else float("inf")
-    began = told = time.monotonic()
+    began = reported = time.monotonic()
     try:
         while not process.ended(0.2):
             now = time.monotonic()
@@ -160,8 +160,8 @@ def _engine(job: dict[str, Any], folder: Path, lease: Lease, orphaned: threading
             if now - began > limit_s:
                 process.stop("timeout", f"took longer than the limit of {job['time_limit_min']:g} minutes")
                 break
-            if now - told > 2:
-                told = now
+            if now - reported > 2:
+                reported = now
                 _report(folder, process, now - began)
     finally:
         process.kill()

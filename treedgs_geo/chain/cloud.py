@@ -46,7 +46,7 @@ def run_cloud_chain(settings: PointcloudToDbhSettings, reporter: Reporter) -> di
     kept = None if settings.stems_output else ("intensity", "opacity", "gps_time")
     cloud = load_cloud(settings, reporter, kept)
     plots, cloud = cut_to_plots(settings, cloud, reporter)
-    point_weights(cloud, settings.weights)  # a missing attribute is told before the work, not after
+    point_weights(cloud, settings.weights)  # a missing attribute is reported before the work, not after
     ground = load_ground(settings.input, settings.dtm, cloud, reporter)
     trees, tree_id = find_and_measure(cloud, ground, plots, settings, reporter)
     if settings.stems_output is not None and (tree_id > 0).any():

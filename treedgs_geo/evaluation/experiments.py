@@ -238,12 +238,12 @@ def _workspace(inputs: ExperimentInputs, reference: Reference, folder: Path, par
     check = ""
     if inputs.truth is not None and inputs.truth.with_name("visibility.csv").exists():
         names = [reference.tree[partner[k]] if k in partner else "" for k in range(len(trees))]
-        told = agreement(seen, names, pd.read_csv(inputs.truth.with_name("visibility.csv")))
-        result["visibility"]["against_truth"] = told
+        agreed = agreement(seen, names, pd.read_csv(inputs.truth.with_name("visibility.csv")))
+        result["visibility"]["against_truth"] = agreed
         check = (
-            f"<p>Against the simulator: of {told['views']} views {told['clear']} are clear; {told['called_free']} "
-            f"are called free, precision {told['precision']:.2f}, recall {told['recall']:.2f}; counts of the "
-            f"stems correlate with r = {told['stem_count_r']}.</p>"
+            f"<p>Against the simulator: of {agreed['views']} views {agreed['clear']} are clear; "
+            f"{agreed['called_free']} are called free, precision {agreed['precision']:.2f}, recall "
+            f"{agreed['recall']:.2f}; counts of the stems correlate with r = {agreed['stem_count_r']}.</p>"
         )
     drawn = _draw(folder, "visibility", experiment_charts.draw_visibility(table))
     parts.append(

@@ -250,7 +250,7 @@ def _row(
 
 
 def _resolve(locked: Locked, field_trees: pd.DataFrame, measured: gpd.GeoDataFrame, warnings: list[str]) -> list[dict]:
-    """Which rows of the present tables the locked lines mean; lines that mean nothing any more are told."""
+    """Which rows of the present tables the locked lines mean; lines that mean nothing any more are reported."""
     key_rows = {
         (str(p), str(f)): k
         for k, (p, f) in enumerate(zip(field_trees["plot_id"], field_trees["field_id"], strict=True))

@@ -122,7 +122,7 @@ def register(
     """Find how to move a plot's field trees onto the measured ones.
 
     field_xy: (N, 2), measured_xy: (M, 2), metres from the surveyed plot centre, float64. anchors: (K, 2) int pairs that
-    a person confirmed; with two or more that agree within a metre the placing follows from them and is not doubted.
+    a person confirmed; with two or more that agree within a metre the placing follows from them.
     """
     field_xy, measured_xy = np.asarray(field_xy, float).reshape(-1, 2), np.asarray(measured_xy, float).reshape(-1, 2)
     if anchors is not None and len(anchors) >= 2:

@@ -17,7 +17,7 @@ from ..core.progress import Reporter
 from .survey import Extent, Survey
 
 #: The tallest trees on earth reach 116 m, few stands 55 m and hardly one 75 m: beyond, the heights are remarked,
-#: doubted (every tree to check) or refused.
+#: flagged (every tree to check) or refused.
 REMARKED_M, TALL_M, IMPOSSIBLE_M = 55.0, 75.0, 130.0
 #: So many points, and this share of all, have to be that high (birds, wires and multipath are not the stand).
 TALL_POINTS, TALL_SHARE, IMPOSSIBLE_SHARE = 20, 1e-4, 5e-3

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 #: Values that files use for "nothing here" without saying so.
 _SILENT_NODATA = (-9999.0, -99999.0, -32768.0, 3.4028234663852886e38, -3.4028234663852886e38)
 
-#: A DTM that lies farther than this from the ground that the data themselves show is told.
+#: A DTM that lies farther than this from the ground that the data themselves show is reported.
 GROUND_WARN_M = 0.15
 
 
