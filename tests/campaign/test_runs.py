@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-from campaign_support import differences, may_make_hosts, two_hosts
 from child_processes import words_of
 from PIL import Image
 from small_campaign import ROOT, Ended, make_cloud, start, write_manifest
 
+from benchmarks.campaign.support import differences, may_make_hosts, two_hosts
 from treedgs_geo.campaign.engine_process import THREADS
 from treedgs_geo.inventory.tree_reading import read_trees
 

@@ -28,7 +28,7 @@ HOPELESS = frozenset({"too_small", "too_large", "lean", "no_ground", "edge"})
 #: asked about a bush finds a cylinder too.
 LEAST_CONTRAST, LEAST_LLR = 0.7, 40.0
 #: The primitive is one stem with nothing beside it: where a companion is likely, or a measured stem this close (m), it
-#: takes the two for one (``benchmarks/second_opinion.py`` counts both kinds).
+#: takes the two for one (``benchmarks/photos/second_measurement.py`` counts both kinds).
 ALONE_M = 0.6
 #: Most stems asked a plot; the clearest first.
 MOST_MEASURED_AGAIN = 16
