@@ -21,13 +21,14 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from stems_from_photos import plot_inputs  # noqa: E402
 
-from treedgs_geo.chain.second_measurement import AGREE_CM, AGREE_SHARE, stems_to_measure_again, with_second_measurements  # noqa: E402
+from treedgs_geo.chain.second_measurement import stems_to_measure_again, with_second_measurements  # noqa: E402
 from treedgs_geo.core.progress import Reporter  # noqa: E402
 from treedgs_geo.from_photos.find import stems_from_photos  # noqa: E402
 from treedgs_geo.from_photos.options import PhotoStemOptions  # noqa: E402
 from treedgs_geo.from_photos.trees import trees_of_photo_fits  # noqa: E402
 from treedgs_geo.gaussians.options import GaussianOptions  # noqa: E402
 from treedgs_geo.gaussians.train import fit_with_report  # noqa: E402
+from treedgs_geo.trees.limits import LIMITS  # noqa: E402
 
 
 def rows_of(plot: Path) -> tuple[list[dict], dict]:
@@ -64,7 +65,7 @@ def rows_of(plot: Path) -> tuple[list[dict], dict]:
                 "flag": fit.flag,
                 "reasons": ",".join(fit.reasons),
                 "bark_cm": round(own.dbh_cm, 2),
-                "bark_doubts": ",".join(own.doubts[0] + own.doubts[1]),
+                "bark_reasons": ",".join(own.findings.reasons),
                 "alone": number in alone or number in asked,
                 "asked": number in asked,
                 "final_cm": None if final.dbh_cm is None else round(final.dbh_cm, 2),
@@ -77,7 +78,7 @@ def rows_of(plot: Path) -> tuple[list[dict], dict]:
         "asked": len(asked),
         "all": len(everyone),
         "gained": opinion.gained,
-        "doubted": opinion.doubted,
+        "flagged": opinion.flagged,
     }
 
 
@@ -94,12 +95,12 @@ def main() -> None:
     summary = {}
     for name, wanted in (("alone", True), ("beside another", False)):
         group = [r for r in rows if r["alone"] == wanted]
-        sure = [r for r in group if not r["bark_doubts"]]
+        sure = [r for r in group if not r["bark_reasons"]]
         error = np.array([r["bark_cm"] - r["true_cm"] for r in sure])
-        limit = np.array([max(AGREE_CM, AGREE_SHARE * r["true_cm"]) for r in sure])
+        limit = np.array([LIMITS["second measurement"][0].check.at(r["true_cm"]) for r in sure])
         summary[name] = {
             "stems": len(group),
-            "without doubts": len(sure),
+            "without a reason": len(sure),
             "right": int((np.abs(error) <= limit).sum()),
             "mean_cm": round(float(error.mean()), 2) if len(sure) else None,
             "rmse_cm": round(float(np.sqrt((error**2).mean())), 2) if len(sure) else None,

@@ -24,7 +24,7 @@ from .second_measurement import SecondMeasurement, stems_to_measure_again, with_
 
 @dataclass(frozen=True)
 class Preset:
-    """How much of the scene is modelled. second: stems that are asked again with a primitive among Gaussians, where
+    """How much of the scene is modelled. second: stems that are measured again with a primitive among Gaussians, where
     the route is ``auto``: ``none``, the ``doubtful`` ones, or ``all``."""
 
     reconstruct: ReconstructOptions
@@ -60,9 +60,9 @@ def auto_route(
     seed: int,
     reporter: Reporter,
 ) -> tuple[list[Tree], SecondMeasurement | None]:
-    """Stems fitted straight in the photos; those in doubt are asked again of their texture, among Gaussians.
+    """Stems fitted straight in the photos; those of low confidence are measured again among Gaussians.
 
-    Returns the trees, and what the second opinion changed (``None`` where nobody was asked).
+    Returns the trees, and what the second measurement changed (``None`` where no stem was measured again).
     """
     from ..gaussians.options import GaussianOptions
     from ..gaussians.train import fit_with_report
@@ -81,12 +81,12 @@ def auto_route(
         options = GaussianOptions(seed=seed, bh_m=bh_m, threads=available_threads())
         _, report = fit_with_report(views, frame, ground, places[chosen], None, options, reporter)
         found = {chosen[at]: stem for at, stem in report.primitives.items()}
-        trees, opinion = with_second_measurements(trees, fits, found, bh_m)
+        trees, again = with_second_measurements(trees, fits, found, bh_m)
         reporter.info(
-            f"{len(chosen)} stems asked again with a model of their bark: {opinion.agreed} agree, {opinion.gained} "
-            f"have a diameter now, {opinion.doubted} are to be checked."
+            f"{len(chosen)} stems measured again with a model of their bark: {again.agreed} agree, {again.gained} "
+            f"have a diameter now, {again.flagged} are to be checked."
         )
-    return trees, opinion
+    return trees, again
 
 
 def splat_route(
@@ -104,7 +104,7 @@ def splat_route(
     """Stem primitives and Gaussians in one loop; with ``paper`` the published route: Gaussians -> samples with
     reliability -> stem points -> slices, circles, taper, with the published constants.
 
-    Stems are found in the photos (positions only; their diameters come in again only to doubt a tree whose two
+    Stems are found in the photos (positions only; their diameters come in again only to flag a tree whose two
     diameters differ). ``field.ply``, ``surface.laz`` and ``stems.laz`` stay in the workspace.
     """
     from ..from_points.measuring.cloud import measure_stems
