@@ -26,7 +26,7 @@ from ..inventory.report import write_report
 from ..inventory.tree_layer import check_output, style_terrain, tree_table, write_trees
 from ..inventory.tree_reading import LAYER
 from ..reconstruction.area import Area, area_seen
-from ..reconstruction.cameras import View
+from ..reconstruction.cameras import OBLIQUE_DEG, View
 from ..reconstruction.model import FRAME, MODEL_FILES, load_points, load_views
 from ..reconstruction.model import REPORT as SFM_REPORT
 from ..reconstruction.pipeline import reconstruct_photos
@@ -45,7 +45,6 @@ from ..trees.tree import Tree, with_block_errors
 from .facts import photo_facts
 from .planned import (
     LEAST_OBLIQUE,
-    OBLIQUE_DEG,
     announce_search,
     measure_weight,
     nadir_reason,

@@ -35,9 +35,10 @@ REASONS: dict[str, tuple[str, str]] = {
 }
 
 
-def listed(reasons: str | None) -> list[str]:
-    """``"few_views,lean"`` -> its keys; unknown ones too, and none for an empty text."""
-    return [part.strip() for part in (reasons or "").split(",") if part.strip()]
+def listed(reasons: object) -> list[str]:
+    """``"few_views,lean"`` -> its keys, unknown ones too; none for what is no text (missing values of a table)."""
+    text = reasons if isinstance(reasons, str) else ""
+    return [part.strip() for part in text.split(",") if part.strip()]
 
 
 def explain(reasons: str) -> str:

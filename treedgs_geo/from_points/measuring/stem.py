@@ -228,7 +228,7 @@ def _quantities(
 ) -> dict[str, float]:
     """What :func:`treedgs_geo.trees.limits.judge` is asked about a stem."""
     cone, taper, heights = fitted.cone, fitted.taper, fitted.points[fitted.on, 2]
-    found = {
+    found: dict[str, float] = {
         # Points that were given as this stem's, lie in the window, and are on no side of the fitted bark.
         "stray": bark.share_beyond(cone, 1),
         "arc_deg": bark.arc_deg,
@@ -238,7 +238,7 @@ def _quantities(
         "solid_purity" if sensor.solid else "purity": bark.purity,
         "n_points": int(fitted.on.sum()),
         # The stem may show above and below, but not where it is measured.
-        "n_at_bh": np.count_nonzero(np.abs(heights - bh_m) < 0.5),
+        "n_at_bh": int(np.count_nonzero(np.abs(heights - bh_m) < 0.5)),
         "dbh_cm": dbh_cm,
         "se_cm": se_cm,
     }
