@@ -180,7 +180,7 @@ class Checker:
         inputs = look_at(row.route, row.values, row.plots, row.field, self.crs)
         if row.route == "cloud" and inputs.use_crs:
             row.values["crs"] = inputs.use_crs
-        self._twice(row, inputs)
+        self._twice(row)
         return Checked(row, inputs)
 
     def _row(self, line: int, plot_id: str, route: str, cells: dict[str, str], mark: str) -> PlotRow:
@@ -259,7 +259,7 @@ class Checker:
                     "name the row's plot_id in its plots table, or give each row its own table."
                 )
 
-    def _twice(self, row: PlotRow, inputs: PlotInputs) -> None:
+    def _twice(self, row: PlotRow) -> None:
         """The same data under two ids would count its trees twice."""
         own = row.plot_id if row.plots and row.plot_id in self._table[1] else row.plots
         same = hash((row.route, row.values.get("photos") or row.values.get("input"), own))

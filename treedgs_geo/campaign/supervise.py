@@ -7,6 +7,7 @@ one JSON line.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
@@ -170,7 +171,7 @@ def _engine(job: dict[str, Any], folder: Path, lease: Lease, orphaned: threading
 
 def _report(folder: Path, process: EngineProcess, seconds: float) -> None:
     """Progress for the coordinator's table; not worth an error."""
-    try:
+    with contextlib.suppress(OSError):
         (folder / PROGRESS).write_text(
             json.dumps(
                 {
@@ -183,8 +184,6 @@ def _report(folder: Path, process: EngineProcess, seconds: float) -> None:
             ),
             encoding="utf-8",
         )
-    except OSError:
-        pass
 
 
 def _take(folder: Path) -> Lease:
@@ -214,10 +213,8 @@ def _same_campaign(job: dict[str, Any]) -> str:
 
 def _fail(record: Record, key: str, job: dict[str, Any]) -> None:
     record.status, record.key, record.stamp = "failed", key, job["stamp"]
-    try:
+    with contextlib.suppress(OSError, TreeDGSError):
         record.save()
-    except (OSError, TreeDGSError):
-        pass
 
 
 def main() -> None:

@@ -150,16 +150,7 @@ def splat_route(
     measured = {tree.tree_id for tree in trees}
     # A stem that gave nothing stays in the layer, with its reason.
     lost = [
-        replace(
-            tree,
-            dbh_cm=None,
-            dbh_se_cm=None,
-            dbh_lo_cm=None,
-            dbh_hi_cm=None,
-            qc_flag="reject",
-            qc_reason="few_points",
-            tree_id=number,
-        )
+        replace(tree, tree_id=number, qc_reason="").add_reason("few_points", "reject")
         for number, tree in enumerate(found, start=1)
         if number not in measured
     ]

@@ -77,12 +77,11 @@ def _methods(
     sources: dict[str, StemPoints] = {}
     oracle: dict[str, StemPoints] = {}
     scores: dict[str, dict] = {}
-    names: list[str] = []
     for name, path in clouds.items():
         cloud, dtm, label = _segmented(path, inputs.dtm, name)
         sources[name] = stem_points(cloud, label, dtm, reference, WEIGHTS[name])
         if inputs.truth is not None and inputs.truth.with_name("stems.json").exists():
-            true, names = true_labels(cloud.xyz, inputs.truth.with_name("stems.json"))
+            true, _ = true_labels(cloud.xyz, inputs.truth.with_name("stems.json"))
             height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
             band = _near(cloud, reference) & (height > 0.3) & (height < 5.0)
             scores[name] = score_segmentation(label[band], true[band])

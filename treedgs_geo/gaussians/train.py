@@ -206,22 +206,9 @@ def _fit_one(
         filter_m=options.value("smoothing_px") * band.pixel_m,
     )
     joint = JointSettings(bh_m=options.bh_m, high_m=min(options.band_m - 0.1, 2.9))
-    start = None
     if not options.free:
         budget = min(budget, options.gaussians or MOST_BARK)
         few = replace(settings, gaussians=min(options.stem_gaussians, budget // 2), fine_epochs=options.stem_epochs)
         bark = max(budget - few.gaussians, 0)
-        fit = fit_with_primitive(band.crops, band.plane, band.volume, few, band.pixel_m, band.around, joint, bark)
-        if options.stems == "primitive" or fit is None:
-            return fit
-        start, settings = fit.parameters, replace(settings, gaussians=budget, coarse_epochs=0)
-    return fit_stem(
-        band.crops,
-        band.plane,
-        band.volume,
-        settings,
-        band.pixel_m,
-        points,
-        around=band.around,
-        start=start,
-    )
+        return fit_with_primitive(band.crops, band.plane, band.volume, few, band.pixel_m, band.around, joint, bark)
+    return fit_stem(band.crops, band.plane, band.volume, settings, band.pixel_m, points, around=band.around)

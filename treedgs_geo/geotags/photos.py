@@ -177,7 +177,7 @@ def read_photos(folder: Path, reporter: Reporter | None = None) -> list[Photo]:
         )
         photos = [photo for photo in photos if photo.name not in copies]
     kinds = Counter((photo.model, photo.width, photo.height) for photo in photos)
-    usual, count = kinds.most_common(1)[0]
+    usual, _ = kinds.most_common(1)[0]
     odd = [photo.name for photo in photos if (photo.model, photo.width, photo.height) != usual]
     if odd:
         reporter.warn(

@@ -141,7 +141,7 @@ def match_plots(
                 "y": middle[1],
             }
         )
-        result.warnings += _remarks(plot, placed, options, rows, good, suggested)
+        result.warnings += _remarks(plot, placed, rows, good, suggested)
     _finish(result, drawn, left_out, near_plot, plots)
     return result
 
@@ -300,7 +300,6 @@ def _resolve(locked: Locked, field_trees: pd.DataFrame, measured: gpd.GeoDataFra
 def _remarks(
     plot: Plot,
     placed: Registration,
-    options: PairingOptions,
     rows: np.ndarray,
     good: list[dict],
     suggested: list[dict],
@@ -336,8 +335,8 @@ def _finish(result: Matched, drawn: np.ndarray, left_out: np.ndarray, near_plot:
             "plot_id": table["plot_id"],
             "field_id": table["field_id"].astype(str),
             "dbh_cm": table["dbh_cm"],
-            "status": table["status"] if "status" in table else None,
-            "species": table["species"] if "species" in table else None,
+            "status": table.get("status"),
+            "species": table.get("species"),
             "x": drawn[:, 0],
             "y": drawn[:, 1],
             "x_field": table["x"],

@@ -117,7 +117,6 @@ def reconstruct_photos(
             database,
             cache,
             stations,
-            store,
             calibration,
             xyz,
             rotations,

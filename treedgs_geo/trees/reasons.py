@@ -35,16 +35,22 @@ REASONS: dict[str, tuple[str, str]] = {
 }
 
 
-def listed(reasons: object) -> list[str]:
+def split_reasons(reasons: object) -> list[str]:
     """``"few_views,lean"`` -> its keys, unknown ones too; none for what is no text (missing values of a table)."""
     text = reasons if isinstance(reasons, str) else ""
     return [part.strip() for part in text.split(",") if part.strip()]
 
 
 def explain(reasons: str) -> str:
-    """``"few_views,lean"`` -> the sentences a forester reads."""
+    """``"few_views,lean"`` -> the sentences a forester reads.
+
+    Examples:
+        >>> import treedgs_geo as tg
+        >>> tg.explain("too_large")
+        'the fitted stem is thicker than the allowed maximum: raise the maximum diameter if it is real'
+    """
     parts = []
-    for reason in listed(reasons):
+    for reason in split_reasons(reasons):
         meaning, action = REASONS[reason]
         parts.append(f"{meaning}: {action}")
     return "; ".join(parts)

@@ -10,7 +10,7 @@ from ..core.intervals import HALF_WIDTH_SE
 from .limits import Flag, Level
 from .methods import METHODS
 from .priors import BREAST_HEIGHT_M, USUAL_TAPER_CM_M
-from .reasons import REASONS, listed
+from .reasons import REASONS, split_reasons
 
 
 @dataclass
@@ -26,6 +26,12 @@ class Tree:
 
     Raises:
         ValueError: a reason or the method is not in those lists.
+
+    Examples:
+        >>> import treedgs_geo as tg
+        >>> tree = tg.Tree(1, x=500000.0, y=5200000.0, dbh_cm=30.0, dbh_se_cm=0.5).finish()
+        >>> round(tree.dbh_lo_cm, 2), round(tree.dbh_hi_cm, 2), round(tree.ba_m2, 4)
+        (29.18, 30.82, 0.0707)
     """
 
     tree_id: int
@@ -65,7 +71,7 @@ class Tree:
     @property
     def reasons(self) -> tuple[str, ...]:
         """The keys in ``qc_reason``, in their order."""
-        return tuple(listed(self.qc_reason))
+        return tuple(split_reasons(self.qc_reason))
 
     def add_reason(self, reason: str, level: Level = "check") -> Tree:
         """Append a reason (once) and raise the flag to ``level``, in place; a refused tree stays refused, and one that
