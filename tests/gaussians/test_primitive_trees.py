@@ -56,7 +56,7 @@ def test_two_primitives_in_one_place_are_one_stem_and_methods_are_compared():
     )
     assert [tree.qc_flag for tree in trees] == ["reject", "ok", "check"]
     assert trees[0].qc_reason == "merged" and trees[2].qc_reason == "disagree"
-    # What the other method refused is no stem to be sure of; what it was not asked about is.
+    # What the other method refused is no stem to be sure of; what it did not measure is.
     alone = trees_of_primitives({0: stem(0.0), 1: stem(4.0)}, FRAME, 1.37, {0: None})
     assert [tree.qc_flag for tree in alone] == ["check", "ok"] and alone[0].qc_reason == "disagree"
     same = trees_of_primitives({0: stem(0.0), 1: stem(0.0)}, FRAME, 1.37)

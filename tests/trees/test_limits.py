@@ -44,10 +44,10 @@ def test_values_beyond_a_limit_flag_or_refuse_and_those_on_it_do_not(route, quan
 def test_both_routes_refuse_what_is_thicker_than_their_setting_by_the_same_row():
     photos, points = (next(row for row in LIMITS[route] if row.reason == "too_large") for route in ("photos", "points"))
     assert photos is points
-    asked = {"min_dbh_cm": 5.0, "max_dbh_cm": 60.0}
+    settings = {"min_dbh_cm": 5.0, "max_dbh_cm": 60.0}
     for route in ("photos", "points"):
-        assert judge(route, {"dbh_cm": 60.0}, settings=asked).reasons == ()
-        assert judge(route, {"dbh_cm": 60.1}, settings=asked).refused == ("too_large",)
+        assert judge(route, {"dbh_cm": 60.0}, settings=settings).reasons == ()
+        assert judge(route, {"dbh_cm": 60.1}, settings=settings).refused == ("too_large",)
     with pytest.raises(KeyError, match="max_dbh_cm"):
         judge("photos", {"dbh_cm": 60.1}, settings={"min_dbh_cm": 5.0})
 

@@ -25,11 +25,11 @@ from .second_measurement import SecondMeasurement, stems_to_measure_again, with_
 @dataclass(frozen=True)
 class Preset:
     """How much of the scene is modelled. second: stems that are measured again with a primitive among Gaussians, where
-    the route is ``auto``: ``none``, the ``doubtful`` ones, or ``all``."""
+    the route is ``auto``: ``none``, those of ``low confidence``, or ``all``."""
 
     reconstruct: ReconstructOptions
     stems: PhotoStemOptions
-    second: str = "doubtful"
+    second: str = "low confidence"
 
 
 CHAIN_PRESETS = {

@@ -92,7 +92,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Findings:
-    """The limits that a stem lies beyond, in the order in which they were asked for."""
+    """The limits that a stem lies beyond, in the order of judging."""
 
     found: tuple[tuple[Limit, Level], ...] = ()
 

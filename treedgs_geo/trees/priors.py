@@ -5,8 +5,8 @@ Standard library only: settings are declared with these, and commands show them 
 
 from __future__ import annotations
 
-#: Breast height above the ground where nothing else is asked for (United States: 4.5 ft), and the lowest and highest
-#: that may be asked for, m. The photo routes compare bark from 0.3 to 2.9 m.
+#: Breast height above the ground where no other is given (United States: 4.5 ft), and the lowest and highest
+#: that may be given, m. The photo routes compare bark from 0.3 to 2.9 m.
 BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M = 1.37, 0.5, 2.5
 #: Loss of diameter with height where a stem's own is unknown (planted pine), cm a metre; the same as the slope of the
 #: radius, m/m, and how far stems differ from it (1 sd).

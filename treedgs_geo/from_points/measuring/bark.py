@@ -111,7 +111,7 @@ class DiameterError:
         fit_se = 200 * float(np.sqrt(max(reach @ covariance @ reach, 0)))
         shape_se = 200 * radius * max(ROUNDNESS, bark.lobes) / np.sqrt(max(bark.arc_deg / 60.0, 1.0))
         height_se = 0.0 if fitted.taper is None else fitted.taper.se_cm
-        # Bark that cannot be told from twigs: half the twigs' reach, in the share that they have.
+        # Bark that looks like twigs: half the twigs' reach, in the share that they have.
         clutter_se = (1 - bark.purity) * 200 * cone.sigma
         # Points scatter to all sides: the mean distance from the axis of a ring as thick as this is too large.
         curve_se = 100 * bark.noise_m**2 / radius

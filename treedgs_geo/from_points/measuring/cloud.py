@@ -206,9 +206,9 @@ def _tree(tree: int, frame: TreeFrame, measured: StemMeasure, options: MeasureOp
         x, y = np.median(chosen[:, :2], axis=0) + frame.origin
     flag, reasons, dbh = measured.flag, measured.reasons, measured.dbh_cm
     if dbh is not None:
-        asked = {"min_dbh_cm": options.min_dbh_cm, "max_dbh_cm": options.max_dbh_cm}
+        settings = {"min_dbh_cm": options.min_dbh_cm, "max_dbh_cm": options.max_dbh_cm}
         # A fit that ran away altogether counts as too large.
-        found = judge("points", {"dbh_cm": np.inf if np.isnan(dbh) else dbh}, settings=asked)
+        found = judge("points", {"dbh_cm": np.inf if np.isnan(dbh) else dbh}, settings=settings)
         if found.refused:
             flag, reasons, dbh = "reject", found.refused + reasons, None
     return Tree(

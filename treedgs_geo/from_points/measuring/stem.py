@@ -204,7 +204,7 @@ def _conclude(fitted: FittedStem, sensor: Sensor, bh_m: float, options: SegmentO
     settings = {
         "max_lean_deg": options.max_lean_deg,
         "max_dbh_cm": options.max_dbh_cm,
-        "min_dbh_cm": 0.0,  # asked of every method at the end, in cloud.py
+        "min_dbh_cm": 0.0,  # judged for every method at the end, in cloud.py
         "least_points": sensor.least_points,
         "least_at_bh": sensor.least_points // 4,
     }
@@ -226,7 +226,7 @@ def _conclude(fitted: FittedStem, sensor: Sensor, bh_m: float, options: SegmentO
 def _quantities(
     fitted: FittedStem, bark: Bark, sensor: Sensor, bh_m: float, dbh_cm: float, se_cm: float
 ) -> dict[str, float]:
-    """What :func:`treedgs_geo.trees.limits.judge` is asked about a stem."""
+    """A stem's measured quantities, for :func:`treedgs_geo.trees.limits.judge`."""
     cone, taper, heights = fitted.cone, fitted.taper, fitted.points[fitted.on, 2]
     found: dict[str, float] = {
         # Points that were given as this stem's, lie in the window, and are on no side of the fitted bark.
