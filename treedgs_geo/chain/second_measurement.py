@@ -15,6 +15,7 @@ import numpy as np
 
 from ..from_photos.fit import PhotoFit
 from ..from_photos.verdict import GAIN_LOW_CONFIDENCE
+from ..gaussians.primitive.fit import PrimitiveFit
 from ..gaussians.train import FoundStem
 from ..gaussians.trees import place_of
 from ..trees.limits import Flag, judge
@@ -63,61 +64,65 @@ def with_second_measurements(
     """Trees after the second measurement, in the same order.
 
     trees: of the fits, project coordinates. found: primitives by index of the fit, local frame. A primitive of low
-    confidence says nothing. Refused, and both agree: the photos' diameter, to check. Refused,
-    and they differ: the primitive's, to check, or still refused where that leaves the diameter open. Measured, and they
-    differ: to check. Wherever they differ the error is widened by half of the difference. Measured, unsure which
-    explanation is right, and they agree: the primitive's error.
+    confidence says nothing. Wherever the two diameters differ the error is widened by half of the difference.
     """
     places = {number: place_of(stem, bh_m) for number, stem in found.items()}
     settled, counts = list(trees), {"agreed": 0, "gained": 0, "flagged": 0}
     for number, stem in found.items():
-        fit, tree, primitive = fits[number], trees[number], stem.primitive
+        fit, primitive = fits[number], stem.primitive
         unusable = (primitive.findings + judge("gaussians", {"dbh_cm": primitive.dbh_cm})).reasons
         if unusable or _taken(number, fits, places, stem):
             continue
-        apart = abs(primitive.dbh_cm - fit.dbh_cm)
-        differ = judge("second measurement", {"other_off_cm": apart}, fit.dbh_cm).reasons
-        agree = not differ
-        counts["agreed"] += agree
+        apart_cm = abs(primitive.dbh_cm - fit.dbh_cm)
+        differ = judge("second measurement", {"other_off_cm": apart_cm}, fit.dbh_cm).reasons
+        counts["agreed"] += not differ
         if fit.measured:
-            if agree and np.isfinite(fit.lo_cm):
-                # Of the explanations that the interval allowed for, two methods name this one.
-                settled[number] = _settled(
-                    tree, fit.flag, fit.reasons, fit.dbh_cm, float(np.hypot(primitive.se_cm, 0.5 * apart))
-                )
-            elif not agree:
-                counts["flagged"] += 1
-                settled[number] = _settled(
-                    tree,
-                    flag="check",
-                    reasons=fit.reasons + differ,
-                    dbh_cm=fit.dbh_cm,
-                    se_cm=float(np.hypot(fit.se_cm, 0.5 * apart)),
-                )
-            continue
-        se = float(np.hypot(min(fit.se_cm, primitive.se_cm) if agree else primitive.se_cm, 0.5 * apart))
-        if not agree and judge("photos", {"open_se_cm": se}, primitive.dbh_cm).refused:
-            continue
-        counts["gained"] += 1
-        reasons = fit.reasons + differ
-        if agree:
-            settled[number] = _settled(tree, "check", reasons, fit.dbh_cm, se, taper_cm_m=200 * fit.r1)
+            counts["flagged"] += bool(differ)
+            settled[number] = _of_measured(trees[number], fit, primitive, differ)
         else:
-            move = places[number] - fit.axis.p
-            settled[number] = _settled(
-                tree,
-                "check",
-                reasons,
-                primitive.dbh_cm,
-                se,
-                x=tree.x + float(move[0]),
-                y=tree.y + float(move[1]),
-                taper_cm_m=200 * float(primitive.shape[7]),
-                method="gaussians-stem",
-                n_views=primitive.n_views,
-                lean_deg=float(np.degrees(np.arctan(np.hypot(*primitive.shape[2:4])))),
-            )
+            tree = _of_refused(trees[number], fit, primitive, differ, places[number])
+            counts["gained"] += tree is not None
+            settled[number] = tree or trees[number]
     return settled, SecondMeasurement(measured=len(found), **counts)
+
+
+def _of_measured(tree: Tree, fit: PhotoFit, primitive: PrimitiveFit, differ: tuple[str, ...]) -> Tree:
+    """A stem that the photos measured. Both differ: to check. They agree on one of several explanations: that one it
+    is, with the primitive's error. differ: reasons for a check, none where both agree."""
+    half_cm = 0.5 * abs(primitive.dbh_cm - fit.dbh_cm)
+    if differ:
+        return _settled(tree, "check", fit.reasons + differ, fit.dbh_cm, float(np.hypot(fit.se_cm, half_cm)))
+    if np.isfinite(fit.lo_cm):
+        return _settled(tree, fit.flag, fit.reasons, fit.dbh_cm, float(np.hypot(primitive.se_cm, half_cm)))
+    return tree
+
+
+def _of_refused(
+    tree: Tree, fit: PhotoFit, primitive: PrimitiveFit, differ: tuple[str, ...], place: np.ndarray
+) -> Tree | None:
+    """A stem that the photos refused. Both agree: the photos' diameter, to check. They differ: the primitive's, to
+    check, or ``None``, still refused, where that leaves the diameter open. place: (2,) the primitive's, local frame."""
+    half_cm = 0.5 * abs(primitive.dbh_cm - fit.dbh_cm)
+    if not differ:
+        se_cm = float(np.hypot(min(fit.se_cm, primitive.se_cm), half_cm))
+        return _settled(tree, "check", fit.reasons, fit.dbh_cm, se_cm, taper_cm_m=200 * fit.r1)
+    se_cm = float(np.hypot(primitive.se_cm, half_cm))
+    if judge("photos", {"open_se_cm": se_cm}, primitive.dbh_cm).refused:
+        return None
+    move = place - fit.axis.p
+    return _settled(
+        tree,
+        "check",
+        fit.reasons + differ,
+        primitive.dbh_cm,
+        se_cm,
+        x=tree.x + float(move[0]),
+        y=tree.y + float(move[1]),
+        taper_cm_m=200 * float(primitive.shape[7]),
+        method="gaussians-stem",
+        n_views=primitive.n_views,
+        lean_deg=float(np.degrees(np.arctan(np.hypot(*primitive.shape[2:4])))),
+    )
 
 
 def _settled(tree: Tree, flag: Flag, reasons: tuple[str, ...], dbh_cm: float, se_cm: float, **changes: object) -> Tree:

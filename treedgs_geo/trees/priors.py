@@ -1,6 +1,7 @@
 """What is assumed of a stem before it is measured, once for every route: breast height and taper.
 
-Standard library only: settings are declared with these, and commands show them without heavy imports.
+Standard library only: settings are declared with these, and commands show them without heavy imports. Compiled kernels
+hold these values, and numba's cache follows no imports: after a change here, remove the ``__pycache__`` folders.
 """
 
 from __future__ import annotations
