@@ -15,7 +15,7 @@ from treedgs_geo.from_photos.verdict import FitQuality, verdict
 from treedgs_geo.from_points.measuring.options import MeasureOptions
 from treedgs_geo.trees.limits import LIMITS, TOGETHER, Bound, Findings, Limit, bound_of, judge
 from treedgs_geo.trees.methods import METHODS, points_method
-from treedgs_geo.trees.reasons import REASONS
+from treedgs_geo.trees.reasons import REASONS, explain, split_reasons
 from treedgs_geo.trees.tree import Tree
 
 ROOT = Path(__file__).parents[2]
@@ -132,6 +132,13 @@ def test_a_reason_is_added_once_and_raises_the_flag_only():
     assert tree.add_reason("no_ground").qc_flag == "reject" and tree.reasons[-1] == "no_ground"
     with pytest.raises(ValueError, match="undocumented qc_reason"):
         tree.add_reason("fork")
+
+
+def test_reasons_are_split_and_explained():
+    assert split_reasons("few_views, lean") == ["few_views", "lean"]
+    assert split_reasons("") == split_reasons(None) == split_reasons(math.nan) == []
+    meaning, action = REASONS["lean"]
+    assert explain("lean") == f"{meaning}: {action}" and explain("lean,edge").startswith(f"{meaning}: {action}; ")
 
 
 def test_methods_are_those_of_the_list():
