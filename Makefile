@@ -25,8 +25,9 @@ docs: setup  ## the site, build/docs/index.html; a warning is an error
 qgis: setup  ## QGIS with the plugin, in the private profile
 	@$(PYTHON) tools/open_qgis.py
 
-parameters: setup  ## after a verb's settings or a pinned range changed
+parameters: setup  ## after a verb's settings, a pinned range, a quality limit or reason changed
 	@$(PYTHON) tools/write_parameters.py
+	@$(PYTHON) tools/write_limits.py
 	@/usr/bin/python3 tools/write_models.py
 
 styles: setup  ## the layers' styles, with PyQGIS

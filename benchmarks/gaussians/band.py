@@ -54,7 +54,7 @@ def simulated(folder: Path, seed: int) -> Path:
 
 def diameters(primitives: dict[int, PrimitiveFit]) -> dict[int, float]:
     """DBH in cm of the stems that are not refused."""
-    return {k: found.dbh_cm for k, found in primitives.items() if not found.doubts[0]}
+    return {k: found.dbh_cm for k, found in primitives.items() if not found.findings.refused}
 
 
 def some(curve: list[dict], most: int = 60) -> list[dict]:

@@ -25,8 +25,8 @@ from benchmarks.records import write_record
 from benchmarks.rendered import local_places, plot_inputs, truth_rows
 from treedgs_geo.from_photos import fit as photo_fit
 from treedgs_geo.from_photos.find import stems_from_photos
-from treedgs_geo.from_photos.fine import TAPER_PRIOR
 from treedgs_geo.from_photos.options import PhotoStemOptions
+from treedgs_geo.trees.priors import TAPER_SD, USUAL_TAPER
 
 WITNESSES = ("contrast", "evidence_300", "taper", "ragged_0.1px", "edges_30")
 SETS = {"chosen": (0, 1, 2, 3), "with edge score": (0, 1, 2, 3, 4), "edge score and silhouette": (0, 4)}
@@ -65,7 +65,7 @@ def gather(plot: Path) -> tuple[list[dict], dict]:
         call = max(near, key=lambda c: c["fit"].llr)
         rows, right = [], []
         for item in call["tried"]:
-            off = (item.fine.r1 - TAPER_PRIOR[0]) / (2 * TAPER_PRIOR[1])
+            off = (item.fine.r1 - USUAL_TAPER) / (2 * TAPER_SD)
             rows.append(
                 (
                     call["trust"] * item.contrast / call["chance"],

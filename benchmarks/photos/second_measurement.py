@@ -18,13 +18,14 @@ import numpy as np
 
 from benchmarks.records import write_record
 from benchmarks.rendered import local_places, plot_inputs, truth_rows
-from treedgs_geo.chain.second_measurement import AGREE_CM, AGREE_SHARE, stems_to_measure_again, with_second_measurements
+from treedgs_geo.chain.second_measurement import stems_to_measure_again, with_second_measurements
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.from_photos.find import stems_from_photos
 from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.from_photos.trees import trees_of_photo_fits
 from treedgs_geo.gaussians.options import GaussianOptions
 from treedgs_geo.gaussians.train import fit_with_report
+from treedgs_geo.trees.limits import LIMITS
 
 
 def rows_of(plot: Path) -> tuple[list[dict], dict]:
@@ -61,7 +62,7 @@ def rows_of(plot: Path) -> tuple[list[dict], dict]:
                 "flag": fit.flag,
                 "reasons": ",".join(fit.reasons),
                 "bark_cm": round(own.dbh_cm, 2),
-                "bark_reasons": ",".join(own.doubts[0] + own.doubts[1]),
+                "bark_reasons": ",".join(own.findings.reasons),
                 "alone": number in alone or number in chosen,
                 "measured_again": number in chosen,
                 "final_cm": None if final.dbh_cm is None else round(final.dbh_cm, 2),
@@ -74,7 +75,7 @@ def rows_of(plot: Path) -> tuple[list[dict], dict]:
         "measured_again": len(chosen),
         "all": len(everyone),
         "gained": counts.gained,
-        "low_confidence": counts.doubted,
+        "flagged": counts.flagged,
     }
 
 
@@ -93,7 +94,9 @@ def main() -> None:
         group = [r for r in rows if r["alone"] == wanted]
         sure = [r for r in group if not r["bark_reasons"]]
         error = np.array([r["bark_cm"] - r["true_cm"] for r in sure])
-        limit = np.array([max(AGREE_CM, AGREE_SHARE * r["true_cm"]) for r in sure])
+        bound = LIMITS["second measurement"][0].check
+        assert bound is not None
+        limit = np.array([bound.at(r["true_cm"]) for r in sure])
         summary[name] = {
             "stems": len(group),
             "without a reason against it": len(sure),

@@ -196,7 +196,7 @@ def test_truth_of_a_rendered_plot(tmp_path):
     truth = needs_shared("plot_e") / "truth" / "trees.csv"
     table = pd.read_csv(truth)
     trees = [
-        Tree(k, r.E_bh, r.N_bh, dbh_cm=r.dbh_cm + 0.5, dbh_se_cm=0.5, method="test")
+        Tree(k, r.E_bh, r.N_bh, dbh_cm=r.dbh_cm + 0.5, dbh_se_cm=0.5, method="photos")
         for k, r in table.iterrows()
         if k != 3
     ]

@@ -61,14 +61,14 @@ def survey(tmp_path):
     )
     stand = xy + CENTRE + OFFSET + rng.normal(0, 0.05, (15, 2))
     trees = [
-        Tree(100 + k, *stand[k], z_ground=38.0, dbh_cm=dbh[k] + 0.5, dbh_se_cm=0.4, method="test")
+        Tree(100 + k, *stand[k], z_ground=38.0, dbh_cm=dbh[k] + 0.5, dbh_se_cm=0.4, method="photos")
         for k in range(15)
         if k != 2
     ]
-    trees[5] = Tree(105 + 1, *stand[6], qc_flag="reject", qc_reason="few_points", method="test")
+    trees[5] = Tree(105 + 1, *stand[6], qc_flag="reject", qc_reason="few_points", method="photos")
     free = np.array([9.0, 0.0]) / 2 + CENTRE + OFFSET
     assert np.hypot(*(stand - free).T).min() > 1.0
-    trees.append(Tree(200, *free, z_ground=38.0, dbh_cm=20.0, dbh_se_cm=0.4, method="test"))
+    trees.append(Tree(200, *free, z_ground=38.0, dbh_cm=20.0, dbh_se_cm=0.4, method="photos"))
     write_trees(tmp_path / "trees.gpkg", trees, pyproj.CRS.from_epsg(6344))
     return tmp_path
 
@@ -313,7 +313,7 @@ def test_rendered_plots(name, tmp_path):
 
     folder = needs_shared(name)
     truth = pd.read_csv(folder / "truth" / "trees.csv")
-    trees = [Tree(k, r.E_bh, r.N_bh, dbh_cm=r.dbh_cm, dbh_se_cm=0.5, method="true") for k, r in truth.iterrows()]
+    trees = [Tree(k, r.E_bh, r.N_bh, dbh_cm=r.dbh_cm, dbh_se_cm=0.5, method="photos") for k, r in truth.iterrows()]
     write_trees(tmp_path / "trees.gpkg", trees, pyproj.CRS.from_epsg(6344))
     result, _ = match(tmp_path, field=folder / "field_trees.csv", plots=folder / "plots.csv", north="true")
     key = json.loads((folder / "truth" / "field_key.json").read_text())["field_tree_id_to_truth"]

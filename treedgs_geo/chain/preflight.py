@@ -202,7 +202,8 @@ def _report_search(search: PlannedSearch | None, plots: list, findings: Findings
 
 def _overlap(views: list[View], stations: Stations, plots: list, findings: Findings, is_nadir: bool) -> dict[str, Any]:
     """How often each place of the plots is seen from the side, and how much neighbouring photos share."""
-    from .planned import LEAST_OBLIQUE, OBLIQUE_DEG
+    from ..reconstruction.cameras import OBLIQUE_DEG
+    from .planned import LEAST_OBLIQUE
 
     if not views:
         findings.warning(

@@ -24,12 +24,12 @@ from .second_measurement import SecondMeasurement, stems_to_measure_again, with_
 
 @dataclass(frozen=True)
 class Preset:
-    """How much of the scene is modelled. second: stems that are asked again with a primitive among Gaussians, where
-    the route is ``auto``: ``none``, the ``doubtful`` ones, or ``all``."""
+    """How much of the scene is modelled. second: stems that are measured again with a primitive among Gaussians, where
+    the route is ``auto``: ``none``, those of ``low confidence``, or ``all``."""
 
     reconstruct: ReconstructOptions
     stems: PhotoStemOptions
-    second: str = "doubtful"
+    second: str = "low confidence"
 
 
 CHAIN_PRESETS = {
@@ -60,9 +60,9 @@ def auto_route(
     seed: int,
     reporter: Reporter,
 ) -> tuple[list[Tree], SecondMeasurement | None]:
-    """Stems fitted straight in the photos; those in doubt are asked again of their texture, among Gaussians.
+    """Stems fitted straight in the photos; those of low confidence are measured again among Gaussians.
 
-    Returns the trees, and what the second opinion changed (``None`` where nobody was asked).
+    Returns the trees, and what the second measurement changed (``None`` where no stem was measured again).
     """
     from ..gaussians.options import GaussianOptions
     from ..gaussians.train import fit_with_report
@@ -81,12 +81,12 @@ def auto_route(
         options = GaussianOptions(seed=seed, bh_m=bh_m, threads=available_threads())
         _, report = fit_with_report(views, frame, ground, places[chosen], None, options, reporter)
         found = {chosen[at]: stem for at, stem in report.primitives.items()}
-        trees, opinion = with_second_measurements(trees, fits, found, bh_m)
+        trees, again = with_second_measurements(trees, fits, found, bh_m)
         reporter.info(
-            f"{len(chosen)} stems asked again with a model of their bark: {opinion.agreed} agree, {opinion.gained} "
-            f"have a diameter now, {opinion.doubted} are to be checked."
+            f"{len(chosen)} stems measured again with a model of their bark: {again.agreed} agree, {again.gained} "
+            f"have a diameter now, {again.flagged} are to be checked."
         )
-    return trees, opinion
+    return trees, again
 
 
 def splat_route(
@@ -104,7 +104,7 @@ def splat_route(
     """Stem primitives and Gaussians in one loop; with ``paper`` the published route: Gaussians -> samples with
     reliability -> stem points -> slices, circles, taper, with the published constants.
 
-    Stems are found in the photos (positions only; their diameters come in again only to doubt a tree whose two
+    Stems are found in the photos (positions only; their diameters come in again only to flag a tree whose two
     diameters differ). ``field.ply``, ``surface.laz`` and ``stems.laz`` stay in the workspace.
     """
     from ..from_points.measuring.cloud import measure_stems
@@ -150,16 +150,7 @@ def splat_route(
     measured = {tree.tree_id for tree in trees}
     # A stem that gave nothing stays in the layer, with its reason.
     lost = [
-        replace(
-            tree,
-            dbh_cm=None,
-            dbh_se_cm=None,
-            dbh_lo_cm=None,
-            dbh_hi_cm=None,
-            qc_flag="reject",
-            qc_reason="few_points",
-            tree_id=number,
-        )
+        replace(tree, tree_id=number, qc_reason="").add_reason("few_points", "reject")
         for number, tree in enumerate(found, start=1)
         if number not in measured
     ]

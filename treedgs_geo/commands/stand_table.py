@@ -10,6 +10,7 @@ from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import param
 from ..inventory.field_trees import FieldProtocol
+from ..trees.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,11 +139,11 @@ class StandTableSettings(FieldProtocol):
         95.0, kind="number", unit="%", minimum=50, maximum=99.9, advanced=True, help="confidence of the intervals"
     )
     breast_height_m: float = param(
-        1.37,
+        BREAST_HEIGHT_M,
         kind="number",
         unit="m",
-        minimum=1.0,
-        maximum=1.5,
+        minimum=LOWEST_BREAST_HEIGHT_M,
+        maximum=HIGHEST_BREAST_HEIGHT_M,
         advanced=True,
         help="breast height of the height curve, for a field tally (a tree layer says its own)",
     )

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..trees.priors import START_TAPER
 from .backdrop_kernels import (
     BLOCK_ROWS,
     CEILING,
@@ -91,7 +92,7 @@ class Silhouette:
     normal: np.ndarray
     widen: np.ndarray
     blind: np.ndarray
-    taper: float = -0.0045
+    taper: float = START_TAPER
 
     def contrast(self, vector: np.ndarray) -> float:
         """How much less ground is seen inside than beside a stem (x, y, lx, ly, r relative to the axis): the summed

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..trees.priors import START_TAPER
 from .coarse_kernels import (
     GAIN,
     null_scores,
@@ -108,7 +109,7 @@ class Search:
     terminator: np.ndarray
     null: Null
     prior: Prior
-    taper: float = -0.0045
+    taper: float = START_TAPER
 
     def _common(self) -> tuple:
         s = self.strips

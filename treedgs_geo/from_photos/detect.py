@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit, prange
 from scipy.special import ndtri
 
+from .coarse_kernels import SIGN_WEIGHT, SINGLE_WEIGHT
 from .plumb import PlumbMap
 from .stack import GroundGrid
 
@@ -25,7 +26,6 @@ LAYER_LOW, LAYER_M, N_LAYERS, BLOCKS = 0.5, 0.5, 9, 2
 SEEN, MEAN_Z, CAP_Z = 0.35, 2.5, 4.2
 N_BINS = 512
 T_MAX = 2.2
-SIGN_WEIGHT, SINGLE_WEIGHT = 0.8, 0.1
 
 
 @dataclass(frozen=True)

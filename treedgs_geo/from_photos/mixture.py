@@ -16,8 +16,6 @@ PAIR_SE_CM = 1.1
 #: Where the explanation is unsure, the edges of the right one are poorer too: root mean squared error over standard
 #: error of the 44 such stems of the stability suite (seeds 1 to 3) that were less than 3 cm off.
 UNSURE_SE = 1.8
-#: Standard error over all explanations from which such a stem is refused, share of the diameter.
-UNSURE_REFUSED = 0.15
 #: Reasons that say that another explanation may be the right one: the error is then that of all of them.
 UNSURE = frozenset({"ambiguous", "merged"})
 
