@@ -17,7 +17,8 @@ LAYER_PAGE = ROOT / "docs" / "technician" / "tree-layer.md"
 _HEAD = """# Quality limits
 
 Every limit that flags a tree (`check`) or refuses it (`reject`, no DBH), as `treedgs_geo/trees/limits.py` holds them.
-A value on a limit passes. What the reasons mean and what to do about them: [tree layer](../technician/tree-layer.md#reasons).
+A value on a limit passes. What the reasons mean and what to do about them:
+[tree layer](../technician/tree-layer.md#reasons).
 Settings are named `like_this`; `least_points` is {points}, and `least_at_bh` a quarter of it.
 A fit that fails altogether is refused with the reason of the step that failed.
 
