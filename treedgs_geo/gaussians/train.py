@@ -25,7 +25,8 @@ from .field import LARGEST_COORDINATE_M, MEAN, GaussianField, merge_fields
 from .free.band_fit import BandFit, FitSettings, fit_stem
 from .layered import fit_with_primitive
 from .options import GaussianOptions
-from .primitive.fit import JointSettings, PrimitiveFit
+from .primitive.fit import PrimitiveFit
+from .primitive.sights import JointSettings
 
 #: Most Gaussians of one stem with its primitive, unless more are asked for.
 MOST_BARK = 3000
