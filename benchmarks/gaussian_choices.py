@@ -22,15 +22,13 @@ from treedgs_geo import __version__
 from treedgs_geo.core.files import write_json
 from treedgs_geo.evaluation.accuracy import score
 from treedgs_geo.gaussians.field import COLOUR
-from treedgs_geo.gaussians.free import band_fit as stem_fit
+from treedgs_geo.gaussians.free import band_fit
 from treedgs_geo.gaussians.options import GaussianOptions, SampleOptions
 from treedgs_geo.gaussians.train import fit_with_report
 from treedgs_geo.gaussians.volume import sample_volume
 
 CHOICES: dict[str, dict] = {
     "fixed": {},
-    "plateau": {"controller": "plateau"},
-    "backtrack": {"controller": "backtrack"},
     "rlgs": {"controller": "rlgs"},
     "split": {"density": "split"},
     "rlgs, split": {"controller": "rlgs", "density": "split"},
@@ -46,7 +44,7 @@ CHOICES: dict[str, dict] = {
 }
 
 
-class ViewColours(stem_fit.StemModel):
+class ViewColours(band_fit.BandModel):
     """Colours of spherical-harmonic degree 1: three more numbers a channel, linear in the viewing direction."""
 
     def __init__(self, *arguments) -> None:
@@ -111,9 +109,9 @@ def main() -> None:
         "rows": {},
     }
     fit_with_report(views, frame, ground, xy[:1], None, GaussianOptions(threads=1, stems="free"))  # compiles
-    plain = stem_fit.StemModel
+    plain = band_fit.BandModel
     for name in arguments.only:
-        stem_fit.StemModel = ViewColours if name == "degree 1" else plain
+        band_fit.BandModel = ViewColours if name == "degree 1" else plain
         options = GaussianOptions(threads=1, stems="free", seed=arguments.seed, **CHOICES[name])
         began = time.process_time()
         field, report = fit_with_report(views, frame, ground, xy, None, options)

@@ -6,11 +6,10 @@
 
 Truth is read for scoring, and for poses and positions where the command says so. Each ``--runs`` entry is fitted and
 sampled once: ``primitive`` (stems and Gaussians in one loop), ``free`` (Gaussians only, our losses), ``paper``
-(Gaussians only, published losses and sampling), ``start`` (free Gaussians started on the bark of a primitive: what
-initialisation buys). Read-outs: ``primitive`` (the fitted stem itself), ``paper`` (samples of the Gaussians, published
-constants), ``default`` (the same samples, solid circles along the axis), ``volume`` (points spread evenly over the
-stem's surroundings, the cone at whose bark their opacity ends). ``--laws`` adds the other opacity law and low quantiles
-over the views. Stems with at least three clear views at breast height are the reference, as everywhere.
+(Gaussians only, published losses and sampling). Read-outs: ``primitive`` (the fitted stem itself), ``paper`` (samples
+of the Gaussians, published constants), ``default`` (the same samples, solid circles along the axis), ``volume``
+(points spread evenly over the stem's surroundings, the cone at whose bark their opacity ends). Stems with at least
+three clear views at breast height are the reference, as everywhere.
 """
 
 from __future__ import annotations
@@ -47,7 +46,6 @@ RUNS = {
     "primitive": {"preset": "balanced"},
     "free": {"preset": "balanced", "stems": "free"},
     "paper": {"preset": "paper"},
-    "start": {"preset": "balanced", "stems": "start"},
 }
 
 
@@ -145,7 +143,6 @@ def main() -> None:
     parser.add_argument("--workspace", type=Path, help="poses (sfm/) and, if there, dtm.tif of this workspace")
     parser.add_argument("--find", action="store_true", help="find the stems in the photos, take no true position")
     parser.add_argument("--runs", nargs="+", default=["primitive", "free", "paper"], choices=list(RUNS))
-    parser.add_argument("--laws", action="store_true", help="both opacity laws, and low quantiles over the views")
     parser.add_argument("--samples", type=int, default=100, help="candidates per Gaussian (M)")
     parser.add_argument("--stems", type=int, nargs="+", help="only these rows of the reference (0-based)")
     parser.add_argument("--noise", type=float, default=0.1, help="error of the true positions per axis, metres")
@@ -198,12 +195,6 @@ def main() -> None:
             columns["primitive"] = {tree.tree_id - 1: tree.dbh_cm for tree in trees if tree.dbh_cm is not None}
         sampling = SampleOptions(seed=arguments.seed, threads=arguments.threads, samples=arguments.samples)
         variants = {"": replace(sampling, **PAPER_SAMPLING) if run == "paper" else sampling}
-        if arguments.laws:
-            variants |= {
-                " vacancy": replace(sampling, law="vacancy"),
-                " q10": replace(sampling, quantile=0.1),
-                " q30": replace(sampling, quantile=0.3),
-            }
         for name, chosen in variants.items():
             points = sample_surface(field, views, chosen, reporter)
             entry.setdefault("points", len(points))

@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from stems_from_photos import plot_inputs, score
 
-from treedgs_geo.from_photos import fit as stem_fit
+from treedgs_geo.from_photos import fit as photo_fit
 from treedgs_geo.from_photos.find import stems_from_photos
 from treedgs_geo.from_photos.fine import TAPER_PRIOR
 
@@ -37,7 +37,7 @@ RIDGE = 0.3
 def gather(plot: Path) -> tuple[list[dict], dict]:
     """One entry a stem (witnesses (N, 5), which explanations are right (N,), the parts of the error); the figures."""
     calls: list[dict] = []
-    choose, judge = stem_fit.choose, stem_fit.Fitter._judge
+    choose, judge = photo_fit.choose, photo_fit.Fitter._judge
 
     def listen(tried, trust, chance, sun):
         choice = choose(tried, trust, chance, sun)
@@ -47,18 +47,18 @@ def gather(plot: Path) -> tuple[list[dict], dict]:
     def judged(self, seed, best, fine, gap, sure, outline, gain=0.0, others=None):
         fit = judge(self, seed, best, fine, gap, sure, outline, gain, others)
         if calls and outline is not None:
-            clear = best.z > stem_fit.CLEAR_Z
-            weight = fine.view_weight * stem_fit.seen_probability(best.z)
+            clear = best.z > photo_fit.CLEAR_Z
+            weight = fine.view_weight * photo_fit.seen_probability(best.z)
             parts = scatter(fine, weight), 200 * fine.fit_sd_m, self._px_cm(fine.axis, clear) / max(clear.sum(), 1)
             calls[-1] |= {"fit": fit, "pair": best.mate is not None, "parts": parts}
         return fit
 
     views, frame, ground, area = plot_inputs(plot)
-    stem_fit.choose, stem_fit.Fitter._judge = listen, judged
+    photo_fit.choose, photo_fit.Fitter._judge = listen, judged
     try:
         fits = stems_from_photos(views, frame, ground, area)
     finally:
-        stem_fit.choose, stem_fit.Fitter._judge = choose, judge
+        photo_fit.choose, photo_fit.Fitter._judge = choose, judge
     stems = []
     for tree in csv.DictReader(open(plot / "truth" / "trees.csv")):
         true = np.array([float(tree["E_bh"]), float(tree["N_bh"])]) - frame.origin[:2]

@@ -78,7 +78,7 @@ class Algorithm(BaseAlgorithm):
             )
         )
         rebuild = QgsProcessingParameterBoolean("REBUILD", self.tr("Start from scratch"), False)
-        rebuild.setHelp(self.tr("Remove the environment first, to mend a broken one."))
+        rebuild.setHelp(self.tr("Remove the environment first, to repair a broken one."))
         for advanced in (python, build, rebuild):
             advanced.setFlags(advanced.flags() | compat.FLAG_ADVANCED)
         for made in (wheels, python, build, rebuild):

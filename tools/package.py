@@ -228,7 +228,7 @@ def check_wheel(wheel: Path, files: list[str]) -> None:
     wanted = {name for name in files if name.startswith("treedgs_geo/")}
     if there != wanted:
         odd = ", ".join(sorted(wanted ^ there)[:5])
-        raise PackageError(f"{wheel.name}: and the library differ in {odd}; mend package-data in pyproject.toml")
+        raise PackageError(f"{wheel.name}: and the library differ in {odd}; correct package-data in pyproject.toml")
 
 
 def main() -> int:

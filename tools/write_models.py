@@ -67,7 +67,7 @@ CHAINS = {
     ),
     "photostoaccuracy": (
         "From drone photos to accuracy against field trees",
-        "Measures the trees in drone photos, pairs them with your field tally, and tells how well they agree. Look at "
+        "Measures the trees in drone photos, pairs them with your field tally, and shows how well they agree. Look at "
         "the pairs before you believe the figures.",
         [
             ("measure", "photostodbh", {}, {"OUTPUT": "Trees"}),

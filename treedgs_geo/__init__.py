@@ -1,8 +1,78 @@
 """TreeDGS: diameters at breast height from drone photos or LiDAR clouds.
 
-The library computes; it never imports ``qgis``. Data flows one way:
-geotags -> reconstruction -> gaussians -> stems -> measure -> inventory -> evaluation,
-with ``core``, ``terrain`` and ``pointcloud`` below them all.
+The library computes; it never imports ``qgis``. ``import treedgs_geo as tg`` gives :func:`measure_photos`,
+:func:`measure_cloud` and what they read and return; the names load when they are first used. The rooms behind them, and
+the order in which they import one another, are in ``docs/developing.md`` and ``.importlinter``.
 """
 
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .api import measure_cloud, measure_photos
+    from .core.errors import TreeDGSError
+    from .core.progress import Reporter
+    from .geotags.reading import read_stations
+    from .geotags.stations import Stations
+    from .inventory.tree_layer import write_trees
+    from .inventory.tree_reading import read_trees
+    from .pointcloud.cloud import PointCloud
+    from .pointcloud.files import read_cloud, write_cloud
+    from .shapes.circles import fit_circle
+    from .terrain.dtm import Dtm, read_dtm
+    from .trees.reasons import explain
+    from .trees.tree import Tree
+
 __version__ = "0.2.0"
+
+#: Name -> module that has it.
+_HOMES = {
+    "measure_photos": "api",
+    "measure_cloud": "api",
+    "read_stations": "geotags.reading",
+    "Stations": "geotags.stations",
+    "read_cloud": "pointcloud.files",
+    "write_cloud": "pointcloud.files",
+    "PointCloud": "pointcloud.cloud",
+    "read_dtm": "terrain.dtm",
+    "Dtm": "terrain.dtm",
+    "fit_circle": "shapes.circles",
+    "Tree": "trees.tree",
+    "explain": "trees.reasons",
+    "read_trees": "inventory.tree_reading",
+    "write_trees": "inventory.tree_layer",
+    "Reporter": "core.progress",
+    "TreeDGSError": "core.errors",
+}
+__all__ = [
+    "Dtm",
+    "PointCloud",
+    "Reporter",
+    "Stations",
+    "Tree",
+    "TreeDGSError",
+    "explain",
+    "fit_circle",
+    "measure_cloud",
+    "measure_photos",
+    "read_cloud",
+    "read_dtm",
+    "read_stations",
+    "read_trees",
+    "write_cloud",
+    "write_trees",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = getattr(importlib.import_module(f".{_HOMES[name]}", __name__), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -27,7 +27,7 @@ def main(arguments: list[str] | None = None) -> int:
     130 cancelled, 1 defect)."""
     from .commands import MODULES, all_commands, get_command
 
-    # Numba tells every user about a threading library it does not use.
+    # Numba warns every user of a threading library that it does not use.
     warnings.filterwarnings("ignore", message="The TBB threading layer")
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     if arguments[:1] == ["--job"]:

@@ -98,7 +98,7 @@ def crs_problem(name: str, given: Any, crs: QgsCoordinateReferenceSystem, inputs
 
 
 def dtm_flight_problem(dtm: str, photos: str) -> str:
-    """The terrain model lies under the flight, as far as the photos' own positions tell."""
+    """The terrain model lies under the flight, by the photos' own positions."""
     where = location.position(Path(photos))
     if where is None:
         return ""
@@ -108,7 +108,7 @@ def dtm_flight_problem(dtm: str, photos: str) -> str:
 
 
 def dtm_cloud_problem(dtm: str, cloud: str, crs: QgsCoordinateReferenceSystem) -> str:
-    """The terrain model lies under the cloud, as far as the cloud's header tells. crs: what the user says."""
+    """The terrain model lies under the cloud, by the cloud's header. crs: what the user says."""
     found = location.las_extent(Path(cloud))
     if found is None:
         return ""

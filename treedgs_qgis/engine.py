@@ -18,7 +18,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
-from contextlib import closing
+from contextlib import closing, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
@@ -142,7 +142,7 @@ def find_engine(setting: str = "", modules: Iterable[str] = ()) -> Engine:
     in the plugin folder, a ``python3`` on the PATH. modules: what the job imports; all have to be installed.
 
     Raises:
-        EngineMissing: with what was looked at and how to mend it.
+        EngineMissing: with what was looked at and what to do.
     """
     modules = list(modules)
     for value, source in (
@@ -276,7 +276,7 @@ def run_job(
         with closing(stream(process, is_cancelled)) as lines:
             for from_stdout, line in lines:
                 log.write(line + "\n")
-                message = _parse(line) if from_stdout else {"t": "log", "message": line}
+                message: dict[str, Any] = _parse(line) if from_stdout else {"t": "log", "message": line}
                 if message["t"] == "hello" and message.get("protocol") != PROTOCOL:
                     raise EngineError(
                         tr(
@@ -399,23 +399,19 @@ def stop_group(process: subprocess.Popen) -> None:
     group = process.pid
     if process.poll() is None:
         _signal_group(group, signal.SIGTERM)
-        try:
+        with suppress(subprocess.TimeoutExpired):
             process.wait(GRACE_S)
-        except subprocess.TimeoutExpired:
-            pass
     # Also when the engine itself has ended: its own children must not outlive it.
     _signal_group(group, signal.SIGKILL)
-    try:
+    with suppress(subprocess.TimeoutExpired):
         process.wait(1)
-    except subprocess.TimeoutExpired:
-        pass
 
 
 def _signal_group(group: int, number: int) -> None:
-    try:
+    if sys.platform == "win32":
+        return
+    with suppress(ProcessLookupError, PermissionError):
         os.killpg(group, number)
-    except (ProcessLookupError, PermissionError):
-        pass
 
 
 def _own_group() -> dict[str, Any]:
@@ -425,4 +421,6 @@ def _own_group() -> dict[str, Any]:
 
 
 def _no_window() -> dict[str, Any]:
-    return {"creationflags": subprocess.CREATE_NO_WINDOW} if sys.platform == "win32" else {}
+    if sys.platform == "win32":
+        return {"creationflags": subprocess.CREATE_NO_WINDOW}
+    return {}

@@ -113,7 +113,7 @@ def build(
     say: Callable[[str], None] = print,
     torch: str = "cpu",
 ) -> None:
-    """Make (or mend) the virtual environment ``target`` and install ``packages``, one pip call per list.
+    """Make (or repair) the virtual environment ``target`` and install ``packages``, one pip call per list.
 
     A marker file is written last, so that a build that was cut short is taken up again. run: starts a command and
     returns its exit code. wheels: install from this folder only, without network.

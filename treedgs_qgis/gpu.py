@@ -31,10 +31,17 @@ def ask() -> tuple[int | None, str]:
     program = find_program("nvidia-smi")
     if program is None:
         return None, ""
-    extra = {"creationflags": subprocess.CREATE_NO_WINDOW} if sys.platform == "win32" else {}
+    hidden = 0
+    if sys.platform == "win32":
+        hidden = subprocess.CREATE_NO_WINDOW
     try:
         done = subprocess.run(
-            [program, *QUERY], capture_output=True, text=True, timeout=30, cwd=tempfile.gettempdir(), **extra
+            [program, *QUERY],
+            capture_output=True,
+            text=True,
+            timeout=30,
+            cwd=tempfile.gettempdir(),
+            creationflags=hidden,
         )
     except (OSError, subprocess.SubprocessError) as problem:
         return None, str(problem)

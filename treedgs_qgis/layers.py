@@ -78,7 +78,7 @@ class Given:
         if isinstance(self.layer, QgsVectorLayer) and self.layer.isModified():
             text = tr("{name}: the layer '{layer}' has edits that are not saved; save or drop them first.")
         elif not self.layer.isValid():
-            text = tr("{name}: the layer '{layer}' cannot be read; mend its source.")
+            text = tr("{name}: the layer '{layer}' cannot be read; correct its source.")
         elif isinstance(self.layer, QgsRasterLayer) and not self.path():
             text = tr("{name}: the layer '{layer}' is no file on this computer; save it as a GeoTIFF first.")
         elif self._holds_pairs() and not self.path():

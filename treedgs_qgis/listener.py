@@ -34,7 +34,7 @@ STAGES = {
     "cut crops": "Cutting out the stems in the photos",
     "measure stems": "Measuring each stem",
     "stems": "Stems, found and fitted",
-    "second opinion": "A second measurement, to compare",
+    "second measurement": "A second measurement, to compare",
     "tag photos": "Writing tagged copies of the photos",
     "stand": "Growing the stand",
     "photos": "Drawing the photos",
@@ -72,7 +72,7 @@ class Listener:
 
     def __init__(self, feedback: QgsProcessingFeedback, words: Callable[[str], str] = str) -> None:
         self.feedback, self.words = feedback, words
-        self.told = time.monotonic()
+        self.reported = time.monotonic()
         self.stages: list[str] = []
 
     def __call__(self, message: dict[str, Any]) -> None:
@@ -82,8 +82,8 @@ class Listener:
             fraction = float(message.get("fraction", 0))
             self.feedback.setProgress(100 * fraction)
             now = time.monotonic()
-            if message.get("eta_s") and now - self.told > ESTIMATE_EVERY_S:
-                self.told = now
+            if message.get("eta_s") and now - self.reported > ESTIMATE_EVERY_S:
+                self.reported = now
                 stage = f"{self.stages[-1]}: " if self.stages else ""
                 left = tr("about {time} left").format(time=duration(message["eta_s"]))
                 self.feedback.setProgressText(f"{stage}{100 * fraction:.0f} %, {left}")

@@ -14,7 +14,7 @@ _PHOTOS = {".jpg", ".jpeg", ".tif", ".tiff", ".dng"}
 
 
 def utm_suggestion(paths: Iterable[str]) -> str:
-    """``EPSG:32615 (WGS 84 / UTM zone 15N)`` from the first input that tells its position, else ''."""
+    """``EPSG:32615 (WGS 84 / UTM zone 15N)`` from the first input that has a position, else ''."""
     for path in map(Path, paths):
         where = position(path)
         if where:
@@ -40,8 +40,8 @@ def position(path: Path) -> tuple[float, float] | None:
         point, ok = QgsExifTools.getGeoTag(str(path))
         return (point.x(), point.y()) if ok and (point.x() or point.y()) else None
     if suffix == ".mrk":
-        found = _MRK.search(path.read_text(encoding="utf-8", errors="replace")[:4000])
-        return (float(found.group(2)), float(found.group(1))) if found else None
+        mark = _MRK.search(path.read_text(encoding="utf-8", errors="replace")[:4000])
+        return (float(mark.group(2)), float(mark.group(1))) if mark else None
     if suffix in (".las", ".laz"):
         return _las_degrees(path)
     return None

@@ -28,7 +28,7 @@ def lock_hash() -> str:
 
 
 def write_list(build: str, target: Path, more: Path | None = None) -> list[str]:
-    """Write the build's list to ``target``; returns what pip has to be told: that file, with hashes, wheels only.
+    """Write the build's list to ``target``; returns what pip is given: that file, with hashes, wheels only.
 
     more: a further list (:data:`DEVELOPERS`).
     """

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import traceback
 
-from qgis.core import QgsApplication, QgsMessageLog
+from qgis.core import QgsApplication, QgsMessageLog, QgsProcessingProvider
 
 from . import i18n, words
 from .compat import LOG_CRITICAL
@@ -16,7 +16,7 @@ class TreeDGSPlugin:
 
     def __init__(self, iface) -> None:
         self.iface = iface
-        self.provider = None
+        self.provider: QgsProcessingProvider | None = None
         self.translator = None
 
     def initProcessing(self) -> None:  # noqa: N802
@@ -31,10 +31,10 @@ class TreeDGSPlugin:
             words.translate = i18n.tr
             from .provider import TreeDGSProvider
 
-            self.provider = TreeDGSProvider()
-            QgsApplication.processingRegistry().addProvider(self.provider)
+            provider = self.provider = TreeDGSProvider()
+            QgsApplication.processingRegistry().addProvider(provider)
             # The models name our own algorithms, which QGIS finds only once the provider is registered.
-            self.provider.refreshAlgorithms()
+            provider.refreshAlgorithms()
         except Exception:
             text = traceback.format_exc()
             QgsMessageLog.logMessage(text, "TreeDGS", LOG_CRITICAL)

@@ -171,7 +171,7 @@ def test_job_scripts_say_what_a_plot_needs(queue, options, words):
 
     from treedgs_geo.campaign.clusters import QUEUES
 
-    chosen, jobs = queue_arguments(queue, Shape(5, 1, 4.0), 2, options, Path("/a b"))
+    chosen, jobs = queue_arguments(Shape(5, 1, 4.0), 2, options, Path("/a b"))
     assert jobs == (3 if queue == "slurm" else 5)
     script = getattr(dask_jobqueue, QUEUES[queue])(**chosen, scheduler_options={"dashboard_address": None}).job_script()
     for word in words:
@@ -182,7 +182,7 @@ def test_job_scripts_say_what_a_plot_needs(queue, options, words):
 
 def test_queue_options_are_checked():
     with pytest.raises(InputError, match="found 'wall=3'"):
-        queue_arguments("slurm", Shape(1, 1, 4.0), 1, "wall=3", Path("/x"))
+        queue_arguments(Shape(1, 1, 4.0), 1, "wall=3", Path("/x"))
 
 
 def test_exits_are_put_into_words(tmp_path):

@@ -4,41 +4,17 @@ from __future__ import annotations
 
 import json
 import shutil
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 import rasterio
+from chain_runs import chain_arguments
 
 from treedgs_geo.cli import main
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.evaluation.accuracy import score_against_truth
 from treedgs_geo.inventory.tree_reading import read_trees
-
-
-def _arguments(plot: Path, folder: Path, **more: str) -> list[str]:
-    given = {
-        "photos": plot / "images",
-        "geotags": plot,
-        "crs": "EPSG:6344",
-        "plots": plot / "plots.csv",
-        "workspace": folder / "work",
-        "output": folder / "trees.gpkg",
-        **more,
-    }
-    words = ["photos-to-dbh", "--log-format", "plain"]
-    for name, value in given.items():
-        words += [f"--{name.replace('_', '-')}", str(value)]
-    return words
-
-
-@pytest.fixture(scope="module")
-def finished(simulated_plot, tmp_path_factory) -> Path:
-    """A finished run: work/ and trees.gpkg, in a folder with a space and an accent."""
-    folder = tmp_path_factory.mktemp("run") / "plot é 1"
-    assert main(_arguments(simulated_plot, folder)) == 0
-    return folder
 
 
 def test_stems_are_found_and_measured(finished, simulated_plot):
@@ -79,7 +55,7 @@ def test_the_record_says_what_was_done(finished):
 
 def test_a_second_run_keeps_finished_stages(finished, simulated_plot, capsys):
     before = json.loads((finished / "work" / "run.json").read_text())["stages"]["reconstruct"]["seconds"]
-    assert main(_arguments(simulated_plot, finished)) == 0
+    assert main(chain_arguments(simulated_plot, finished)) == 0
     text = capsys.readouterr().err
     for stage in ("geotag", "reconstruct", "ground", "measure"):
         assert f"{stage}: unchanged since the last run, kept" in text
@@ -91,7 +67,7 @@ def test_damaged_stages_are_named_and_give_the_same_trees_again(finished, simula
     (tmp_path / "work" / "trees.json").write_text('[{"height": 3}]')
     ground = tmp_path / "work" / "dtm.tif"
     ground.write_bytes(ground.read_bytes()[:-100])
-    assert main(_arguments(simulated_plot, tmp_path)) == 0
+    assert main(chain_arguments(simulated_plot, tmp_path)) == 0
     text = capsys.readouterr().err
     for name, stage in (("trees.json", "measure"), ("dtm.tif", "ground")):
         assert f"{name}: is not as the run left it (damaged or changed); the stage {stage} is done again" in text
@@ -108,7 +84,7 @@ def test_a_ground_that_the_photos_contradict_is_told_and_widens_the_intervals(fi
         profile, heights = source.profile, source.read(1)
     with rasterio.open(tmp_path / "high.tif", "w", **profile) as target:
         target.write(np.where(heights == profile["nodata"], heights, heights + 0.6).astype(heights.dtype), 1)
-    assert main(_arguments(simulated_plot, tmp_path, dtm=str(tmp_path / "high.tif"))) == 0
+    assert main(chain_arguments(simulated_plot, tmp_path, dtm=str(tmp_path / "high.tif"))) == 0
     stage = json.loads((tmp_path / "work" / "run.json").read_text())["stages"]["ground"]
     assert stage["result"]["above_photos_m"] == pytest.approx(0.6, abs=0.02)
     assert "0.60 m from the ground" in stage["result"]["warnings"][0]
@@ -124,7 +100,7 @@ def test_a_ground_that_the_photos_contradict_is_told_and_widens_the_intervals(fi
 
 def test_another_breast_height_keeps_the_cameras(finished, simulated_plot, tmp_path, capsys):
     shutil.copytree(finished / "work", tmp_path / "work")
-    assert main(_arguments(simulated_plot, tmp_path, bh_m="1.30", output=str(tmp_path / "trees.shp"))) == 0
+    assert main(chain_arguments(simulated_plot, tmp_path, bh_m="1.30", output=str(tmp_path / "trees.shp"))) == 0
     assert "reconstruct: unchanged" in capsys.readouterr().err
     trees = read_trees(tmp_path / "trees.shp")
     assert (trees["bh_m"] == 1.30).all() and len(trees)

@@ -21,7 +21,7 @@ from treedgs_geo.gaussians.crops import (
     near_axis,
     sample_texture,
 )
-from treedgs_geo.gaussians.free.controllers import FixedSchedule, PlateauStop
+from treedgs_geo.gaussians.free.controllers import FixedSchedule
 from treedgs_geo.gaussians.free.optimise import Adam, constrain, learning_rates, relocate
 from treedgs_geo.gaussians.loss import d_ssim, l1, normal_consistency, robust_weight
 from treedgs_geo.gaussians.project import CropCamera
@@ -209,14 +209,6 @@ def test_adam_skips_what_is_not_finite_and_constrain_mends_ranges():
     p[0, 3:7], p[0, 7:10], p[0, 10] = 0, 50, 99
     constrain(p, Volume(0.5, 0, 3, 0.005, 0.2))
     assert p[0, 3] == 1 and np.allclose(np.exp(p[0, 7:10]), 0.2) and p[0, 10] == 6
-
-
-def test_plateau_stops_only_when_nothing_improves():
-    controller = PlateauStop(patience=2)
-    assert [controller.epoch(loss) for loss in (1.0, 0.9, 0.8, 0.799)] == [False] * 4
-    assert controller.epoch(0.7) is False and controller.reason == "schedule"
-    assert [controller.epoch(0.7), controller.epoch(float("nan"))] == [False, True]
-    assert controller.reason == "plateau"
 
 
 def test_photos_finer_than_a_stem_needs_are_read_as_coarser_ones():

@@ -8,18 +8,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from gaussian_reference import (
+    camera_gaussians,
+    distance_plane,
+    ray_maximum,
+    render_reference,
+)
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from treedgs_geo.gaussians.project import CropCamera
 from treedgs_geo.gaussians.raster import Rasteriser, project, render
-from treedgs_geo.gaussians.reference import (
-    camera_gaussians,
-    distance_plane,
-    ray_maximum,
-    render_reference,
-)
 
 ROTATION = Rotation.from_euler("xyz", [150, 5, 20], degrees=True).as_matrix()
 

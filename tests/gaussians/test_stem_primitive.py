@@ -17,7 +17,7 @@ from treedgs_geo.gaussians.free.band_fit import FitSettings
 from treedgs_geo.gaussians.layered import HollowVolume, axis_xy, fit_with_primitive, radius_m, surface_gaussians
 from treedgs_geo.gaussians.options import GaussianOptions
 from treedgs_geo.gaussians.primitive.fit import fit_primitive
-from treedgs_geo.gaussians.primitive.model import GAMMA, Coverage, Lens, Region, Stem, cover, normal_equations
+from treedgs_geo.gaussians.primitive.model import GAMMA, Coverage, Lens, Region, StemView, cover, normal_equations
 from treedgs_geo.gaussians.primitive.sights import (
     JointSettings,
     Sight,
@@ -46,7 +46,7 @@ def looking_at(turn: float, tilt: float, far: float, target: np.ndarray, size: i
 def covered(camera: CropCamera, shape: np.ndarray, blur: float, shift: float = 0.0) -> Coverage:
     out = empty_coverage((camera.height, camera.width))
     lens = Lens(np.ascontiguousarray(camera.rotation), camera.centre, camera.intrinsics)
-    cover(Stem(shape, BH, shift, blur), lens, Region(0.45, 0.3, 2.9), out)
+    cover(StemView(shape, BH, shift, blur), lens, Region(0.45, 0.3, 2.9), out)
     return out
 
 
@@ -136,7 +136,7 @@ def test_gradient_points_to_the_true_shape():
         compare(sights, colour, settings)
         for v, s in enumerate(sights):
             h = np.zeros((9, 9))
-            stem = Stem(wrong, BH, 0.0, 0.4)
+            stem = StemView(wrong, BH, 0.0, 0.4)
             normal_equations(stem, s.lens, s.coverage, colour[v], s.scene, s.composite, 0.0, h, total)
         assert total[at] < 0  # too large by ``step``: the right-hand side pulls back
 

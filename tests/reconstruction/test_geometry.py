@@ -228,7 +228,7 @@ def test_dense_band_finds_a_textured_wall(tmp_path: Path) -> None:
         picture = cv2.remap(texture, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR)
         cv2.imwrite(str(view.path), np.repeat(picture.astype(np.uint8)[:, :, None], 3, axis=2))
         views.append(view)
-    xyz, rgb, votes = densify_band(views, None, lambda x, y: np.zeros_like(np.asarray(x, float)), np.zeros(2), 4.0)
+    xyz, rgb, votes = densify_band(views, lambda x, y: np.zeros_like(np.asarray(x, float)), np.zeros(2), 4.0)
     assert len(xyz) > 2000 and rgb.dtype == np.uint8 and votes.min() >= 2
     off = xyz[:, 2] - (1 + 0.1 * xyz[:, 0])
     assert np.abs(np.median(off)) < 0.03 and np.median(np.abs(off)) < 0.06

@@ -24,7 +24,7 @@ from .jobs import run_job
 from .ladder import CONFIGS, SFM, Config
 from .plot import TruePlot
 
-#: A stem counts as visible with this many clear photos of its breast height; success is told over these.
+#: A stem counts as visible with this many clear photos of its breast height; success counts these.
 CLEAR_VIEWS = 3
 #: A configuration may be recommended when it measures at least this share of what the most successful one does.
 ENOUGH_SUCCESS = 0.9
@@ -98,7 +98,7 @@ def _warm_up(plot: Path, folder: Path, reporter: Reporter, began: float, budget_
     done = folder / "warm.json"
     if done.exists() or time.monotonic() - began > budget_s:
         return
-    sfm = _reconstruction("2000 features", plot, 0, folder, reporter)
+    sfm = _reconstruction("2000 features", plot, 0, folder)
     if "error" not in sfm:
         run_job(
             {
@@ -113,7 +113,7 @@ def _warm_up(plot: Path, folder: Path, reporter: Reporter, began: float, budget_
         )
 
 
-def _reconstruction(name: str, plot: Path, repeat: int, folder: Path, reporter: Reporter) -> dict[str, Any]:
+def _reconstruction(name: str, plot: Path, repeat: int, folder: Path) -> dict[str, Any]:
     kept = folder / "sfm" / f"{name.replace(' ', '-')}--{_tag(plot)}--{repeat}.json"
     place = kept.with_suffix("")
     if not (_is_good(kept) and (place / "sfm" / "frame.json").exists()):
@@ -126,7 +126,7 @@ def _reconstruction(name: str, plot: Path, repeat: int, folder: Path, reporter: 
 def _measure(config: Config, plot: Path, repeat: int, folder: Path, kept: Path, reporter: Reporter) -> None:
     sfm: dict[str, Any] = {"wall_s": 0.0, "peak_memory_mb": 0, "folder": "", "stages": {}}
     if config.sfm:
-        sfm = _reconstruction(config.sfm, plot, repeat, folder, reporter)
+        sfm = _reconstruction(config.sfm, plot, repeat, folder)
         if "error" in sfm:
             write_json(kept, {"error": f"reconstruction: {sfm['error']}", "seconds": None})
             return
@@ -291,7 +291,7 @@ def plots_of(given: Path | None, folder: Path, quick: bool, reporter: Reporter) 
         plot = folder / "plots" / f"sim{seed}"
         if not (plot / "truth" / "config.json").exists():
             with reporter.stage(f"simulate plot {seed}", 0.0, 1.0):
-                size = dict(preset="plot", radius_m=9.0, photos=50, samples=3) if quick else dict(preset="plot")
+                size = {"preset": "plot", "radius_m": 9.0, "photos": 50, "samples": 3} if quick else {"preset": "plot"}
                 simulate_plot(
                     SimulateSettings(
                         output=plot, seed=seed, touching_saplings=1, strong_leans=1, lean_max_deg=8.0, **size

@@ -44,12 +44,12 @@ def draw_chart(table: pd.DataFrame, facts: dict[str, Any]) -> Any:
             continue
         enough = rows["success"] >= 0.9 * shown["success"].max()
         spread = np.abs(rows[["seconds_lo", "seconds_hi"]].to_numpy(float).T - rows["seconds"].to_numpy(float))
-        doubt = np.abs(rows[["rmse_lo", "rmse_hi"]].to_numpy(float).T - rows["rmse_cm"].to_numpy(float))
+        half = np.abs(rows[["rmse_lo", "rmse_hi"]].to_numpy(float).T - rows["rmse_cm"].to_numpy(float))
         axes.errorbar(
             rows["seconds"],
             rows["rmse_cm"],
             xerr=spread,
-            yerr=doubt,
+            yerr=half,
             fmt="none",
             ecolor=colour,
             alpha=0.35,
@@ -192,7 +192,7 @@ def _time(seconds: float) -> str:
 
 COLUMNS = (
     ("title", "configuration"),
-    ("group", "rung"),
+    ("group", "level"),
     ("seconds", "s"),
     ("sfm_s", "of it SfM s"),
     ("peak_memory_mb", "MB"),
@@ -239,19 +239,19 @@ def markdown(table: pd.DataFrame, facts: dict[str, Any], knees: dict[str, str]) 
     return (
         f"{facts['plots_text']}; {facts['machine']['cores']} cores of {facts['machine']['processor']}, "
         f"TreeDGS {facts['machine']['version']}; {facts['repeats']} run(s) each; seed 0. * = on the Pareto front. "
-        f"Recommended by the rule of the page: {advice or 'nothing'}.{notes}\n\n{head}{body}\n{rungs(table)}"
+        f"Recommended by the rule of the page: {advice or 'nothing'}.{notes}\n\n{head}{body}\n{levels(table)}"
     )
 
 
-def rungs(table: pd.DataFrame) -> str:
-    """What each configuration from photos buys and costs against ``balanced``, said to be more than chance or not."""
+def levels(table: pd.DataFrame) -> str:
+    """What each configuration from photos gains and costs against ``balanced``, and whether it is more than chance."""
     if "balanced" not in set(table["key"]):
         return ""
     base = table[table["key"] == "balanced"].iloc[0]
     lines = [
         "Against `balanced` (a difference counts when the 90 % intervals of the two RMSEs do not meet):",
         "",
-        "| rung | configuration | seconds | RMSE cm | stems | says |",
+        "| level | configuration | seconds | RMSE cm | stems | says |",
         "|---|---|---|---|---|---|",
     ]
     for _, row in table[(table["group"] != "LiDAR") & (table["key"] != "balanced")].sort_values("group").iterrows():
@@ -273,7 +273,7 @@ def rungs(table: pd.DataFrame) -> str:
 
 
 def page(table: pd.DataFrame, facts: dict[str, Any], knees: dict[str, str]) -> str:
-    """A self-contained page: groups can be hidden, points tell their figures."""
+    """A self-contained page: groups can be hidden, points show their figures."""
     data = json.loads(table.to_json(orient="records"))
     most = max((row["success"] for row in data if row["rmse_cm"] is not None), default=0)
     for row in data:

@@ -33,7 +33,7 @@ GROWTH = {
     "mapping": ("photos", (0.8, 2.0)),
     "adjustment": ("photos", (0.8, 2.0)),
     "stems": ("area x photos used", (0.5, 1.2)),
-    "second opinion": ("stems asked x photos", (0.8, 1.2)),
+    "second measurement": ("stems measured again x photos", (0.8, 1.2)),
     "lidar": ("points", (0.8, 1.2)),
 }
 MOST_FEATURE_MP, NEIGHBOURS, MOST_VIEWS = 12.0, 20, 96
@@ -186,7 +186,7 @@ def fit_power(size: np.ndarray, seconds: np.ndarray, limits: tuple[float, float]
 
 def fit_memory(table: pd.DataFrame) -> dict[str, float]:
     """Peak memory: a base, plus what the crops of the photos used take (3 bytes a pixel) as measured; and the same of
-    the second opinion, which holds its crops of each stem."""
+    the second measurement, which holds its crops of each stem."""
 
     def line(stage: str, grows: str, least: float) -> tuple[float, float]:
         rows = table[table["stage"] == stage]
@@ -197,7 +197,7 @@ def fit_memory(table: pd.DataFrame) -> dict[str, float]:
         return float(base), max(float(slope), least)
 
     base, crops = line("stems", "crop_megapixels", 3.0)
-    second, stems = line("second opinion", "size", 0.0)
+    second, stems = line("second measurement", "size", 0.0)
     return {
         "base_mb": round(base),
         "mb_per_crop_megapixel": round(crops, 2),
@@ -213,7 +213,7 @@ def predict(fits: dict[str, dict], memory: dict[str, float], case: dict[str, flo
     usually takes.
     """
     gsd_m = 0.0184
-    asked = min(case["stems"], MOST_MEASURED_AGAIN)
+    again = min(case["stems"], MOST_MEASURED_AGAIN)
     used = min(case["photos"], MOST_VIEWS)
     crop = min(case["megapixels"], (2 * case["radius_m"] + 6) ** 2 / gsd_m**2 / 1e6)
     sizes = {
@@ -223,14 +223,14 @@ def predict(fits: dict[str, dict], memory: dict[str, float], case: dict[str, flo
         "adjustment": case["photos"],
         "reducing": case["photos"] * max(case["megapixels"] - MOST_FEATURE_MP, 0.0),
         "stems": np.pi * case["radius_m"] ** 2 * used,
-        "second opinion": asked * case["photos"],
+        "second measurement": again * case["photos"],
     }
     known = {name: size for name, size in sizes.items() if name in fits and size > 0}
     stages = {name: round(fits[name]["a"] * size ** fits[name]["b"], 1) for name, size in known.items()}
     beyond = {name: round(size / fits[name]["to"], 1) for name, size in known.items()}
     peaks = (
         memory["base_mb"] + memory["mb_per_crop_megapixel"] * crop * used,
-        memory["second_base_mb"] + memory["second_mb_per_stem_photo"] * sizes["second opinion"],
+        memory["second_base_mb"] + memory["second_mb_per_stem_photo"] * sizes["second measurement"],
     )
     return {
         "stages_s": stages,

@@ -252,7 +252,7 @@ FACTORS: tuple[Factor, ...] = (
         "m",
         "The whole PPK track lies this far off in east, north and "
         "height alike. Trees and ground move together: places are wrong by that much and nothing but ground "
-        "control can tell (they are paired with it taken out), diameters should not change.",
+        "control can show (they are paired with it taken out), diameters should not change.",
         _each("ppk_bias_m", (0.0, 0.1, 1.0)),
         (CHAIN,),
     ),

@@ -19,11 +19,11 @@ SFM: dict[str, dict[str, Any]] = {
 class Config:
     """One point of the chart.
 
-    key: file name. title: on the chart. group: rung of the ladder (``docs/speed-accuracy.md``). kind: ``photos`` (stems
-    fitted in the photos), ``splats`` or ``cloud``. sfm: key of :data:`SFM`. params: settings of the stage. scale: size
-    of the photos that the stems are fitted in. preset: this is that preset of ``photos-to-dbh``, with all of its
-    settings. quick: part of ``--quick``. reads: for splats, ``sample``, ``means`` or ``depth``: what is made of the
-    field.
+    key: file name. title: on the chart. group: level of the ladder (``docs/speed-accuracy.md``). kind: ``photos``
+    (stems fitted in the photos), ``splats`` or ``cloud``. sfm: key of :data:`SFM`. params: settings of the stage.
+    scale: size of the photos that the stems are fitted in. preset: this is that preset of ``photos-to-dbh``, with all
+    of its settings. quick: part of ``--quick``. reads: for splats, ``sample``, ``means`` or ``depth``: what is made of
+    the field.
     """
 
     key: str
@@ -77,7 +77,7 @@ CONFIGS: tuple[Config, ...] = (
     ),
     Config("sfm-2000", "2000 features", "reconstruction", sfm="2000 features", params={"max_views": 96}, quick=True),
     Config("best", "best", PRESET_GROUP, sfm="16000 features", preset="best", quick=True),
-    Config("edges-only", "no second opinion", "stem model", params={"max_views": 96}, quick=True),
+    Config("edges-only", "no second measurement", "stem model", params={"max_views": 96}, quick=True),
     Config("upright", "upright stems only", "stem model", params={"max_views": 96, "max_lean_deg": 0.0}),
     Config("coarse-grid", "search grid 10 cm", "stem model", params={"max_views": 96, "cell_m": 0.1}),
     Config("views-6", "6 photos", "photos used", params={"max_views": 6}),

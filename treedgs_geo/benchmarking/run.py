@@ -43,7 +43,7 @@ def run_chart(
         records, left = chart.run_configs(folders, configs, repeats, output, reporter, budget)
     table = chart.summarise(records)
     if not len(table):
-        raise TreeDGSError(f"{output}: no configuration finished, see the files in runs/; mend and run again.")
+        raise TreeDGSError(f"{output}: no configuration finished, see the files in runs/ and run again.")
     if left:
         reporter.warn(f"Out of time; left out: {', '.join(left)}. Run again to add them.")
     stems = int(table["stems"].max())

@@ -217,7 +217,7 @@ def _panel(axes: Any, part: pd.DataFrame, factor: Factor) -> None:
 
 def draw_curves(levels: pd.DataFrame) -> Any:
     """Every method against severity: RMSE of what it measured, the share it refused, and how many of the accepted lie
-    inside their 90 % interval (methods that tell one)."""
+    inside their 90 % interval (methods that give one)."""
     import matplotlib
 
     matplotlib.use("Agg")

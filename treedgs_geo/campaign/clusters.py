@@ -279,7 +279,7 @@ def _queue(
 ) -> Iterator[Crew]:
     from distributed import Client
 
-    chosen, jobs = queue_arguments(scheduler, shape, threads, options, folder)
+    chosen, jobs = queue_arguments(shape, threads, options, folder)
     try:
         import dask_jobqueue
     except ModuleNotFoundError:
@@ -309,9 +309,7 @@ def _queue(
             cluster.close()
 
 
-def queue_arguments(
-    scheduler: str, shape: Shape, threads: int, options: str, folder: Path
-) -> tuple[dict[str, Any], int]:
+def queue_arguments(shape: Shape, threads: int, options: str, folder: Path) -> tuple[dict[str, Any], int]:
     """``(arguments of the dask-jobqueue cluster, number of jobs)``.
 
     options: ``queue=short,walltime=08:00:00,account=forest,jobs=20,memory=16GB,cores=4,interface=ib0``; further lines

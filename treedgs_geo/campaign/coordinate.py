@@ -223,7 +223,7 @@ class Coordinator:
         if outcome in ("setup", "missing"):
             self._stuck += 1
             if self._stuck >= MOST_STUCK and not self.tally.done:
-                raise SchedulerLost(f"No plot can be run: {message}; mend that and run again.")
+                raise SchedulerLost(f"No plot can be run: {message}; correct that and run again.")
 
     def _later(self, running: _Running, seconds: float, count: bool = True) -> None:
         heapq.heappush(
@@ -303,5 +303,5 @@ def _error_of(future: Any) -> str:
     try:
         problem = future.exception(timeout=10)
         return f"{type(problem).__name__}: {problem}"[:300]
-    except Exception as problem:  # noqa: BLE001 - whatever it is, it is only told
+    except Exception as problem:  # noqa: BLE001 - whatever it is, it is only reported
         return str(problem)[:300]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -144,11 +145,9 @@ class EngineProcess:
             parts = psutil.Process(self._process.pid).children(recursive=True)
         except psutil.Error:
             parts = []
-        if os.name == "posix":
-            try:
+        if sys.platform != "win32":
+            with contextlib.suppress(ProcessLookupError, PermissionError):
                 os.killpg(self._process.pid, signal.SIGKILL)
-            except (ProcessLookupError, PermissionError):
-                pass
         elif self._process.poll() is None:
             self._process.kill()
         for part in parts:
@@ -156,10 +155,8 @@ class EngineProcess:
                 part.kill()
             except psutil.Error:
                 continue
-        try:
+        with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(10)
-        except subprocess.TimeoutExpired:
-            pass
         self._reader.join(5)
 
     def ending(self) -> Ending:
@@ -222,6 +219,8 @@ def _own_group() -> dict[str, Any]:
 
 def _before_start() -> None:
     """In the child: dies with its supervisor, and before its worker when memory runs out. Linux only."""
+    if sys.platform == "win32":
+        return
     try:
         import ctypes
 

@@ -61,11 +61,11 @@ def look_at(route: str, values: dict[str, Any], plots: str, field: str, crs: str
         return PlotInputs(len(photos), megapixels, 0.0, gigabytes, _known(values["crs"]), "", stamp.hexdigest()[:16])
     cloud = Path(values["input"])
     points, own = _cloud_header(cloud)
-    told = values.get("crs") or ("" if own else crs or "")
-    if not own and not told:
+    given_crs = values.get("crs") or ("" if own else crs or "")
+    if not own and not given_crs:
         raise InputError(f"cloud {cloud} holds no CRS; give it in a column crs, or one for all rows with --crs.")
-    name = "local" if told == "local" else own or _known(told)
-    return PlotInputs(0, 0.0, points / 1e6, gigabytes, name, told, stamp.hexdigest()[:16])
+    name = "local" if given_crs == "local" else own or _known(given_crs)
+    return PlotInputs(0, 0.0, points / 1e6, gigabytes, name, given_crs, stamp.hexdigest()[:16])
 
 
 def input_files(route: str, values: dict[str, Any], plots: str, field: str) -> list[Path]:

@@ -63,14 +63,14 @@ def read_rows(path: Path) -> Iterator[tuple[int, dict[str, str]]]:
     """
     text = _text_of(path)
     first = text.lstrip("\r\n").split("\n", 1)[0].strip()
-    told = re.fullmatch(r'"?sep=(.)"?', first)
+    declared = re.fullmatch(r'"?sep=(.)"?', first)
     lines = io.StringIO(text, newline="")
     skipped = 0
-    if told:
+    if declared:
         lines.readline()
         skipped = 1
         first = text.split("\n", 2)[1]
-    mark = told.group(1) if told else max(";\t,", key=first.count)
+    mark = declared.group(1) if declared else max(";\t,", key=first.count)
     reader = csv.reader(lines, delimiter=mark)
     heads: list[str] | None = None
     try:
@@ -156,9 +156,9 @@ class Checker:
         """
         if self.problems:
             more = f"; and {self.n_bad - _MOST_REPORTED} more" if self.n_bad > _MOST_REPORTED else ""
-            told = "; ".join(problem.rstrip(".;") for problem in self.problems)
+            listed = "; ".join(problem.rstrip(".;") for problem in self.problems)
             rows = "1 row" if self.n_bad == 1 else f"{self.n_bad} rows"
-            raise InputError(f"{self.manifest}: {rows} cannot be used, nothing was started: {told}{more}.")
+            raise InputError(f"{self.manifest}: {rows} cannot be used, nothing was started: {listed}{more}.")
         if not self._ids:
             raise InputError(f"{self.manifest}: holds no plot, expected one row a plot below the heading.")
 
@@ -180,7 +180,7 @@ class Checker:
         inputs = look_at(row.route, row.values, row.plots, row.field, self.crs)
         if row.route == "cloud" and inputs.use_crs:
             row.values["crs"] = inputs.use_crs
-        self._twice(row, inputs)
+        self._twice(row)
         return Checked(row, inputs)
 
     def _row(self, line: int, plot_id: str, route: str, cells: dict[str, str], mark: str) -> PlotRow:
@@ -259,7 +259,7 @@ class Checker:
                     "name the row's plot_id in its plots table, or give each row its own table."
                 )
 
-    def _twice(self, row: PlotRow, inputs: PlotInputs) -> None:
+    def _twice(self, row: PlotRow) -> None:
         """The same data under two ids would count its trees twice."""
         own = row.plot_id if row.plots and row.plot_id in self._table[1] else row.plots
         same = hash((row.route, row.values.get("photos") or row.values.get("input"), own))

@@ -93,8 +93,9 @@ def _run(
             "largest_memory_gb": round(float(plan.memory_gb.max()), 2),
         }
     campaign.begin(entry["row"]["plot_id"] for entry in plan.entries())
-    with reporter.stage("plots", 0.03, 0.96):
-        with open_crew(
+    with (
+        reporter.stage("plots", 0.03, 0.96),
+        open_crew(
             settings.scheduler,
             shape,
             settings.threads,
@@ -102,20 +103,21 @@ def _run(
             settings.queue_options or "",
             workspace,
             reporter,
-        ) as crew:
-            if crew.dashboard:
-                reporter.info(f"Live view: {crew.dashboard}; table: {workspace / STATUS}")
-            tally = Coordinator(
-                plan,
-                campaign,
-                crew,
-                settings.threads,
-                settings.time_limit_min,
-                settings.patience_s,
-                reporter,
-                function,
-                lease.renew,
-            ).run()
+        ) as crew,
+    ):
+        if crew.dashboard:
+            reporter.info(f"Live view: {crew.dashboard}; table: {workspace / STATUS}")
+        tally = Coordinator(
+            plan,
+            campaign,
+            crew,
+            settings.threads,
+            settings.time_limit_min,
+            settings.patience_s,
+            reporter,
+            function,
+            lease.renew,
+        ).run()
     lease.check()
     with reporter.stage("write", 0.96, 1.0):
         result = _write(campaign, plan, model, tally, output, forecast, time.monotonic() - began, reporter)
@@ -179,7 +181,7 @@ class Forecast:
 
 
 def predict(plan: Plan, model: CostModel, shape: Shape, settings: CampaignSettings, reporter: Reporter) -> Forecast:
-    """Time, memory and disk of the whole manifest, told in a few lines."""
+    """Time, memory and disk of the whole manifest, in a few lines."""
     slots = shape.processes * shape.slots
     cpu = float(plan.seconds.sum())
     seconds = makespan(plan.seconds, slots)

@@ -143,7 +143,7 @@ def make_plan(manifest: Path, crs: str | None, folder: Path, model: CostModel, r
                     seen.setdefault(inputs.crs, row.line)
                 if len(offsets) % 200 == 0:
                     reporter.progress(0.5, f"{len(offsets)} rows checked")
-        _one_crs(checker, seen, crs, manifest)
+        _one_crs(checker, seen, crs)
         checker.conclude()
     layer = _layer_crs(seen, crs)
     return Plan(
@@ -191,11 +191,11 @@ def _layer_crs(seen: dict[str, int], crs: str | None) -> str:
     return _known(crs) if crs else next(iter(seen))
 
 
-def _one_crs(checker: Checker, seen: dict[str, int], crs: str | None, manifest: Path) -> None:
+def _one_crs(checker: Checker, seen: dict[str, int], crs: str | None) -> None:
     """One layer has one CRS: rows in several need ``--crs``, and local metres cannot be mixed with anything."""
     if len(seen) < 2 or (crs and "local" not in seen):
         return
-    told = ", ".join(f"{_short(name)} (line {line})" for name, line in list(seen.items())[:4])
+    listed = ", ".join(f"{_short(name)} (line {line})" for name, line in list(seen.items())[:4])
     hint = (
         "clouds in local metres have no place on the map, run them as a campaign of their own"
         if "local" in seen
@@ -203,7 +203,7 @@ def _one_crs(checker: Checker, seen: dict[str, int], crs: str | None, manifest: 
     )
     checker.n_bad += 1
     checker.problems.append(
-        f"the rows are in {len(seen)} coordinate reference systems: {told}; one layer has one: {hint}"
+        f"the rows are in {len(seen)} coordinate reference systems: {listed}; one layer has one: {hint}"
     )
 
 

@@ -7,6 +7,7 @@ one JSON line.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
@@ -143,7 +144,7 @@ def _engine(job: dict[str, Any], folder: Path, lease: Lease, orphaned: threading
         )
     process = EngineProcess(folder, {"folder": str(folder), "row": job["row"]}, job["threads"], folder / LOG, lease.key)
     limit_s = 60 * job["time_limit_min"] if job["time_limit_min"] else float("inf")
-    began = told = time.monotonic()
+    began = reported = time.monotonic()
     try:
         while not process.ended(0.2):
             now = time.monotonic()
@@ -159,8 +160,8 @@ def _engine(job: dict[str, Any], folder: Path, lease: Lease, orphaned: threading
             if now - began > limit_s:
                 process.stop("timeout", f"took longer than the limit of {job['time_limit_min']:g} minutes")
                 break
-            if now - told > 2:
-                told = now
+            if now - reported > 2:
+                reported = now
                 _report(folder, process, now - began)
     finally:
         process.kill()
@@ -170,7 +171,7 @@ def _engine(job: dict[str, Any], folder: Path, lease: Lease, orphaned: threading
 
 def _report(folder: Path, process: EngineProcess, seconds: float) -> None:
     """Progress for the coordinator's table; not worth an error."""
-    try:
+    with contextlib.suppress(OSError):
         (folder / PROGRESS).write_text(
             json.dumps(
                 {
@@ -183,8 +184,6 @@ def _report(folder: Path, process: EngineProcess, seconds: float) -> None:
             ),
             encoding="utf-8",
         )
-    except OSError:
-        pass
 
 
 def _take(folder: Path) -> Lease:
@@ -214,10 +213,8 @@ def _same_campaign(job: dict[str, Any]) -> str:
 
 def _fail(record: Record, key: str, job: dict[str, Any]) -> None:
     record.status, record.key, record.stamp = "failed", key, job["stamp"]
-    try:
+    with contextlib.suppress(OSError, TreeDGSError):
         record.save()
-    except (OSError, TreeDGSError):
-        pass
 
 
 def main() -> None:

@@ -30,7 +30,7 @@ def run_plot(job: dict[str, Any]) -> dict[str, Any]:
         try:
             process.stdin.write(json.dumps({**job, "limit_gb": limit}).encode() + b"\n")
             process.stdin.flush()
-            # The pipe stays open: its end tells the supervisor that this worker is gone.
+            # The pipe stays open: its end shows the supervisor that this worker is gone.
             answer = process.stdout.read().splitlines()
         except BrokenPipeError:
             answer = []

@@ -12,6 +12,8 @@ from ..core.scale import check_place
 from .settings import CloudSettings
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from ..pointcloud.cloud import PointCloud
     from ..terrain.cloud_ground import CloudGround
 
@@ -53,10 +55,7 @@ def read_checked(
     Raises:
         InputError, CRSError: as :func:`load_cloud`.
     """
-    from ..pointcloud.cloud import usable
     from ..pointcloud.files import describe_cloud, read_cloud
-    from ..pointcloud.sanity import examine, report
-    from ..pointcloud.survey import Survey
 
     about = describe_cloud(path)
     require_memory(
@@ -65,10 +64,31 @@ def read_checked(
         "cut the cloud to the plots, thin it, or use a machine with more memory",
     )
     cloud = read_cloud(path, crs=crs, attributes=attributes)
+    return checked(cloud, path, reporter, find_stems, about.scale, own_ground)
+
+
+def checked(
+    cloud: PointCloud,
+    path: Path,
+    reporter: Reporter,
+    find_stems: bool = True,
+    scale: np.ndarray | None = None,
+    own_ground: bool = False,
+) -> PointCloud:
+    """The cloud without its far strays; what is odd about it is said. path: what messages call it. scale: (3,) of the
+    coordinates as they were stored, where known.
+
+    Raises:
+        InputError, CRSError: as :func:`load_cloud`.
+    """
+    from ..pointcloud.cloud import usable
+    from ..pointcloud.sanity import examine, report
+    from ..pointcloud.survey import Survey
+
     good = usable(cloud)
     survey = Survey()
     survey.add(cloud.xyz if good.all() else cloud.xyz[good])
-    extent, findings = examine(survey, path, find_stems, about.scale, own_ground)
+    extent, findings = examine(survey, path, find_stems, scale, own_ground)
     report(findings, reporter)
     near = extent.holds(cloud.xyz)
     cloud = cloud if near.all() or not good.any() else cloud.select(near)
@@ -76,9 +96,9 @@ def read_checked(
     return cloud
 
 
-def load_ground(settings: CloudSettings, cloud: PointCloud, reporter: Reporter) -> CloudGround:
-    """The ground under the cloud: the user's DTM held against what the cloud shows, the ground in the cloud, or (one
-    bare tree) its lowest points.
+def load_ground(path: Path, dtm_path: Path | None, cloud: PointCloud, reporter: Reporter) -> CloudGround:
+    """The ground under the cloud that messages call ``path``: the user's DTM held against what the cloud shows, the
+    ground in the cloud, or (one bare tree) its lowest points.
 
     Raises:
         InputError: the DTM does not cover the cloud or has other heights; no ground was found.
@@ -89,15 +109,15 @@ def load_ground(settings: CloudSettings, cloud: PointCloud, reporter: Reporter) 
 
     good = usable(cloud)
     if not good.any():
-        raise InputError(f"{settings.input}: holds no usable point (all are noise or withheld); check the file.")
+        raise InputError(f"{path}: holds no usable point (all are noise or withheld); check the file.")
     cloud = cloud if good.all() else cloud.select(good)
     with reporter.stage("ground", 0.15, 0.3):
-        if settings.dtm is not None:
-            dtm = read_dtm(settings.dtm, cloud.crs, reporter)
+        if dtm_path is not None:
+            dtm = read_dtm(dtm_path, cloud.crs, reporter)
             flat = cloud.xyz * (1.0, 1.0, 0.0)
-            require_coverage(dtm, cloud.xyz[thin(flat, 1.0), :2], str(settings.dtm))
-            return given_ground(dtm, cloud.xyz, str(settings.dtm), reporter)
-        return found_ground(cloud.xyz, cloud.horizontal_crs, str(settings.input), reporter)
+            require_coverage(dtm, cloud.xyz[thin(flat, 1.0), :2], str(dtm_path))
+            return given_ground(dtm, cloud.xyz, str(dtm_path), reporter)
+        return found_ground(cloud.xyz, cloud.horizontal_crs, str(path), reporter)
 
 
 def tree_summary(trees: list[Any], reporter: Reporter) -> dict[str, Any]:

@@ -47,14 +47,14 @@ def _low(xyz: np.ndarray) -> np.ndarray:
 
 
 class _Findings(Reporter):
-    """Warnings as the dry run's doubts."""
+    """Warnings as the dry run's findings."""
 
-    def __init__(self, doubt: Callable[[str], None]) -> None:
+    def __init__(self, note: Callable[[str], None]) -> None:
         super().__init__()
-        self._doubt = doubt
+        self._note = note
 
     def warn(self, message: str) -> None:
-        self._doubt(message)
+        self._note(message)
 
 
 def check_ground(
@@ -63,17 +63,17 @@ def check_ground(
     crs: pyproj.CRS | None,
     given: Dtm | None,
     given_from: Path | None,
-    doubt: Callable[[str], None],
+    note: Callable[[str], None],
     problem: Callable[[str], None],
 ) -> None:
-    """Ask of the ground, by the (N, 3) lowest points, what the run will ask: what it would warn of goes to ``doubt``,
+    """Check the ground, by the (N, 3) lowest points, as the run will: what it would warn of goes to ``note``,
     what would end it to ``problem``."""
     if not len(xyz) or float(np.prod(np.ptp(xyz[:, :2], axis=0))) > _LARGEST_M2:
         return
     try:
         if given is not None:
-            given_ground(given, xyz, str(given_from), _Findings(doubt))
+            given_ground(given, xyz, str(given_from), _Findings(note))
         else:
-            found_ground(xyz, crs, str(where), _Findings(doubt))
+            found_ground(xyz, crs, str(where), _Findings(note))
     except InputError as refusal:
         problem(str(refusal))

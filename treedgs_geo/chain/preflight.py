@@ -1,4 +1,4 @@
-"""The dry run: what a job would meet, told before it starts. Reads inputs, writes nothing.
+"""The dry run: what a job would meet, reported before it starts. Reads inputs, writes nothing.
 
 Time, memory and disk are estimates from recorded runs (``docs/qgis.md``): good for "minutes or hours", not for seconds.
 """
@@ -43,29 +43,29 @@ class Findings:
 
     reporter: Reporter
     problems: list[str] = field(default_factory=list)
-    doubts: int = 0
+    warnings: int = 0
 
     def problem(self, sentence: str) -> None:
-        """Something that has to be mended first."""
+        """Something that has to be corrected first."""
         self.problems.append(sentence)
         self.reporter.warn(sentence)
 
-    def doubt(self, sentence: str) -> None:
+    def warning(self, sentence: str) -> None:
         """Something to know."""
-        self.doubts += 1
+        self.warnings += 1
         self.reporter.warn(sentence)
 
     def conclude(self, facts: dict[str, Any], needs: Needs) -> dict[str, Any]:
         """Machine against needs, then the verdict.
 
         Raises:
-            InputError: there is a problem; all of them were told, the first one is the sentence.
+            InputError: there is a problem; all of them were reported, the first one is the sentence.
         """
         needs.compare(self)
         if self.problems:
             more = f" (and {len(self.problems) - 1} more, above)" if len(self.problems) > 1 else ""
             raise InputError(f"{self.problems[0]}{more}")
-        status = f"ready: {needs.time_text()}" + (f"; {self.doubts} warnings, see above" if self.doubts else "")
+        status = f"ready: {needs.time_text()}" + (f"; {self.warnings} warnings, see above" if self.warnings else "")
         self.reporter.info(f"Dry run: {status}. Nothing was written.")
         return {
             **facts,
@@ -105,7 +105,7 @@ class Needs:
             f"needed, {disk:.0f} GB free at {_existing(self.folder)}. Time: {self.time_text()} on {cores()} cores."
         )
         if memory < self.memory_gb:
-            findings.doubt(
+            findings.warning(
                 f"About {self.memory_gb:.1f} GB of memory are needed and {memory:.1f} GB are free: close other "
                 "programs, or choose the preset fast or fewer photos."
             )
@@ -128,15 +128,16 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     from ..geotags.reading import read_stations
     from ..reconstruction.calibration import calibration_of
     from ..terrain.dtm import read_dtm
-    from .photos import _check_cover
+    from .photos import check_cover
     from .planned import only_nadir, planned_ground, planned_views, search_ahead
     from .routes import CHAIN_PRESETS
+    from .run import Flight
 
     findings = Findings(reporter)
     for target in (settings.output, settings.workspace / "run.json"):
         _check_target(target, findings)
-    if told := in_use(settings.workspace):
-        findings.problem(told)
+    if used := in_use(settings.workspace):
+        findings.problem(used)
     list_photos(settings.photos)
     with reporter.stage("photos and geotags", 0.0, 0.7):
         stations = read_stations(settings.photos, settings.geotags, settings.crs, reporter=reporter)
@@ -149,7 +150,7 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     )
     if fix_pct < 90:
         share = f"Only {fix_pct:.0f} %" if fix_pct >= 0.5 else "None"
-        findings.doubt(
+        findings.warning(
             f"{share} of the photos have a fixed (centimetre) position: the trees' places and the scale "
             "rest on them; give the PPK files, or process them again with a nearer base station."
         )
@@ -157,7 +158,7 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
         plots = read_plots(settings.plots, stations.crs) if settings.plots else []
         dtm = read_dtm(settings.dtm, stations.crs, reporter) if settings.dtm else None
         try:
-            _check_cover(settings, plots, dtm, stations)
+            check_cover(settings, Flight(stations, plots), dtm)
         except TreeDGSError as problem:
             findings.problem(str(problem))
     ground = planned_ground(stations, plots, dtm)
@@ -194,7 +195,7 @@ def _report_search(search: PlannedSearch | None, plots: list, findings: Findings
     if plots:
         findings.reporter.info(f"The plots are searched in {search.tiles} tiles.")
     elif search.tiles > MANY_TILES:
-        findings.doubt(f"{search.sentence()}: give plots (--plots) to measure only those.")
+        findings.warning(f"{search.sentence()}: give plots (--plots) to measure only those.")
     else:
         findings.reporter.info(f"{search.sentence()}.")
 
@@ -204,8 +205,8 @@ def _overlap(views: list[View], stations: Stations, plots: list, findings: Findi
     from .planned import LEAST_OBLIQUE, OBLIQUE_DEG
 
     if not views:
-        findings.doubt(
-            "The overlap cannot be foretold: the photos do not say where the camera looked or how high it flew."
+        findings.warning(
+            "The overlap cannot be estimated: the photos do not say where the camera looked or how high it flew."
         )
         return {"overlap_pct": None, "median_views": None}
     frame_origin = np.array([*np.median(stations.xyz[stations.is_placed][:, :2], axis=0), 0.0])
@@ -237,17 +238,17 @@ def _overlap(views: list[View], stations: Stations, plots: list, findings: Findi
         f"{'plots' if plots else 'flight'} lies in {median:.0f} of them, before trees hide it."
     )
     if overlap_pct < LOW_OVERLAP_PCT:
-        findings.doubt(
+        findings.warning(
             f"Neighbouring photos share only {overlap_pct:.0f} % of their ground, 80 % is asked for: photos may not "
             "join, and then their trees are lost; fly with more overlap."
         )
     if len(oblique) < LEAST_OBLIQUE and not is_nadir:
-        findings.doubt(
+        findings.warning(
             "Almost all photos look straight down, which shows crowns but no trunk from the side: expect no DBH; fly "
             "oblique photos (30 to 50 degrees) from all sides."
         )
     elif plots and not is_nadir and (share := float(np.mean(seen < 3 * FEW_VIEWS))) > 0.1:
-        findings.doubt(
+        findings.warning(
             f"{100 * share:.0f} % of the plots' ground lies in fewer than {3 * FEW_VIEWS} oblique photos; a stem needs "
             f"about {FEW_VIEWS} that really see it, and crowns hide most: expect refused stems there."
         )
@@ -336,7 +337,7 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
     point_weights(first, settings.weights)
     extent, odd = examine(survey, settings.input, True, describe_cloud(settings.input).scale, settings.dtm is not None)
     for finding in odd:
-        (findings.problem if finding.refuse else findings.doubt)(finding.sentence)
+        (findings.problem if finding.refuse else findings.warning)(finding.sentence)
     if findings.problems:
         raise InputError(findings.problems[0])
     low, high, count = extent.low, extent.high, extent.n_points - extent.n_strays
@@ -349,7 +350,7 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
         f"{low[2]:.1f} to {high[2]:.1f} m, {where}."
     )
     if density < 300:
-        findings.doubt(
+        findings.warning(
             f"{density:.0f} points a square metre are few: a stem needs about 100 points on its lower 3 m (drone LiDAR "
             "above 1,000 points a square metre); expect most stems to be missed or refused."
         )
@@ -366,7 +367,7 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
             first.horizontal_crs,
             dtm,
             settings.dtm,
-            findings.doubt,
+            findings.warning,
             findings.problem,
         )
     needs = Needs(
@@ -379,7 +380,7 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
 
 
 def _check_target(target: Path, findings: Findings) -> None:
-    """Without making the folder: the nearest one that exists has to be writable; an open edit session is told."""
+    """Without making the folder: the nearest one that exists has to be writable; an open edit session is reported."""
     try:
         check_name(target)
     except TreeDGSError as problem:

@@ -42,8 +42,8 @@ class PhotosToDbhSettings:
         "auto",
         kind="choice",
         help="photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; "
-        "paper = splats with the published constants; auto = photos, then stems left in doubt asked again among "
-        "Gaussians.",
+        "paper = splats with the published constants; auto = photos, then stems of low "
+        "confidence measured a second time among Gaussians.",
         choices=("auto", "photos", "gaussians", "paper"),
     )
     bh_m: float = param(1.37, kind="number", help="Breast height above ground.", unit="m", minimum=0.5, maximum=2.5)
@@ -51,7 +51,7 @@ class PhotosToDbhSettings:
     dry_run: bool = param(
         False,
         kind="flag",
-        help="Only check inputs, overlap, fixed positions, memory and disk, and foretell the time; writes nothing.",
+        help="Only check inputs, overlap, fixed positions, memory and disk, and estimate the time; writes nothing.",
     )
     workspace: Path = param(kind="output_folder", help="Folder for intermediate results; a second run resumes there.")
     output: Path = param(
@@ -88,7 +88,7 @@ class PointcloudToDbhSettings(MeasureOptions, CloudSettings):
     dry_run: bool = param(
         False,
         kind="flag",
-        help="Only check the cloud, its CRS, density and DTM, memory and disk, and foretell the time; writes nothing",
+        help="Only check the cloud, its CRS, density and DTM, memory and disk, and estimate the time; writes nothing",
     )
     plots: Path | None = param(
         None,

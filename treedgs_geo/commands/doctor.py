@@ -1,4 +1,4 @@
-"""``treedgs doctor``: what is installed, which steps work, what is missing and how to mend it."""
+"""``treedgs doctor``: what is installed, which steps work, what is missing and how to correct it."""
 
 from __future__ import annotations
 
@@ -190,7 +190,7 @@ COMMAND = Command(
     qgis_id="checkengine",
     title="Check the engine",
     group="Setup",
-    summary="Say what is installed, which steps work and how to mend the rest.",
+    summary="Say what is installed, which steps work and how to install the rest.",
     help="Loads every library of the engine, lists versions, cores, memory and disk, and says for each command whether "
     "it can run. Ends with an error and one sentence when something is missing.",
     settings=DoctorSettings,

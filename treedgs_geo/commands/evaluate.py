@@ -71,7 +71,6 @@ class EvaluateSettings:
         help="stems held out to choose the exponent p, the same for every method",
     )
     output: Path = param(kind="output_folder", help="folder for metrics.json, tables, charts and evaluation.html")
-    repeats: int = param(2000, kind="integer", minimum=100, maximum=100000, advanced=True, help="bootstrap resamples")
     seed: int = param(
         0, kind="integer", minimum=0, advanced=True, help="seed of the bootstrap and of the held-out stems"
     )
@@ -104,7 +103,7 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
                 read_trees(settings.trees), settings.truth, name or "plot", settings.min_clear_views
             )
     with reporter.stage("score", 0.2, 0.4):
-        metrics = metrics_of(evidence, settings.seed, settings.repeats)
+        metrics = metrics_of(evidence, settings.seed)
     metrics["inputs"] = {path.name: fingerprint([path]) for path in inputs}
     metrics["version"] = __version__
     if settings.against is not None:
@@ -113,7 +112,7 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
         other = evidence_from_pairs(settings.against, settings.min_dbh_cm)
         metrics["against"] = {
             "file": settings.against.name,
-            **compare(evidence, other, settings.seed, settings.repeats),
+            **compare(evidence, other, settings.seed),
         }
     more = ""
     if settings.lidar is not None or settings.splats is not None or settings.workspace_in is not None:

@@ -53,9 +53,9 @@ COMMAND = Command(
         "fix_pct": "photos with a fixed position, % (dry run)",
         "overlap_pct": "ground that neighbouring photos share, % (dry run)",
         "n_tiles": "tiles that are searched for stems (dry run)",
-        "predicted_s": "foretold time, s (dry run)",
-        "needed_memory_gb": "foretold memory, GB (dry run)",
-        "needed_disk_gb": "foretold disk, GB (dry run)",
+        "predicted_s": "estimated time, s (dry run)",
+        "needed_memory_gb": "estimated memory, GB (dry run)",
+        "needed_disk_gb": "estimated disk, GB (dry run)",
         "status": "what came out, in one sentence",
     },
 )

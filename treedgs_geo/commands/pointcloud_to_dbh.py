@@ -50,9 +50,9 @@ COMMAND = Command(
         "mean_dbh_cm": "mean DBH, cm",
         "n_points": "points (dry run)",
         "density_pts_m2": "points a square metre (dry run)",
-        "predicted_s": "foretold time, s (dry run)",
-        "needed_memory_gb": "foretold memory, GB (dry run)",
-        "needed_disk_gb": "foretold disk, GB (dry run)",
+        "predicted_s": "estimated time, s (dry run)",
+        "needed_memory_gb": "estimated memory, GB (dry run)",
+        "needed_disk_gb": "estimated disk, GB (dry run)",
         "status": "verdict (dry run)",
     },
 )

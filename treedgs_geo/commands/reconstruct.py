@@ -158,7 +158,7 @@ def _densify(
     for number, plot in enumerate(plots):
         centre = frame.to_local(np.array([[plot.x, plot.y, 0.0]]))[0, :2]
         with reporter.stage(f"dense {plot.plot_id}", number / len(plots), (number + 1) / len(plots)):
-            parts.append(densify_band(views, frame, ground, centre, plot.radius_m + 1.0, DenseOptions(), reporter))
+            parts.append(densify_band(views, ground, centre, plot.radius_m + 1.0, DenseOptions(), reporter))
     xyz, rgb, votes = (np.concatenate([part[i] for part in parts]) for i in range(3))
     if not len(xyz):
         reporter.warn(

@@ -89,7 +89,7 @@ def _sample(settings: SampleSurfaceSettings, space: Workspace, reporter: Reporte
                 "seed_id": points.groups,
             }
             if settings.points == "volume":
-                # Ready for measure-dbh; "even" tells it that the points lie where nothing is, too.
+                # Ready for measure-dbh; "even" says that the points lie where nothing is, too.
                 attributes |= {"tree_id": points.groups + 1, "even": np.ones(len(xyz), np.uint8)}
         if len(xyz) == 0:
             raise InputError(

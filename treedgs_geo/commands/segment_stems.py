@@ -79,7 +79,7 @@ def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
     from ..pointcloud.files import write_cloud
 
     cloud = load_cloud(settings, reporter)
-    ground = load_ground(settings, cloud, reporter)
+    ground = load_ground(settings.input, settings.dtm, cloud, reporter)
     dtm = ground.dtm
     height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
     answers: dict[str, Any] = {}

@@ -2,7 +2,7 @@
 taken from the folder they are started in.
 
 ``python -m`` and ``python -c`` look for modules in the current folder first: a ``json.py`` that came with the data
-would be executed. Python 3.11 can be told not to, 3.10 cannot except in isolated mode (``-I``), which also takes away
+would be executed. Python 3.11 has an option against it, 3.10 only isolated mode (``-I``), which also takes away
 ``PYTHONPATH``: so children are isolated and get this process's own import path.
 """
 

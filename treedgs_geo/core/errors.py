@@ -6,7 +6,16 @@ from typing import Any
 
 
 class TreeDGSError(Exception):
-    """A problem the user can mend. ``exit_code`` is what the command line returns."""
+    """A problem that the user can correct; its text is one sentence. ``exit_code`` is what the command line returns.
+
+    Examples:
+        >>> import treedgs_geo as tg
+        >>> try:
+        ...     tg.read_cloud(work / "missing.laz")
+        ... except tg.TreeDGSError as problem:
+        ...     print(type(problem).__name__, problem.exit_code)
+        InputError 2
+    """
 
     exit_code = 2
 

@@ -140,7 +140,7 @@ def _operation(source: str, target: str, lon: float, lat: float, where: str) -> 
         best = group.transformers[0]
         if 0 <= best.accuracy <= WORST_M and "ballpark" not in best.description.lower():
             return best
-        if 0 <= best.accuracy and "ballpark" not in best.description.lower():
+        if best.accuracy >= 0 and "ballpark" not in best.description.lower():
             raise CRSError(
                 f"{where}: {names} is known to {best.accuracy:g} m only, expected {WORST_M:g} m or better; 'WGS 84' "
                 "names "

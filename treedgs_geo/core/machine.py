@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 from .errors import MemoryShortage
@@ -27,7 +28,7 @@ def free_memory() -> float:
     import psutil
 
     free = [float(psutil.virtual_memory().available)]
-    try:
+    if sys.platform != "win32":
         import resource
 
         own = psutil.Process().memory_info()
@@ -35,8 +36,6 @@ def free_memory() -> float:
             soft = resource.getrlimit(limit)[0]
             if soft != resource.RLIM_INFINITY:
                 free.append(float(soft - used))
-    except ImportError:  # Windows
-        pass
     try:
         allowed, taken = ((_CGROUP / f"memory.{name}").read_text().strip() for name in ("max", "current"))
         cache = sum(

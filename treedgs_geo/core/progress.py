@@ -20,7 +20,16 @@ KEPT_S = 0.5
 
 
 class Reporter:
-    """Base reporter: silent. Nested :meth:`stage` calls map a stage's 0..1 onto its share of the whole."""
+    """Base reporter: silent. Nested :meth:`stage` calls map a stage's 0..1 onto its share of the whole.
+
+    Examples:
+        >>> import treedgs_geo as tg
+        >>> class Warnings(tg.Reporter):
+        ...     def warn(self, message):
+        ...         print("warning:", message)
+        >>> Warnings().warn("3 photos are blurred")
+        warning: 3 photos are blurred
+    """
 
     def __init__(self) -> None:
         self._low, self._high = 0.0, 1.0

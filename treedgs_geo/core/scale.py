@@ -174,7 +174,7 @@ def check_place(
     Args:
         crs: of the coordinates; ``None`` (local metres) is not looked at. xyz: (N, 2 or 3) project metres; their median
             counts, so that a stray point does not. where: file or option that the sentence starts with.
-        reporter: told where the place is outside of the CRS's area, or the scale is large. photos: the CRS is the
+        reporter: warned where the place is outside of the CRS's area, or the scale is large. photos: the CRS is the
             user's choice, not that of data made before. measured: lengths are taken in this CRS.
 
     Raises:
@@ -289,7 +289,7 @@ def check_lon_lat(crs: pyproj.CRS, lon_deg: float, lat_deg: float, where: str) -
 
 
 def zone_that_fits(crs: pyproj.CRS | None, xy: np.ndarray, fits: Callable[[np.ndarray], bool]) -> pyproj.CRS | None:
-    """The UTM zone beside that of ``crs`` in which (N, 2) coordinates would fit, as the same places in ``crs`` tell
+    """The UTM zone beside that of ``crs`` in which (N, 2) coordinates would fit, by the same places in ``crs``
     ``fits``; ``None`` where none does, or ``crs`` is no UTM zone."""
     zone = horizontal(crs).utm_zone if crs is not None else None
     if crs is None or zone is None:

@@ -202,13 +202,13 @@ def _busy(folder: Path, busy: Busy) -> str:
 
 def peak_memory_mb() -> int:
     """Largest resident size so far of this process and of its finished children, MB."""
-    try:
-        import resource
-    except ModuleNotFoundError:
-        # Windows: the peak of this process; finished children are not counted there.
+    if sys.platform == "win32":
+        # The peak of this process; finished children are not counted there.
         import psutil
 
         return round(psutil.Process().memory_info().peak_wset / 1024**2)
+    import resource
+
     scale = 1 / 1024 if sys.platform != "darwin" else 1 / 1024**2
     largest = max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
     return round(largest * scale)

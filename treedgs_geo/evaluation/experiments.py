@@ -76,12 +76,11 @@ def _methods(
     sources: dict[str, StemPoints] = {}
     oracle: dict[str, StemPoints] = {}
     scores: dict[str, dict] = {}
-    names: list[str] = []
     for name, path in clouds.items():
         cloud, dtm, label = _segmented(path, inputs.dtm, name)
         sources[name] = stem_points(cloud, label, dtm, reference, WEIGHTS[name])
         if inputs.truth is not None and inputs.truth.with_name("stems.json").exists():
-            true, names = true_labels(cloud.xyz, inputs.truth.with_name("stems.json"))
+            true, _ = true_labels(cloud.xyz, inputs.truth.with_name("stems.json"))
             height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
             band = _near(cloud, reference) & (height > 0.3) & (height < 5.0)
             scores[name] = score_segmentation(label[band], true[band])
@@ -239,12 +238,12 @@ def _workspace(inputs: ExperimentInputs, reference: Reference, folder: Path, par
     check = ""
     if inputs.truth is not None and inputs.truth.with_name("visibility.csv").exists():
         names = [reference.tree[partner[k]] if k in partner else "" for k in range(len(trees))]
-        told = agreement(seen, names, pd.read_csv(inputs.truth.with_name("visibility.csv")))
-        result["visibility"]["against_truth"] = told
+        agreed = agreement(seen, names, pd.read_csv(inputs.truth.with_name("visibility.csv")))
+        result["visibility"]["against_truth"] = agreed
         check = (
-            f"<p>Against the simulator: of {told['views']} views {told['clear']} are clear; {told['called_free']} "
-            f"are called free, precision {told['precision']:.2f}, recall {told['recall']:.2f}; counts of the "
-            f"stems correlate with r = {told['stem_count_r']}.</p>"
+            f"<p>Against the simulator: of {agreed['views']} views {agreed['clear']} are clear; "
+            f"{agreed['called_free']} are called free, precision {agreed['precision']:.2f}, recall "
+            f"{agreed['recall']:.2f}; counts of the stems correlate with r = {agreed['stem_count_r']}.</p>"
         )
     drawn = _draw(folder, "visibility", experiment_charts.draw_visibility(table))
     parts.append(

@@ -215,8 +215,8 @@ def metrics_of(evidence: PairsEvidence, seed: int = 0, repeats: int = 2000) -> d
     pooled = figures(accuracy_of(evidence.trees, sum(evidence.n_false.values())))
     means = {name: _mean([plot[name] for plot in per_plot.values()]) for name in INTERVALS}
     strict = evidence.trees.copy()
-    doubtful = strict["qc_flag"] != "ok"
-    strict.loc[doubtful, ["error_cm", "dbh_cm"]] = np.nan
+    flagged = strict["qc_flag"] != "ok"
+    strict.loc[flagged, ["error_cm", "dbh_cm"]] = np.nan
     return {
         **pooled,
         "reference": evidence.reference,

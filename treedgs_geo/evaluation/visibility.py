@@ -1,4 +1,4 @@
-"""How well the photos show a stem at breast height, told from the photos, and what that does to the error.
+"""How well the photos show a stem at breast height, read from the photos, and what that does to the error.
 
 As in the paper: the band about breast height is projected into every photo and the crop is called unoccluded or
 occluded. Bark and leaves differ in colour: a band that is free shows bark-like pixels from edge to edge and along its

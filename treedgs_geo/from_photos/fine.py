@@ -57,11 +57,11 @@ class Sighting:
     (:func:`.strips.hide_known`). skip: (V, 2) bool, left and right sides that are not its own edge."""
 
     seen: np.ndarray
-    known: np.ndarray = NO_STEMS
+    known: np.ndarray
     skip: np.ndarray | None = None
 
 
-class _Edges(NamedTuple):
+class _EdgePoints(NamedTuple):
     """N candidate edges. v: view. group: view, block and side. u: place, m. p: coherence times the probability that
     the view sees the stem. design: (N, 8) row of the linear model. sd: of an inlier, m. none: (groups,) density of
     "no candidate is the edge"."""
@@ -238,7 +238,7 @@ def refine(
 
 def _gathered(
     strips: Strips, place: np.ndarray, prior: np.ndarray, seen: np.ndarray, window_px: float
-) -> _Edges | None:
+) -> _EdgePoints | None:
     """The candidates of :func:`edge_candidates` in one list; None where there are hardly any."""
     v, b, s, _ = np.nonzero(np.isfinite(place))
     if len(v) < 20:
@@ -253,7 +253,7 @@ def _gathered(
     group = (v * n_blocks + b) * 2 + s
     none = np.zeros(n_views * n_blocks * 2)
     np.maximum.at(none, group, (1 - p) / (2 * window_px * px))
-    return _Edges(v, group, u, p, design, EDGE_SD_PX * px, none)
+    return _EdgePoints(v, group, u, p, design, EDGE_SD_PX * px, none)
 
 
 def _damping(strips: Strips, axis: StemAxis, offset_sd_px: float) -> _Damping:
@@ -265,7 +265,7 @@ def _damping(strips: Strips, axis: StemAxis, offset_sd_px: float) -> _Damping:
 
 
 def _solve(
-    strips: Strips, edges: _Edges, r0: float, r1: float, offset_sd_px: float, axis: StemAxis
+    strips: Strips, edges: _EdgePoints, r0: float, r1: float, offset_sd_px: float, axis: StemAxis
 ) -> tuple[np.ndarray, FineFit] | None:
     """The change of the axis and radius that explains the edges best, and the stem after it; None if singular."""
     n_views, n_groups = len(strips.px_m), len(edges.none)

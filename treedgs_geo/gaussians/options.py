@@ -54,7 +54,16 @@ GAUSSIAN_PRESETS: dict[str, dict[str, float]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class GaussianOptions:
-    """How stems become Gaussians. Options left empty follow the preset."""
+    """How stems become Gaussians. Options left empty follow the preset.
+
+    Of the library only (the verbs take them from the preset), ``None`` = the preset's:
+    coarse_epochs, fine_epochs: passes over the crops at half and at full resolution. ssim: share of D-SSIM in the
+    photometric loss, 0 to 1. normals: weight of the depth-normal consistency. fog: price of covering a pixel, in mean
+    absolute colour (0..1); it keeps Gaussians from explaining the ground. smoothing_px: 3D smoothing filter of free
+    Gaussians in pixels' footprints, 0 = none. mask_foliage: leave out green pixels where the photos' colours show a
+    clear split. stem_gaussians: Gaussians around a stem primitive (twigs and leaves before and beside it). stem_epochs:
+    passes over the crops in which primitive and Gaussians are fitted together.
+    """
 
     preset: str = param("balanced", kind="choice", choices=tuple(GAUSSIAN_PRESETS), help="how much work is spent")
     gaussians: int | None = param(
@@ -68,36 +77,8 @@ class GaussianOptions:
         maximum=10_000_000,
         advanced=True,
     )
-    coarse_epochs: int | None = param(
-        None, kind="integer", help="passes over the crops at half resolution", minimum=1, maximum=1000, advanced=True
-    )
-    fine_epochs: int | None = param(
-        None, kind="integer", help="passes over the crops at full resolution", minimum=0, maximum=1000, advanced=True
-    )
     max_views: int | None = param(
         None, kind="integer", help="photos used per stem", minimum=1, maximum=1000, advanced=True
-    )
-    ssim: float | None = param(
-        None, kind="number", help="share of D-SSIM in the photometric loss", minimum=0, maximum=1, advanced=True
-    )
-    normals: float | None = param(
-        None, kind="number", help="weight of depth-normal consistency", minimum=0, maximum=10, advanced=True
-    )
-    fog: float | None = param(
-        None,
-        kind="number",
-        help="price of covering a pixel, in mean absolute colour (0..1); keeps Gaussians from explaining the ground",
-        minimum=0,
-        maximum=1,
-        advanced=True,
-    )
-    smoothing_px: float | None = param(
-        None,
-        kind="number",
-        help="3D smoothing filter of free Gaussians, in pixels' footprints; 0 = none",
-        minimum=0,
-        maximum=3,
-        advanced=True,
     )
     band_m: float = param(
         3.0, kind="number", help="top of the modelled stem band above ground", unit="m", minimum=1.5, maximum=20
@@ -105,31 +86,12 @@ class GaussianOptions:
     radius_m: float = param(
         0.5, kind="number", help="radius of the modelled cylinder about each seed", unit="m", minimum=0.1, maximum=5
     )
-    mask_foliage: bool = param(
-        True, kind="flag", help="leave out green pixels where the photos' colours show a clear split", advanced=True
-    )
     stems: str = param(
         "primitive",
         kind="choice",
-        choices=("primitive", "start", "free"),
+        choices=("primitive", "free"),
         help="primitive = a tapered stem is fitted in one loop with the Gaussians around it, and its bark written as "
-        "Gaussians; start = its bark Gaussians are then fitted freely; free = nothing but Gaussians, as published",
-    )
-    stem_gaussians: int = param(
-        300,
-        kind="integer",
-        help="Gaussians around a stem primitive (twigs and leaves before and beside it)",
-        minimum=0,
-        maximum=100000,
-        advanced=True,
-    )
-    stem_epochs: int = param(
-        4,
-        kind="integer",
-        help="passes over the crops in which primitive and Gaussians are fitted together",
-        minimum=0,
-        maximum=1000,
-        advanced=True,
+        "Gaussians; free = nothing but Gaussians, as published",
     )
     bh_m: float = param(
         1.37, kind="number", help="breast height above the ground", unit="m", minimum=0.5, maximum=3, advanced=True
@@ -145,11 +107,10 @@ class GaussianOptions:
     controller: str = param(
         "fixed",
         kind="choice",
-        choices=("fixed", "plateau", "backtrack", "rlgs"),
+        choices=("fixed", "rlgs"),
         advanced=True,
-        help="of free Gaussians: fixed = every epoch of the preset; plateau = stop when two held-out photos no longer "
-        "improve; backtrack = go back to the last good state with smaller steps instead; rlgs = a learned policy "
-        "chooses the steps (several times slower)",
+        help="of free Gaussians: fixed = every epoch of the preset; rlgs = a learned policy chooses the steps, as "
+        "published (several times slower)",
     )
     device: str = param(
         "cpu",
@@ -160,6 +121,15 @@ class GaussianOptions:
     )
     threads: int = param(2, kind="integer", help="stems fitted at once", minimum=1, maximum=256, advanced=True)
     seed: int = param(0, kind="integer", help="random seed", minimum=0, maximum=2**31 - 1, advanced=True)
+    coarse_epochs: int | None = None
+    fine_epochs: int | None = None
+    ssim: float | None = None
+    normals: float | None = None
+    fog: float | None = None
+    smoothing_px: float | None = None
+    mask_foliage: bool = True
+    stem_gaussians: int = 300
+    stem_epochs: int = 4
 
     def value(self, name: str) -> float:
         """The option, or the preset's value where it was left empty."""
@@ -174,59 +144,23 @@ class GaussianOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class SampleOptions:
-    """How a field becomes points."""
+    """How a field becomes points.
+
+    Of the library only: tau: points are kept whose smallest opacity over the views is above this. seen_transmittance: a
+    view sees a point when more than this share of light gets past what is in front of it; Gaussians that no view sees
+    are dropped (0 keeps all).
+    """
 
     samples: int = param(100, kind="integer", help="candidate points drawn per Gaussian (M)", minimum=1, maximum=10000)
-    law: str = param(
-        "clamp",
-        kind="choice",
-        choices=("clamp", "vacancy"),
-        advanced=True,
-        help="opacity law: clamp = RaDe-GS depth clamp, vacancy = stochastic solid",
-    )
-    tau: float = param(
-        0.0,
-        kind="number",
-        minimum=0,
-        maximum=1,
-        advanced=True,
-        help="keep points whose smallest opacity over the views is above this",
-    )
-    seen_transmittance: float = param(
-        0.02,
-        kind="number",
-        minimum=0,
-        maximum=1,
-        advanced=True,
-        help="a view sees a point when more than this share of light gets past what is in front of it; "
-        "Gaussians that no view sees are dropped (0 keeps all)",
-    )
-    quantile: float = param(
-        0.0,
-        kind="number",
-        minimum=0,
-        maximum=0.5,
-        advanced=True,
-        help="opacity kept of a point: this quantile over its foreground views; 0 = the smallest, as published",
-    )
-    min_foreground: float = param(
-        0.0,
-        kind="number",
-        minimum=0,
-        maximum=1,
-        advanced=True,
-        help="a view counts as foreground where the accumulated alpha is above this",
-    )
     threads: int = param(2, kind="integer", help="views scored at once", minimum=1, maximum=256, advanced=True)
     seed: int = param(0, kind="integer", help="random seed", minimum=0, maximum=2**31 - 1, advanced=True)
+    tau: float = 0.0
+    seen_transmittance: float = 0.02
 
 
 #: The constants of the paper (M = 100, tau = 0); nothing is dropped for being unseen.
 PAPER_SAMPLING: dict[str, Any] = {
     "samples": 100,
-    "law": "clamp",
     "tau": 0.0,
     "seen_transmittance": 0.0,
-    "quantile": 0.0,
-    "min_foreground": 0.0,
 }

@@ -71,10 +71,9 @@ def write_field(path: Path, field: GaussianField, frame: LocalFrame) -> None:
         f"element vertex {len(field)}",
     ]
     header += [f"property float {name}" for name in _COLUMNS] + ["property int group", "end_header", ""]
-    with atomic_path(path) as temporary:
-        with open(temporary, "wb") as stream:
-            stream.write("\n".join(header).encode("ascii", "replace"))
-            stream.write(rows.tobytes())
+    with atomic_path(path) as temporary, open(temporary, "wb") as stream:
+        stream.write("\n".join(header).encode("ascii", "replace"))
+        stream.write(rows.tobytes())
     frame.save(frame_path(path))
 
 

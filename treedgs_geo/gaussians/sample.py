@@ -71,9 +71,7 @@ def draw_candidates(field: GaussianField, samples: int, seed: int) -> tuple[np.n
     return field.means[source].astype(float) + np.einsum("pij,pj->pi", field.rotations[source], offset), source
 
 
-def view_opacity(
-    parameters: np.ndarray, view: View, points: np.ndarray, law: str = "clamp", min_foreground: float = 0.0
-) -> tuple[np.ndarray, np.ndarray, int]:
+def view_opacity(parameters: np.ndarray, view: View, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
     """Opacity in front of each point in one view.
 
     parameters: (N, 14). points: (P, 3). Returns (P,) float32 opacity, (P,) bool foreground (the point lies inside the
@@ -110,25 +108,10 @@ def view_opacity(
     point_start = np.searchsorted(tile[order], np.arange(tiles_x * tiles_y + 1))
     rays = np.stack([u, v, np.linalg.norm(local, axis=1)])[:, order].astype(np.float32)
     before, met = np.empty(len(order), np.float32), np.empty(len(order), np.int32)
-    pairs = opacity_before(projected, start, items, point_start, rays, law == "vacancy", before, met)
-    covered = met > 0
-    if min_foreground > 0:
-        beyond, whole = rays.copy(), np.empty(len(order), np.float32)
-        beyond[2] = 2 * rays[2].max()
-        pairs += opacity_before(projected, start, items, point_start, beyond, False, whole, met)
-        covered &= whole > min_foreground
+    pairs = opacity_before(projected, start, items, point_start, rays, before, met)
     index = np.flatnonzero(inside)[order]
-    opacity[index], foreground[index] = before, covered
+    opacity[index], foreground[index] = before, met > 0
     return opacity, foreground, pairs
-
-
-def low_quantile(opacity: np.ndarray, n_views: np.ndarray, quantile: float) -> np.ndarray:
-    """(P,) the ``quantile`` of (V, P) opacities, +inf where a view does not count; 1 where none does."""
-    if quantile > 0:
-        opacity.sort(axis=0)
-        rank = np.floor(quantile * np.maximum(n_views.astype(int) - 1, 0)).astype(int)
-        opacity = np.take_along_axis(opacity, rank[None], axis=0)
-    return np.where(np.isfinite(opacity[0]), opacity[0], 1).astype(np.float32)
 
 
 def sample_surface(
@@ -154,20 +137,14 @@ def sample_surface(
     with ThreadPoolExecutor(options.threads) as pool:
         for number, block in enumerate(blocks):
             own = points[block]
-            scored = pool.map(
-                lambda view, own=own: view_opacity(parameters, view, own, options.law, options.min_foreground), views
-            )
-            kept = np.full((len(views) if options.quantile > 0 else 1, len(own)), np.inf, np.float32)
+            scored = pool.map(lambda view, own=own: view_opacity(parameters, view, own), views)
+            least = np.full(len(own), np.inf, np.float32)
             for done, (opacity, foreground, _) in enumerate(scored, start=1):
-                shown = np.where(foreground, opacity, np.inf)
-                if options.quantile > 0:
-                    kept[done - 1] = shown
-                else:
-                    kept[0] = np.minimum(kept[0], shown)
+                least = np.minimum(least, np.where(foreground, opacity, np.inf))
                 n_views[block] += foreground
                 n_seen[block] += foreground & (1 - opacity > options.seen_transmittance)
                 reporter.progress((number + done / len(views)) / len(blocks))
-            best[block] = low_quantile(kept, n_views[block], options.quantile)
+            best[block] = np.where(np.isfinite(least), least, 1)
     seen_by_gaussian = np.zeros(len(field), bool)
     seen_by_gaussian[source[n_seen > 0]] = True
     keep = (n_views > 0) & (best > options.tau)

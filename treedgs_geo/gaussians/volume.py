@@ -19,7 +19,7 @@ from ..reconstruction.cameras import View
 from .bands import choose_views
 from .field import GaussianField
 from .options import SampleOptions
-from .sample import SurfacePoints, low_quantile, view_opacity
+from .sample import SurfacePoints, view_opacity
 
 #: Points of one stem for every candidate that a Gaussian would get: 100 candidates make 20,000 points.
 POINTS_A_SAMPLE = 200
@@ -41,10 +41,18 @@ def cylinder_points(means: np.ndarray, count: int, rng: np.random.Generator) -> 
     )
 
 
+def low_quantile(opacity: np.ndarray, n_views: np.ndarray, quantile: float) -> np.ndarray:
+    """(P,) the ``quantile`` of (V, P) opacities, +inf where a view does not count; 1 where none does."""
+    opacity.sort(axis=0)
+    rank = np.floor(quantile * np.maximum(n_views.astype(int) - 1, 0)).astype(int)
+    kept = np.take_along_axis(opacity, rank[None], axis=0)[0]
+    return np.where(np.isfinite(kept), kept, 1).astype(np.float32)
+
+
 def sample_volume(
     field: GaussianField, views: Sequence[View], options: SampleOptions | None = None, reporter: Reporter | None = None
 ) -> SurfacePoints:
-    """Spread points over each stem of the field and score them. ``options.quantile`` 0 stands for :data:`QUANTILE`.
+    """Spread points over each stem of the field and score them.
 
     Raises:
         InputError: the field is empty, there is no view, or no view shows any of it.
@@ -57,7 +65,6 @@ def sample_volume(
     if not views:
         raise InputError("There is no registered photo to score points with; run reconstruct first.")
     stems = np.unique(field.groups)
-    quantile = options.quantile or QUANTILE
 
     def work(stem: int) -> SurfacePoints:
         own = field.select(field.groups == stem)
@@ -66,13 +73,13 @@ def sample_volume(
         parameters = own.packed
         kept, n_seen = [], np.zeros(len(points), np.uint16)
         for index in choose_views(views, points.mean(axis=0), MOST_VIEWS):
-            opacity, foreground, _ = view_opacity(parameters, views[index], points, options.law, options.min_foreground)
+            opacity, foreground, _ = view_opacity(parameters, views[index], points)
             kept.append(np.where(foreground, opacity, np.inf))
             n_seen += foreground & (1 - opacity > options.seen_transmittance)
         opacity = np.array(kept, np.float32)
         n_views = np.isfinite(opacity).sum(axis=0).astype(np.uint16)
         # A point that no photo shows Gaussians at has nothing in front of it.
-        value = np.where(n_views > 0, low_quantile(opacity, n_views, quantile), 0).astype(np.float32)
+        value = np.where(n_views > 0, low_quantile(opacity, n_views, QUANTILE), 0).astype(np.float32)
         return SurfacePoints(points, value, n_views, n_seen, np.full(len(points), stem, np.int32))
 
     parts = []

@@ -133,7 +133,6 @@ def _query(
     tiles: wp.array(dtype=wp.int32),
     points: wp.array2d(dtype=wp.float32),
     base: float,
-    vacancy: int,
     low: float,
     opacity: wp.array(dtype=wp.float32),
     drawn: wp.array(dtype=wp.int32),
@@ -152,23 +151,12 @@ def _query(
             # Distances relative to a common one: float32 stays exact at any flying height.
             gap = r - (proj[6, g] - base + proj[7, g] * dx + proj[8, g] * dy)
             fall = 0.5 * proj[12, g] * gap * gap
-            if vacancy > 0:
-                peak = wp.min(full, _TOP)
-                value = wp.float32(0.0)
-                if fall < 8.0:
-                    value = peak * wp.exp(-fall)
-                root = wp.sqrt(1.0 - value)
-                if gap > 0.0:
-                    left = left * (1.0 - peak) / root
-                else:
-                    left = left * root
-            else:
-                bent = flat
-                if gap < 0.0:
-                    bent = wp.min(flat + fall, 8.0)
-                alpha = wp.min(proj[5, g] * wp.exp(-bent), _TOP)
-                if alpha >= low:
-                    left = left * (1.0 - alpha)
+            bent = flat
+            if gap < 0.0:
+                bent = wp.min(flat + fall, 8.0)
+            alpha = wp.min(proj[5, g] * wp.exp(-bent), _TOP)
+            if alpha >= low:
+                left = left * (1.0 - alpha)
     opacity[p] = 1.0 - left
     drawn[p] = met
 
@@ -269,7 +257,6 @@ def opacity_before(
     width: int,
     height: int,
     points: np.ndarray,
-    law: str,
     alpha_min: float = ALPHA_MIN,
     device: str = "cuda",
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -296,7 +283,6 @@ def opacity_before(
             put(tiles),
             put(near.astype(np.float32)),
             base,
-            int(law == "vacancy"),
             float(alpha_min),
             opacity,
             drawn,

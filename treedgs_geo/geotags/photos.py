@@ -31,7 +31,7 @@ class Photo:
     local_time, utc: Unix seconds of the exposure, as the camera clock says and in UTC (when the zone is known).
     lon_deg, lat_deg, height_m: EXIF or XMP position. rtk_flag: DJI RtkFlag. sd: (3,) E, N, U metres from XMP RtkStd*.
     focal_mm, focal_35mm: EXIF. plane_px_mm: (K,) pixels a millimetre of the focal plane, as EXIF says and, where its
-    unit is doubtful, as it may mean. dji: the XMP ``drone-dji`` fields as text. pix4d: the XMP ``Camera`` fields.
+    unit is uncertain, as it may mean. dji: the XMP ``drone-dji`` fields as text. pix4d: the XMP ``Camera`` fields.
     """
 
     name: str
@@ -175,7 +175,7 @@ def read_photos(folder: Path, reporter: Reporter | None = None) -> list[Photo]:
         )
         photos = [photo for photo in photos if photo.name not in copies]
     kinds = Counter((photo.model, photo.width, photo.height) for photo in photos)
-    usual, count = kinds.most_common(1)[0]
+    usual, _ = kinds.most_common(1)[0]
     odd = [photo.name for photo in photos if (photo.model, photo.width, photo.height) != usual]
     if odd:
         reporter.warn(

@@ -61,6 +61,12 @@ def read_stations(
 
     Raises:
         InputError: no photo. CRSError: geographic or foreign CRS. GeotagError: no position, or geotags of other photos.
+
+    Examples:
+        >>> import treedgs_geo as tg
+        >>> stations = tg.read_stations(plot / "images", plot, "EPSG:6344")
+        >>> stations.xyz.shape == (len(stations), 3), stations.counts()["fix"] > 0
+        (True, True)
     """
     reporter = reporter or Reporter()
     found = read_photos(Path(photos), reporter)

@@ -30,6 +30,12 @@ class Stations:
     0-based. yaw_deg (from TRUE north, clockwise), pitch_deg (-90 = straight down), roll_deg: (N,) gimbal, NaN unknown.
     relative_altitude_m: (N,) above take-off, NaN unknown. notes: why a photo's position is not what its geotag said,
     empty text for the others; an empty list where nothing was checked.
+
+    Examples:
+        >>> import treedgs_geo as tg
+        >>> stations = tg.read_stations(plot / "images", plot, "EPSG:6344")
+        >>> stations.names == sorted(stations.names), len(stations.quality) == len(stations)
+        (True, True)
     """
 
     names: list[str]

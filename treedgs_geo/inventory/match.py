@@ -141,7 +141,7 @@ def match_plots(
                 "y": middle[1],
             }
         )
-        result.warnings += _remarks(plot, placed, options, rows, good, suggested)
+        result.warnings += _remarks(plot, placed, rows, good, suggested)
     _finish(result, drawn, left_out, near_plot, plots)
     return result
 
@@ -250,7 +250,7 @@ def _row(
 
 
 def _resolve(locked: Locked, field_trees: pd.DataFrame, measured: gpd.GeoDataFrame, warnings: list[str]) -> list[dict]:
-    """Which rows of the present tables the locked lines mean; lines that mean nothing any more are told."""
+    """Which rows of the present tables the locked lines mean; lines that mean nothing any more are reported."""
     key_rows = {
         (str(p), str(f)): k
         for k, (p, f) in enumerate(zip(field_trees["plot_id"], field_trees["field_id"], strict=True))
@@ -300,7 +300,6 @@ def _resolve(locked: Locked, field_trees: pd.DataFrame, measured: gpd.GeoDataFra
 def _remarks(
     plot: Plot,
     placed: Registration,
-    options: PairingOptions,
     rows: np.ndarray,
     good: list[dict],
     suggested: list[dict],
@@ -336,8 +335,8 @@ def _finish(result: Matched, drawn: np.ndarray, left_out: np.ndarray, near_plot:
             "plot_id": table["plot_id"],
             "field_id": table["field_id"].astype(str),
             "dbh_cm": table["dbh_cm"],
-            "status": table["status"] if "status" in table else None,
-            "species": table["species"] if "species" in table else None,
+            "status": table.get("status"),
+            "species": table.get("species"),
             "x": drawn[:, 0],
             "y": drawn[:, 1],
             "x_field": table["x"],

@@ -26,7 +26,12 @@ _CELL_M = 0.25
 
 @dataclass(frozen=True, kw_only=True)
 class PairingOptions:
-    """Limits of the search. Tuned on simulated plots, seeds 1000 to 3999 (``benchmarks/pairing.py`` reports others)."""
+    """Limits of the search. Tuned on simulated plots, seeds 1000 to 3999 (``benchmarks/pairing.py`` reports others).
+
+    Of the library only: min_ratio: the best placing must score this many times the next best, and min_share: this share
+    of the trees must find a partner within 1 m, else the plot is left to a person. min_margin: a pair must be
+    exp(min_margin) times as likely as the best pairing without it, else it is only suggested.
+    """
 
     centre_error_m: float = param(
         4.0,
@@ -53,30 +58,9 @@ class PairingOptions:
         maximum=10,
         help="trees further apart than this after co-registration are never a pair",
     )
-    min_ratio: float = param(
-        1.15,
-        kind="number",
-        minimum=1,
-        maximum=10,
-        advanced=True,
-        help="best placing must score this many times the next best, else the plot is left to you",
-    )
-    min_share: float = param(
-        0.6,
-        kind="number",
-        minimum=0.1,
-        maximum=1,
-        advanced=True,
-        help="share of the trees that must find a partner within 1 m, else the plot is left to you",
-    )
-    min_margin: float = param(
-        2.5,
-        kind="number",
-        minimum=0,
-        maximum=50,
-        advanced=True,
-        help="a pair must be exp(this) times as likely as the best pairing without it, else it is only suggested",
-    )
+    min_ratio: float = 1.15
+    min_share: float = 0.6
+    min_margin: float = 2.5
 
 
 @dataclass(frozen=True)
@@ -138,7 +122,7 @@ def register(
     """Find how to move a plot's field trees onto the measured ones.
 
     field_xy: (N, 2), measured_xy: (M, 2), metres from the surveyed plot centre, float64. anchors: (K, 2) int pairs that
-    a person confirmed; with two or more that agree within a metre the placing follows from them and is not doubted.
+    a person confirmed; with two or more that agree within a metre the placing follows from them.
     """
     field_xy, measured_xy = np.asarray(field_xy, float).reshape(-1, 2), np.asarray(measured_xy, float).reshape(-1, 2)
     if anchors is not None and len(anchors) >= 2:

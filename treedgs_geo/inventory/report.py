@@ -160,7 +160,7 @@ def write_report(
         summary = (
             f"{len(measured)} stems have a DBH ({n_check} of them to check); {n_refused} more were found and refused, "
             "with the reason below. Stems that were not found are in no list: how many there are, only trees counted "
-            "in the field can tell (Pair field and measured trees)."
+            "in the field can show (Pair field and measured trees)."
         )
         found = _template("report_trees.html").substitute(
             picture=base64.b64encode(draw_stem_map(trees, plots)).decode(),

@@ -35,7 +35,7 @@ _DECIMALS = {"x": 3, "y": 3, "z_ground": 3, "ba_m2": 6, "opac_mean": 4, "height_
 _DRIVERS = {".gpkg": "GPKG", ".shp": "ESRI Shapefile", ".geojson": "GeoJSON", ".csv": "CSV"}
 
 
-def tree_table(trees: list[Tree], crs: pyproj.CRS) -> gpd.GeoDataFrame:
+def tree_table(trees: list[Tree], crs: pyproj.CRS | str) -> gpd.GeoDataFrame:
     """Trees as a GeoDataFrame: PointZ at breast-height position and ground height, columns :data:`TREE_FIELDS`.
 
     Missing numbers are NULL in every file; z falls back to 0 only in the geometry (``z_ground`` stays NULL).
@@ -79,7 +79,7 @@ def _driver(path: Path) -> str:
 def write_trees(
     path: Path,
     trees: list[Tree],
-    crs: pyproj.CRS,
+    crs: pyproj.CRS | str,
     slices: list[dict] | None = None,
     reporter: Reporter | None = None,
 ) -> Path:
@@ -92,6 +92,12 @@ def write_trees(
 
     Raises:
         OutputError: unknown suffix; see :func:`~treedgs_geo.core.geopackage.atomic_geopackage`.
+
+    Examples:
+        >>> import treedgs_geo as tg
+        >>> tree = tg.Tree(7, 500000.0, 5.2e6, qc_flag="reject", qc_reason="few_views")
+        >>> tg.write_trees(work / "refused.gpkg", [tree], "EPSG:32632").name
+        'refused.gpkg'
     """
     path = Path(path)
     driver = _driver(path)

@@ -17,6 +17,12 @@ def read_trees(path: Path) -> gpd.GeoDataFrame:
 
     Raises:
         InputError: not readable, or not a tree layer.
+
+    Examples:
+        >>> import treedgs_geo as tg
+        >>> path = tg.write_trees(work / "one.gpkg", [tg.Tree(1, 500000.0, 5.2e6, dbh_cm=31.0)], "EPSG:32632")
+        >>> tg.read_trees(path)[["tree_id", "dbh_cm", "qc_flag"]].values.tolist()
+        [[1, 31.0, 'ok']]
     """
     path = Path(path)
     refuse_other_formats(path, layers=True)

@@ -21,7 +21,7 @@ _WIDE_DEG, _WIDE_PLOTS = 45.0, 5
 
 
 def is_stuck(plot: dict, options: PairingOptions) -> bool:
-    """Whether a row of the layer ``plots`` is in doubt and turned by the most that is searched."""
+    """Whether a row of the layer ``plots`` is left to check and turned by the most that is searched."""
     return plot["status"] == "check" and at_limit(plot["rot_deg"], options.rotation_deg)
 
 
@@ -56,14 +56,14 @@ def turn_advice(
             if len(turns) > 1
             else (f"{turns[0]:+.1f}")
         )
-        text += f" Searched up to {_WIDE_DEG:g} degrees, {len(turns)} of {len(some)} fit without doubt, at {span}."
+        text += f" Searched up to {_WIDE_DEG:g} degrees, {len(turns)} of {len(some)} fit clearly, at {span}."
     return [f"{text} {_what_to_change(some[0], protocol, crs)}"]
 
 
 def _wider(
     plot: Plot, field_trees: pd.DataFrame, measured_xy: np.ndarray, options: PairingOptions
 ) -> Registration | None:
-    """The plot placed with turns up to :data:`_WIDE_DEG`; ``None`` where that is in doubt too."""
+    """The plot placed with turns up to :data:`_WIDE_DEG`; ``None`` where that is unclear too."""
     centre = np.array([plot.x, plot.y])
     mine = field_trees.loc[field_trees["plot_id"] == plot.plot_id, ["x_field", "y_field"]].to_numpy(float) - centre
     reach = np.linalg.norm(mine, axis=1).max() + 3 * options.centre_error_m + 2.0

@@ -97,7 +97,7 @@ def read_written(path: Path) -> Written:
             table = pd.DataFrame(layer.drop(columns="geometry")).assign(x=layer.geometry.x, y=layer.geometry.y)
     except (InputError, OSError, ValueError, KeyError):
         return Written(path)
-    found = pd.DataFrame({name: table[name] if name in table else None for name in ("tree_id", "x", "y", *COLUMNS)})
+    found = pd.DataFrame({name: table.get(name) for name in ("tree_id", "x", "y", *COLUMNS)})
     for name in COLUMNS:
         text = found[name].map(lambda value: "" if pd.isna(value) else str(value).strip()).astype(object)
         found[name] = text.where(text != "", None)

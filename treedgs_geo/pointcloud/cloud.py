@@ -18,6 +18,16 @@ class PointCloud:
     xyz: (N, 3) float64, project coordinates in metres. crs: of the file (may be compound), ``None`` = local metres.
     attributes: name -> (N,) array: ``intensity``, ``classification``, returns, colours and any extra dimension.
     layout: how the file that it came from stores points (:class:`.files.Layout`), so that it is written alike.
+
+    Raises:
+        ValueError: xyz of another shape, or an attribute of another length.
+
+    Examples:
+        >>> import numpy as np
+        >>> import treedgs_geo as tg
+        >>> cloud = tg.PointCloud(np.array([[0, 0, 0.1], [0, 0, 1.3]]), attributes={"intensity": np.array([7, 9])})
+        >>> len(cloud.select(cloud.xyz[:, 2] > 1))
+        1
     """
 
     xyz: np.ndarray

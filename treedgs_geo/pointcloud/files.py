@@ -101,6 +101,12 @@ def read_cloud(
     Raises:
         InputError: missing, not a cloud, truncated, empty, or no point within ``bounds``.
         CRSError: missing, geographic, not metric, or contradictory CRS.
+
+    Examples:
+        >>> import treedgs_geo as tg
+        >>> cloud = tg.read_cloud(plot / "lidar" / "test_uls.laz")
+        >>> cloud.xyz.shape[1], cloud.horizontal_crs.to_epsg()
+        (3, 6344)
     """
     pieces = [piece for piece in iter_cloud(path, bounds, crs, attributes, need_crs) if len(piece)]
     if not pieces:
@@ -142,6 +148,13 @@ def write_cloud(path: Path, cloud: PointCloud, scale: float | None = None, offse
 
     Raises:
         OutputError: the folder cannot be written. InputError: another ending than .las or .laz, or COPC.
+
+    Examples:
+        >>> import numpy as np
+        >>> import treedgs_geo as tg
+        >>> tg.write_cloud(work / "two.laz", tg.PointCloud(np.zeros((2, 3)), attributes={"tree_id": np.array([1, 2])}))
+        >>> tg.read_cloud(work / "two.laz", crs="local").attributes["tree_id"].tolist()
+        [1, 2]
     """
     import laspy
 
@@ -310,7 +323,7 @@ def _iter_las(
         names = _names(header, attributes)
         layout = _layout(header)
         pieces = (
-            _copc_pieces(path, header, bounds)
+            _copc_pieces(path, bounds)
             if bounds is not None and _is_copc(header)
             else iter_points(path, reader, chunk_points)
         )
@@ -349,7 +362,7 @@ def _is_copc(header: Any) -> bool:
     return any(vlr.user_id == "copc" and vlr.record_id == 1 for vlr in header.vlrs)
 
 
-def _copc_pieces(path: Path, header: Any, bounds: tuple[float, float, float, float]) -> Iterator[Any]:
+def _copc_pieces(path: Path, bounds: tuple[float, float, float, float]) -> Iterator[Any]:
     """The points of a COPC file near a box, by its index: the rest of the file is not read.
 
     Raises:

@@ -17,7 +17,7 @@ from ..core.progress import Reporter
 from .survey import Extent, Survey
 
 #: The tallest trees on earth reach 116 m, few stands 55 m and hardly one 75 m: beyond, the heights are remarked,
-#: doubted (every tree to check) or refused.
+#: flagged (every tree to check) or refused.
 REMARKED_M, TALL_M, IMPOSSIBLE_M = 55.0, 75.0, 130.0
 #: So many points, and this share of all, have to be that high (birds, wires and multipath are not the stand).
 TALL_POINTS, TALL_SHARE, IMPOSSIBLE_SHARE = 20, 1e-4, 5e-3
@@ -120,7 +120,7 @@ def _examine(
             True,
         )
         return
-    tall = _tall(up, points, path)
+    tall = _tall(up, path)
     if tall is not None:
         yield tall
     if (
@@ -212,7 +212,7 @@ def tall_share(above: np.ndarray, limit_m: float, slack_m: float = 0.0) -> float
     return count / len(above) if count >= TALL_POINTS and carried else 0.0
 
 
-def _tall(up: Ground, points: np.ndarray, path: Path) -> Finding | None:
+def _tall(up: Ground, path: Path) -> Finding | None:
     """Points higher above the ground than trees reach."""
     if tall_share(up.above, IMPOSSIBLE_M, up.cell_m) >= IMPOSSIBLE_SHARE:
         top = float(np.percentile(up.above, 99.5))

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from ..core.crs import LocalFrame
 from ..core.progress import Reporter
 from ..core.settings import param
 from .cameras import View
@@ -44,7 +43,6 @@ class DenseOptions:
 
 def densify_band(
     views: list[View],
-    frame: LocalFrame,
     ground_height: Callable[[np.ndarray, np.ndarray], np.ndarray],
     centre_xy: np.ndarray,
     radius_m: float,
@@ -54,9 +52,8 @@ def densify_band(
     """Points between two heights above ground in a circle.
 
     Args:
-        views: registered photos. frame: their frame (only kept with the result's coordinates: local). ground_height:
-        local x, y (K,) -> local
-            z (K,), NaN outside. centre_xy: (2,) local metres. radius_m: of the circle.
+        views: registered photos. ground_height: local x, y (K,) -> local z (K,), NaN outside. centre_xy: (2,) local
+            metres. radius_m: of the circle.
 
     Returns:
         xyz (N, 3) local metres, rgb (N, 3) uint8, votes (N,) int reference photos that agree; all empty where nothing

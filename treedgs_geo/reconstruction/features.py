@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import sqlite3
 import subprocess
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -60,7 +61,7 @@ def run_tasks(
                 child.kill()
                 child.wait()
     for code, log_file in failed:
-        if code == -signal.SIGKILL:
+        if sys.platform != "win32" and code == -signal.SIGKILL:
             raise MemoryError
         tail = log_file.read_text(errors="replace").strip().splitlines()[-1:] or ["no message"]
         raise ReconstructionError(

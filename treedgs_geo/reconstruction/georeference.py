@@ -13,7 +13,7 @@ from ..geotags.stations import Stations
 from .adjustment import camera_from_colmap
 from .calibration import Calibration
 from .cameras import Camera
-from .features import FeatureStore, run_task
+from .features import run_task
 from .poses import fit_similarity_robust, nearest_rotation, rotation_angle_deg
 
 #: A mapped photo may differ this much from its gimbal angles (after the common mounting error), degrees.
@@ -40,7 +40,6 @@ def place_photos(
     database: Path,
     cache: Path,
     stations: Stations,
-    store: FeatureStore,
     calibration: Calibration,
     xyz: np.ndarray,
     gimbal: np.ndarray,

@@ -92,7 +92,7 @@ def join_photos(
         triangulate(block, reach)
         _refine(block, xyz, sd, reach, full)
         reporter.progress(0.75 if radius > 2 else 0.85)
-    if _strengthen(block, store, xyz, greys, rng):
+    if _strengthen(block, store, greys, rng):
         _refine(block, xyz, sd, 3.0, full)
     # Two rays always meet somewhere along an epipolar line: a point needs three to prove itself, where that leaves
     # every photo tied.
@@ -234,7 +234,7 @@ def _resect(
 
 
 def _strengthen(
-    block: Block, store: FeatureStore, xyz: np.ndarray, greys: GreyPhotos, rng: np.random.Generator, enough: int = 120
+    block: Block, store: FeatureStore, greys: GreyPhotos, rng: np.random.Generator, enough: int = 120
 ) -> bool:
     """More texture ties for posed photos with fewer than ``enough`` observations; True if any was found.
 

@@ -84,14 +84,14 @@ def import_matches(
     cell_px: float = 2.0,
     least_inliers: int = 15,
     keep: bool = False,
-    told: Callable[[float], None] = lambda fraction: None,
+    progress: Callable[[float], None] = lambda fraction: None,
 ) -> ImportReport:
     """Match pairs of photos and write keypoints, matches and verified geometries.
 
     database: with cameras and images (``extract`` makes it). keep: its keypoints and verified matches stay, those of
     ours that agree with its geometry are added (:data:`AGREE_PX`), and pairs that it does not connect have to be
     clearer (:data:`ALONE_SHARE`); otherwise they are replaced. pairs: image names. load_photo: name -> (H, W, 3) uint8
-    RGB. told: progress (0..1). Points of a matcher get random descriptors, which match nothing.
+    RGB. progress: called with the share done (0..1). Points of a matcher get random descriptors, which match nothing.
 
     Raises:
         InputError: a name that the database does not know, or a matcher that returns something else than promised.
@@ -111,7 +111,7 @@ def import_matches(
         index: dict[str, dict[tuple[int, int], int]] = {name: {} for name in images}
         added = 0
         for done, (first, second) in enumerate(pairs):
-            told(done / len(pairs))
+            progress(done / len(pairs))
             ends = _matched(matcher, load_photo(first), load_photo(second), least_confidence, f"{first} and {second}")
             rows = (
                 np.column_stack(
@@ -182,7 +182,7 @@ def match_photos(
     load_photo: Callable[[str], np.ndarray],
     matcher: Matcher,
     plugin: Plugin,
-    told: Callable[[float], None] = lambda fraction: None,
+    progress: Callable[[float], None] = lambda fraction: None,
 ) -> ImportReport:
     """The matches of a plug-in beside those in ``database``, in a copy of it, ``target``.
 
@@ -193,7 +193,7 @@ def match_photos(
     """
     unfinished = target.with_suffix(".part")
     shutil.copyfile(database, unfinished)
-    report = import_matches(unfinished, pairs, load_photo, matcher, keep=True, told=told)
+    report = import_matches(unfinished, pairs, load_photo, matcher, keep=True, progress=progress)
     if report.added == 0:
         raise InputError(
             f"{plugin.code}: found no match in any of {report.pairs} pairs of photos, expected hundreds in each; test "

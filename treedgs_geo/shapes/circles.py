@@ -60,6 +60,17 @@ def fit_circle(
     method: ``paper`` = weighted solid-circle RANSAC (eq:weighted_score); ``ring`` = consensus over arcs, then a robust
     geometric fit with bark noise about ``noise_m``; ``hyper`` = the algebraic Hyper fit, for clean arcs.
     start: (3,) x, y, r of a circle that is known to be near: ``ring`` then looks nowhere else.
+
+    Returns:
+        The circle in the points' unit, or ``None`` where the points show none.
+
+    Examples:
+        >>> import numpy as np
+        >>> import treedgs_geo as tg
+        >>> angle = np.linspace(0, np.pi, 60)
+        >>> found = tg.fit_circle(np.column_stack([5 + 0.15 * np.cos(angle), 3 + 0.15 * np.sin(angle)]))
+        >>> round(float(found.r), 3)
+        0.15
     """
     points = np.asarray(points, float).reshape(-1, 2)
     weights = np.ones(len(points)) if weights is None else np.asarray(weights, float)

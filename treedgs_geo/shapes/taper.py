@@ -54,9 +54,8 @@ def taper_ransac(
     while True:
         inside = finite & (heights_m <= top)
         current = _ransac_line(heights_m, diameters_cm, inside, bh_m, options, rng)
-        if previous is not None and current is not None:
-            if not (previous.inliers & ~current.inliers).any():
-                return previous
+        if previous is not None and current is not None and not (previous.inliers & ~current.inliers).any():
+            return previous
         if current is not None:
             previous = current
         if top >= limit:

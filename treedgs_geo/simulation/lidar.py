@@ -58,7 +58,7 @@ def scan(world: World, rng: np.random.Generator, half_m: float, pulses_per_m2: f
         parts.append(_pulses(world, rng, origin, beam, angle, line + 1, 30.0 * line + (position + half_m) / 5.0))
     fields = [np.concatenate([part[k] for part in parts]) for k in range(7)]
     # After post-processing the trajectory is still off by a centimetre or so, other on every line: seen from several
-    # lines, bark is a band wider than the range noise tells.
+    # lines, bark is a band wider than the range noise says.
     drift = rng.normal(0, LINE_OFFSET_SD_M, (lines, 3))
     points = fields[0] = fields[0] + drift[fields[5] - 1]
     inside = (np.abs(points[:, :2]) <= half_m).all(axis=1)

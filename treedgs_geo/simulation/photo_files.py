@@ -19,9 +19,7 @@ def _dms(angle_deg: float) -> tuple[float, float, float]:
     return degrees, float(int(minutes)), round(minutes % 1 * 60, 5)
 
 
-def exif_bytes(
-    station: Station, camera: Camera, plot: str, lon: float, lat: float, h: float, local_time: str, subsecond: str
-) -> bytes:
+def exif_bytes(camera: Camera, plot: str, lon: float, lat: float, h: float, local_time: str, subsecond: str) -> bytes:
     """EXIF block with exposure, 35 mm focal length, local time and the single-point GPS position."""
     exif = Image.Exif()
     exif[270], exif[271], exif[272] = f"SYNTHETIC render {plot}", "DJI", "M3E"

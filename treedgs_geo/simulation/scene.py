@@ -176,14 +176,14 @@ def grow_stand(
     for k in range(count):
         distance = float(np.hypot(*xy[k]))
         detail = 2 if distance < sizes.radius_m + 5 else 1 if distance < near_m else 0
-        common = dict(
-            tree_id=f"T{k + 1:03d}",
-            kind=kinds[k],
-            status="dead" if kinds[k] == "dead" else "live",
-            in_plot=distance < sizes.radius_m,
-            detail=detail,
-            crown_base_m=height[k] * rng.uniform(0.46, 0.56),
-        )
+        common = {
+            "tree_id": f"T{k + 1:03d}",
+            "kind": kinds[k],
+            "status": "dead" if kinds[k] == "dead" else "live",
+            "in_plot": distance < sizes.radius_m,
+            "detail": detail,
+            "crown_base_m": height[k] * rng.uniform(0.46, 0.56),
+        }
         azimuth = rng.uniform(0, 2 * np.pi)
         if common["in_plot"]:
             common.update(sweep_m=settings.sweep_cm / 100, flare_m=settings.butt_flare_m)

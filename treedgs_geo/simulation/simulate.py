@@ -208,7 +208,6 @@ def _photograph(
         tag_lon, tag_lat, tag_h = tags[number]
         local = station.utc - dt.timedelta(hours=5)
         exif = photo_files.exif_bytes(
-            station,
             view.camera,
             sizes.name,
             tag_lon,

@@ -18,7 +18,7 @@ from ..pointcloud.cloud import extent
 from .dtm import Dtm
 
 #: Cells in which points are counted; points within ``LAYER_M`` of the model are at the ground, those up to ``ABOVE_M``
-#: over it are what the ground is told from (a layer as thick).
+#: over it are what the ground is read from (a layer as thick).
 CELL_M, LAYER_M, ABOVE_M = 0.25, 0.10, 0.30
 #: The ground is looked for this near a stem, and then so far.
 NEAR_M, FAR_M = 2.0, 4.0

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 #: Values that files use for "nothing here" without saying so.
 _SILENT_NODATA = (-9999.0, -99999.0, -32768.0, 3.4028234663852886e38, -3.4028234663852886e38)
 
-#: A DTM that lies farther than this from the ground that the data themselves show is told.
+#: A DTM that lies farther than this from the ground that the data themselves show is reported.
 GROUND_WARN_M = 0.15
 
 
@@ -42,6 +42,14 @@ class Dtm:
     to the nearest ground point, where known. origin: (3,) subtracted from coordinates and heights, see
     :meth:`shifted`. grid_crs: the grid's own CRS when it differs from ``crs``. scale: metres of ``crs`` for one metre
     that it is asked in, see :meth:`local`.
+
+    Examples:
+        >>> import numpy as np
+        >>> import treedgs_geo as tg
+        >>> from rasterio.transform import from_origin
+        >>> dtm = tg.Dtm(np.array([[100.0, 101.0], [100.0, 101.0]]), from_origin(0, 2, 1, 1))
+        >>> dtm.height(np.array([1.0]), np.array([1.0])).tolist()
+        [100.5]
     """
 
     heights: np.ndarray
@@ -201,6 +209,11 @@ def read_dtm(path: Path, crs: pyproj.CRS | None = None, reporter: Reporter | Non
 
     Raises:
         InputError: not a raster, or no height in it. CRSError: geographic or not in metres.
+
+    Examples:
+        >>> import treedgs_geo as tg
+        >>> tg.read_dtm(plot / "dtm.tif").crs.to_epsg()
+        6344
     """
     import rasterio
 

@@ -9,22 +9,19 @@ from ..core.settings import param
 
 @dataclass(frozen=True, kw_only=True)
 class ClothSimulation:
-    """Cloth simulation filter (Zhang et al. 2016), with the settings that forest clouds are usually given."""
+    """Cloth simulation filter (Zhang et al. 2016), with the settings that forest clouds are usually given.
+
+    Of the library only: rounds: most iterations of the cloth. thin_m: one lowest point a cell of this size, metres,
+    hangs the cloth.
+    """
 
     cloth_m: float = param(0.5, kind="number", help="cell size of the cloth", unit="m", minimum=0.1, maximum=10)
     rigidness: int = param(2, kind="integer", help="1 steep, 2 hilly, 3 flat terrain", minimum=1, maximum=3)
     threshold_m: float = param(
         0.5, kind="number", help="largest distance of ground points from the cloth", unit="m", minimum=0.02, maximum=5
     )
-    rounds: int = param(500, kind="integer", help="most iterations of the cloth", minimum=10, maximum=5000)
-    thin_m: float = param(
-        0.2,
-        kind="number",
-        help="one lowest point a cell of this size hangs the cloth",
-        unit="m",
-        minimum=0.02,
-        maximum=5,
-    )
     ground_m: float = param(
         0.15, kind="number", help="points this close to the final surface are ground", unit="m", minimum=0.01, maximum=1
     )
+    rounds: int = 500
+    thin_m: float = 0.2

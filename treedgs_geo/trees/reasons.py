@@ -38,7 +38,13 @@ REASONS: dict[str, tuple[str, str]] = {
 
 
 def explain(reasons: str) -> str:
-    """``"few_views,lean"`` -> the sentences a forester reads."""
+    """``"few_views,lean"`` -> the sentences a forester reads.
+
+    Examples:
+        >>> import treedgs_geo as tg
+        >>> tg.explain("too_large")
+        'the fitted stem is thicker than the allowed maximum: raise the maximum diameter if it is real'
+    """
     parts = []
     for reason in filter(None, (part.strip() for part in reasons.split(","))):
         meaning, action = REASONS[reason]

@@ -23,6 +23,12 @@ class Tree:
     (points) or spread of azimuths (photos). taper_cm_m: d(diameter)/d(height). qc_reason: comma-separated keys of
     :data:`treedgs_geo.trees.reasons.REASONS`. species, status (``live`` or ``dead``), note: a person's, written in
     the layer; no method fills them.
+
+    Examples:
+        >>> import treedgs_geo as tg
+        >>> tree = tg.Tree(1, x=500000.0, y=5200000.0, dbh_cm=30.0, dbh_se_cm=0.5).finish()
+        >>> round(tree.dbh_lo_cm, 2), round(tree.dbh_hi_cm, 2), round(tree.ba_m2, 4)
+        (29.18, 30.82, 0.0707)
     """
 
     tree_id: int

@@ -9,7 +9,11 @@ from ...core.settings import param
 
 @dataclass(frozen=True, kw_only=True)
 class SegmentOptions:
-    """How stems are found. ``source`` sets the noise and density that are expected (:func:`preset`)."""
+    """How stems are found. ``source`` sets the noise and density that are expected.
+
+    Of the library only: min_rows: share of 25 cm rows of the band that must show bark. grow_m: height up to which stem
+    points are followed, metres.
+    """
 
     source: str = param("auto", kind="choice", help="what made the points", choices=("auto", "uls", "tls", "splat"))
     low_m: float = param(
@@ -18,14 +22,6 @@ class SegmentOptions:
     high_m: float = param(5.0, kind="number", help="top of the band that is searched", unit="m", minimum=2, maximum=20)
     max_dbh_cm: float = param(100.0, kind="number", help="thickest stem", unit="cm", minimum=5, maximum=300)
     max_lean_deg: float = param(25.0, kind="number", help="most lean", unit="deg", minimum=0, maximum=45)
-    min_rows: float = param(
-        0.4,
-        kind="number",
-        help="share of 25 cm rows of the band that must show bark",
-        minimum=0.1,
-        maximum=1,
-        advanced=True,
-    )
     min_arc_deg: float = param(
         90.0,
         kind="number",
@@ -35,12 +31,5 @@ class SegmentOptions:
         maximum=360,
         advanced=True,
     )
-    grow_m: float = param(
-        15.0,
-        kind="number",
-        help="height up to which stem points are followed",
-        unit="m",
-        minimum=2,
-        maximum=60,
-        advanced=True,
-    )
+    min_rows: float = 0.4
+    grow_m: float = 15.0

@@ -42,7 +42,7 @@ class FitSettings:
     dilation_px2: float = 0.15
     filter_m: float = 0.0
     binary: float = 0.0
-    controller: str = "plateau"
+    controller: str = "fixed"
     density: str = "relocate"
     device: str = "cpu"
     seed: int = 0
@@ -322,23 +322,19 @@ def fit_stem(
     dense: np.ndarray | None = None,
     controller: Controller | None = None,
     around: list[Crop] | None = None,
-    start: np.ndarray | None = None,
 ) -> BandFit:
     """Fit one stem's Gaussians: half resolution first, then full, dead Gaussians moved every epoch.
 
     crops: at full resolution, stem frame. pixel_m: footprint of a crop pixel at the stem. dense: (K, 3) points in the
-    stem frame. start: (K, 14) Gaussians that stand before the first step; the rest of the budget is random. The same
-    input and seed give the same field.
+    stem frame. The same input and seed give the same field.
     """
     began = time.perf_counter()
     rng = np.random.default_rng(settings.seed)
     controller = controller or make_controller(settings.controller, settings.seed)
     taught, held = hold_out(crops)
     coarse = [halved(crop, plane) for crop in taught]
-    start = np.zeros((0, N_PARAMETERS)) if start is None else start[: settings.gaussians]
     first = settings.gaussians if settings.density == "relocate" else max(settings.gaussians // 3, 1)
-    rest = initial_parameters(coarse, volume, max(first - len(start), 0), dense, rng)
-    model = BandModel(coarse, plane, np.concatenate([start, rest]), settings, around or coarse)
+    model = BandModel(coarse, plane, initial_parameters(coarse, volume, first, dense, rng), settings, around or coarse)
     passes = _Pass(model, Adam.start(len(model.parameters), learning_rates(pixel_m)), volume, controller, rng, held)
     epochs = settings.coarse_epochs + settings.fine_epochs
     run = 0

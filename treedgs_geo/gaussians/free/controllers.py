@@ -1,11 +1,9 @@
-"""What steers a fit from outside: step sizes, going back, stopping. One interface, four ways.
+"""What steers a fit from outside: step sizes, and trying before doing. One interface, two ways.
 
 A fit runs in phases (one pass over the crops). A controller is handed each phase as something that it may run, measure
 on photos that the fit does not see (the two reward views), undo and run again:
 
 * ``FixedSchedule``: every phase once, decaying steps;
-* ``PlateauStop``: the same, stopped when the reward views no longer improve;
-* ``Backtrack``: a phase that made the reward views worse is undone and repeated with half the steps;
 * ``Rlgs``: recurrent policies (:mod:`.policy`) propose factors for the five learning rates and for the density control,
   try several, keep the best and learn from all (RLGS, arXiv 2508.04078, built from its equations).
 """
@@ -79,56 +77,6 @@ class FixedSchedule:
 
 
 @dataclass
-class PlateauStop(FixedSchedule):
-    """Stops when the reward views have not improved by ``least`` for ``patience`` phases."""
-
-    least: float = 0.01
-    patience: int = 3
-    _best: float = math.inf
-    _since: int = 0
-
-    def phase(self, phase: Phase) -> bool:
-        phase.run(np.ones(N_PARAMETERS))
-        loss = phase.reward_loss()
-        return not math.isnan(loss) and self.epoch(loss)
-
-    def epoch(self, held_out_loss: float) -> bool:
-        """Told the held-out loss after each phase; True stops the fit."""
-        if held_out_loss < self._best * (1 - self.least):
-            self._best, self._since = held_out_loss, 0
-            return False
-        self._since += 1
-        if self._since < self.patience:
-            return False
-        self.reason = "plateau"
-        return True
-
-
-@dataclass
-class Backtrack(FixedSchedule):
-    """Line search on the reward views: a worse phase is undone and run again with half the steps, at most ``tries``
-    times; then it is left out and the fit ends.
-    """
-
-    worse: float = 1.002
-    tries: int = 2
-    scale: float = 1.0
-
-    def phase(self, phase: Phase) -> bool:
-        before, state = phase.reward_loss(), phase.save()
-        for _ in range(self.tries + 1):
-            phase.run(np.full(N_PARAMETERS, self.scale))
-            after = phase.reward_loss()
-            if not (math.isfinite(before) and after > before * self.worse):
-                self.scale = min(1.2 * self.scale, 1.0)
-                return False
-            phase.restore(state)
-            self.scale *= 0.5
-        self.reason = "backtracked"
-        return True
-
-
-@dataclass
 class Rlgs(FixedSchedule):
     """Two recurrent policies: one scales the five learning rates, one the knobs of the density control.
 
@@ -193,6 +141,4 @@ def _columns(factors: np.ndarray) -> np.ndarray:
 
 def make_controller(name: str, seed: int = 0) -> Controller:
     """By the name of the option."""
-    if name == "rlgs":
-        return Rlgs(seed=seed)
-    return {"fixed": FixedSchedule, "plateau": PlateauStop, "backtrack": Backtrack}[name]()
+    return Rlgs(seed=seed) if name == "rlgs" else FixedSchedule()

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..crops import Crop, GroundPlane, halved
 from ..loss import robust_weight
-from .model import CELL_M, N_SHAPE, Stem, normal_equations
+from .model import CELL_M, N_SHAPE, StemView, normal_equations
 from .search import gather_evidence, starts
 from .sights import JointSettings, Layers, Sight, compare, draw, expose, ground_layers, textures
 
@@ -69,7 +69,7 @@ def fit_shape(
         each = []
         for v, s in enumerate(sights):
             h, g = np.zeros((9, 9)), np.zeros(9)
-            stem = Stem(shape, settings.bh_m, shifts[v], blur)
+            stem = StemView(shape, settings.bh_m, shifts[v], blur)
             normal_equations(stem, s.lens, s.coverage, texture[v], s.scene, s.composite, settings.sharpness, h, g)
             h = np.tril(h) + np.tril(h, -1).T
             h, g = h / noise, g / noise

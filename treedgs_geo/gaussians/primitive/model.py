@@ -37,7 +37,7 @@ class Lens(NamedTuple):
     intrinsics: np.ndarray
 
 
-class Stem(NamedTuple):
+class StemView(NamedTuple):
     """A stem as one crop shows it. shape: (8,). bh_m: breast height. shift_px: sideways pose error of the photo.
     blur_px: edge blur (sd)."""
 
@@ -70,7 +70,7 @@ class Coverage(NamedTuple):
     window: np.ndarray
 
 
-class Scene(NamedTuple):
+class Surroundings(NamedTuple):
     """What a crop shows besides the stem.
 
     behind: (H, W, 3) linear, ground and the Gaussians behind. front: (H, W, 3) gamma space, Gaussians before the stem;

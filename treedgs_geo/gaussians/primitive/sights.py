@@ -9,7 +9,20 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from ..crops import Crop, sample_texture
-from .model import CELL_M, GAMMA, N_ANGLES, Composite, Coverage, Lens, Region, Scene, Stem, compose, cover, gather
+from .model import (
+    CELL_M,
+    GAMMA,
+    N_ANGLES,
+    Composite,
+    Coverage,
+    Lens,
+    Region,
+    StemView,
+    Surroundings,
+    compose,
+    cover,
+    gather,
+)
 
 
 @dataclass(frozen=True)
@@ -42,8 +55,8 @@ class JointSettings:
 
 @dataclass
 class Sight:
-    """One crop made ready. behind, front, through: what Gaussians and ground show there (see :class:`.model.Scene`);
-    they change while Gaussians are fitted along, and so does the gain."""
+    """One crop made ready. behind, front, through: what Gaussians and ground show there, as
+    :class:`.model.Surroundings` has it; they change while Gaussians are fitted along, and so does the gain."""
 
     crop: Crop
     linear: np.ndarray
@@ -82,9 +95,9 @@ class Sight:
         )
 
     @property
-    def scene(self) -> Scene:
+    def scene(self) -> Surroundings:
         """What the crop shows besides the stem, as the kernels take it."""
-        return Scene(self.behind, self.front, self.through, self.gain, self.crop.image, self.crop.weight)
+        return Surroundings(self.behind, self.front, self.through, self.gain, self.crop.image, self.crop.weight)
 
 
 def empty_coverage(shape: tuple[int, ...]) -> Coverage:
@@ -164,7 +177,7 @@ def _blurred(values: np.ndarray) -> np.ndarray:
 def draw(sights: list[Sight], shape: np.ndarray, shifts: np.ndarray, blur_px: float, settings: JointSettings) -> None:
     """Fill every sight's coverage and texture cells."""
     for sight, shift in zip(sights, shifts, strict=True):
-        stem = Stem(shape, settings.bh_m, shift, blur_px)
+        stem = StemView(shape, settings.bh_m, shift, blur_px)
         cover(stem, sight.lens, settings.region, sight.coverage, sight.drawn)
         sight.drawn = True
 

@@ -100,7 +100,7 @@ def make_document(stand: Stand, units: str, class_width: float | None, facts: di
             "picture", "trees and basal area by DBH class and species", picture=charts.draw_classes(long, units)
         ),
     ]
-    blocks.append(ReportBlock("table", table=stock_table(long, units)))
+    blocks.append(ReportBlock("table", table=stock_table(long)))
     if len({row["species"] for row in long.rows} - {"all"}) > 1:
         shown = [name for name in ("trees", "ba", "volume") if np.isfinite(stand.estimates[name].mean)]
         blocks += [ReportBlock("table", table=cross_table(long, units, name)) for name in shown]

@@ -151,7 +151,7 @@ def species_class_table(stand: Stand, units: str, width: float | None) -> Table:
 _STOCK = ("trees", "ba", "volume", "biomass")
 
 
-def stock_table(long: Table, units: str) -> Table:
+def stock_table(long: Table) -> Table:
     """All species together: classes down, the quantities across."""
     columns = [column for column in long.columns if column.key not in ("species", "lower", "upper")]
     rows = []

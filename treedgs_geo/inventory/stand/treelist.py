@@ -66,10 +66,10 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
         InputError: not readable, or a DBH that no tree has.
     """
     measured = read_measured(path, crs)
-    trees = pd.DataFrame({name: measured[name] if name in measured else None for name in COLUMNS})
+    trees = pd.DataFrame({name: measured.get(name) for name in COLUMNS})
     for name in _NUMBERS:
         trees[name] = pd.to_numeric(trees[name]).astype(float)
-    trees["status"] = measured["status"] if "status" in measured else None
+    trees["status"] = measured.get("status")
     _more_columns(Path(path), trees)
     # A negative standard error is a mark for "not known" somewhere, never an error.
     trees["dbh_se_cm"] = trees["dbh_se_cm"].where(trees["dbh_se_cm"] >= 0)
@@ -116,7 +116,7 @@ def from_tally(path: Path, protocol: FieldProtocol, height_unit: str) -> TreeLis
         InputError: as :func:`read_tally`.
     """
     table = read_tally(path, protocol, height_unit)
-    trees = pd.DataFrame({name: table[name] if name in table else None for name in COLUMNS})
+    trees = pd.DataFrame({name: table.get(name) for name in COLUMNS})
     for name in _NUMBERS:
         trees[name] = pd.to_numeric(trees[name]).astype(float)
     # The crew walked up to each of them: a tree without a DBH is a tree.

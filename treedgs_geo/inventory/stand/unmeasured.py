@@ -43,7 +43,7 @@ class Gaps:
         """Standard error of the sum of ``weight * value[tree]`` over the imputed ``rows``, in the sum's unit.
 
         Which diameter: independent from stem to stem, as wide as the stand-ins differ. Whether it is a tree: one
-        question for all stems of a survey, since what is told of them is right or wrong for all alike.
+        question for all stems of a survey, since what is assumed of them is right or wrong for all alike.
         """
         imputed = rows[rows["kind"] == "imputed"]
         single = common = 0.0

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION, quaternion_matrices
-from .kernels import ALPHA_MAX
-from .project import CropCamera
+from treedgs_geo.gaussians.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION, quaternion_matrices
+from treedgs_geo.gaussians.kernels import ALPHA_MAX
+from treedgs_geo.gaussians.project import CropCamera
 
 
 def camera_gaussians(parameters: np.ndarray, camera: CropCamera) -> tuple[np.ndarray, np.ndarray]:
@@ -103,12 +103,11 @@ def distance_plane(
 
 
 def point_opacity_reference(
-    parameters: np.ndarray, camera: CropCamera, points: np.ndarray, law: str = "clamp", alpha_min: float = 1 / 255
+    parameters: np.ndarray, camera: CropCamera, points: np.ndarray, alpha_min: float = 1 / 255
 ) -> tuple[np.ndarray, np.ndarray]:
     """Opacity in front of each point (M,), and the whole ray's accumulated alpha (M,), Gaussian by Gaussian.
 
-    The ray-space covariance is built explicitly and inverted, as eq:radegs_point_offset reads. law: ``clamp`` or
-    ``vacancy``.
+    The ray-space covariance is built explicitly and inverted, as eq:radegs_point_offset reads.
     """
     parameters = np.asarray(parameters, float)
     centre, covariance = camera_gaussians(parameters, camera)
@@ -137,11 +136,6 @@ def point_opacity_reference(
         full = alpha_at(d)
         drawn = full >= alpha_min
         whole *= np.where(drawn, 1 - np.minimum(full, ALPHA_MAX), 1)
-        if law == "clamp":
-            alpha = alpha_at(np.minimum(r, d))
-            before *= np.where(drawn & (alpha >= alpha_min), 1 - np.minimum(alpha, ALPHA_MAX), 1)
-        else:
-            peak = np.minimum(full, ALPHA_MAX)
-            value = peak * np.exp(-0.5 * ray_precision[2, 2] * (r - d) ** 2)
-            before *= np.where(drawn, np.where(r > d, (1 - peak) / np.sqrt(1 - value), np.sqrt(1 - value)), 1)
+        alpha = alpha_at(np.minimum(r, d))
+        before *= np.where(drawn & (alpha >= alpha_min), 1 - np.minimum(alpha, ALPHA_MAX), 1)
     return 1 - before, 1 - whole

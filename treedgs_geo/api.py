@@ -1,0 +1,130 @@
+"""The front door of the library: photos or a cloud in, a table of trees out.
+
+Every name here is also an attribute of the package itself::
+
+    import treedgs_geo as tg
+
+    trees = tg.measure_cloud("plot.laz")
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .chain.settings import PhotosToDbhSettings, PointcloudToDbhSettings
+from .core.progress import Reporter
+from .core.settings import build
+
+if TYPE_CHECKING:
+    import geopandas as gpd
+
+    from .pointcloud.cloud import PointCloud
+
+
+def measure_photos(
+    photos: str | Path,
+    workspace: str | Path,
+    *,
+    crs: str,
+    geotags: str | Path | None = None,
+    output: str | Path | None = None,
+    reporter: Reporter | None = None,
+    **settings: Any,
+) -> gpd.GeoDataFrame:
+    """Measure the trees of a plot from drone photos: the verb ``photos-to-dbh``.
+
+    Args:
+        photos: folder with the original photos (JPEG) of one plot or block.
+        workspace: folder for what the stages keep; a second call with the same inputs goes on from there.
+        crs: projected CRS in metres, ``"EPSG:6344"``.
+        geotags: folder or file with MRK and RTKLIB ``.pos`` files, or a CSV; ``None`` = the photos' EXIF/XMP.
+        output: tree layer to write (.gpkg, .shp, .geojson, .csv); ``None`` = ``trees.gpkg`` in the workspace.
+        reporter: where progress, warnings and results go; ``None`` = nowhere.
+        settings: further fields of :class:`~treedgs_geo.chain.settings.PhotosToDbhSettings` by name (``plots``,
+            ``dtm``, ``preset``, ``fit``, ``bh_m``, ``seed``).
+
+    Returns:
+        One row a stem found, in ``crs``: the columns of the tree layer (:class:`~treedgs_geo.trees.tree.Tree`), DBH and
+        its errors in cm, lengths in m. Stems without a DBH have their reason in ``qc_reason``.
+
+    Raises:
+        TreeDGSError: one sentence with the file, what was found, what was expected and what to do.
+
+    Examples:
+        >>> import treedgs_geo as tg
+        >>> trees = tg.measure_photos(
+        ...     plot / "images", work, geotags=plot, crs="EPSG:6344", plots=plot / "plots.csv"
+        ... )
+        >>> bool(trees["dbh_cm"].between(5, 90).any())
+        True
+        >>> sorted(set(trees["qc_flag"]) - {"ok", "check", "reject"})
+        []
+    """
+    from .chain.photos import run_chain
+    from .inventory.tree_reading import read_trees
+
+    output = Path(workspace) / "trees.gpkg" if output is None else Path(output)
+    given = {"photos": photos, "workspace": workspace, "crs": crs, "geotags": geotags, "output": output, **settings}
+    run_chain(build(PhotosToDbhSettings, given), reporter or Reporter())
+    return read_trees(output)
+
+
+def measure_cloud(
+    cloud: str | Path | PointCloud,
+    *,
+    dtm: str | Path | None = None,
+    crs: str | None = None,
+    reporter: Reporter | None = None,
+    **settings: Any,
+) -> gpd.GeoDataFrame:
+    """Find and measure every stem of a LiDAR cloud: the verb ``pointcloud-to-dbh`` without its files.
+
+    Args:
+        cloud: a LAS, LAZ, COPC or text file, or points in memory, coordinates in metres.
+        dtm: terrain raster; ``None`` = the ground is found in the cloud.
+        crs: CRS of a file that holds none, or ``"local"``.
+        reporter: where progress, warnings and results go; ``None`` = nowhere.
+        settings: further fields of :class:`~treedgs_geo.chain.settings.PointcloudToDbhSettings` by name (``plots``,
+            ``bh_m``, ``min_dbh_cm``, ``max_dbh_cm``, ``method``, ``source`` ...).
+
+    Returns:
+        One row a stem found, in the cloud's CRS: the columns of the tree layer, DBH and its errors in cm.
+
+    Raises:
+        TreeDGSError: one sentence with the file, what was found, what was expected and what to do.
+
+    Examples:
+        Two stems of 30 and 20 cm, scanned from all sides, on level ground:
+
+        >>> import numpy as np
+        >>> import treedgs_geo as tg
+        >>> rng = np.random.default_rng(0)
+        >>> def stem(x, y, radius_m, n=4000):
+        ...     angle, z = rng.uniform(0, 2 * np.pi, n), rng.uniform(0, 6, n)
+        ...     r = radius_m + rng.normal(0, 0.003, n)
+        ...     return np.column_stack([x + r * np.cos(angle), y + r * np.sin(angle), z])
+        >>> ground = np.column_stack([rng.uniform(-6, 6, (20000, 2)), rng.normal(0, 0.01, 20000)])
+        >>> xyz = np.vstack([ground, stem(-2, 0, 0.15), stem(2, 1, 0.10)])
+        >>> trees = tg.measure_cloud(tg.PointCloud(xyz))
+        >>> trees.sort_values("x")["dbh_cm"].round(0).tolist()
+        [30.0, 20.0]
+    """
+    from .chain.cloud import find_and_measure
+    from .chain.cloud_input import checked, load_cloud, load_ground
+    from .chain.cloud_plots import cut_to_plots
+    from .inventory.tree_layer import tree_table
+    from .pointcloud.cloud import PointCloud
+    from .pointcloud.file_crs import LOCAL_CRS
+
+    reporter = reporter or Reporter()
+    path = Path("the cloud") if isinstance(cloud, PointCloud) else Path(cloud)
+    given = build(PointcloudToDbhSettings, {"input": path, "output": path, "dtm": dtm, "crs": crs, **settings})
+    if isinstance(cloud, PointCloud):
+        points = checked(cloud, path, reporter, own_ground=dtm is not None)
+    else:
+        points = load_cloud(given, reporter)
+    plots, points = cut_to_plots(given, points, reporter)
+    ground = load_ground(path, given.dtm, points, reporter)
+    trees, _ = find_and_measure(points, ground, plots, given, reporter)
+    return tree_table(trees, points.horizontal_crs or LOCAL_CRS)
