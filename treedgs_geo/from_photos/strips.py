@@ -183,8 +183,10 @@ def _derivative(sigma, half, rise):
 
 
 @njit(inline="always", **_FAST)
-def _read_row(photos, v, axis, h, nx, ny, first, reach, lut, colour, line):
-    """One row of a strip, (3, wide), from ``first`` to ``first + reach`` metres; False where the crop ends earlier."""
+def _read_row(photos, v, axis, h, across, lut, colour, line):
+    """One row of a strip, (3, wide), at height ``h``; False where the crop ends earlier. across: direction across the
+    view, first place and length, metres."""
+    nx, ny, first, reach = across
     cam, corner, shape = photos.camera[v], photos.corner[v], photos.shape[v]
     wide = line.shape[1]
     q = h - axis[BH_M]
@@ -261,7 +263,7 @@ def _strips_kernel(photos, wanted, axis, sampling, strips):
             seen = True
             for k in range(per_block):
                 h = heights[b * per_block + k]
-                seen = _read_row(photos, v, axis, h, nx, ny, first, reach, lut, colour, line)
+                seen = _read_row(photos, v, axis, h, (nx, ny, first, reach), lut, colour, line)
                 if not seen:
                     break
                 _add_slopes(line, taps, slope, mean, power)
