@@ -185,7 +185,7 @@ def _carved(fitter: Fitter, area: Area, box: tuple, fits: list[PhotoFit], report
 
 def looked_at_twice(found: list[PhotoFit], refused: list[PhotoFit]) -> list[PhotoFit]:
     """What the second search found, less what the first look had refused as the same stem (place and lean) with another
-    diameter: neither is to be trusted. With the same diameter it is doubted (``ambiguous``)."""
+    diameter: neither is to be trusted. With the same diameter it is flagged (``ambiguous``)."""
     kept = []
     for fit in found:
         before = [
@@ -195,8 +195,8 @@ def looked_at_twice(found: list[PhotoFit], refused: list[PhotoFit]) -> list[Phot
         ]
         if any(abs(fit.dbh_cm - other.dbh_cm) > max(1.0, SAME_DBH * fit.dbh_cm) for other in before):
             continue
-        doubt = bool(before) and fit.flag == "ok"
-        kept.append(replace(fit, flag="check", reasons=(*fit.reasons, "ambiguous")) if doubt else fit)
+        unclear = bool(before) and fit.flag == "ok"
+        kept.append(replace(fit, flag="check", reasons=(*fit.reasons, "ambiguous")) if unclear else fit)
     return kept
 
 

@@ -51,7 +51,7 @@ def fit_vector(
         if not _gauss_newton(x, y, t, weights, vector, normal, 2.5 * sigma, sigma, prior, prior_sd, powers, rounds):
             return vector, normal, -1.0
         sigma = _noise(_away(x, y, t, vector), floor_m, cap_m)
-    # Held to something very wide, so that what no point tells is unknown and not certain.
+    # Held to something very wide, so that what no point shows is unknown and not certain.
     return vector, np.linalg.inv(normal + 1e-6 * np.eye(8)), sigma
 
 

@@ -140,7 +140,7 @@ def _window_fit(
         balanced = balance * purity**2
         if weights is not None:
             balanced = balanced * weights[inside]
-        # Short windows cannot tell lean and taper: they are held near what the long stem says.
+        # Short windows do not show lean and taper: they are held near what the long stem says.
         length = below + above
         fitted = fit_cone(
             near,
@@ -197,7 +197,7 @@ def _conclude(fitted: FittedStem, sensor: Sensor, bh_m: float, options: SegmentO
     # Breast height is measured along the stem: a leaning one reaches it lower.
     bh_m = bh_m * float(np.cos(np.radians(fitted.cone.lean_deg)))
     bark = Bark.of(fitted, sensor)
-    # A tape reads the girth: of an oval section that is a little more than the mean radius tells.
+    # A tape reads the girth: of an oval section that is a little more than the mean radius gives.
     dbh_cm = 200 * float(fitted.cone.radius(bh_m)) * girth_factor(fitted.points[fitted.on], fitted.cone, sensor)
     error = DiameterError.of(fitted, bark, sensor, bh_m, dbh_cm)
     measured = _quantities(fitted, bark, sensor, bh_m, dbh_cm, error.cautious)

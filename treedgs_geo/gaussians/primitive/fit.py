@@ -1,7 +1,7 @@
 """Fit the stem primitive to its crops: alternating Gauss-Newton, textures and ground; several starts, one winner.
 
 Explanations are ranked by how well each photo is predicted by a texture that the *other* photos painted: a cylinder
-that is too thick paints ground onto itself, and only a photo that took no part can tell.
+that is too thick paints ground onto itself, and only a photo that took no part can show it.
 """
 
 from __future__ import annotations
