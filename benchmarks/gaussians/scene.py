@@ -25,7 +25,8 @@ from treedgs_geo.gaussians.free.controllers import FixedSchedule
 from treedgs_geo.gaussians.free.optimise import Adam, constrain, learning_rates, relocate
 from treedgs_geo.gaussians.loss import d_ssim, l1
 from treedgs_geo.gaussians.options import GaussianOptions
-from treedgs_geo.gaussians.primitive.fit import JointSettings, Layers, PrimitiveFit, fit_primitive
+from treedgs_geo.gaussians.primitive.fit import PrimitiveFit, fit_primitive
+from treedgs_geo.gaussians.primitive.sights import JointSettings, Layers
 from treedgs_geo.gaussians.project import CropCamera
 from treedgs_geo.gaussians.raster import Rasteriser
 from treedgs_geo.reconstruction.cameras import View

@@ -15,6 +15,8 @@ import numpy as np
 import pytest
 
 from treedgs_geo.chain.photos import _geotag
+from treedgs_geo.chain.routes import CHAIN_PRESETS
+from treedgs_geo.chain.run import Run
 from treedgs_geo.chain.settings import PhotosToDbhSettings
 from treedgs_geo.chain.steps import Steps
 from treedgs_geo.core.progress import PlainReporter
@@ -48,7 +50,8 @@ def geotag(flight: Path, geotags: Path) -> tuple[Stations, str]:
     said = io.StringIO()
     with Workspace.held(settings.workspace) as space:
         steps = Steps(space, PlainReporter(said))
-        return _geotag(settings, list_photos(settings.photos), space, steps), said.getvalue()
+        run = Run(settings, CHAIN_PRESETS[settings.preset], space, steps)
+        return _geotag(run, list_photos(settings.photos)), said.getvalue()
 
 
 def raise_heights(pos: Path, metres: float, rows: slice) -> None:

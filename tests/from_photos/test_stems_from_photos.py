@@ -18,7 +18,7 @@ from treedgs_geo.from_photos.find import split, stems_from_photos
 from treedgs_geo.from_photos.fit import azimuth_spread
 from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.from_photos.stack import GroundGrid, choose_views, load_stack
-from treedgs_geo.from_photos.strips import StemAxis, cut_strips
+from treedgs_geo.from_photos.strips import StemAxis, StripLayout, cut_strips
 from treedgs_geo.from_photos.trees import trees_of_photo_fits
 from treedgs_geo.from_photos.verdict import FitQuality, verdict
 from treedgs_geo.reconstruction.area import Area, _cover, area_seen
@@ -129,7 +129,7 @@ def test_edges_stand_where_the_stem_ends(views):
     stack = load_stack(views, Area.circle(0, 0, 3.0), ground, 96, 1.0)
     stem = STEMS[0]
     axis = StemAxis(np.array([stem.x, stem.y]), np.zeros(2), np.zeros(2), 0.0, 1.37)
-    strips = cut_strips(stack, axis, 1.2, 1.6, 0.2, 0.04, 0.3, 0.01, 1.0, linear=True)
+    strips = cut_strips(stack, axis, StripLayout(1.2, 1.6, 0.2, 0.04, 0.3, 0.01, sigma_px=1.0, linear=True))
     power = np.linalg.norm(strips.gradient, axis=-1).mean(axis=(0, 1))
     left, right = power[:31].argmax(), 30 + power[30:].argmax()
     assert strips.u[right] == pytest.approx(stem.r, abs=0.015) and strips.u[left] == pytest.approx(-stem.r, abs=0.015)

@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.gaussians.exports import fuse_depth, means_only
 from treedgs_geo.gaussians.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION, GaussianField, empty_field
-from treedgs_geo.gaussians.primitive.model import cover
+from treedgs_geo.gaussians.primitive.model import Lens, Region, StemView, cover
+from treedgs_geo.gaussians.primitive.sights import empty_coverage
 from treedgs_geo.gaussians.project import CropCamera
 from treedgs_geo.gaussians.raster import Rasteriser
 from treedgs_geo.gaussians.sample import sample_surface, view_opacity
@@ -73,24 +74,14 @@ def test_units_change_nothing_in_the_picture(drawn, factor):
 @settings(max_examples=40, deadline=None)
 @given(st.lists(st.floats(-50, 50), min_size=8, max_size=8), st.floats(-3, 3), st.floats(0.05, 5))
 def test_any_stem_shape_covers_finitely(shape, shift, blur):
-    image = {
-        name: np.zeros((30, 40), kind)
-        for name, kind in (
-            ("alpha", np.float32),
-            ("edge", np.float32),
-            ("angle", np.int16),
-            ("level", np.int16),
-            ("window", bool),
-        )
-    }
     view = CropCamera(
         40, 30, 60.0, 60.0, 20.0, 15.0, np.array([[1.0, 0, 0], [0, 0, -1.0], [0, 1.0, 0]]), np.array([0, 1.4, 8.0])
     )
-    cover(
-        np.array(shape), 1.37, view.rotation, view.centre, view.intrinsics, shift, blur, 0.45, 0.3, 2.9, *image.values()
-    )
-    assert np.isfinite(image["alpha"]).all() and (image["alpha"] >= 0).all() and (image["alpha"] <= 1).all()
-    assert (image["angle"] >= 0).all() and (image["angle"] < 24).all() and (image["level"] >= 0).all()
+    out = empty_coverage((30, 40))
+    lens = Lens(view.rotation, view.centre, view.intrinsics)
+    cover(StemView(np.array(shape), 1.37, shift, blur), lens, Region(0.45, 0.3, 2.9), out)
+    assert np.isfinite(out.alpha).all() and (out.alpha >= 0).all() and (out.alpha <= 1).all()
+    assert (out.angle >= 0).all() and (out.angle < 24).all() and (out.level >= 0).all()
 
 
 def test_coordinates_of_a_map_are_refused_and_empty_things_too():

@@ -16,16 +16,17 @@ from treedgs_geo.gaussians.crops import Crop, GroundPlane, near_axis, sample_tex
 from treedgs_geo.gaussians.free.band_fit import FitSettings
 from treedgs_geo.gaussians.layered import HollowVolume, axis_xy, fit_with_primitive, radius_m, surface_gaussians
 from treedgs_geo.gaussians.options import GaussianOptions
-from treedgs_geo.gaussians.primitive.fit import (
+from treedgs_geo.gaussians.primitive.fit import fit_primitive
+from treedgs_geo.gaussians.primitive.model import GAMMA, Coverage, Lens, Region, StemView, cover, normal_equations
+from treedgs_geo.gaussians.primitive.sights import (
     JointSettings,
     Sight,
     compare,
     draw,
-    fit_primitive,
+    empty_coverage,
     ground_layers,
     textures,
 )
-from treedgs_geo.gaussians.primitive.model import GAMMA, cover, normal_equations
 from treedgs_geo.gaussians.project import CropCamera
 from treedgs_geo.gaussians.train import fit_with_report
 
@@ -42,28 +43,10 @@ def looking_at(turn: float, tilt: float, far: float, target: np.ndarray, size: i
     return CropCamera(size, size, focal, focal, size / 2, size / 2, rotation, -rotation @ centre)
 
 
-def covered(camera: CropCamera, shape: np.ndarray, blur: float, shift: float = 0.0) -> dict[str, np.ndarray]:
-    size = (camera.height, camera.width)
-    out = {
-        "alpha": np.zeros(size, np.float32),
-        "edge": np.zeros(size, np.float32),
-        "angle": np.zeros(size, np.int16),
-        "level": np.zeros(size, np.int16),
-        "window": np.zeros(size, bool),
-    }
-    cover(
-        shape,
-        BH,
-        np.ascontiguousarray(camera.rotation),
-        camera.centre,
-        camera.intrinsics,
-        shift,
-        blur,
-        0.45,
-        0.3,
-        2.9,
-        *out.values(),
-    )
+def covered(camera: CropCamera, shape: np.ndarray, blur: float, shift: float = 0.0) -> Coverage:
+    out = empty_coverage((camera.height, camera.width))
+    lens = Lens(np.ascontiguousarray(camera.rotation), camera.centre, camera.intrinsics)
+    cover(StemView(shape, BH, shift, blur), lens, Region(0.45, 0.3, 2.9), out)
     return out
 
 
@@ -88,14 +71,14 @@ def hits(camera: CropCamera, shape: np.ndarray, fine: int = 4) -> np.ndarray:
 def test_silhouette_is_that_of_the_solid(turn, tilt):
     camera = looking_at(turn, tilt, 60.0, np.array([0, 0, 1.5]), 110, 2200.0)
     got, true = covered(camera, SHAPE, 0.3), hits(camera, SHAPE)
-    window = got["window"]
+    window = got.window
     assert window.sum() > 500
-    wide = [np.where(window, image, 0).sum() for image in (got["alpha"], true)]
+    wide = [np.where(window, image, 0).sum() for image in (got.alpha, true)]
     # A quarter of a percent of the width is 0.03 px a side: half a pixel's slip would be 8 %.
     assert wide[0] == pytest.approx(wide[1], rel=0.01)
     middle = [
         (np.where(window, image, 0) * np.arange(110)).sum() / value
-        for image, value in zip((got["alpha"], true), wide, strict=True)
+        for image, value in zip((got.alpha, true), wide, strict=True)
     ]
     assert middle[0] == pytest.approx(middle[1], abs=0.03)
 
@@ -103,9 +86,9 @@ def test_silhouette_is_that_of_the_solid(turn, tilt):
 def test_shift_moves_the_stem_by_that_many_pixels():
     camera = looking_at(0.3, 0.9, 60.0, np.array([0, 0, 1.5]))
     straight, moved = (covered(camera, SHAPE, 0.6, shift) for shift in (0.0, 2.0))
-    both = straight["window"] & moved["window"]
+    both = straight.window & moved.window
     rows = both.sum(axis=1) > 20
-    centre = [(image["alpha"][rows] * np.arange(220)).sum() / image["alpha"][rows].sum() for image in (straight, moved)]
+    centre = [(image.alpha[rows] * np.arange(220)).sum() / image.alpha[rows].sum() for image in (straight, moved)]
     assert abs(centre[1] - centre[0]) == pytest.approx(2.0, abs=0.05)
 
 
@@ -153,31 +136,8 @@ def test_gradient_points_to_the_true_shape():
         compare(sights, colour, settings)
         for v, s in enumerate(sights):
             h = np.zeros((9, 9))
-            normal_equations(
-                wrong,
-                BH,
-                s.rotation,
-                s.centre,
-                s.intrinsics,
-                0.0,
-                0.4,
-                s.alpha,
-                s.edge,
-                s.angle,
-                s.level,
-                s.window,
-                colour[v],
-                s.behind,
-                s.through,
-                s.gain,
-                s.crop.image,
-                s.shown,
-                s.weight,
-                s.clear,
-                0.0,
-                h,
-                total,
-            )
+            stem = StemView(wrong, BH, 0.0, 0.4)
+            normal_equations(stem, s.lens, s.coverage, colour[v], s.scene, s.composite, 0.0, h, total)
         assert total[at] < 0  # too large by ``step``: the right-hand side pulls back
 
 

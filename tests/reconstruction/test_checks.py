@@ -47,7 +47,7 @@ def _case() -> tuple:
 
 def test_a_good_block_passes() -> None:
     block, stations, xyz, calibration = _case()
-    report = check_block(block, stations, xyz, calibration, 0.0, FREE, Reporter())
+    report = check_block(block, stations, xyz, calibration, FREE, Reporter())
     assert report["registered"] == 10 and report["geotag_median_m"] < 0.06 and not report["warnings"]
 
 
@@ -70,17 +70,17 @@ def test_the_scale_is_as_sure_as_geotags_make_it() -> None:
 
 def test_poor_geotags_are_reported_and_precise_ones_are_not() -> None:
     block, stations, xyz, calibration = _case()
-    good = check_block(block, stations, xyz, calibration, 0.0, FREE, Reporter())
+    good = check_block(block, stations, xyz, calibration, FREE, Reporter())
     assert good["scale_sd"] < 0.001 and not good["warnings"]
     poor = replace(stations, sd=np.full_like(stations.sd, 2.0), quality=["exif"] * len(stations))
-    reported = check_block(block, poor, xyz, calibration, 0.0, FREE, Reporter())
+    reported = check_block(block, poor, xyz, calibration, FREE, Reporter())
     assert reported["scale_sd"] > 0.005 and "RTK or PPK" in reported["warnings"][0]
 
 
 def test_a_photo_metres_from_its_geotag_is_named() -> None:
     block, stations, xyz, calibration = _case()
     xyz[4] += [0.0, 2.5, 0.0]
-    report = check_block(block, stations, xyz, calibration, 0.0, FREE, Reporter())
+    report = check_block(block, stations, xyz, calibration, FREE, Reporter())
     assert len(report["warnings"]) == 1 and "1 photos stand up to 2.5 m" in report["warnings"][0]
     assert "4.jpg" in report["warnings"][0]
 
@@ -93,21 +93,20 @@ def test_contradictions_are_refused() -> None:
             stations,
             xyz + np.random.default_rng(1).normal(0, 0.4, xyz.shape),
             calibration,
-            0.0,
             FREE,
             Reporter(),
         )
     wrong = replace(calibration, camera=replace(CAMERA, fx=1700.0, fy=1700.0))
     with pytest.raises(ReconstructionError, match="focal length came out as 1900 px"):
-        check_block(block, stations, xyz, wrong, 0.0, FREE, Reporter())
+        check_block(block, stations, xyz, wrong, FREE, Reporter())
     with pytest.raises(ReconstructionError, match="flying height"):
         check_block(
-            block, replace(stations, relative_altitude_m=np.full(10, 100.0)), xyz, calibration, 0.0, FREE, Reporter()
+            block, replace(stations, relative_altitude_m=np.full(10, 100.0)), xyz, calibration, FREE, Reporter()
         )
     block.rotations[:5], block.translations[:5] = np.nan, np.nan
     block.keep(block.image >= 5)
     with pytest.raises(ReconstructionError, match="5 of 10 photos"):
-        check_block(block, stations, xyz, calibration, 0.0, FREE, Reporter())
+        check_block(block, stations, xyz, calibration, FREE, Reporter())
 
 
 def test_calibration_sources(tmp_path: Path) -> None:

@@ -91,6 +91,7 @@ def _scene(job: dict[str, Any]) -> tuple[TruePlot, LocalFrame, list[View], Dtm, 
 def run_photos(job: dict[str, Any]) -> dict[str, Any]:
     """Stems found and fitted in the photos (``scale`` < 1: in reduced ones); a preset's job has all of its settings."""
     from ..chain.routes import CHAIN_PRESETS, Preset, auto_route
+    from ..chain.run import Site
     from ..from_photos.options import PhotoStemOptions
     from ..reconstruction.pipeline import ReconstructOptions
 
@@ -100,7 +101,7 @@ def run_photos(job: dict[str, Any]) -> dict[str, Any]:
     named = job.get("preset")
     preset = CHAIN_PRESETS[named] if named else Preset(ReconstructOptions(), PhotoStemOptions(**job["params"]), "none")
     began = time.perf_counter()
-    trees, _ = auto_route(preset, preset.stems.bh_m, frame, views, dtm, area, 0, Reporter())
+    trees, _ = auto_route(Site(frame, views, dtm, area), preset, preset.stems.bh_m, 0, Reporter())
     seconds = time.perf_counter() - began
     used = min(len(views), preset.stems.max_views)
     return {

@@ -57,13 +57,13 @@ def look_at(route: str, values: dict[str, Any], plots: str, field: str, crs: str
         if len(photos) < FEWEST_PHOTOS:
             raise InputError(f"photos {folder} holds {len(photos)} photos, expected at least {FEWEST_PHOTOS}.")
         megapixels = len(photos) * _megapixels(photos[len(photos) // 2])
-        return PlotInputs(len(photos), megapixels, 0.0, gigabytes, _known(values["crs"]), "", stamp.hexdigest()[:16])
+        return PlotInputs(len(photos), megapixels, 0.0, gigabytes, crs_name(values["crs"]), "", stamp.hexdigest()[:16])
     cloud = Path(values["input"])
     points, own = _cloud_header(cloud)
     given_crs = values.get("crs") or ("" if own else crs or "")
     if not own and not given_crs:
         raise InputError(f"cloud {cloud} holds no CRS; give it in a column crs, or one for all rows with --crs.")
-    name = "local" if given_crs == "local" else own or _known(given_crs)
+    name = "local" if given_crs == "local" else own or crs_name(given_crs)
     return PlotInputs(0, 0.0, points / 1e6, gigabytes, name, given_crs, stamp.hexdigest()[:16])
 
 
@@ -135,7 +135,8 @@ def _horizontal(crs: pyproj.CRS) -> str:
 
 
 @lru_cache(maxsize=64)
-def _known(text: str) -> str:
+def crs_name(text: str) -> str:
+    """One name for a CRS, however it is given; ``local`` stays."""
     if text == "local":
         return text
     return _text(project_crs(text).to_wkt())

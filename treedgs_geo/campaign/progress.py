@@ -92,7 +92,7 @@ class Board:
             f"{plot:<24.24} {stage:<28.28} {spent:>8} {memory:>9}  {place}"
             for stage, plot, spent, memory, place in sorted(rows)
         ]
-        _write(self.campaign.workspace / STATUS, "\n".join(lines) + "\n")
+        write_text(self.campaign.workspace / STATUS, "\n".join(lines) + "\n")
 
 
 def _progress_of(folder: Path) -> dict[str, Any] | None:
@@ -103,7 +103,7 @@ def _progress_of(folder: Path) -> dict[str, Any] | None:
         return None
 
 
-def _write(target: Path, text: str) -> None:
+def write_text(target: Path, text: str) -> None:
     """Renamed into place; a table that cannot be written is not worth an error."""
     temporary = target.with_name(f".{target.name}.{os.getpid()}")
     try:

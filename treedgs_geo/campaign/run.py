@@ -18,7 +18,7 @@ from .coordinate import Coordinator, Tally
 from .costs import CostModel, makespan, time_text
 from .layer import check_output, twins, write_layer
 from .places import COSTS, PLOTS, REPORT, STATUS, TABLE, TREES
-from .progress import _write as write_text
+from .progress import write_text
 from .report import rows_of, write_report
 from .state import Campaign, Plan, make_plan
 from .task import run_plot

@@ -184,11 +184,11 @@ def job_of(entry: dict[str, Any], campaign: Campaign, turn: int, threads: int, t
 
 
 def _layer_crs(seen: dict[str, int], crs: str | None) -> str:
-    from .inputs import _known
+    from .inputs import crs_name
 
     if "local" in seen:
         return "local"
-    return _known(crs) if crs else next(iter(seen))
+    return crs_name(crs) if crs else next(iter(seen))
 
 
 def _one_crs(checker: Checker, seen: dict[str, int], crs: str | None) -> None:

@@ -26,7 +26,7 @@ from ..inventory.report import write_report
 from ..inventory.tree_layer import check_output, style_terrain, tree_table, write_trees
 from ..inventory.tree_reading import LAYER
 from ..reconstruction.area import Area, area_seen
-from ..reconstruction.cameras import OBLIQUE_DEG, View
+from ..reconstruction.cameras import OBLIQUE_DEG
 from ..reconstruction.model import FRAME, MODEL_FILES, load_points, load_views
 from ..reconstruction.model import REPORT as SFM_REPORT
 from ..reconstruction.pipeline import reconstruct_photos
@@ -53,10 +53,13 @@ from .planned import (
     search_ahead,
 )
 from .routes import CHAIN_PRESETS, auto_route, photo_route, splat_route
+from .run import Aligned, Flight, Run, Site
 from .steps import Collector, Steps
 
 if TYPE_CHECKING:
-    from ..chain.settings import PhotosToDbhSettings
+    from pyproj import CRS
+
+    from .settings import PhotosToDbhSettings
 
 #: A plot this far from the nearest photo lies elsewhere.
 MAX_AWAY_M = 500.0
@@ -74,41 +77,41 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
     photos = list_photos(settings.photos)
     with Workspace.held(settings.workspace) as space:
         space.record["parameters"] = to_json(settings)
-        return _run(settings, photos, space, Steps(space, reporter))
+        return _run(Run(settings, CHAIN_PRESETS[settings.preset], space, Steps(space, reporter)), photos)
 
 
-def _run(settings: PhotosToDbhSettings, photos: list[Path], space: Workspace, steps: Steps) -> dict[str, Any]:
-    stations = _geotag(settings, photos, space, steps)
-    space.record["crs"] = stations.crs.to_string()
+def _run(run: Run, photos: list[Path]) -> dict[str, Any]:
+    settings, reporter = run.settings, run.steps.reporter
+    stations = _geotag(run, photos)
+    run.space.record["crs"] = stations.crs.to_string()
     plots = read_plots(settings.plots, stations.crs) if settings.plots else []
-    dtm = read_dtm(settings.dtm, stations.crs, steps.reporter) if settings.dtm else None
-    _check_cover(settings, plots, dtm, stations)
+    flight = Flight(stations, plots)
+    given = read_dtm(settings.dtm, stations.crs, reporter) if settings.dtm else None
+    check_cover(settings, flight, given)
     nothing = only_nadir(stations)
     if nothing:  # said now, not after the photos have been matched for nothing
-        return _write(settings, stations, [], plots, [], {}, nothing, space, steps)
-    search = search_ahead(stations, plots, planned_ground(stations, plots, dtm), CHAIN_PRESETS[settings.preset].stems)
-    announce_search(search, plots, steps.reporter)
-    steps.weigh("measure", measure_weight(search, len(stations)))
+        return _write(run, flight, None, [], nothing)
+    search = search_ahead(stations, plots, planned_ground(stations, plots, given), run.preset.stems)
+    announce_search(search, plots, reporter)
+    run.steps.weigh("measure", measure_weight(search, len(stations)))
 
-    report = _reconstruct(settings, stations, space, steps)
-    frame, views = load_views(space.path(names.SFM), settings.photos)
-    points = load_points(space.path(names.SFM)).xyz
-    area, nothing = _area(plots, frame, views, points)
-    dtm = _ground(settings, dtm, frame, points, area, space, steps)
+    aligned = _reconstruct(run, stations)
+    area, nothing = _area(plots, aligned)
+    dtm = _ground(run, given, aligned, area)
     trees: list[Tree] = []
     if not nothing:
-        trees = _measure(settings, frame, views, points, dtm, area, report, space, steps)
+        trees = _measure(run, Site(aligned.frame, aligned.views, dtm, area), aligned)
         if not any(tree.qc_flag != "reject" for tree in trees):
             nothing = (
                 "no stem was found in the photos: none shows two edges of a trunk near the ground"
                 if not trees
                 else f"all {len(trees)} stems found were refused, each with its reason in the layer"
             )
-    return _write(settings, stations, trees, plots, views, report, nothing, space, steps)
+    return _write(run, flight, aligned, trees, nothing)
 
 
-def _geotag(settings: PhotosToDbhSettings, photos: list[Path], space: Workspace, steps: Steps) -> Stations:
-    layer = space.path(names.GEOTAGS)
+def _geotag(run: Run, photos: list[Path]) -> Stations:
+    settings, layer = run.settings, run.path(names.GEOTAGS)
 
     def work(reporter: Reporter) -> dict[str, Any]:
         stations = read_stations(settings.photos, settings.geotags, settings.crs, reporter=reporter)
@@ -118,12 +121,13 @@ def _geotag(settings: PhotosToDbhSettings, photos: list[Path], space: Workspace,
     used = {"photos": settings.photos, "geotags": settings.geotags, "crs": settings.crs}
     given = find_geotags(settings.geotags, settings.photos).all() if settings.geotags else []
     # People may move a camera by hand: the layer is taken as it is.
-    steps.run("geotag", used, photos + given, [layer], work, readable=lambda: read_stations_layer(layer))
+    run.steps.run("geotag", used, photos + given, [layer], work, readable=lambda: read_stations_layer(layer))
     return read_stations_layer(layer)
 
 
-def _check_cover(settings: PhotosToDbhSettings, plots: list[Plot], dtm: Dtm | None, stations: Stations) -> None:
+def check_cover(settings: PhotosToDbhSettings, flight: Flight, dtm: Dtm | None) -> None:
     """Plots under the flight, and a DTM under the plots, before anything expensive starts."""
+    stations, plots = flight.stations, flight.plots
     placed = stations.xyz[stations.is_placed][:, :2]
     for plot in plots:
         away = float(np.linalg.norm(placed - [plot.x, plot.y], axis=1).min())
@@ -143,21 +147,23 @@ def _check_cover(settings: PhotosToDbhSettings, plots: list[Plot], dtm: Dtm | No
         require_coverage(dtm, where, str(settings.dtm))
 
 
-def _reconstruct(settings: PhotosToDbhSettings, stations: Stations, space: Workspace, steps: Steps) -> dict[str, Any]:
-    options = CHAIN_PRESETS[settings.preset].reconstruct
-    sfm = space.path(names.SFM)
+def _reconstruct(run: Run, stations: Stations) -> Aligned:
+    options, sfm = run.preset.reconstruct, run.path(names.SFM)
     outputs = [sfm / name for name in (*MODEL_FILES, FRAME, SFM_REPORT)]
-    return steps.run(
+    report = run.steps.run(
         "reconstruct",
         {**to_json(options), "stations": stations.digest()},
         [],
         outputs,
         lambda reporter: reconstruct_photos(stations, options, sfm, reporter),
     )
+    frame, views = load_views(sfm, run.settings.photos)
+    return Aligned(frame, views, load_points(sfm).xyz, report)
 
 
-def _area(plots: list[Plot], frame: LocalFrame, views: list[View], points: np.ndarray) -> tuple[Area, str]:
+def _area(plots: list[Plot], aligned: Aligned) -> tuple[Area, str]:
     """Where to look for stems (local), and why nowhere if so."""
+    frame, views, points = aligned.frame, aligned.views, aligned.points
     oblique = [view for view in views if view.nadir_angle_deg > OBLIQUE_DEG]
     if plots:
         centres = frame.to_local(np.array([[p.x, p.y, frame.origin[2]] for p in plots]))[:, :2]
@@ -171,42 +177,17 @@ def _area(plots: list[Plot], frame: LocalFrame, views: list[View], points: np.nd
     return area, ""
 
 
-def _ground(
-    settings: PhotosToDbhSettings,
-    given: Dtm | None,
-    frame: LocalFrame,
-    points: np.ndarray,
-    area: Area,
-    space: Workspace,
-    steps: Steps,
-) -> Dtm:
+def _ground(run: Run, given: Dtm | None, aligned: Aligned, area: Area) -> Dtm:
     """The terrain model of the run, in project coordinates, kept as ``dtm.tif``."""
-    path = space.path(names.DTM)
+    settings, path = run.settings, run.path(names.DTM)
 
     def work(reporter: Reporter) -> dict[str, Any]:
-        found = _sparse_dtm(points, frame, area)
+        found = _sparse_dtm(aligned.points, aligned.frame, area)
         if given is None:
             write_dtm(path, found)
             return {"ground": "from the photos"}
-        x, y = found.centres()
-        x, y = (np.broadcast_to(a, found.heights.shape).ravel() for a in (x, y))
-        seen = np.column_stack([x, y, found.heights.ravel()])
-        seen = seen[np.isfinite(seen).all(axis=1)]
-        require_same_heights(given, seen, str(settings.dtm))
-        above = height_above(given, found)
-        filled, gaps_m2 = with_gaps_filled(given, found, above)
+        filled, above = _compared(settings, given, found, reporter)
         write_dtm(path, filled)
-        if abs(above) > GROUND_WARN_M:
-            reporter.warn(
-                f"{settings.dtm}: lies {above:+.2f} m from the ground that the photos see (median), expected within "
-                f"{GROUND_WARN_M:g} m; breast height may be off by as much and the trees' intervals are widened by it: "
-                "check its datum (where shrubs cover the ground, the photos see the shrubs)."
-            )
-        if gaps_m2:
-            reporter.warn(
-                f"{settings.dtm}: has no height in {gaps_m2:.0f} m2 round the plots; the ground that the photos see "
-                "stands in there."
-            )
         return {"ground": str(settings.dtm), "above_photos_m": round(above, 3)}
 
     style_terrain(path)
@@ -214,8 +195,31 @@ def _ground(
     if given is not None:
         # A world file beside the raster places it as well.
         used["grid"] = [list(given.transform), given.crs.to_wkt() if given.crs is not None else None]
-    steps.run("ground", used, [settings.dtm] if settings.dtm else [], [path], work)
-    return read_dtm(path, frame.crs)
+    run.steps.run("ground", used, [settings.dtm] if settings.dtm else [], [path], work)
+    return read_dtm(path, aligned.frame.crs)
+
+
+def _compared(settings: PhotosToDbhSettings, given: Dtm, found: Dtm, reporter: Reporter) -> tuple[Dtm, float]:
+    """The DTM given, its gaps filled with the ground that the photos see, and how far above that it lies, m."""
+    x, y = found.centres()
+    x, y = (np.broadcast_to(a, found.heights.shape).ravel() for a in (x, y))
+    seen = np.column_stack([x, y, found.heights.ravel()])
+    seen = seen[np.isfinite(seen).all(axis=1)]
+    require_same_heights(given, seen, str(settings.dtm))
+    above = height_above(given, found)
+    filled, gaps_m2 = with_gaps_filled(given, found, above)
+    if abs(above) > GROUND_WARN_M:
+        reporter.warn(
+            f"{settings.dtm}: lies {above:+.2f} m from the ground that the photos see (median), expected within "
+            f"{GROUND_WARN_M:g} m; breast height may be off by as much and the trees' intervals are widened by it: "
+            "check its datum (where shrubs cover the ground, the photos see the shrubs)."
+        )
+    if gaps_m2:
+        reporter.warn(
+            f"{settings.dtm}: has no height in {gaps_m2:.0f} m2 round the plots; the ground that the photos see "
+            "stands in there."
+        )
+    return filled, above
 
 
 def _sparse_dtm(points: np.ndarray, frame: LocalFrame, area: Area, margin_m: float = 8.0) -> Dtm:
@@ -227,66 +231,45 @@ def _sparse_dtm(points: np.ndarray, frame: LocalFrame, area: Area, margin_m: flo
     return dtm_from_sparse(frame.to_project(points), crs=frame.crs, bounds=bounds)
 
 
-def _measure(
-    settings: PhotosToDbhSettings,
-    frame: LocalFrame,
-    views: list[View],
-    points: np.ndarray,
-    dtm: Dtm,
-    area: Area,
-    sfm: dict[str, Any],
-    space: Workspace,
-    steps: Steps,
-) -> list[Tree]:
-    """Stems and diameters by the route asked for; kept as ``trees.json`` so that a resumed run skips it.
-
-    points: (N, 3) sparse points, local: how well they show the ground under each tree counts in its error.
-    """
-    scale_sd = sfm.get("scale_sd") or 0.0
-    ground_m = space.record["stages"]["ground"]["result"].get("above_photos_m")
-    kept = space.path("trees.json")
+def _measure(run: Run, site: Site, aligned: Aligned) -> list[Tree]:
+    """Stems and diameters by the route asked for; kept as ``trees.json`` so that a resumed run skips it."""
+    settings, kept = run.settings, run.path("trees.json")
+    scale_sd = aligned.report.get("scale_sd") or 0.0
+    ground_m = run.space.record["stages"]["ground"]["result"].get("above_photos_m")
     fit = "paper" if settings.preset == "paper" and settings.fit == "auto" else settings.fit
 
     def work(reporter: Reporter) -> dict[str, Any]:
-        told: dict[str, Any] = {}
-        if fit == "auto":
-            trees, opinion = auto_route(
-                CHAIN_PRESETS[settings.preset], settings.bh_m, frame, views, dtm, area, settings.seed, reporter
-            )
-            told = {"second_opinion": asdict(opinion)} if opinion else {}
-        elif fit == "photos":
-            trees = photo_route(CHAIN_PRESETS[settings.preset], settings.bh_m, frame, views, dtm, area, reporter)
-        else:
-            trees = splat_route(
-                settings.preset,
-                settings.bh_m,
-                frame,
-                views,
-                dtm,
-                area,
-                space,
-                reporter,
-                paper=fit == "paper",
-                seed=settings.seed,
-            )
+        trees, facts = _by_route(run, site, fit, reporter)
         trees = [with_block_errors(tree, scale_sd, 0.0) for tree in trees]
         places = np.array([[tree.x, tree.y] for tree in trees]).reshape(-1, 2)
-        ground_se = sparse_ground_se(frame.to_project(points), dtm, places, ground_m)
+        # How well the sparse points show the ground under each tree counts in its error.
+        ground_se = sparse_ground_se(site.frame.to_project(aligned.points), site.dtm, places, ground_m)
         trees = [with_ground_error(tree, float(se), "photos") for tree, se in zip(trees, ground_se, strict=True)]
         write_json(kept, [asdict(tree) for tree in trees])
-        return {"fit": "photos" if fit == "auto" else fit, "stems": len(trees), **told}
+        return {"fit": "photos" if fit == "auto" else fit, "stems": len(trees), **facts}
 
     used = {
         "fit": fit,
         "preset": settings.preset,
         "bh_m": settings.bh_m,
         "seed": settings.seed,
-        "plots": _circles(area),
+        "plots": _circles(site.area),
         "scale_sd": scale_sd,
         "ground_m": ground_m,
     }
-    steps.run("measure", used, [], [kept], work)
+    run.steps.run("measure", used, [], [kept], work)
     return read_kept_trees(kept)
+
+
+def _by_route(run: Run, site: Site, fit: str, reporter: Reporter) -> tuple[list[Tree], dict[str, Any]]:
+    """Trees, and what the route adds to the stage's result."""
+    settings = run.settings
+    if fit == "auto":
+        trees, opinion = auto_route(site, run.preset, settings.bh_m, settings.seed, reporter)
+        return trees, {"second_opinion": asdict(opinion)} if opinion else {}
+    if fit == "photos":
+        return photo_route(site, run.preset, settings.bh_m, reporter), {}
+    return splat_route(site, run, reporter, paper=fit == "paper"), {}
 
 
 def read_kept_trees(path: Path) -> list[Tree]:
@@ -304,79 +287,81 @@ def read_kept_trees(path: Path) -> list[Tree]:
         ) from None
 
 
-def _write(
-    settings: PhotosToDbhSettings,
-    stations: Stations,
-    trees: list[Tree],
-    plots: list[Plot],
-    views: list[View],
-    sfm: dict[str, Any],
-    nothing: str,
-    space: Workspace,
-    steps: Steps,
-) -> dict[str, Any]:
-    """Layer, copy in the workspace, report. sfm: report of the reconstruction, empty where there was none."""
-    crs = stations.crs
+def _write(run: Run, flight: Flight, aligned: Aligned | None, trees: list[Tree], nothing: str) -> dict[str, Any]:
+    """Layer, copy in the workspace, report. aligned: None where nothing was matched. nothing: why no tree has a
+    diameter, empty where one has."""
+    settings, plots, report = run.settings, flight.plots, run.path(names.REPORT)
     for tree in trees:
-        tree.run_id = steps.run_id
+        tree.run_id = run.steps.run_id
         tree.plot_id = next((p.plot_id for p in plots if np.hypot(tree.x - p.x, tree.y - p.y) <= p.radius_m), None)
     trees = [tree.finish() for tree in trees]
-    measured = [tree for tree in trees if tree.dbh_cm is not None]
-    report = space.path(names.REPORT)
 
     def work(reporter: Collector) -> dict[str, Any]:
         if nothing:
             reporter.warn(f"No stem is measurable: {nothing}.")
         if trees and all(tree.plot_id is None for tree in trees) and plots:
             reporter.warn("All stems found stand outside the plots; check the plot centres.")
-        write_trees(settings.output, trees, crs, reporter=reporter)
-        copy = space.path(names.TREES)
-        if settings.output.resolve() != copy.resolve():
-            try:
-                if copy.exists() and not is_whole(copy, LAYER):
-                    reporter.warn(f"{copy}: was damaged and is kept as {move_aside(copy).name}.")
-                write_trees(copy, trees, crs)
-            except OutputError as problem:  # the result itself is written
-                reporter.warn(str(problem))
-        stages = {
-            name: entry
-            for name, entry in space.record["stages"].items()
-            if name != "write" and (sfm or name == "geotag")
-        }
-        megapixels = sum(view.camera.width * view.camera.height for view in views) / 1e6
-        facts = {
-            "photos": f"{sfm['registered']} of {sfm['photos']} registered, {megapixels:.0f} megapixels"
-            if sfm
-            else f"{len(stations)}, not matched",
-            "method": stages.get("measure", {}).get("result", {}).get("fit", "none"),
-            "breast height": f"{settings.bh_m:g} m",
-            "CRS": crs.to_string(),
-            "ground": stages["ground"]["result"]["ground"] if sfm else "not looked for",
-            "preset": settings.preset,
-            "TreeDGS": space.record["version"],
-            "run": steps.run_id,
-        }
-        facts = photo_facts(space, views, plots, sfm) | facts
-        write_report(report, tree_table(trees, crs), plots, facts, steps.warnings + reporter.warnings, stages)
+        _write_layers(run, trees, flight.stations.crs, reporter)
+        _write_page(run, flight, aligned, trees, reporter)
         return {"report": str(report)}
 
     # The outputs may be changed by the user between runs: always written anew, it costs a second.
-    steps.run("write", {"output": settings.output}, [], [], work, always=True)
+    run.steps.run("write", {"output": settings.output}, [], [], work, always=True)
+    measured = [tree for tree in trees if tree.dbh_cm is not None]
     status = f"No stem is measurable: {nothing}."
     if measured:
         status = f"{len(measured)} of the {len(trees)} stems found were measured"
     return {
         "output": str(settings.output),
         "report": str(report),
-        "run": str(space.folder / "run.json"),
+        "run": str(run.space.folder / "run.json"),
         "n_trees": len(trees),
         "n_measured": len(measured),
         "n_rejected": len(trees) - len(measured),
         "mean_dbh_cm": round(float(np.mean([tree.dbh_cm for tree in measured])), 2) if measured else None,
         "status": status,
-        "warnings": steps.warnings,
+        "warnings": run.steps.warnings,
         "peak_memory_mb": peak_memory_mb(),
     }
+
+
+def _write_layers(run: Run, trees: list[Tree], crs: CRS, reporter: Reporter) -> None:
+    output, copy = run.settings.output, run.path(names.TREES)
+    write_trees(output, trees, crs, reporter=reporter)
+    if output.resolve() == copy.resolve():
+        return
+    try:
+        if copy.exists() and not is_whole(copy, LAYER):
+            reporter.warn(f"{copy}: was damaged and is kept as {move_aside(copy).name}.")
+        write_trees(copy, trees, crs)
+    except OutputError as problem:  # the result itself is written
+        reporter.warn(str(problem))
+
+
+def _write_page(run: Run, flight: Flight, aligned: Aligned | None, trees: list[Tree], reporter: Collector) -> None:
+    stages = {
+        name: entry
+        for name, entry in run.space.record["stages"].items()
+        if name != "write" and (aligned or name == "geotag")
+    }
+    stations, crs = flight.stations, flight.stations.crs
+    views, sfm = (aligned.views, aligned.report) if aligned else ([], {})
+    megapixels = sum(view.camera.width * view.camera.height for view in views) / 1e6
+    facts = {
+        "photos": f"{sfm['registered']} of {sfm['photos']} registered, {megapixels:.0f} megapixels"
+        if sfm
+        else f"{len(stations)}, not matched",
+        "method": stages.get("measure", {}).get("result", {}).get("fit", "none"),
+        "breast height": f"{run.settings.bh_m:g} m",
+        "CRS": crs.to_string(),
+        "ground": stages["ground"]["result"]["ground"] if sfm else "not looked for",
+        "preset": run.settings.preset,
+        "TreeDGS": run.space.record["version"],
+        "run": run.steps.run_id,
+    }
+    facts = photo_facts(run.space, views, flight.plots, sfm) | facts
+    warnings = run.steps.warnings + reporter.warnings
+    write_report(run.path(names.REPORT), tree_table(trees, crs), flight.plots, facts, warnings, stages)
 
 
 def _circles(area: Area) -> list:

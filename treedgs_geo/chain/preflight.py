@@ -6,28 +6,26 @@ for seconds.
 
 from __future__ import annotations
 
-import os
-import shutil
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..core.errors import InputError, TreeDGSError
-from ..core.files import check_name
-from ..core.geopackage import ensure_unlocked
 from ..core.machine import cores
 from ..core.progress import Reporter
 from ..core.scale import check_place
 from ..core.workspace import in_use, read_record
-from ..inventory.tree_layer import OWN_LAYERS
+from .findings import Findings, Needs, check_target
 
 if TYPE_CHECKING:
-    from ..chain.settings import PhotosToDbhSettings, PointcloudToDbhSettings
     from ..geotags.stations import Stations
+    from ..pointcloud.cloud import PointCloud
+    from ..pointcloud.survey import Survey
     from ..reconstruction.cameras import View
+    from .dry_ground import LowPoints
     from .planned import PlannedSearch
+    from .settings import PhotosToDbhSettings, PointcloudToDbhSettings
 
 #: Core-seconds on the machines of docs/results: per megapixel of features, per matched pair (8000 features each), per
 #: photo of mapping and adjustment; of the search, see :mod:`.planned`.
@@ -36,85 +34,6 @@ FEATURES_S_MP, PAIR_S, ADJUST_S_PHOTO = 0.34, 0.10, 1.1
 CLOUD_S_MILLION = 9.0
 #: A stem needs about this many photos of its breast height; below this overlap photos may not join.
 FEW_VIEWS, LOW_OVERLAP_PCT = 5, 70.0
-
-
-@dataclass
-class Findings:
-    """What is wrong (the job would fail), and what may cost accuracy or trees."""
-
-    reporter: Reporter
-    problems: list[str] = field(default_factory=list)
-    warnings: int = 0
-
-    def problem(self, sentence: str) -> None:
-        """Something that has to be corrected first."""
-        self.problems.append(sentence)
-        self.reporter.warn(sentence)
-
-    def warning(self, sentence: str) -> None:
-        """Something to know."""
-        self.warnings += 1
-        self.reporter.warn(sentence)
-
-    def conclude(self, facts: dict[str, Any], needs: Needs) -> dict[str, Any]:
-        """Machine against needs, then the verdict.
-
-        Raises:
-            InputError: there is a problem; all of them were reported, the first one is the sentence.
-        """
-        needs.compare(self)
-        if self.problems:
-            more = f" (and {len(self.problems) - 1} more, above)" if len(self.problems) > 1 else ""
-            raise InputError(f"{self.problems[0]}{more}")
-        status = f"ready: {needs.time_text()}" + (f"; {self.warnings} warnings, see above" if self.warnings else "")
-        self.reporter.info(f"Dry run: {status}. Nothing was written.")
-        return {
-            **facts,
-            "predicted_s": round(needs.seconds),
-            "needed_memory_gb": round(needs.memory_gb, 1),
-            "needed_disk_gb": round(needs.disk_gb, 1),
-            "status": status,
-        }
-
-
-@dataclass(frozen=True)
-class Needs:
-    """seconds on this machine, memory and disk in GB, and where the disk is needed."""
-
-    seconds: float
-    memory_gb: float
-    disk_gb: float
-    folder: Path
-
-    def time_text(self) -> str:
-        """A range: the estimate is good to a factor of two at best."""
-        low, high = self.seconds / 1.6, self.seconds * 1.6
-        if high < 90:
-            return f"about {max(low, 1):.0f} to {max(high, 2):.0f} seconds"
-        if high < 5400:
-            return f"about {max(low / 60, 1):.0f} to {high / 60 + 0.5:.0f} minutes"
-        return f"about {low / 3600:.1f} to {high / 3600:.1f} hours"
-
-    def compare(self, findings: Findings) -> None:
-        """Warn where this machine has less than the job needs."""
-        import psutil
-
-        memory = psutil.virtual_memory().available / 1e9
-        disk = shutil.disk_usage(_existing(self.folder)).free / 1e9
-        findings.reporter.info(
-            f"Memory: about {self.memory_gb:.1f} GB needed, {memory:.1f} GB free. Disk: about {self.disk_gb:.1f} GB "
-            f"needed, {disk:.0f} GB free at {_existing(self.folder)}. Time: {self.time_text()} on {cores()} cores."
-        )
-        if memory < self.memory_gb:
-            findings.warning(
-                f"About {self.memory_gb:.1f} GB of memory are needed and {memory:.1f} GB are free: close other "
-                "programs, or choose the preset fast or fewer photos."
-            )
-        if disk < self.disk_gb:
-            findings.problem(
-                f"{_existing(self.folder)}: {disk:.1f} GB of disk are free, about {self.disk_gb:.1f} GB are needed; "
-                "make room or choose a workspace on another disk."
-            )
 
 
 def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, Any]:
@@ -129,36 +48,25 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     from ..geotags.reading import read_stations
     from ..reconstruction.calibration import calibration_of
     from ..terrain.dtm import read_dtm
-    from .photos import _check_cover
+    from .photos import check_cover
     from .planned import only_nadir, planned_ground, planned_views, search_ahead
     from .routes import CHAIN_PRESETS
+    from .run import Flight
 
     findings = Findings(reporter)
     for target in (settings.output, settings.workspace / "run.json"):
-        _check_target(target, findings)
+        check_target(target, findings)
     if used := in_use(settings.workspace):
         findings.problem(used)
     list_photos(settings.photos)
     with reporter.stage("photos and geotags", 0.0, 0.7):
         stations = read_stations(settings.photos, settings.geotags, settings.crs, reporter=reporter)
-    counts = stations.counts()
-    fix_pct = 100 * counts.get("fix", 0) / len(stations)
-    reporter.info(
-        f"{len(stations)} photos; positions: "
-        + ", ".join(f"{number} {quality}" for quality, number in counts.items())
-        + f" ({fix_pct:.0f} % fixed)."
-    )
-    if fix_pct < 90:
-        share = f"Only {fix_pct:.0f} %" if fix_pct >= 0.5 else "None"
-        findings.warning(
-            f"{share} of the photos have a fixed (centimetre) position: the trees' places and the scale "
-            "rest on them; give the PPK files, or process them again with a nearer base station."
-        )
+    fix_pct = _report_positions(stations, findings)
     with reporter.stage("plots and terrain", 0.7, 0.85):
         plots = read_plots(settings.plots, stations.crs) if settings.plots else []
         dtm = read_dtm(settings.dtm, stations.crs, reporter) if settings.dtm else None
         try:
-            _check_cover(settings, plots, dtm, stations)
+            check_cover(settings, Flight(stations, plots), dtm)
         except TreeDGSError as problem:
             findings.problem(str(problem))
     ground = planned_ground(stations, plots, dtm)
@@ -184,6 +92,24 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
         "n_tiles": search.tiles if search else None,
     }
     return findings.conclude(facts, needs)
+
+
+def _report_positions(stations: Stations, findings: Findings) -> float:
+    """How the photos are placed; returns the share with a fixed position, per cent."""
+    counts = stations.counts()
+    fix_pct = 100 * counts.get("fix", 0) / len(stations)
+    findings.reporter.info(
+        f"{len(stations)} photos; positions: "
+        + ", ".join(f"{number} {quality}" for quality, number in counts.items())
+        + f" ({fix_pct:.0f} % fixed)."
+    )
+    if fix_pct < 90:
+        share = f"Only {fix_pct:.0f} %" if fix_pct >= 0.5 else "None"
+        findings.warning(
+            f"{share} of the photos have a fixed (centimetre) position: the trees' places and the scale "
+            "rest on them; give the PPK files, or process them again with a nearer base station."
+        )
+    return fix_pct
 
 
 def _report_search(search: PlannedSearch | None, plots: list, findings: Findings) -> None:
@@ -303,6 +229,29 @@ def _photo_needs(
     )
 
 
+def _read_through(settings: PointcloudToDbhSettings, reporter: Reporter) -> tuple[PointCloud, Survey, LowPoints]:
+    """The first piece of the cloud, where its points are and how many, and the lowest of them."""
+    from ..pointcloud.cloud import usable
+    from ..pointcloud.files import iter_cloud
+    from ..pointcloud.survey import Survey
+    from .dry_ground import LowPoints
+
+    survey, lowest = Survey(), LowPoints()
+    first = None
+    for piece in iter_cloud(settings.input, crs=settings.crs):
+        if not len(piece):
+            continue
+        if first is None:
+            check_place(piece.crs, piece.xyz, str(settings.input), reporter)
+            first = piece
+        xyz = piece.xyz[usable(piece)]
+        survey.add(xyz)
+        lowest.add(xyz)
+    if first is None or not survey.n_points:
+        raise InputError(f"{settings.input}: holds no usable point, expected a point cloud; check the file.")
+    return first, survey, lowest
+
+
 def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[str, Any]:
     """The dry run of ``pointcloud-to-dbh``: header, CRS, density, DTM; a sample of the points.
 
@@ -310,31 +259,17 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
         TreeDGSError: what would end the job.
     """
     from ..from_points.measuring.cloud import point_weights
-    from ..pointcloud.cloud import usable
-    from ..pointcloud.files import describe_cloud, iter_cloud
+    from ..pointcloud.files import describe_cloud
     from ..pointcloud.sanity import examine
-    from ..pointcloud.survey import Survey
     from ..terrain.dtm import read_dtm, require_coverage
     from .cloud_plots import plots_under
-    from .dry_ground import LowPoints, check_ground
+    from .dry_ground import check_ground
 
     findings = Findings(reporter)
     for target in filter(None, (settings.output, settings.stems_output, settings.report)):
-        _check_target(target, findings)
-    survey, lowest = Survey(), LowPoints()
-    first = None
+        check_target(target, findings)
     with reporter.stage("read cloud", 0.0, 0.8):
-        for piece in iter_cloud(settings.input, crs=settings.crs):
-            if not len(piece):
-                continue
-            if first is None:
-                check_place(piece.crs, piece.xyz, str(settings.input), reporter)
-                first = piece
-            xyz = piece.xyz[usable(piece)]
-            survey.add(xyz)
-            lowest.add(xyz)
-    if first is None or not survey.n_points:
-        raise InputError(f"{settings.input}: holds no usable point, expected a point cloud; check the file.")
+        first, survey, lowest = _read_through(settings, reporter)
     point_weights(first, settings.weights)
     extent, odd = examine(survey, settings.input, True, describe_cloud(settings.input).scale, settings.dtm is not None)
     for finding in odd:
@@ -378,30 +313,6 @@ def check_cloud(settings: PointcloudToDbhSettings, reporter: Reporter) -> dict[s
         folder=settings.output.parent,
     )
     return findings.conclude({"n_points": count, "density_pts_m2": round(density, 1)}, needs)
-
-
-def _check_target(target: Path, findings: Findings) -> None:
-    """Without making the folder: the nearest one that exists has to be writable; an open edit session is reported."""
-    try:
-        check_name(target)
-    except TreeDGSError as problem:
-        findings.problem(str(problem))
-        return
-    folder = _existing(target.parent)
-    if not folder.is_dir() or not os.access(folder, os.W_OK):
-        findings.problem(f"{target}: the folder {folder} cannot be written; choose another output folder.")
-        return
-    try:
-        ensure_unlocked(target, OWN_LAYERS)
-    except TreeDGSError as problem:
-        findings.problem(str(problem))
-
-
-def _existing(path: Path) -> Path:
-    path = Path(path).absolute()
-    while not os.path.exists(path) and path != path.parent:
-        path = path.parent
-    return path
 
 
 def report_kept(workspace: Path, reporter: Reporter) -> None:

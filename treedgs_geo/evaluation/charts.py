@@ -12,7 +12,8 @@ import pandas as pd
 BLUE, VERMILION, GREY = "#0072B2", "#D55E00", "#555555"
 
 
-def _axes(width: float = 6.2, height: float = 4.6) -> tuple[Any, Any]:
+def new_axes(width: float = 6.2, height: float = 4.6) -> tuple[Any, Any]:
+    """A figure (width and height in inches) and its axes, in the style of all charts."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -27,7 +28,7 @@ def _axes(width: float = 6.2, height: float = 4.6) -> tuple[Any, Any]:
 
 def draw_errors(trees: pd.DataFrame, metrics: dict[str, Any]) -> Any:
     """Histogram of the signed errors (measured - reference, cm) with its mean."""
-    figure, axes = _axes()
+    figure, axes = new_axes()
     error = trees["error_cm"].dropna().to_numpy(float)
     if len(error):
         # Round steps with an edge at zero: the sign stays readable.
@@ -59,7 +60,7 @@ def draw_errors(trees: pd.DataFrame, metrics: dict[str, Any]) -> Any:
 
 def draw_scatter(trees: pd.DataFrame, reference: str) -> Any:
     """Measured against reference DBH with the 90 % intervals and the line of equality."""
-    figure, axes = _axes(5.4, 5.2)
+    figure, axes = new_axes(5.4, 5.2)
     done = trees[trees["error_cm"].notna()]
     looks = {"ok": (done["qc_flag"] == "ok", BLUE, "o"), "to check": (done["qc_flag"] != "ok", VERMILION, "^")}
     for name, (rows, colour, mark) in looks.items():
@@ -96,7 +97,7 @@ def draw_scatter(trees: pd.DataFrame, reference: str) -> Any:
 def draw_plots(metrics: dict[str, Any]) -> Any:
     """Mean error and RMSE of each plot."""
     plots = [(name, row) for name, row in metrics["per_plot"].items() if row["n"]]
-    figure, axes = _axes(6.2, max(1.6 + 0.32 * len(plots), 2.2))
+    figure, axes = new_axes(6.2, max(1.6 + 0.32 * len(plots), 2.2))
     for k, (_, row) in enumerate(reversed(plots)):
         axes.plot(
             [0, row["rmse_cm"]], [k, k], color=BLUE, lw=3, solid_capstyle="butt", label="RMSE" if k == 0 else None

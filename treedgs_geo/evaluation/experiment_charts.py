@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .charts import BLUE, GREY, VERMILION, _axes
+from .charts import BLUE, GREY, VERMILION, new_axes
 
 #: One look a method: Okabe-Ito colours, and lines that differ in grey.
 LOOKS = {
@@ -22,7 +22,7 @@ LOOKS = {
 
 def draw_densities(errors: dict[str, np.ndarray]) -> Any:
     """Kernel density of the signed errors of each method (Silverman's width); a tick a stem where there are few."""
-    figure, axes = _axes(6.6, 4.2)
+    figure, axes = new_axes(6.6, 4.2)
     every = np.concatenate([e[np.isfinite(e)] for e in errors.values()]) if errors else np.zeros(0)
     reach = float(np.clip(np.percentile(np.abs(every), 97) * 1.4, 2, 40)) if len(every) else 2.0
     x = np.linspace(-reach, reach, 400)
@@ -59,7 +59,7 @@ def robust_trend(dbh_cm: np.ndarray, error_cm: np.ndarray, step_cm: float = 5.0,
 
 def draw_trend(reference_cm: np.ndarray, errors: dict[str, np.ndarray]) -> Any:
     """Signed error against DBH: dots a stem, lines through the bins' medians, dashed across empty bins."""
-    figure, axes = _axes(6.6, 4.4)
+    figure, axes = new_axes(6.6, 4.4)
     every = np.concatenate([e[np.isfinite(e)] for e in errors.values()]) if errors else np.zeros(0)
     reach = float(np.clip(np.percentile(np.abs(every), 95) * 1.5, 2, 40)) if len(every) else 2.0
     for name, error in errors.items():
@@ -82,7 +82,7 @@ def draw_trend(reference_cm: np.ndarray, errors: dict[str, np.ndarray]) -> Any:
 
 def draw_power(sweep: list[dict]) -> Any:
     """RMSE (line) and MAE (dashed) on the held-out stems over the exponent p."""
-    figure, axes = _axes(6.0, 3.8)
+    figure, axes = new_axes(6.0, 3.8)
     table = pd.DataFrame(sweep)
     for source, colour, mark in (("lidar", VERMILION, "^"), ("splats", BLUE, "o")):
         rows = table[(table["source"] == source) & table["rmse_cm"].notna()]

@@ -9,21 +9,19 @@ Own method; what it brought is in ``docs/evidence/photos.md``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from ..trees.priors import START_TAPER
 from .backdrop_kernels import (
     BLOCK_ROWS,
-    CEILING,
-    FLOOR,
     LEAST_VIEWS,
     MOST_VIEWS,
-    RATIO,
     REACH_M,
     ROW_M,
     STEP_M,
+    TONES,
     contrast_of,
     grid_contrasts,
     ground_medians,
@@ -31,14 +29,13 @@ from .backdrop_kernels import (
     ring_of,
 )
 from .stack import GroundGrid, PhotoStack
-from .strips import LUT_GAMMA, StemAxis
+from .strips import StemAxis
 
 #: Height band of the silhouette above ground, metres.
 BAND = 0.4, 3.3
 
 
-@dataclass(frozen=True)
-class Backdrop:
+class Backdrop(NamedTuple):
     """Ground colours. mean, spread: (F, rows, columns, 3) float32, NaN = not seen; rows from ``y0``, columns from
     ``x0``, every ``cell`` metres. layer: (V,) int64, which of the F a photo belongs to."""
 
@@ -73,13 +70,12 @@ def make_backdrop(
         members = np.flatnonzero(layer == index)
         members = members[np.unique(np.linspace(0, len(members) - 1, min(len(members), MOST_VIEWS)).astype(int))]
         picture = mean[index].reshape(-1, 3), spread[index].reshape(-1, 3)
-        ground_medians(*_only(stack, members), gx, gy, gz, LUT_GAMMA, LEAST_VIEWS - 2, *picture)
+        ground_medians(stack.arrays_of(members), gx, gy, gz, TONES.lut, LEAST_VIEWS - 2, *picture)
     return Backdrop(float(x[0]), float(y[0]), cell, mean, spread, layer.astype(np.int64))
 
 
-@dataclass(frozen=True)
-class Silhouette:
-    """How little ground is seen around one axis.
+class Silhouette(NamedTuple):
+    """How little ground is seen around one axis; the compiled kernels take it as it is.
 
     total: (V, B, U + 1) running sums over the sideways samples of the ground likelihood (log ratio). u0: place of
     the first sample, m. q: (B,) block heights minus breast height. normal: (V, 2) direction across each view. widen:
@@ -97,11 +93,7 @@ class Silhouette:
     def contrast(self, vector: np.ndarray) -> float:
         """How much less ground is seen inside than beside a stem (x, y, lx, ly, r relative to the axis): the summed
         square error that the silhouette explains, over all photos and heights."""
-        return float(contrast_of(*self._common, *map(float, vector), self.taper, self.u0))
-
-    @property
-    def _common(self) -> tuple[np.ndarray, ...]:
-        return self.total, self.q, self.normal, self.widen, self.blind
+        return float(contrast_of(self, np.asarray(vector, float)))
 
     def peaks(self, radii: np.ndarray, reach_m: float = 0.26, most: int = 6, share: float = 0.3) -> list[np.ndarray]:
         """The best silhouettes of upright stems near the axis, best first: (5,) vectors with no lean."""
@@ -109,7 +101,7 @@ class Silhouette:
 
         offsets = np.arange(-reach_m, reach_m + 0.01, 0.02)
         score = np.empty((len(offsets), len(offsets), len(radii)), np.float32)
-        grid_contrasts(*self._common, offsets, radii, self.taper, self.u0, score)
+        grid_contrasts(self, offsets, radii, score)
         top = np.argwhere((score >= maximum_filter(score, size=5)) & (score > share * max(float(score.max()), 1e-6)))
         order = np.argsort(-score[tuple(top.T)], kind="stable")[:most]
         return [np.array([offsets[b], offsets[a], 0.0, 0.0, radii[k]]) for a, b, k in top[order]]
@@ -118,7 +110,7 @@ class Silhouette:
         """What shows between the edges of two explanations, one inside the other: mean ground log likelihood ratio
         (> 0: ground, so that the outer one is too wide; < 0: not ground, so that the inner one is a part) and how many
         samples tell. Only where ground shows outside both and none inside both."""
-        total, count = ring_of(*self._common, inner, outer, self.taper, self.u0)
+        total, count = ring_of(self, inner, outer)
         return (float(total / count) if count > 0 else 0.0), float(count)
 
 
@@ -128,31 +120,9 @@ def cut_silhouette(stack: PhotoStack, backdrop: Backdrop, ground: GroundGrid, ax
     heights = heights[: len(heights) // BLOCK_ROWS * BLOCK_ROWS]
     u = np.arange(-REACH_M, REACH_M + STEP_M / 2, STEP_M)
     blocks = len(heights) // BLOCK_ROWS
-    total = np.zeros((len(stack), blocks, len(u) + 1))
-    normal, widen = np.zeros((len(stack), 2)), np.ones(len(stack))
-    blind = np.zeros(len(stack), np.bool_)
-    grid = (ground.x0, ground.y0, ground.cell, ground.z)
-    picture = (backdrop.x0, backdrop.y0, backdrop.cell, backdrop.mean, backdrop.spread, backdrop.layer)
-    likelihoods(
-        *stack.arrays,
-        *grid,
-        *picture,
-        axis.row,
-        heights,
-        BLOCK_ROWS,
-        u,
-        LUT_GAMMA,
-        FLOOR,
-        CEILING,
-        RATIO,
-        total,
-        normal,
-        widen,
-        blind,
-    )
     q = heights.reshape(blocks, BLOCK_ROWS).mean(axis=1) - axis.bh_m
-    return Silhouette(total, float(u[0]), q, normal, widen, blind)
-
-
-def _only(stack: PhotoStack, members: np.ndarray) -> tuple[np.ndarray, ...]:
-    return (stack.pixels, stack.start[members], stack.shape[members], stack.corner[members], stack.camera[members])
+    n = len(stack)
+    total, blind = np.zeros((n, blocks, len(u) + 1)), np.zeros(n, np.bool_)
+    outline = Silhouette(total, float(u[0]), q, np.zeros((n, 2)), np.ones(n), blind)
+    likelihoods(stack.arrays, ground, backdrop, TONES, axis.row, heights, u, outline)
+    return outline

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit, prange
 
-from .strips import fetch, project
+from .strips import BH_M, C_X, C_Y, GROUND_Z, LUT_GAMMA, P_X, P_Y, S_X, S_Y, fetch, project
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 #: Photos a flight needs for a ground of its own, and how many of a flight are used at most.
@@ -18,6 +20,19 @@ _SHARE, _PEAK = 0.6, 40.0
 #: Log likelihood ratio of ground over the squared colour error: read from a table, so many entries a unit (to 1e-6).
 RATIO_STEPS = 128.0
 RATIO = np.log(_SHARE * _PEAK * np.exp(-0.5 * np.arange(0, 42, 1 / RATIO_STEPS)) + (1 - _SHARE)).astype(np.float32)
+
+
+class Tones(NamedTuple):
+    """What colours are compared by. lut: (256,) of the photos' values. floor, ceiling: (3,) limits of the ground's
+    noise. ratio: :data:`RATIO`."""
+
+    lut: np.ndarray
+    floor: np.ndarray
+    ceiling: np.ndarray
+    ratio: np.ndarray
+
+
+TONES = Tones(LUT_GAMMA, FLOOR, CEILING, RATIO)
 #: Stands for the ratio of a place whose ground no photo shows.
 UNKNOWN = np.float32(-99.0)
 #: Height of a row (m) and rows a block.
@@ -49,8 +64,9 @@ def sort_rows(values):
 
 
 @njit(parallel=True, **_FAST)
-def ground_medians(pixels, start, shape, corner, camera, x, y, z, lut, least, mean, spread):
+def ground_medians(photos, x, y, z, lut, least, mean, spread):
     """Median colour of (N,) ground points over the photos that show them, and 1.4826 times its median deviation."""
+    shape, corner, camera = photos.shape, photos.corner, photos.camera
     n_views = camera.shape[0]
     size = 1
     while size < n_views:
@@ -70,7 +86,7 @@ def ground_medians(pixels, start, shape, corner, camera, x, y, z, lut, least, me
                 w -= 0.5 + corner[v, 0]
                 if depth < 1.0 or u < 1.0 or w < 1.0 or u > shape[v, 1] - 2 or w > shape[v, 0] - 2:
                     continue
-                fetch(pixels, start[v], shape[v, 0], shape[v, 1], u, w, lut, out)
+                fetch(photos, v, u, w, lut, out)
                 count[c] += 1
                 for channel in range(3):
                     colours[channel, v, c] = out[channel]
@@ -97,15 +113,16 @@ def ground_medians(pixels, start, shape, corner, camera, x, y, z, lut, least, me
 
 
 @njit(inline="always", **_FAST)
-def ground_ratio(colour, mean, spread, f, a, b, floor, ceiling, ratio):
+def ground_ratio(colour, mean, spread, f, a, b, tones):
     """Log likelihood ratio of "this is the ground ``f`` at cell (a, b)"; :data:`UNKNOWN` where none is known."""
+    ratio = tones.ratio
     error = np.float32(0.0)
     for k in range(3):
         s = spread[f, a, b, k]
         if not (s >= np.float32(0.0) and s < np.float32(9.0)):
             return UNKNOWN
-        s = min(s, ceiling[k])
-        error += (colour[k] - mean[f, a, b, k]) ** 2 / (s * s + floor[k] * floor[k])
+        s = min(s, tones.ceiling[k])
+        error += (colour[k] - mean[f, a, b, k]) ** 2 / (s * s + tones.floor[k] * tones.floor[k])
     place = min(error, np.float32((ratio.size - 1.001) / RATIO_STEPS)) * np.float32(RATIO_STEPS)
     cell = int(place)
     part = place - np.float32(cell)
@@ -113,42 +130,19 @@ def ground_ratio(colour, mean, spread, f, a, b, floor, ceiling, ratio):
 
 
 @njit(parallel=True, **_FAST)
-def likelihoods(
-    pixels,
-    start,
-    shape,
-    corner,
-    camera,
-    centre,
-    gx0,
-    gy0,
-    gcell,
-    gz,
-    bx0,
-    by0,
-    bcell,
-    mean,
-    spread,
-    layer,
-    axis,
-    heights,
-    per_block,
-    us,
-    lut,
-    floor,
-    ceiling,
-    ratio,
-    total,
-    normal,
-    widen,
-    blind,
-):
+def likelihoods(photos, ground, backdrop, tones, axis, heights, us, outline):
+    """Fill ``outline`` (a :class:`.backdrop.Silhouette`) along an axis row, at (rows,) heights and (U,) places."""
+    shape, corner, camera, centre = photos.shape, photos.corner, photos.camera, photos.centre
+    gx0, gy0, gcell, gz = ground
+    bx0, by0, bcell, mean, spread, layer = backdrop
+    total, normal, widen, blind = outline.total, outline.normal, outline.widen, outline.blind
+    per_block = heights.size // total.shape[1]
     rows, columns = mean.shape[1], mean.shape[2]
     for v in prange(camera.shape[0]):
         colour = np.empty(3, np.float32)
         sums = np.zeros(us.size)
-        dx = axis[0] - centre[v, 0]
-        dy = axis[1] - centre[v, 1]
+        dx = axis[P_X] - centre[v, 0]
+        dy = axis[P_Y] - centre[v, 1]
         flat = np.sqrt(dx * dx + dy * dy)
         if flat < 1.0:
             blind[v] = True
@@ -157,17 +151,17 @@ def likelihoods(
         ny = dx / flat
         normal[v, 0] = nx
         normal[v, 1] = ny
-        dz = axis[6] + axis[7] - centre[v, 2]
+        dz = axis[GROUND_Z] + axis[BH_M] - centre[v, 2]
         far = np.sqrt(flat * flat + dz * dz)
-        along = (axis[2] * dx + axis[3] * dy + dz) / far
-        a2 = axis[2] * axis[2] + axis[3] * axis[3] + 1.0 - along * along
-        across = axis[2] * nx + axis[3] * ny
+        along = (axis[S_X] * dx + axis[S_Y] * dy + dz) / far
+        a2 = axis[S_X] * axis[S_X] + axis[S_Y] * axis[S_Y] + 1.0 - along * along
+        across = axis[S_X] * nx + axis[S_Y] * ny
         widen[v] = np.sqrt(a2 / max(a2 - across * across, 1e-9))
         for i in range(heights.size):
-            q = heights[i] - axis[7]
-            ax = axis[0] + axis[2] * q + axis[4] * q * q
-            ay = axis[1] + axis[3] * q + axis[5] * q * q
-            z = axis[6] + heights[i]
+            q = heights[i] - axis[BH_M]
+            ax = axis[P_X] + axis[S_X] * q + axis[C_X] * q * q
+            ay = axis[P_Y] + axis[S_Y] * q + axis[C_Y] * q * q
+            z = axis[GROUND_Z] + heights[i]
             behind = 1.0 / (z - centre[v, 2])
             for j in range(us.size):
                 x = ax + us[j] * nx
@@ -179,7 +173,7 @@ def likelihoods(
                     blind[v] = True
                     break
                 # The viewing ray goes on behind the axis down to the ground.
-                zg = axis[6]
+                zg = axis[GROUND_Z]
                 hx = x
                 hy = y
                 for _ in range(2):
@@ -194,8 +188,8 @@ def likelihoods(
                 if a < 0 or b < 0 or a >= rows or b >= columns:
                     blind[v] = True
                     break
-                fetch(pixels, start[v], shape[v, 0], shape[v, 1], u, w, lut, colour)
-                value = ground_ratio(colour, mean, spread, layer[v], a, b, floor, ceiling, ratio)
+                fetch(photos, v, u, w, tones.lut, colour)
+                value = ground_ratio(colour, mean, spread, layer[v], a, b, tones)
                 if value == UNKNOWN:
                     blind[v] = True
                     break
@@ -236,7 +230,10 @@ def step_contrast(total, v, b, first, last, u0):
 
 
 @njit(**_FAST)
-def contrast_of(total, qs, normal, widen, blind, x, y, lx, ly, r, taper, u0):
+def contrast_of(outline, p):
+    """:meth:`.backdrop.Silhouette.contrast` of (5,) x, y, lx, ly, r."""
+    total, u0, qs, normal, widen, blind, taper = outline
+    x, y, lx, ly, r = p[0], p[1], p[2], p[3], p[4]
     result = 0.0
     for v in range(total.shape[0]):
         if blind[v]:
@@ -261,7 +258,9 @@ def mean_between(total, v, b, a, c, u0):
 
 
 @njit(**_FAST)
-def ring_of(total, qs, normal, widen, blind, inner, outer, taper, u0):
+def ring_of(outline, inner, outer):
+    """Summed ground likelihood ratio between two discs' edges, and how many samples it is of."""
+    total, u0, qs, normal, widen, blind, taper = outline
     summed, count = 0.0, 0.0
     for v in range(total.shape[0]):
         if blind[v]:
@@ -290,8 +289,9 @@ def ring_of(total, qs, normal, widen, blind, inner, outer, taper, u0):
 
 
 @njit(parallel=True, **_FAST)
-def grid_contrasts(total, qs, normal, widen, blind, offsets, radii, taper, u0, score):
+def grid_contrasts(outline, offsets, radii, score):
     """``contrast_of`` of upright stems at every pair of offsets and radius: (Y, X, R). Places run innermost."""
+    total, u0, qs, normal, widen, blind, taper = outline
     n = offsets.size
     last = total.shape[2] - 1
     for k in prange(radii.size):

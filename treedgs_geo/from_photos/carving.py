@@ -15,12 +15,12 @@ from numba import njit, prange
 
 from ..reconstruction.area import Area
 from .backdrop import Backdrop, Silhouette, cut_silhouette
-from .backdrop_kernels import CEILING, FLOOR, RATIO, UNKNOWN, contrast_of, ground_ratio
-from .coarse_kernels import MOVES, step_to
+from .backdrop_kernels import TONES, UNKNOWN, contrast_of, ground_ratio
 from .detect import Seed, lean_grid
 from .options import PhotoStemOptions
+from .pattern import DISC_MOVES, disc_step, pattern_search
 from .stack import GroundGrid, PhotoStack
-from .strips import LUT_GAMMA, StemAxis, fetch, project
+from .strips import StemAxis, fetch, project
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 #: Layers above ground, metres; cell of the grid; width of the surroundings that a point is compared with.
@@ -41,10 +41,11 @@ FIRST_RADIUS_M, RADIUS_M = 0.12, (0.03, 0.45)
 
 
 @njit(parallel=True, **_FAST)
-def _ground_shown(
-    pixels, start, shape, corner, camera, x0, y0, cell, z, mean, spread, layer, lut, floor, ceiling, ratio, shown
-):
-    """Log likelihood ratio of "this photo shows the ground" at every cell; 0 where nothing is known."""
+def _ground_shown(photos, v, ground, backdrop, tones, shown):
+    """Log likelihood ratio of "photo ``v`` shows the ground" at every cell of ``ground``; 0 where nothing is known."""
+    camera, corner, shape = photos.camera[v], photos.corner[v], photos.shape[v]
+    x0, y0, cell, z = ground
+    mean, spread, layer = backdrop.mean, backdrop.spread, backdrop.layer[v]
     for i in prange(z.shape[0]):
         colour = np.empty(3, np.float32)
         for j in range(z.shape[1]):
@@ -54,15 +55,16 @@ def _ground_shown(
             w -= 0.5 + corner[0]
             if depth < 1.0 or u < 1.0 or w < 1.0 or u > shape[1] - 2 or w > shape[0] - 2:
                 continue
-            fetch(pixels, start, shape[0], shape[1], u, w, lut, colour)
-            value = ground_ratio(colour, mean, spread, layer, i, j, floor, ceiling, ratio)
+            fetch(photos, v, u, w, tones.lut, colour)
+            value = ground_ratio(colour, mean, spread, layer, i, j, tones)
             if value != UNKNOWN:
                 shown[i, j] = value
 
 
 @njit(parallel=True, **_FAST)
-def _carve(shown, centre, x0, y0, cell, z, gx0, gy0, gcell, heights, total):
+def _carve(shown, centre, ground, gx0, gy0, gcell, heights, total):
     """Add what a photo shows behind every point of the (layers, rows, columns) grid."""
+    x0, y0, cell, z = ground
     rows, columns = shown.shape
     for i in prange(total.shape[1]):
         y = gy0 + i * gcell
@@ -112,26 +114,7 @@ def _lines(layers, leans, lever, cell, best, which):
 @njit(**_FAST)
 def _clearest(outline, p, r_low, r_high):
     """Pattern search for the clearest silhouette over place, lean and radius; p is changed in place."""
-    total, qs, sides, wide, blind, taper, first = outline
-    trial = np.empty(5)
-    best = contrast_of(total, qs, sides, wide, blind, p[0], p[1], p[2], p[3], p[4], taper, first)
-    for scale in (2.0, 1.0, 0.5):
-        for _ in range(12):
-            improved = False
-            for move in range(MOVES):
-                step_to(p, move, scale, trial)
-                if trial[4] < r_low or trial[4] > r_high:
-                    continue
-                value = contrast_of(
-                    total, qs, sides, wide, blind, trial[0], trial[1], trial[2], trial[3], trial[4], taper, first
-                )
-                if value > best + 1e-6:
-                    best = value
-                    p[:] = trial
-                    improved = True
-            if not improved:
-                break
-    return best
+    return pattern_search(contrast_of, outline, disc_step, DISC_MOVES, p, r_low, r_high, (2.0, 1.0, 0.5), 12)
 
 
 def carved_seeds(
@@ -185,13 +168,11 @@ def hidden_ground(
     ny, nx = backdrop.mean.shape[1:3]
     gx, gy = np.meshgrid(backdrop.x0 + backdrop.cell * np.arange(nx), backdrop.y0 + backdrop.cell * np.arange(ny))
     z = grid.at(gx.ravel(), gy.ravel()).reshape(ny, nx).astype(np.float32)
-    where = (backdrop.x0, backdrop.y0, backdrop.cell, z)
+    cells = GroundGrid(backdrop.x0, backdrop.y0, backdrop.cell, z)
     shown, total = np.empty((ny, nx), np.float32), np.zeros((len(HEIGHTS), rows, columns), np.float32)
     for v in range(len(stack)):
-        ground = backdrop.mean, backdrop.spread, backdrop.layer[v]
-        photo = stack.pixels, stack.start[v], stack.shape[v], stack.corner[v], stack.camera[v]
-        _ground_shown(*photo, *where, *ground, LUT_GAMMA, FLOOR, CEILING, RATIO, shown)
-        _carve(uniform_filter(shown, 3), stack.centre[v], *where, x0, y0, CELL_M, HEIGHTS, total)
+        _ground_shown(stack.arrays, v, cells, backdrop, TONES, shown)
+        _carve(uniform_filter(shown, 3), stack.centre[v], cells, x0, y0, CELL_M, HEIGHTS, total)
     size = int(AROUND_M / CELL_M)
     return np.array([uniform_filter(layer, size) - layer for layer in total])
 
@@ -209,7 +190,6 @@ def clear_known(layers: np.ndarray, known: np.ndarray, x0: float, y0: float, bh_
 def clearest(outline: Silhouette, axis: StemAxis, chance: float) -> Seed:
     """The line moved to where its silhouette stands out most."""
     p = np.array([0.0, 0.0, 0.0, 0.0, FIRST_RADIUS_M])
-    sides = (outline.total, outline.q, outline.normal, outline.widen, outline.blind, outline.taper, outline.u0)
-    contrast = _clearest(sides, p, *RADIUS_M)
+    contrast = _clearest(outline, p, *RADIUS_M)
     x, y, lx, ly = np.concatenate([axis.p, axis.s]) + p[:4]
     return Seed(float(x), float(y), float(lx), float(ly), float(p[4]), float(contrast / chance))

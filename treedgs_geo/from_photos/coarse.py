@@ -13,6 +13,8 @@ import numpy as np
 from ..trees.priors import START_TAPER
 from .coarse_kernels import (
     GAIN,
+    Edges,
+    Null,
     null_scores,
     objective,
     polish_many,
@@ -23,15 +25,6 @@ from .coarse_kernels import (
     view_z,
 )
 from .strips import Strips
-
-
-@dataclass(frozen=True)
-class Null:
-    """Scores of edge pairs at random places. mean, sd: (V, R) per view and radius; radii: (R,) metres."""
-
-    radii: np.ndarray
-    mean: np.ndarray
-    sd: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -111,31 +104,27 @@ class Search:
     prior: Prior
     taper: float = START_TAPER
 
-    def _common(self) -> tuple:
-        s = self.strips
-        return (self.ridge, self.unit, s.q, s.widen, s.normal, self.terminator, float(s.u[0]), float(s.u[1] - s.u[0]))
+    @property
+    def edges(self) -> Edges:
+        """What the compiled kernels take."""
+        s, u = self.strips, self.strips.u
+        place = float(u[0]), float(u[1] - u[0])
+        return Edges(self.ridge, self.unit, s.q, s.widen, s.normal, self.terminator, *place, self.taper)
+
+    @property
+    def data(self) -> tuple[Edges, Null, np.ndarray, np.ndarray]:
+        """What :func:`.coarse_kernels.objective` scores a vector by."""
+        return self.edges, self.null, self.prior.row, np.empty(len(self.ridge))
 
     def z(self, p: np.ndarray) -> np.ndarray:
         """(V,) z-scores of (x, y, lx, ly, r); -9 where a view shows nothing."""
         out = np.empty(len(self.ridge))
-        view_z(*self._common(), *map(float, p), self.taper, self.null.radii, self.null.mean, self.null.sd, out)
+        view_z(self.edges, self.null, np.asarray(p, float), out)
         return out
 
     def score(self, p: np.ndarray) -> float:
         """Summed LLR with priors."""
-        out = np.empty(len(self.ridge))
-        return float(
-            objective(
-                *self._common(),
-                np.asarray(p, float),
-                self.taper,
-                self.null.radii,
-                self.null.mean,
-                self.null.sd,
-                out,
-                self.prior.row,
-            )
-        )
+        return float(objective(self.data, np.asarray(p, float)))
 
     def modes(self, reach_m: float = 0.30, n_modes: int = 12) -> list[Mode]:
         """Grid search: the best local maxima over place and radius (2 cm, 1 cm; 9 leans)."""
@@ -145,30 +134,12 @@ class Search:
         span = np.ceil(reach_m * 1.42 / dc) * dc
         offsets = np.arange(-span, span + dc / 2, dc)
         table = np.zeros((len(leans), len(self.ridge), len(offsets), len(radii)), np.float32)
-        ridge, unit, q, widen, normal, terminator, u0, du = self._common()
-        table_scores(
-            ridge,
-            unit,
-            q,
-            widen,
-            normal,
-            terminator,
-            leans,
-            u0,
-            du,
-            offsets,
-            radii,
-            self.taper,
-            self.null.mean,
-            self.null.sd,
-            GAIN,
-            table,
-        )
+        table_scores(self.edges, self.null, leans, offsets, GAIN, table)
         xs = np.arange(-reach_m, reach_m + 0.01, 0.02)
         score = np.full((len(xs), len(xs), len(radii)), -np.inf, np.float32)
         lean = np.zeros(score.shape, np.int64)
         table -= (0.5 * (leans**2).sum(axis=1) / self.prior.lean_sd**2 / max(len(self.ridge), 1))[:, None, None, None]
-        sum_scores(table, normal, xs, xs, offsets[0], dc, score, lean)
+        sum_scores(table, self.strips.normal, xs, xs, offsets[0], dc, score, lean)
         gx, gy = np.meshgrid(xs, xs)
         score -= 0.5 * ((gx**2 + gy**2) / self.prior.xy_sd**2)[..., None].astype(np.float32)
         score -= (0.5 * ((radii - self.prior.r) / self.prior.r_sd) ** 2).astype(np.float32)
@@ -194,34 +165,13 @@ class Search:
         starts = np.array([mode.vector for mode in modes]).reshape(-1, 5)
         low = np.maximum(np.zeros(len(modes)) if r_low is None else np.array(r_low), float(self.null.radii[0]))
         best = np.empty(len(modes))
-        polish_many(
-            *self._common(),
-            starts,
-            self.taper,
-            self.null.radii,
-            self.null.mean,
-            self.null.sd,
-            self.prior.row,
-            low,
-            float(self.null.radii[-1]),
-            best,
-        )
+        polish_many(self.edges, self.null, self.prior.row, starts, low, float(self.null.radii[-1]), best)
         return [Mode(*[*map(float, p), float(score)]) for p, score in zip(starts, best, strict=True)]
 
     def polish(self, mode: Mode, r_low: float = 0.0) -> Mode:
         """Refine a mode on the continuous score; the radius stays above ``r_low``."""
         p = mode.vector
-        best = polish_one(
-            *self._common(),
-            p,
-            self.taper,
-            self.null.radii,
-            self.null.mean,
-            self.null.sd,
-            self.prior.row,
-            max(float(self.null.radii[0]), r_low),
-            float(self.null.radii[-1]),
-        )
+        best = polish_one(self.data, p, max(float(self.null.radii[0]), r_low), float(self.null.radii[-1]))
         return Mode(*[*map(float, p), float(best)])
 
     def wholes(self, mode: Mode, share: float = 0.45, most: int = 2) -> list[Mode]:
@@ -236,8 +186,7 @@ class Search:
         trials = (mode.vector + growth[:, None, None] * step).reshape(-1, 5)
         trials = np.ascontiguousarray(trials[trials[:, 4] <= self.null.radii[-1]])
         scores = np.empty(len(trials))
-        null = self.null
-        score_many(*self._common(), trials, self.taper, null.radii, null.mean, null.sd, self.prior.row, scores)
+        score_many(self.edges, self.null, self.prior.row, trials, scores)
         good = scores > share * mode.score
         found = [Mode(*[*map(float, p), float(v)]) for p, v in zip(trials[good], scores[good], strict=True)]
         found.sort(key=lambda m: -m.score)

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit, prange
+
+from .pattern import DISC_MOVES, disc_step, pattern_search
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 #: Prior probability that a view sees the stem, and the mean z-score when it does.
@@ -15,6 +19,33 @@ Z_LOW, Z_STEPS = -9.0, 1024.0
 #: Weight of opposite colour gradients on the two sides, and of single edges.
 SIGN_WEIGHT = 0.8
 SINGLE_WEIGHT = 0.1
+
+
+class Edges(NamedTuple):
+    """Edges in V views, B blocks and U places, as the kernels take them.
+
+    ridge: (V, B, U) float32, how clear; unit: (V, B, U, 3) float32, their colour direction. q, widen, normal: as
+    :class:`.strips.Strips` has them. terminator: (V,) border of light and shade (:func:`.coarse.terminators`). u0, du:
+    first place and step, m. taper: change of a disc's radius with height, m/m.
+    """
+
+    ridge: np.ndarray
+    unit: np.ndarray
+    q: np.ndarray
+    widen: np.ndarray
+    normal: np.ndarray
+    terminator: np.ndarray
+    u0: float
+    du: float
+    taper: float
+
+
+class Null(NamedTuple):
+    """Scores of edge pairs at random places. radii: (R,) metres; mean, sd: (V, R) per view and radius."""
+
+    radii: np.ndarray
+    mean: np.ndarray
+    sd: np.ndarray
 
 
 @njit(**_FAST)
@@ -103,13 +134,13 @@ def pair_table(e, g, terminator, first, last, widest, table):
 
 
 @njit(parallel=True, **_FAST)
-def table_scores(
-    ridge, unit, q, widen, normal, terminator, leans, u0, du, offsets, radii, taper, mean, sd, gain, table
-):
+def table_scores(edges, null, leans, offsets, gain, table):
     """LLR of every view for every extra lean, sideways offset and radius: table (L, V, C, R).
 
     gain: ``GAIN``, the mixture over z. Pairs of samples are scored once a block and looked up from then on.
     """
+    ridge, unit, q, widen, normal, terminator, u0, du, taper = edges
+    radii, mean, sd = null
     n_views, n_blocks, n_u = ridge.shape
     n_r = radii.size
     for v in prange(n_views):
@@ -202,8 +233,11 @@ def pair_at(ridge, unit, v, b, i, j, terminator):
 
 
 @njit(**_FAST)
-def view_z(ridge, unit, q, widen, normal, terminator, u0, du, x, y, lx, ly, radius, taper, radii, mean, sd, z):
-    """z-score of one explanation in every view; a view without data gets -9."""
+def view_z(edges, null, p, z):
+    """z-score of one explanation, (5,) x, y, lx, ly, r, in every view; a view without data gets -9."""
+    ridge, unit, q, widen, normal, terminator, u0, du, taper = edges
+    radii, mean, sd = null
+    x, y, lx, ly, radius = p[0], p[1], p[2], p[3], p[4]
     n_views, n_blocks, n_u = ridge.shape
     step = radii[1] - radii[0]
     f = min(max((radius - radii[0]) / step, 0.0), radii.size - 1.001)
@@ -250,8 +284,10 @@ def view_z(ridge, unit, q, widen, normal, terminator, u0, du, x, y, lx, ly, radi
 
 
 @njit(**_FAST)
-def objective(ridge, unit, q, widen, normal, terminator, u0, du, p, taper, radii, mean, sd, z, prior):
-    view_z(ridge, unit, q, widen, normal, terminator, u0, du, p[0], p[1], p[2], p[3], p[4], taper, radii, mean, sd, z)
+def objective(data, p):
+    """Summed log likelihood ratio of (5,) x, y, lx, ly, r. data: edges, null, row of the prior, scratch (V,)."""
+    edges, null, prior, z = data
+    view_z(edges, null, p, z)
     total = 0.0
     for v in range(z.size):
         if z[v] > -8.9:
@@ -269,76 +305,26 @@ def objective(ridge, unit, q, widen, normal, terminator, u0, du, p, taper, radii
     )
 
 
-#: Moves of the pattern search: eight ways sideways, alone and with a thinner or thicker stem, eight leans, two radii.
-MOVES = 34
-
-
-@njit(inline="always", **_FAST)
-def step_to(p, move, scale, trial):
-    """One move of the pattern search from ``p`` (5,) x, y, lx, ly, r, into ``trial``."""
-    trial[:] = p
-    angle = (move % 8) * np.pi / 4
-    if move < 24:
-        trial[0] += 0.02 * scale * np.cos(angle)
-        trial[1] += 0.02 * scale * np.sin(angle)
-        if move >= 16:
-            trial[4] -= 0.02 * scale
-        elif move >= 8:
-            trial[4] += 0.02 * scale
-    elif move < 32:
-        trial[2] += 0.02 * scale * np.cos(angle)
-        trial[3] += 0.02 * scale * np.sin(angle)
-    elif move == 32:
-        trial[4] += 0.015 * scale
-    else:
-        trial[4] -= 0.015 * scale
-
-
 @njit(**_FAST)
-def polish_one(ridge, unit, q, widen, normal, terminator, u0, du, p, taper, radii, mean, sd, prior, r_low, r_high):
+def polish_one(data, p, r_low, r_high):
     """Pattern search over place, lean, radius and "one edge stays" moves; p is changed in place."""
-    z = np.empty(ridge.shape[0])
-    best = objective(ridge, unit, q, widen, normal, terminator, u0, du, p, taper, radii, mean, sd, z, prior)
-    trial = np.empty(5)
-    for scale in (1.0, 0.5, 0.25, 0.12):
-        for _ in range(12):
-            improved = False
-            for move in range(MOVES):
-                step_to(p, move, scale, trial)
-                if trial[4] < r_low or trial[4] > r_high:
-                    continue
-                value = objective(
-                    ridge, unit, q, widen, normal, terminator, u0, du, trial, taper, radii, mean, sd, z, prior
-                )
-                if value > best + 1e-6:
-                    best = value
-                    p[:] = trial
-                    improved = True
-            if not improved:
-                break
-    return best
+    return pattern_search(objective, data, disc_step, DISC_MOVES, p, r_low, r_high, (1.0, 0.5, 0.25, 0.12), 12)
 
 
 @njit(parallel=True, **_FAST)
-def polish_many(
-    ridge, unit, q, widen, normal, terminator, u0, du, starts, taper, radii, mean, sd, prior, r_low, r_high, best
-):
+def polish_many(edges, null, prior, starts, r_low, r_high, best):
     """:func:`polish_one` of (M, 5) starts, side by side; starts and (M,) best are changed in place."""
     for m in prange(starts.shape[0]):
-        best[m] = polish_one(
-            ridge, unit, q, widen, normal, terminator, u0, du, starts[m], taper, radii, mean, sd, prior,
-            r_low[m], r_high,
-        )  # fmt: skip
+        z = np.empty(edges.ridge.shape[0])
+        best[m] = polish_one((edges, null, prior, z), starts[m], r_low[m], r_high)
 
 
 @njit(parallel=True, **_FAST)
-def score_many(ridge, unit, q, widen, normal, terminator, u0, du, trials, taper, radii, mean, sd, prior, best):
+def score_many(edges, null, prior, trials, best):
     """``objective`` of (M, 5) explanations -> (M,) best."""
     for m in prange(trials.shape[0]):
-        z = np.empty(ridge.shape[0])
-        best[m] = objective(
-            ridge, unit, q, widen, normal, terminator, u0, du, trials[m], taper, radii, mean, sd, z, prior
-        )
+        z = np.empty(edges.ridge.shape[0])
+        best[m] = objective((edges, null, prior, z), trials[m])
 
 
 def gain_table() -> np.ndarray:

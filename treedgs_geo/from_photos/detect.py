@@ -9,6 +9,7 @@ shifted by a random offset, so that nothing agrees any more.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
@@ -25,6 +26,8 @@ LAYER_LOW, LAYER_M, N_LAYERS, BLOCKS = 0.5, 0.5, 9, 2
 #: Log likelihood ratio of a normal score: share of views that see, their mean score, the cap on a score.
 SEEN, MEAN_Z, CAP_Z = 0.35, 2.5, 4.2
 N_BINS = 512
+#: Width of a ring about a camera, metres.
+RING_M = 0.18
 T_MAX = 2.2
 
 
@@ -40,6 +43,23 @@ class Seed:
     score: float
 
 
+class _Rings(NamedTuple):
+    """Distances from a camera: the first and the step, metres, and how many."""
+
+    first_m: float
+    step_m: float
+    n: int
+
+
+class _Tile(NamedTuple):
+    """The grid that evidence is summed on. mask: (rows, columns) bool, cells that count; row 0 at ``y0``."""
+
+    x0: float
+    y0: float
+    cell: float
+    mask: np.ndarray
+
+
 @njit(inline="always", **_FAST)
 def _ground(z, x0, y0, cell, x, y):
     rows, columns = z.shape
@@ -51,27 +71,11 @@ def _ground(z, x0, y0, cell, x, y):
 
 
 @njit(parallel=True, **_FAST)
-def _polar_kernel(
-    ridge,
-    unit,
-    azimuth0,
-    step_a,
-    nadir0,
-    step_n,
-    centre,
-    d0,
-    dd,
-    n_d,
-    heights,
-    blocks,
-    radii,
-    gz,
-    gx0,
-    gy0,
-    gcell,
-    bins,
-):
+def _polar_kernel(plumb, rings, heights, blocks, radii, ground_grid, bins):
     """Pair scores on (distance, layer, radius, azimuth column), mean over the blocks of a layer, as histogram bins."""
+    azimuth0, step_a, nadir0, step_n, ridge, unit, centre, _ = plumb
+    d0, dd, n_d = rings
+    gx0, gy0, gcell, gz = ground_grid
     n_rows, n_cols = ridge.shape
     n_r = radii.size
     share = np.float32(1.0 / blocks)
@@ -157,7 +161,11 @@ def _apply_lut(bins, lut, out):
 
 
 @njit(parallel=True, **_FAST)
-def _accumulate(llr, unknown, azimuth0, step_a, cx, cy, d0, dd, x0, y0, cell, mask, shift_x, shift_y, total):
+def _accumulate(llr, unknown, plumb, rings, tile, shift_x, shift_y, total):
+    """Add one photo's ratios, (rings, columns, values), to every cell of the tile, seen from a shifted camera."""
+    azimuth0, step_a, centre = plumb.azimuth0, plumb.step_a, plumb.centre
+    cx, cy, d0, dd = centre[0], centre[1], rings.first_m, rings.step_m
+    x0, y0, cell, mask = tile
     n_y, n_x = mask.shape
     n_d, n_cols, n_values = llr.shape
     for i in prange(n_y):
@@ -235,6 +243,11 @@ def lean_grid(max_lean_deg: float, step: float = 0.04) -> np.ndarray:
     return grid[np.argsort(np.hypot(grid[:, 0], grid[:, 1]), kind="stable")]
 
 
+def _rings_of(plumb: PlumbMap) -> _Rings:
+    first = float(plumb.distance[0])
+    return _Rings(first, RING_M, int((plumb.distance[1] - first) / RING_M) + 2)
+
+
 @dataclass
 class Detector:
     """The evidence of all views on one tile of ground.
@@ -268,63 +281,30 @@ class Detector:
         shape = (*self.mask.shape, N_LAYERS, len(self.radii))
         total, chance = np.zeros(shape, np.float32), np.zeros(shape if decoy else (1, 1, 1, 1), np.float32)
         self.luts.clear()
-        dd = 0.18
-        g = self.ground
+        tile = _Tile(self.x0, self.y0, self.cell, self.mask)
+        all_rings = [_rings_of(plumb) for plumb in self.maps]
         # One photo's bins and ratios at a time, in memory that is asked for once.
-        rings = [int((plumb.distance[1] - float(plumb.distance[0])) / dd) + 2 for plumb in self.maps]
         each = N_LAYERS * len(self.radii)
-        most = max((n_d * plumb.ridge.shape[1] for n_d, plumb in zip(rings, self.maps, strict=True)), default=0)
+        most = max((r.n * plumb.ridge.shape[1] for r, plumb in zip(all_rings, self.maps, strict=True)), default=0)
         bin_store, llr_store = np.empty(most * each, np.uint16), np.empty(most * each, np.float32)
-        for n_d, plumb in zip(rings, self.maps, strict=True):
-            d0 = float(plumb.distance[0])
+        for rings, plumb in zip(all_rings, self.maps, strict=True):
             n_cols = plumb.ridge.shape[1]
-            size = n_d * n_cols * each
-            bins = bin_store[:size].reshape(n_d, N_LAYERS, len(self.radii), n_cols)
-            _polar_kernel(
-                plumb.ridge,
-                plumb.unit,
-                plumb.azimuth0,
-                plumb.step_a,
-                plumb.nadir0,
-                plumb.step_n,
-                plumb.centre,
-                d0,
-                dd,
-                n_d,
-                self.block_heights,
-                BLOCKS,
-                self.radii,
-                g.z,
-                g.x0,
-                g.y0,
-                g.cell,
-                bins,
-            )
+            size = rings.n * n_cols * each
+            bins = bin_store[:size].reshape(rings.n, N_LAYERS, len(self.radii), n_cols)
+            _polar_kernel(plumb, rings, self.block_heights, BLOCKS, self.radii, self.ground, bins)
             counts = np.zeros((N_LAYERS, len(self.radii), N_BINS), np.int64)
             _histogram(bins, 3, counts)
             lut = rank_lut(counts)
             self.luts.append(lut)
-            by_layer = llr_store[:size].reshape(n_d, n_cols, N_LAYERS, len(self.radii))
+            by_layer = llr_store[:size].reshape(rings.n, n_cols, N_LAYERS, len(self.radii))
             _apply_lut(bins, lut, by_layer)
-            llr = by_layer.reshape(n_d, n_cols, each)
+            llr = by_layer.reshape(rings.n, n_cols, each)
             unknown = lut[..., N_BINS].ravel()
-            where = (
-                unknown,
-                plumb.azimuth0,
-                plumb.step_a,
-                plumb.centre[0],
-                plumb.centre[1],
-                d0,
-                dd,
-                self.x0,
-                self.y0,
-                self.cell,
-                self.mask,
-            )
-            _accumulate(llr, *where, 0.0, 0.0, total.reshape(*self.mask.shape, -1))
+            where = llr, unknown, plumb, rings, tile
+            _accumulate(*where, 0.0, 0.0, total.reshape(*self.mask.shape, -1))
             if decoy:
                 angle, far = rng.uniform(0, 2 * np.pi), rng.uniform(0.7, 3.0)
-                _accumulate(llr, *where, far * np.cos(angle), far * np.sin(angle), chance.reshape(*self.mask.shape, -1))
+                _accumulate(*where, far * np.cos(angle), far * np.sin(angle), chance.reshape(*self.mask.shape, -1))
         return total, chance
 
     def seeds(

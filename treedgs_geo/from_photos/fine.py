@@ -8,19 +8,22 @@ is linear in its parameters, with one sideways offset o_v a view (pose error) el
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
 
 from ..trees.priors import TAPER_SD, USUAL_TAPER
 from .stack import PhotoStack
-from .strips import StemAxis, Strips, cut_strips, hide_known
+from .strips import StemAxis, StripLayout, Strips, cut_strips, hide_known
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 
 #: Inlier sd of an edge, pixels; prior sd of the curvature, 1/m.
 EDGE_SD_PX = 0.45
 CURVATURE_SD = 0.004
+#: Rounds of expectation-maximisation after each cut, and edges kept near each expected one.
+ROUNDS, MOST_EDGES = 6, 4
 NO_STEMS = np.empty((0, 10))
 
 
@@ -48,14 +51,57 @@ class FineFit:
     evidence: float = 0.0
 
 
+@dataclass(frozen=True)
+class Sighting:
+    """What is known of a stem's photos. seen: (V,) probability that a view sees it. known: other stems
+    (:func:`.strips.hide_known`). skip: (V, 2) bool, left and right sides that are not its own edge."""
+
+    seen: np.ndarray
+    known: np.ndarray
+    skip: np.ndarray | None = None
+
+
+class _EdgePoints(NamedTuple):
+    """N candidate edges. v: view. group: view, block and side. u: place, m. p: coherence times the probability that
+    the view sees the stem. design: (N, 8) row of the linear model. sd: of an inlier, m. none: (groups,) density of
+    "no candidate is the edge"."""
+
+    v: np.ndarray
+    group: np.ndarray
+    u: np.ndarray
+    p: np.ndarray
+    design: np.ndarray
+    sd: np.ndarray
+    none: np.ndarray
+
+
+class _Damping(NamedTuple):
+    """Priors as inverse variances: of the 8 unknowns around ``rest``, and of each view's offset around 0."""
+
+    unknowns: np.ndarray
+    offsets: np.ndarray
+    rest: np.ndarray
+
+
+class _State(NamedTuple):
+    """Unknowns (8,), offsets of the views, posterior of the edges, total of the groups, normal matrix (8, 8)."""
+
+    x: np.ndarray
+    offset: np.ndarray
+    post: np.ndarray
+    total: np.ndarray
+    matrix: np.ndarray
+
+
 @njit(**_FAST)
-def _expectation(
-    v, group, u, p, design, sd, none, lam, lam_offset, rest, rounds, x, offset, post, total, normal_matrix
-):
-    """Expectation-maximisation of :func:`_solve`; x, offset, post, total and normal_matrix are changed in place.
+def _expectation(edges, damping, rounds, state):
+    """Expectation-maximisation of :func:`_solve`; the state is changed in place.
 
     Each block and side has at most one true edge: its candidates compete, with "none of them" beside them.
     """
+    v, group, u, p, design, sd, none = edges
+    lam, lam_offset, rest = damping
+    x, offset, post, total, normal_matrix = state
     n, k = design.shape
     n_views = offset.size
     h = np.empty(n_views)
@@ -109,8 +155,10 @@ def _expectation(
 
 
 @njit(parallel=True, **_FAST)
-def _candidates_kernel(coherence, gradient, u0, du, q, px_m, widen, radius, slope, window_px, most, place, weight):
+def _candidates_kernel(strips, radius, slope, window_px, place, weight):
     """Sub-pixel maxima of the mean gradient near both expected edges: place, weight (V, B, 2, K); place NaN if none."""
+    us, q, coherence, gradient, _, px_m, widen = strips
+    u0, du, most = us[0], us[1] - us[0], place.shape[3]
     n_views, n_blocks, n_u = coherence.shape
     for v in prange(n_views):
         power = np.empty(n_u, np.float32)
@@ -144,26 +192,12 @@ def _candidates_kernel(coherence, gradient, u0, du, q, px_m, widen, radius, slop
 
 
 def edge_candidates(
-    strips: Strips, radius: float, slope: float, window_px: float, most: int = 4
+    strips: Strips, radius: float, slope: float, window_px: float, most: int = MOST_EDGES
 ) -> tuple[np.ndarray, np.ndarray]:
     """(V, B, 2, most) positions in metres from the axis (NaN = none) and their coherence."""
     shape = (*strips.coherence.shape[:2], 2, most)
     place, weight = np.full(shape, np.nan), np.zeros(shape)
-    _candidates_kernel(
-        strips.coherence,
-        strips.gradient,
-        float(strips.u[0]),
-        float(strips.u[1] - strips.u[0]),
-        strips.q,
-        strips.px_m,
-        strips.widen,
-        radius,
-        slope,
-        window_px,
-        most,
-        place,
-        weight,
-    )
+    _candidates_kernel(strips, radius, slope, window_px, place, weight)
     return place, weight
 
 
@@ -172,33 +206,27 @@ def refine(
     axis: StemAxis,
     r0: float,
     r1: float,
-    seen: np.ndarray,
-    low_m: float,
-    high_m: float,
-    offset_sd_px: float = 0.3,
-    cuts: int = 3,
-    inner: int = 6,
-    sigma_px: float = 0.8,
-    windows_px: tuple[float, ...] = (2.6, 2.4, 2.2),
-    known: np.ndarray = NO_STEMS,
-    skip: np.ndarray | None = None,
+    sighting: Sighting,
+    band_m: tuple[float, float],
+    offset_sd_px: float,
+    windows_px: tuple[float, ...],
 ) -> FineFit | None:
-    """Refine a stem. seen: (V,) probability that a view sees it. known: other stems (:func:`.strips.hide_known`).
-    skip: (V, 2) bool, left and right sides that are not its own edge.
+    """Refine a stem, in as many cuts as there are windows. band_m: heights above the ground that are fitted.
+    offset_sd_px: prior of a view's sideways error. windows_px: edges are looked for this far from where they are
+    expected, cut by cut.
 
     Returns None where too few edges are found.
     """
-    fit = None
-    for cut in range(cuts):
-        strips = cut_strips(
-            stack, axis, low_m, high_m, 0.10, 0.025, r0 + 0.14, 0.005, sigma_px, linear=True, wanted=seen > 0.04
-        )
-        hide_known(strips, stack, axis, known, 0.01)
-        window = windows_px[min(cut, len(windows_px) - 1)]
+    fit, seen = None, sighting.seen
+    for window in windows_px:
+        layout = StripLayout(*band_m, 0.10, 0.025, r0 + 0.14, 0.005, sigma_px=0.8, linear=True)
+        strips = cut_strips(stack, axis, layout, wanted=seen > 0.04)
+        hide_known(strips, stack, axis, sighting.known, 0.01)
         place, prior = edge_candidates(strips, r0, r1, window)
-        if skip is not None:
-            place[np.broadcast_to(skip[:, None, :, None], place.shape)] = np.nan
-        solved = _solve(strips, place, prior, r0, r1, seen, window, offset_sd_px, inner, axis)
+        if sighting.skip is not None:
+            place[np.broadcast_to(sighting.skip[:, None, :, None], place.shape)] = np.nan
+        edges = _gathered(strips, place, prior, seen, window)
+        solved = None if edges is None else _solve(strips, edges, r0, r1, offset_sd_px, axis)
         if solved is None:
             return None
         delta, fit = solved
@@ -208,18 +236,10 @@ def refine(
     return fit
 
 
-def _solve(
-    strips: Strips,
-    place: np.ndarray,
-    prior: np.ndarray,
-    r0: float,
-    r1: float,
-    seen: np.ndarray,
-    window: float,
-    offset_sd_px: float,
-    inner: int,
-    axis: StemAxis,
-) -> tuple[np.ndarray, FineFit] | None:
+def _gathered(
+    strips: Strips, place: np.ndarray, prior: np.ndarray, seen: np.ndarray, window_px: float
+) -> _EdgePoints | None:
+    """The candidates of :func:`edge_candidates` in one list; None where there are hardly any."""
     v, b, s, _ = np.nonzero(np.isfinite(place))
     if len(v) < 20:
         return None
@@ -229,29 +249,39 @@ def _solve(
     q, n, px, f = strips.q[b], strips.normal[v], strips.px_m[v], strips.widen[v]
     # Unknowns: dp, ds, dc (2 each), r0, r1.
     design = np.column_stack([n, n * q[:, None], n * (q * q)[:, None], sign * f, sign * f * q])
-    sd = EDGE_SD_PX * px
+    n_views, n_blocks = strips.coherence.shape[:2]
+    group = (v * n_blocks + b) * 2 + s
+    none = np.zeros(n_views * n_blocks * 2)
+    np.maximum.at(none, group, (1 - p) / (2 * window_px * px))
+    return _EdgePoints(v, group, u, p, design, EDGE_SD_PX * px, none)
+
+
+def _damping(strips: Strips, axis: StemAxis, offset_sd_px: float) -> _Damping:
     lam = np.zeros(8)
     lam[0:2], lam[2:4], lam[4:6] = 1 / 0.3**2, 1 / 0.05**2, 1 / CURVATURE_SD**2
     lam[7] = 1 / TAPER_SD**2
-    lam_offset = 1 / (offset_sd_px * strips.px_m) ** 2
-    x = np.array([0, 0, 0, 0, 0, 0, r0, r1], float)
     rest = np.array([0, 0, 0, 0, -axis.c[0], -axis.c[1], 0, USUAL_TAPER])
-    group = (v * strips.coherence.shape[1] + b) * 2 + s
-    n_views = len(strips.px_m)
-    n_groups = n_views * strips.coherence.shape[1] * 2
-    none = np.zeros(n_groups)
-    np.maximum.at(none, group, (1 - p) / (2 * window * px))
-    offset, post, total = np.zeros(n_views), np.zeros(len(u)), np.zeros(n_groups)
-    normal_matrix = np.zeros((8, 8))
+    return _Damping(lam, 1 / (offset_sd_px * strips.px_m) ** 2, rest)
+
+
+def _solve(
+    strips: Strips, edges: _EdgePoints, r0: float, r1: float, offset_sd_px: float, axis: StemAxis
+) -> tuple[np.ndarray, FineFit] | None:
+    """The change of the axis and radius that explains the edges best, and the stem after it; None if singular."""
+    n_views, n_groups = len(strips.px_m), len(edges.none)
+    x = np.array([0, 0, 0, 0, 0, 0, r0, r1], float)
+    offset, post, total = np.zeros(n_views), np.zeros(len(edges.u)), np.zeros(n_groups)
+    matrix = np.zeros((8, 8))
     try:
-        _expectation(
-            v, group, u, p, design, sd, none, lam, lam_offset, rest, inner, x, offset, post, total, normal_matrix
-        )
+        _expectation(edges, _damping(strips, axis, offset_sd_px), ROUNDS, _State(x, offset, post, total, matrix))
     except np.linalg.LinAlgError:
         return None
-    e = u - design @ x - offset[v]
-    mass = np.bincount(v * 2 + s, post, 2 * n_views).reshape(-1, 2)
-    moment = np.bincount(v * 2 + s, post * e * sign, 2 * n_views).reshape(-1, 2)
+    v, none = edges.v, edges.none
+    side = edges.group % 2
+    sign, px = 2.0 * side - 1.0, strips.px_m[v]
+    e = edges.u - edges.design @ x - offset[v]
+    mass = np.bincount(v * 2 + side, post, 2 * n_views).reshape(-1, 2)
+    moment = np.bincount(v * 2 + side, post * e * sign, 2 * n_views).reshape(-1, 2)
     two_sided = np.all(mass >= 1.0, axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         view_r = np.where(two_sided, (moment / mass).mean(axis=1) / strips.widen, np.nan)
@@ -260,21 +290,19 @@ def _solve(
     evidence = float(np.log((total[there] + none[there]) / none[there]).sum())
     evidence -= 0.5 * ((x[7] - USUAL_TAPER) / TAPER_SD) ** 2
     best = np.zeros(n_groups)
-    np.maximum.at(best, group, post)
+    np.maximum.at(best, edges.group, post)
     pairs = best.reshape(n_views, -1, 2).min(axis=2)
-    new_axis = StemAxis(axis.p + x[0:2], axis.s + x[2:4], axis.c + x[4:6], axis.ground_z, axis.bh_m)
-    rms = float(np.sqrt((post * (e / px) ** 2).sum() / max(post.sum(), 1e-9)))
     fit = FineFit(
-        new_axis,
-        float(x[6]),
-        float(x[7]),
-        view_r,
-        weight,
-        two_sided,
-        pairs.mean(axis=1),
-        float(post.sum()),
-        rms,
-        float(np.sqrt(np.linalg.inv(normal_matrix)[6, 6])),
-        evidence,
+        axis=StemAxis(axis.p + x[0:2], axis.s + x[2:4], axis.c + x[4:6], axis.ground_z, axis.bh_m),
+        r0=float(x[6]),
+        r1=float(x[7]),
+        view_r=view_r,
+        view_weight=weight,
+        two_sided=two_sided,
+        support=pairs.mean(axis=1),
+        n_edges=float(post.sum()),
+        rms_px=float(np.sqrt((post * (e / px) ** 2).sum() / max(post.sum(), 1e-9))),
+        fit_sd_m=float(np.sqrt(np.linalg.inv(matrix)[6, 6])),
+        evidence=evidence,
     )
     return x, fit

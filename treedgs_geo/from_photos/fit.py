@@ -14,13 +14,13 @@ from .choice import Explanation, choose
 from .coarse import Mode, Null, NullBuilder, Prior, Search, distinct, terminators
 from .coarse_kernels import SEEN_MEAN_Z, SEEN_PRIOR, Z_CAP
 from .detect import Seed
-from .fine import NO_STEMS, FineFit, refine
+from .fine import NO_STEMS, FineFit, Sighting, refine
 from .foot import breast_height, moved
 from .mixture import PAIR_SE_CM, UNSURE, Others
 from .options import PhotoStemOptions
 from .outline import moved_to_edges
-from .stack import GroundGrid, PhotoStack
-from .strips import StemAxis, cut_strips, draw_ridges, hide_known
+from .stack import FX, GroundGrid, PhotoStack
+from .strips import StemAxis, StripLayout, cut_strips, draw_ridges, hide_known
 from .touching import Pair, crowded, find_companion, pair_contrast, pair_z
 from .verdict import GAIN_MERGED, GAIN_WEIGHED, FitQuality, verdict
 
@@ -214,10 +214,8 @@ class Fitter:
         windows_px: tuple[float, ...],
         skip: np.ndarray | None = None,
     ) -> FineFit | None:
-        cuts, offset = len(windows_px), self.options.offset_sd_px
-        return refine(
-            self.stack, axis, r0, r1, seen, *FINE_BAND, offset, cuts, windows_px=windows_px, known=known, skip=skip
-        )
+        sighting = Sighting(seen, known, skip)
+        return refine(self.stack, axis, r0, r1, sighting, FINE_BAND, self.options.offset_sd_px, windows_px)
 
     def _settled(self, search: Search, outline: Silhouette, shape: np.ndarray) -> Mode:
         p = moved_to_edges(search, outline, self.chance, shape)
@@ -249,7 +247,7 @@ class Fitter:
     def _px_cm(self, axis: StemAxis, views: np.ndarray) -> float:
         """Median size of a pixel at the stem, over ``views`` or all."""
         foot = np.array([*axis.p, axis.ground_z + axis.bh_m])
-        size = 100 * np.linalg.norm(self.stack.centre - foot, axis=1) / self.stack.camera[:, 12]
+        size = 100 * np.linalg.norm(self.stack.centre - foot, axis=1) / self.stack.camera[:, FX]
         return float(np.median(size[views] if views.any() else size))
 
     def _judge(
@@ -337,7 +335,7 @@ def _coarse_strips(
     stack: PhotoStack, axis: StemAxis, options: PhotoStemOptions, sun: np.ndarray, known: np.ndarray = NO_STEMS
 ) -> tuple:
     reach = options.max_dbh_cm / 200 + 0.37
-    strips = cut_strips(stack, axis, *COARSE_BAND, 0.28, 0.04, reach, 0.01, 1.0, linear=False)
+    strips = cut_strips(stack, axis, StripLayout(*COARSE_BAND, 0.28, 0.04, reach, 0.01, sigma_px=1.0, linear=False))
     hide_known(strips, stack, axis, known)
     ridge, unit = draw_ridges(strips.coherence, strips.gradient, 1.3)
     flights = np.array([view.flight for view in stack.views], int)

@@ -6,12 +6,12 @@ camera's tilt. The maps hold edge coherence (see :mod:`.strips`) as thin ridges 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
 
-from .stack import GroundGrid, PhotoStack
+from .stack import FX, GroundGrid, PhotoStack
 from .strips import LUT_GAMMA, fetch, project
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
@@ -21,8 +21,7 @@ WINDOW_M = 0.28
 KNOT = 16
 
 
-@dataclass(frozen=True)
-class PlumbMap:
+class PlumbMap(NamedTuple):
     """One view's edge map.
 
     azimuth0, step_a: azimuth of column 0 and column width, rad (counter-clockwise from east). nadir0, step_n: nadir
@@ -40,30 +39,21 @@ class PlumbMap:
     distance: np.ndarray
 
 
-@njit(parallel=True, **_FAST)
-def _map_kernel(
-    pixels,
-    start,
-    rows,
-    columns,
-    corner,
-    cam,
-    centre,
-    azimuth0,
-    step_a,
-    nadir0,
-    step_n,
-    below,
-    sigma,
-    tau,
-    window_m,
-    width,
-    lut,
-    ridge,
-    unit,
-):
-    n_rows, n_cols = ridge.shape
-    half = int(np.ceil(3 * sigma))
+class _Filter(NamedTuple):
+    """sigma: of the Gaussian derivative, columns. tau: gradient that counts as noise. window_m: height of the piece
+    whose rows must agree, at stems ``below_m`` under the camera. width: of a drawn ridge, columns. lut: tones."""
+
+    sigma: float
+    tau: float
+    window_m: float
+    below_m: float
+    width: float
+    lut: np.ndarray
+
+
+@njit(inline="always", **_FAST)
+def _derivative(sigma, half):
+    """(2 half + 1,) taps of a Gaussian derivative whose response to a ramp is its rise per column."""
     taps = np.empty(2 * half + 1, np.float32)
     total = 0.0
     for k in range(2 * half + 1):
@@ -71,38 +61,96 @@ def _map_kernel(
         taps[k] = t * np.exp(-0.5 * t * t)
         total += taps[k] * (k - half)
     taps /= np.float32(total)
+    return taps
+
+
+@njit(inline="always", **_FAST)
+def _read_row(photos, view, centre, angle, azimuth0, step_a, half, lut, line, good):
+    """One row of the map, at a nadir angle, with ``half`` more columns on both sides: (3, wide) line, (wide,) good."""
+    cam, corner, shape = photos.camera[view], photos.corner[view], photos.shape[view]
+    rows, columns = shape[0], shape[1]
+    wide = good.size
+    n_knots = wide // 16 + 2
+    sn, cn = np.sin(angle), np.cos(angle)
+    ku = np.empty(n_knots)
+    kv = np.empty(n_knots)
+    for k in range(n_knots):
+        a = azimuth0 + (k * 16 - half) * step_a
+        u, v, _ = project(cam, centre[0] + 50 * sn * np.cos(a), centre[1] + 50 * sn * np.sin(a), centre[2] - 50 * cn)
+        ku[k] = u - 0.5 - corner[1]
+        kv[k] = v - 0.5 - corner[0]
+    colour = np.empty(3, np.float32)
+    for j in range(wide):
+        k = j // 16
+        t = (j - k * 16) / 16.0
+        u = ku[k] + t * (ku[k + 1] - ku[k])
+        v = kv[k] + t * (kv[k + 1] - kv[k])
+        if u < 0 or v < 0 or u > columns - 1 or v > rows - 1:
+            continue
+        good[j] = True
+        fetch(photos, view, u, v, lut, colour)
+        line[0, j] = colour[0]
+        line[1, j] = colour[1]
+        line[2, j] = colour[2]
+
+
+@njit(inline="always", **_FAST)
+def _coherence(slope, energy, inside, low, high, tau, mean, e):
+    """Coherence (columns,) of the rows low to high, and the sums of their slopes, (3, columns) mean."""
+    n_cols = e.size
+    n = np.float32(high - low + 1)
+    power = np.zeros(n_cols, np.float32)
+    for k in range(low, high + 1):
+        for ch in range(3):
+            to, values = mean[ch], slope[k, ch]
+            for j in range(n_cols):
+                to[j] += values[j]
+        values = energy[k]
+        for j in range(n_cols):
+            power[j] += values[j]
+    for j in range(n_cols):
+        if inside[low, j] and inside[high, j]:
+            m2 = (mean[0, j] ** 2 + mean[1, j] ** 2 + mean[2, j] ** 2) / (n * n)
+            e[j] = m2 / (power[j] / n + np.float32(tau * tau))
+
+
+@njit(inline="always", **_FAST)
+def _draw_ridges(e, mean, width, drawn, unit):
+    """Local maxima of the coherence as narrow Gaussians (columns,), with their colour direction (columns, 3)."""
+    n_cols = e.size
+    spread = int(np.ceil(3 * width))
+    for j in range(1, n_cols - 1):
+        peak = e[j]
+        if peak < 0.05 or e[j - 1] > peak or e[j + 1] >= peak:
+            continue
+        norm = np.sqrt(mean[0, j] ** 2 + mean[1, j] ** 2 + mean[2, j] ** 2) + 1e-9
+        curve = e[j - 1] - 2 * peak + e[j + 1]
+        shift = 0.5 * (e[j - 1] - e[j + 1]) / curve if curve < -1e-9 else 0.0
+        for m in range(max(0, j - spread), min(n_cols, j + spread + 1)):
+            t = (m - j - shift) / width
+            value = peak * np.exp(-0.5 * t * t)
+            if value > drawn[m]:
+                drawn[m] = value
+                for ch in range(3):
+                    unit[m, ch] = int(np.round(127 * mean[ch, j] / norm))
+
+
+@njit(parallel=True, **_FAST)
+def _map_kernel(photos, view, plumb, filters):
+    """Fill the ridge and the colour directions of ``plumb`` (a :class:`PlumbMap`) from one photo."""
+    azimuth0, step_a, nadir0, step_n, ridge, unit, centre, _ = plumb
+    sigma, tau, window_m, below, width, lut = filters
+    n_rows, n_cols = ridge.shape
+    half = int(np.ceil(3 * sigma))
+    taps = _derivative(sigma, half)
     wide = n_cols + 2 * half
     slope = np.zeros((n_rows, 3, n_cols), np.float32)
     energy = np.empty((n_rows, n_cols), np.float32)
     inside = np.zeros((n_rows, n_cols), np.bool_)
-    n_knots = wide // 16 + 2
     for i in prange(n_rows):
-        angle = nadir0 + i * step_n
-        sn, cn = np.sin(angle), np.cos(angle)
-        ku = np.empty(n_knots)
-        kv = np.empty(n_knots)
-        for k in range(n_knots):
-            a = azimuth0 + (k * 16 - half) * step_a
-            u, v, _ = project(
-                cam, centre[0] + 50 * sn * np.cos(a), centre[1] + 50 * sn * np.sin(a), centre[2] - 50 * cn
-            )
-            ku[k] = u - 0.5 - corner[1]
-            kv[k] = v - 0.5 - corner[0]
         line = np.zeros((3, wide), np.float32)
         good = np.zeros(wide, np.bool_)
-        colour = np.empty(3, np.float32)
-        for j in range(wide):
-            k = j // 16
-            t = (j - k * 16) / 16.0
-            u = ku[k] + t * (ku[k + 1] - ku[k])
-            v = kv[k] + t * (kv[k + 1] - kv[k])
-            if u < 0 or v < 0 or u > columns - 1 or v > rows - 1:
-                continue
-            good[j] = True
-            fetch(pixels, start, rows, columns, u, v, lut, colour)
-            line[0, j] = colour[0]
-            line[1, j] = colour[1]
-            line[2, j] = colour[2]
+        _read_row(photos, view, centre, nadir0 + i * step_n, azimuth0, step_a, half, lut, line, good)
         for ch in range(3):
             row = slope[i, ch]
             for m in range(2 * half + 1):
@@ -123,38 +171,11 @@ def _map_kernel(
         slant = below / np.cos(angle)
         reach = max(int(0.5 * window_m * np.sin(angle) / (slant * step_n) + 0.5), 1)
         low, high = max(0, i - reach), min(n_rows - 1, i + reach)
-        n = np.float32(high - low + 1)
         mean = np.zeros((3, n_cols), np.float32)
-        power = np.zeros(n_cols, np.float32)
         e = np.zeros(n_cols, np.float32)
-        for k in range(low, high + 1):
-            for ch in range(3):
-                to, values = mean[ch], slope[k, ch]
-                for j in range(n_cols):
-                    to[j] += values[j]
-            values = energy[k]
-            for j in range(n_cols):
-                power[j] += values[j]
-        for j in range(n_cols):
-            if inside[low, j] and inside[high, j]:
-                m2 = (mean[0, j] ** 2 + mean[1, j] ** 2 + mean[2, j] ** 2) / (n * n)
-                e[j] = m2 / (power[j] / n + np.float32(tau * tau))
-        spread = int(np.ceil(3 * width))
+        _coherence(slope, energy, inside, low, high, tau, mean, e)
         drawn = np.zeros(n_cols, np.float32)
-        for j in range(1, n_cols - 1):
-            peak = e[j]
-            if peak < 0.05 or e[j - 1] > peak or e[j + 1] >= peak:
-                continue
-            norm = np.sqrt(mean[0, j] ** 2 + mean[1, j] ** 2 + mean[2, j] ** 2) + 1e-9
-            curve = e[j - 1] - 2 * peak + e[j + 1]
-            shift = 0.5 * (e[j - 1] - e[j + 1]) / curve if curve < -1e-9 else 0.0
-            for m in range(max(0, j - spread), min(n_cols, j + spread + 1)):
-                t = (m - j - shift) / width
-                value = peak * np.exp(-0.5 * t * t)
-                if value > drawn[m]:
-                    drawn[m] = value
-                    for ch in range(3):
-                        unit[i, m, ch] = int(np.round(127 * mean[ch, j] / norm))
+        _draw_ridges(e, mean, width, drawn, unit[i])
         for j in range(n_cols):
             ridge[i, j] = int(min(drawn[j], 1.0) * 255 + 0.5)
 
@@ -176,7 +197,7 @@ def make_map(
     middle = offset.mean(axis=0)
     aim = np.arctan2(middle[1], middle[0])
     swing = (np.arctan2(offset[:, 1], offset[:, 0]) - aim + np.pi) % (2 * np.pi) - np.pi
-    focal = stack.camera[view, 12]
+    focal = stack.camera[view, FX]
     sine = np.sin(np.median(nadir))
     step_n = 1.0 / focal
     step_a = 1.0 / (focal * max(sine, 0.1))
@@ -190,31 +211,18 @@ def make_map(
     low_a, high_a = max(swing.min(), seen_swing.min()), min(swing.max(), seen_swing.max())
     n_rows = max(int((high_n - low_n) / step_n) + 1, 3)
     n_cols = max(int((high_a - low_a) / step_a) + 1, 16)
-    ridge = np.zeros((n_rows, n_cols), np.uint8)
-    unit = np.zeros((n_rows, n_cols, 3), np.int8)
-    below = centre[2] - float(np.median(ground.z)) - 2.0
-    distance = float(np.median(flat))
-    _map_kernel(
-        stack.pixels,
-        stack.start[view],
-        rows,
-        columns,
-        stack.corner[view],
-        stack.camera[view],
-        centre,
-        aim + low_a,
-        step_a,
-        low_n,
-        step_n,
-        below,
-        sigma_px,
-        tau,
-        WINDOW_M,
-        ridge_m / (step_a * distance),
-        LUT_GAMMA,
-        ridge,
-        unit,
+    distance = np.array([flat.min(), flat.max()])
+    plumb = PlumbMap(
+        azimuth0=float(aim + low_a),
+        step_a=float(step_a),
+        nadir0=float(low_n),
+        step_n=float(step_n),
+        ridge=np.zeros((n_rows, n_cols), np.uint8),
+        unit=np.zeros((n_rows, n_cols, 3), np.int8),
+        centre=centre,
+        distance=distance,
     )
-    return PlumbMap(
-        float(aim + low_a), step_a, float(low_n), step_n, ridge, unit, centre, np.array([flat.min(), flat.max()])
-    )
+    below = float(centre[2] - float(np.median(ground.z)) - 2.0)
+    width = ridge_m / (step_a * float(np.median(flat)))
+    _map_kernel(stack.arrays, view, plumb, _Filter(sigma_px, tau, WINDOW_M, below, float(width), LUT_GAMMA))
+    return plumb

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,6 +20,21 @@ from ..reconstruction.shrinking import shrink, shrink_factor, shrunk_camera
 MIN_SIN_NADIR = 0.3
 #: Photos that are decoded at once, at most.
 MOST_READERS = 4
+#: Columns of a camera row (:func:`camera_row`) after the rotation: translation in metres; focal lengths and principal
+#: point in pixels; Brown's distortion.
+TX, TY, TZ, FX, FY, CX, CY, K1, K2, P1, P2 = range(9, 20)
+N_CAMERA = 20
+
+
+class PhotoArrays(NamedTuple):
+    """What the compiled kernels take of a :class:`PhotoStack`: its arrays, by the same names."""
+
+    pixels: np.ndarray
+    start: np.ndarray
+    shape: np.ndarray
+    corner: np.ndarray
+    camera: np.ndarray
+    centre: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -27,8 +43,8 @@ class PhotoStack:
 
     views: the V views, with the cameras of the reduced photos. pixels: (N,) uint8, all crops one after the other,
     row-major BGR. start: (V,) int64 first byte. shape, corner: (V, 2) int64 rows and columns; photo row and
-    column of the first pixel. camera: (V, 20) float64: R row-major, t, fx, fy, cx, cy, k1, k2, p1, p2. centre: (V, 3)
-    float64 camera centres.
+    column of the first pixel. camera: (V, 20) float64 rows of :func:`camera_row`. centre: (V, 3) float64 camera
+    centres.
     """
 
     views: list[View]
@@ -43,13 +59,17 @@ class PhotoStack:
         return len(self.views)
 
     @property
-    def arrays(self) -> tuple[np.ndarray, ...]:
+    def arrays(self) -> PhotoArrays:
         """What the compiled kernels take."""
-        return self.pixels, self.start, self.shape, self.corner, self.camera, self.centre
+        return PhotoArrays(self.pixels, self.start, self.shape, self.corner, self.camera, self.centre)
+
+    def arrays_of(self, members: np.ndarray) -> PhotoArrays:
+        """:attr:`arrays` of some photos, by their indices."""
+        start, shape, corner = self.start[members], self.shape[members], self.corner[members]
+        return PhotoArrays(self.pixels, start, shape, corner, self.camera[members], self.centre[members])
 
 
-@dataclass(frozen=True)
-class GroundGrid:
+class GroundGrid(NamedTuple):
     """Ground heights on a regular grid. z: (rows, columns) float32, row 0 at ``y0``; NaN outside."""
 
     x0: float
@@ -100,7 +120,7 @@ class GroundGrid:
 
 
 def camera_row(view: View) -> np.ndarray:
-    """(20,) float64 as :class:`PhotoStack` keeps it."""
+    """(20,) float64: rotation (row-major), translation, fx, fy, cx, cy, k1, k2, p1, p2: see :data:`FX` and its like."""
     c = view.camera
     return np.concatenate(
         [view.rotation.ravel(), view.translation, [c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2]]
@@ -187,7 +207,7 @@ def load_stack(
         start=np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64) if crops else np.empty(0, np.int64),
         shape=np.ascontiguousarray(box[:, 2:]),
         corner=np.ascontiguousarray(box[:, :2]),
-        camera=np.array([camera_row(view) for view in kept]).reshape(-1, 20),
+        camera=np.array([camera_row(view) for view in kept]).reshape(-1, N_CAMERA),
         centre=np.array([view.centre for view in kept]).reshape(-1, 3),
     )
 

@@ -8,36 +8,39 @@ trunk edge gives 1; leaves, needles and litter, whose gradients point everywhere
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
 
 from ..reconstruction.shrinking import GAMMA
-from .stack import PhotoStack
+from .stack import CX, CY, FX, FY, K1, K2, P1, P2, TX, TY, TZ, PhotoStack
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 
 
 @njit(inline="always", **_FAST)
 def project(cam, x, y, z):
-    """One world point -> u, v (pixels, first pixel centre at 0.5) and depth."""
-    a = cam[0] * x + cam[1] * y + cam[2] * z + cam[9]
-    b = cam[3] * x + cam[4] * y + cam[5] * z + cam[10]
-    c = cam[6] * x + cam[7] * y + cam[8] * z + cam[11]
+    """One world point -> u, v (pixels, first pixel centre at 0.5) and depth. cam: row of :func:`.stack.camera_row`."""
+    a = cam[0] * x + cam[1] * y + cam[2] * z + cam[TX]
+    b = cam[3] * x + cam[4] * y + cam[5] * z + cam[TY]
+    c = cam[6] * x + cam[7] * y + cam[8] * z + cam[TZ]
     if c < 0.1:
         return -1e6, -1e6, c
     a /= c
     b /= c
     r2 = a * a + b * b
-    radial = 1.0 + r2 * (cam[16] + r2 * cam[17])
-    u = a * radial + 2 * cam[18] * a * b + cam[19] * (r2 + 2 * a * a)
-    v = b * radial + cam[18] * (r2 + 2 * b * b) + 2 * cam[19] * a * b
-    return cam[12] * u + cam[14], cam[13] * v + cam[15], c
+    radial = 1.0 + r2 * (cam[K1] + r2 * cam[K2])
+    u = a * radial + 2 * cam[P1] * a * b + cam[P2] * (r2 + 2 * a * a)
+    v = b * radial + cam[P1] * (r2 + 2 * b * b) + 2 * cam[P2] * a * b
+    return cam[FX] * u + cam[CX], cam[FY] * v + cam[CY], c
 
 
 @njit(inline="always", **_FAST)
-def fetch(pixels, start, rows, columns, u, v, lut, out):
-    """Bilinear colour at crop coordinates (pixel centres at integers) -> three channels; edges are clamped."""
+def fetch(photos, view, u, v, lut, out):
+    """Bilinear colour at crop coordinates (pixel centres at integers) of one photo -> three channels; edges are
+    clamped."""
+    pixels, start, rows, columns = photos.pixels, photos.start[view], photos.shape[view, 0], photos.shape[view, 1]
     u = min(max(u, 0.0), columns - 1.001)
     v = min(max(v, 0.0), rows - 1.001)
     i = int(v)
@@ -66,6 +69,10 @@ LUT_GAMMA = (np.arange(256) / 255).astype(np.float32)
 LUT_LINEAR = ((np.arange(256) / 255) ** GAMMA).astype(np.float32)
 
 
+#: Columns of an axis row (:attr:`StemAxis.row`), and of the row of a known stem: radius at breast height and its slope.
+P_X, P_Y, S_X, S_Y, C_X, C_Y, GROUND_Z, BH_M, RADIUS, SLOPE = range(10)
+
+
 @dataclass(frozen=True)
 class StemAxis:
     """A stem axis. At height q = h - breast height: xy = p + s q + c q^2, with h above ``ground_z`` (local metres).
@@ -91,8 +98,7 @@ class StemAxis:
         return np.concatenate([self.p, self.s, self.c, [self.ground_z, self.bh_m]]).astype(np.float64)
 
 
-@dataclass(frozen=True)
-class Strips:
+class Strips(NamedTuple):
     """Edge evidence in every view (V), block (B) and sideways position (U).
 
     u: (U,) metres from the axis along ``normal`` (V, 2), the horizontal direction across the view. q: (B,) block centre
@@ -109,70 +115,140 @@ class Strips:
     widen: np.ndarray
 
 
+class StripLayout(NamedTuple):
+    """How strips are cut. low_m, high_m: between these heights above the ground. block_m, row_m: height of a block and
+    of its rows. reach_m: half width. du_m: sideways step. sigma_px: Gaussian derivative. linear: measure in linear
+    light (``tau`` is then scaled to it). tau: gradient that counts as noise."""
+
+    low_m: float
+    high_m: float
+    block_m: float
+    row_m: float
+    reach_m: float
+    du_m: float
+    sigma_px: float
+    linear: bool
+    tau: float = 0.01
+
+
+class _Sampling(NamedTuple):
+    """A layout in numbers: (rows,) heights, rows a block, first place and step sideways, derivative, noise, tones."""
+
+    heights: np.ndarray
+    per_block: int
+    u0: float
+    du: float
+    sigma_px: float
+    tau: float
+    lut: np.ndarray
+
+
+@njit(inline="always", **_FAST)
+def _across(axis, camera, centre):
+    """How a photo sees an axis: direction across the view, silhouette half width over radius, metres per pixel; a
+    negative last value where the photo stands above the stem."""
+    dx = axis[P_X] - centre[0]
+    dy = axis[P_Y] - centre[1]
+    dz = axis[GROUND_Z] + axis[BH_M] - centre[2]
+    flat = np.sqrt(dx * dx + dy * dy)
+    if flat < 1.0:
+        return 0.0, 0.0, 1.0, -1.0
+    nx = -dy / flat
+    ny = dx / flat
+    # Silhouette of a leaning cylinder: the axis seen along the view ray.
+    far = np.sqrt(flat * flat + dz * dz)
+    ex, ey, ez = dx / far, dy / far, dz / far
+    along = axis[S_X] * ex + axis[S_Y] * ey + ez
+    ax, ay, az = axis[S_X] - along * ex, axis[S_Y] - along * ey, 1.0 - along * ez
+    a2 = ax * ax + ay * ay + az * az
+    an = ax * nx + ay * ny
+    widen = np.sqrt(a2 / max(a2 - an * an, 1e-9))
+    _, _, depth = project(camera, axis[P_X], axis[P_Y], axis[GROUND_Z] + axis[BH_M])
+    return nx, ny, widen, depth / camera[FX]
+
+
+@njit(inline="always", **_FAST)
+def _derivative(sigma, half, rise):
+    """(2 half + 1,) taps of a Gaussian derivative whose response to a ramp is its rise over ``rise`` samples."""
+    taps = np.empty(2 * half + 1, np.float32)
+    total = 0.0
+    for k in range(2 * half + 1):
+        t = (k - half) / sigma
+        g = np.exp(-0.5 * t * t)
+        taps[k] = -t * g
+        total += t * g * (k - half)
+    for k in range(2 * half + 1):
+        taps[k] = -taps[k] / total * rise
+    return taps
+
+
+@njit(inline="always", **_FAST)
+def _read_row(photos, v, axis, h, across, lut, colour, line):
+    """One row of a strip, (3, wide), at height ``h``; False where the crop ends earlier. across: direction across the
+    view, first place and length, metres."""
+    nx, ny, first, reach = across
+    cam, corner, shape = photos.camera[v], photos.corner[v], photos.shape[v]
+    wide = line.shape[1]
+    q = h - axis[BH_M]
+    x = axis[P_X] + axis[S_X] * q + axis[C_X] * q * q
+    y = axis[P_Y] + axis[S_Y] * q + axis[C_Y] * q * q
+    z = axis[GROUND_Z] + h
+    ua, va, _ = project(cam, x + first * nx, y + first * ny, z)
+    ub, vb, _ = project(cam, x + (first + reach) * nx, y + (first + reach) * ny, z)
+    ua -= 0.5 + corner[1]
+    ub -= 0.5 + corner[1]
+    va -= 0.5 + corner[0]
+    vb -= 0.5 + corner[0]
+    # Half of the strip may fall outside the crop; the stem itself may not.
+    um = 0.5 * (ua + ub)
+    vm = 0.5 * (va + vb)
+    if um < 2 or vm < 2 or um > shape[1] - 3 or vm > shape[0] - 3:
+        return False
+    for i in range(wide):
+        t = i / (wide - 1)
+        fetch(photos, v, ua + t * (ub - ua), va + t * (vb - va), lut, colour)
+        line[0, i] = colour[0]
+        line[1, i] = colour[1]
+        line[2, i] = colour[2]
+    return True
+
+
+@njit(inline="always", **_FAST)
+def _add_slopes(line, taps, slope, mean, power):
+    """Derivative of a row: added to (3, U) mean, its square to (U,) power."""
+    n_u = slope.size
+    for ch in range(3):
+        slope[:] = np.float32(0.0)
+        for m in range(taps.size):
+            tap = taps[m]
+            shifted = line[ch, m : m + n_u]
+            for i in range(n_u):
+                slope[i] += tap * shifted[i]
+        for i in range(n_u):
+            mean[ch, i] += slope[i]
+            power[i] += slope[i] * slope[i]
+
+
 @njit(parallel=True, **_FAST)
-def _strips_kernel(
-    pixels,
-    start,
-    shape,
-    corner,
-    camera,
-    centre,
-    wanted,
-    axis,
-    heights,
-    per_block,
-    u0,
-    du,
-    n_u,
-    sigma_px,
-    tau,
-    lut,
-    coherence,
-    gradient,
-    normal,
-    px_m,
-    widen,
-):
-    n_views = camera.shape[0]
-    n_blocks = heights.size // per_block
+def _strips_kernel(photos, wanted, axis, sampling, strips):
+    """Fill ``strips`` (a :class:`Strips`) along an axis row in the ``wanted`` photos."""
+    heights, per_block, u0, du, sigma_px, tau, lut = sampling
+    camera, centre = photos.camera, photos.centre
+    _, _, coherence, gradient, normal, px_m, widen = strips
+    n_views, n_blocks, n_u = coherence.shape
     for v in prange(n_views):
-        cam = camera[v]
-        dx = axis[0] - centre[v, 0]
-        dy = axis[1] - centre[v, 1]
-        dz = axis[6] + axis[7] - centre[v, 2]
-        flat = np.sqrt(dx * dx + dy * dy)
-        if flat < 1.0:
+        nx, ny, wider, px = _across(axis, camera[v], centre[v])
+        if px < 0:
             continue
-        nx = -dy / flat
-        ny = dx / flat
         normal[v, 0] = nx
         normal[v, 1] = ny
-        # Silhouette of a leaning cylinder: the axis seen along the view ray.
-        far = np.sqrt(flat * flat + dz * dz)
-        ex, ey, ez = dx / far, dy / far, dz / far
-        along = axis[2] * ex + axis[3] * ey + ez
-        ax, ay, az = axis[2] - along * ex, axis[3] - along * ey, 1.0 - along * ez
-        a2 = ax * ax + ay * ay + az * az
-        an = ax * nx + ay * ny
-        widen[v] = np.sqrt(a2 / max(a2 - an * an, 1e-9))
-        _, _, depth = project(cam, axis[0], axis[1], axis[6] + axis[7])
-        px = depth / cam[12]
+        widen[v] = wider
         px_m[v] = px
         if not wanted[v]:
             continue
         sigma = sigma_px * px / du
         half = int(np.ceil(3.0 * sigma))
-        taps = np.empty(2 * half + 1, np.float32)
-        total = 0.0
-        for k in range(2 * half + 1):
-            t = (k - half) / sigma
-            g = np.exp(-0.5 * t * t)
-            taps[k] = -t * g
-            total += t * g * (k - half)
-        for k in range(2 * half + 1):
-            taps[k] = -taps[k] / total * (px / du)  # response to a ramp = its rise per pixel
-        rows = shape[v, 0]
-        columns = shape[v, 1]
+        taps = _derivative(sigma, half, px / du)
         wide = n_u + 2 * half
         line = np.empty((3, wide), np.float32)
         colour = np.empty(3, np.float32)
@@ -187,38 +263,10 @@ def _strips_kernel(
             seen = True
             for k in range(per_block):
                 h = heights[b * per_block + k]
-                q = h - axis[7]
-                x = axis[0] + axis[2] * q + axis[4] * q * q
-                y = axis[1] + axis[3] * q + axis[5] * q * q
-                z = axis[6] + h
-                ua, va, _ = project(cam, x + first * nx, y + first * ny, z)
-                ub, vb, _ = project(cam, x + (first + reach) * nx, y + (first + reach) * ny, z)
-                ua -= 0.5 + corner[v, 1]
-                ub -= 0.5 + corner[v, 1]
-                va -= 0.5 + corner[v, 0]
-                vb -= 0.5 + corner[v, 0]
-                # Half of the strip may fall outside the crop; the stem itself may not.
-                um = 0.5 * (ua + ub)
-                vm = 0.5 * (va + vb)
-                if um < 2 or vm < 2 or um > columns - 3 or vm > rows - 3:
-                    seen = False
+                seen = _read_row(photos, v, axis, h, (nx, ny, first, reach), lut, colour, line)
+                if not seen:
                     break
-                for i in range(wide):
-                    t = i / (wide - 1)
-                    fetch(pixels, start[v], rows, columns, ua + t * (ub - ua), va + t * (vb - va), lut, colour)
-                    line[0, i] = colour[0]
-                    line[1, i] = colour[1]
-                    line[2, i] = colour[2]
-                for ch in range(3):
-                    slope[:] = np.float32(0.0)
-                    for m in range(2 * half + 1):
-                        tap = taps[m]
-                        shifted = line[ch, m : m + n_u]
-                        for i in range(n_u):
-                            slope[i] += tap * shifted[i]
-                    for i in range(n_u):
-                        mean[ch, i] += slope[i]
-                        power[i] += slope[i] * slope[i]
+                _add_slopes(line, taps, slope, mean, power)
             if not seen:
                 continue
             scale = np.float32(1.0 / per_block)
@@ -232,57 +280,29 @@ def _strips_kernel(
                 gradient[v, b, i, 2] = g2
 
 
-def cut_strips(
-    stack: PhotoStack,
-    axis: StemAxis,
-    low_m: float,
-    high_m: float,
-    block_m: float,
-    row_m: float,
-    reach_m: float,
-    du_m: float,
-    sigma_px: float,
-    linear: bool,
-    tau: float = 0.01,
-    wanted: np.ndarray | None = None,
-) -> Strips:
-    """Cut strips along ``axis`` between two heights above the ground and measure edge coherence per block.
-
-    block_m, row_m: height of a block and of its rows. reach_m: half width. du_m: sideways step. sigma_px: Gaussian
-    derivative. linear: measure in linear light (``tau`` is then scaled to it). wanted: (V,) bool, views to cut (others
-    stay empty).
-    """
-    per_block = max(int(round(block_m / row_m)), 2)
-    n_blocks = max(int((high_m - low_m) / block_m + 1e-6), 1)
-    heights = low_m + (np.arange(n_blocks * per_block) + 0.5) * (block_m / per_block)
-    n_u = 2 * int(round(reach_m / du_m)) + 1
-    u0 = -du_m * (n_u // 2)
+def cut_strips(stack: PhotoStack, axis: StemAxis, layout: StripLayout, wanted: np.ndarray | None = None) -> Strips:
+    """Cut strips along ``axis`` and measure edge coherence per block. wanted: (V,) bool, views to cut (others stay
+    empty)."""
+    per_block = max(int(round(layout.block_m / layout.row_m)), 2)
+    n_blocks = max(int((layout.high_m - layout.low_m) / layout.block_m + 1e-6), 1)
+    heights = layout.low_m + (np.arange(n_blocks * per_block) + 0.5) * (layout.block_m / per_block)
+    n_u = 2 * int(round(layout.reach_m / layout.du_m)) + 1
+    u0 = -layout.du_m * (n_u // 2)
     n = len(stack)
-    coherence = np.zeros((n, n_blocks, n_u), np.float32)
-    gradient = np.zeros((n, n_blocks, n_u, 3), np.float32)
-    normal, px_m, widen = np.zeros((n, 2)), np.full(n, 0.02), np.ones(n)
-    lut = LUT_LINEAR if linear else LUT_GAMMA
-    wanted = np.ones(n, bool) if wanted is None else wanted
-    _strips_kernel(
-        *stack.arrays,
-        wanted,
-        axis.row,
-        heights,
-        per_block,
-        u0,
-        du_m,
-        n_u,
-        sigma_px,
-        tau * (0.7 if linear else 1.0),
-        lut,
-        coherence,
-        gradient,
-        normal,
-        px_m,
-        widen,
+    strips = Strips(
+        u=u0 + layout.du_m * np.arange(n_u),
+        q=heights.reshape(n_blocks, per_block).mean(axis=1) - axis.bh_m,
+        coherence=np.zeros((n, n_blocks, n_u), np.float32),
+        gradient=np.zeros((n, n_blocks, n_u, 3), np.float32),
+        normal=np.zeros((n, 2)),
+        px_m=np.full(n, 0.02),
+        widen=np.ones(n),
     )
-    q = heights.reshape(n_blocks, per_block).mean(axis=1) - axis.bh_m
-    return Strips(u0 + du_m * np.arange(n_u), q, coherence, gradient, normal, px_m, widen)
+    tau, lut = layout.tau * (0.7 if layout.linear else 1.0), LUT_LINEAR if layout.linear else LUT_GAMMA
+    sampling = _Sampling(heights, per_block, u0, layout.du_m, layout.sigma_px, tau, lut)
+    wanted = np.ones(n, bool) if wanted is None else wanted
+    _strips_kernel(stack.arrays, wanted, axis.row, sampling, strips)
+    return strips
 
 
 @njit(parallel=True, **_FAST)
@@ -324,15 +344,17 @@ def draw_ridges(
 
 
 @njit(parallel=True, **_FAST)
-def _known_kernel(coherence, axis, q, u0, du, normal, centre, known, margin):
+def _known_kernel(strips, axis, centre, known, margin):
+    us, q, coherence, normal = strips.u, strips.q, strips.coherence, strips.normal
+    u0, du = us[0], us[1] - us[0]
     n_views, n_blocks, n_u = coherence.shape
     for v in prange(n_views):
         nx, ny = normal[v, 0], normal[v, 1]
         dx, dy = ny, -nx
         for b in range(n_blocks):
-            x = axis[0] + axis[2] * q[b] + axis[4] * q[b] * q[b] - centre[v, 0]
-            y = axis[1] + axis[3] * q[b] + axis[5] * q[b] * q[b] - centre[v, 1]
-            z = axis[6] + axis[7] + q[b] - centre[v, 2]
+            x = axis[P_X] + axis[S_X] * q[b] + axis[C_X] * q[b] * q[b] - centre[v, 0]
+            y = axis[P_Y] + axis[S_Y] * q[b] + axis[C_Y] * q[b] * q[b] - centre[v, 1]
+            z = axis[GROUND_Z] + axis[BH_M] + q[b] - centre[v, 2]
             own = x * dx + y * dy
             side = x * nx + y * ny
             for k in range(known.shape[0]):
@@ -342,14 +364,14 @@ def _known_kernel(coherence, axis, q, u0, du, normal, centre, known, margin):
                 across = 0.0
                 for _ in range(3):
                     bend = min(max(t, -1.5), 2.5)
-                    ex = stem[0] + stem[2] * t + stem[4] * bend * bend - centre[v, 0]
-                    ey = stem[1] + stem[3] * t + stem[5] * bend * bend - centre[v, 1]
+                    ex = stem[P_X] + stem[S_X] * t + stem[C_X] * bend * bend - centre[v, 0]
+                    ey = stem[P_Y] + stem[S_Y] * t + stem[C_Y] * bend * bend - centre[v, 1]
                     along = ex * dx + ey * dy
                     across = ex * nx + ey * ny
-                    t = centre[v, 2] + z * along / own - stem[6] - stem[7]
-                if t < -stem[7] - 0.2 or t > 7.0 or along < 1.0:
+                    t = centre[v, 2] + z * along / own - stem[GROUND_Z] - stem[BH_M]
+                if t < -stem[BH_M] - 0.2 or t > 7.0 or along < 1.0:
                     continue
-                wide = max(stem[8] + stem[9] * t, 0.4 * stem[8]) + margin + 0.012 * max(t, 0.0)
+                wide = max(stem[RADIUS] + stem[SLOPE] * t, 0.4 * stem[RADIUS]) + margin + 0.012 * max(t, 0.0)
                 middle = across * own / along - side
                 half = wide * own / along
                 low = max(int((middle - half - u0) / du + 1), 0)
@@ -364,14 +386,4 @@ def hide_known(strips: Strips, stack: PhotoStack, axis: StemAxis, known: np.ndar
     known: (K, 10) float64: :attr:`StemAxis.row`, radius at breast height and its slope.
     """
     if len(known):
-        _known_kernel(
-            strips.coherence,
-            axis.row,
-            strips.q,
-            float(strips.u[0]),
-            float(strips.u[1] - strips.u[0]),
-            strips.normal,
-            stack.centre,
-            known,
-            margin_m,
-        )
+        _known_kernel(strips, axis.row, stack.centre, known, margin_m)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from .stack import PhotoStack
-from .strips import StemAxis, Strips, cut_strips
+from .strips import StemAxis, StripLayout, Strips, cut_strips
 
 #: How many standard errors the direction must have to be believed; smallest radius used, m; share of the radius used.
 MIN_SE = 3.5
@@ -31,9 +31,8 @@ def sun_azimuths(stack: PhotoStack, stems: list[tuple[StemAxis, float, np.ndarra
     for axis, radius, seen in stems:
         if radius < MIN_RADIUS_M:
             continue
-        strips = cut_strips(
-            stack, axis, 0.5, 3.3, 0.28, 0.04, radius + 0.05, 0.01, 1.0, linear=False, wanted=seen > 0.5
-        )
+        layout = StripLayout(0.5, 3.3, 0.28, 0.04, radius + 0.05, 0.01, sigma_px=1.0, linear=False)
+        strips = cut_strips(stack, axis, layout, wanted=seen > 0.5)
         contrast = right_minus_left(strips, radius)
         border += (seen > 0.5)[:, None] * border_score(strips, radius, angles)
         good = (seen > 0.5) & np.isfinite(contrast)

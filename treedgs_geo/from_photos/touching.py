@@ -18,6 +18,7 @@ from .backdrop import Silhouette
 from .backdrop_kernels import step_contrast
 from .coarse import Mode, Search, distinct
 from .coarse_kernels import SINGLE_WEIGHT, edge_pair, mixture
+from .pattern import pattern_search
 from .strips import StemAxis
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
@@ -36,12 +37,16 @@ OPEN_M = 0.012
 WORTH, MOST_STARTS, STARTS_EACH, MOST_STEMS = 0.8, 9, 3, 3
 #: Gain of a pair over the best single disc, both on the edges, from which it is an explanation (log likelihood units).
 LEAST_GAIN = 6.0
+#: Moves of the search over both discs (:func:`_pair_step`).
+_PAIR_MOVES = 52
 
 
 @njit(**_FAST)
-def _pair_z(ridge, unit, valid, q, widen, normal, terminator, u0, du, p, taper, radii, mean, sd, z):
+def _pair_z(edges, valid, null, p, z):
     """z-score of a stem and its companion in every view. p: (10,) x, y, lx, ly, r of the one, then of the other.
     valid: (V, B) blocks that show something."""
+    ridge, unit, q, widen, normal, terminator, u0, du, taper = edges
+    radii, mean, sd = null
     n_views, n_blocks, n_u = ridge.shape
     step = radii[1] - radii[0]
     for v in range(n_views):
@@ -86,12 +91,12 @@ def _pair_z(ridge, unit, valid, q, widen, normal, terminator, u0, du, p, taper, 
 
 
 @njit(**_FAST)
-def _pair_objective(
-    ridge, unit, valid, q, widen, normal, terminator, u0, du, p, taper, radii, mean, sd, z, prior, upright
-):
+def _pair_objective(data, p):
+    """Summed log likelihood ratio of a pair, (10,)."""
+    edges, valid, null, prior, upright, z = data
     if p[9] < THINNEST_M or p[9] > THICKEST_M or p[9] > MOST_SHARE * p[4]:
         return -1e9
-    _pair_z(ridge, unit, valid, q, widen, normal, terminator, u0, du, p, taper, radii, mean, sd, z)
+    _pair_z(edges, valid, null, p, z)
     total = 0.0
     for v in range(z.size):
         if z[v] > -8.9:
@@ -107,101 +112,50 @@ def _pair_objective(
     return total - 0.5 * min(one, other) / COMPANION_LEAN_SD**2
 
 
+@njit(inline="always", **_FAST)
+def _pair_step(p, move, scale, trial):
+    """One move of :func:`.pattern.pattern_search` from the pair ``p`` (10,), into ``trial``."""
+    trial[:] = p
+    angle = (move % 8) * np.pi / 4
+    c, s = np.cos(angle), np.sin(angle)
+    if move < 24:  # the stem moves; with it grows or shrinks; the companion stays with it
+        grow = 0.0 if move < 8 else (0.015 * scale if move < 16 else -0.015 * scale)
+        trial[0] += 0.015 * scale * c
+        trial[1] += 0.015 * scale * s
+        trial[4] += grow
+    elif move < 32:
+        trial[2] += 0.02 * scale * c
+        trial[3] += 0.02 * scale * s
+    elif move < 40:
+        trial[5] += 0.015 * scale * c
+        trial[6] += 0.015 * scale * s
+    elif move < 44:
+        trial[7] += 0.02 * scale * np.cos(2 * angle)
+        trial[8] += 0.02 * scale * np.sin(2 * angle)
+    elif move < 46:  # about the stem
+        turn = 0.15 * scale * (1 if move == 44 else -1)
+        dx, dy = p[5] - p[0], p[6] - p[1]
+        trial[5] = p[0] + np.cos(turn) * dx - np.sin(turn) * dy
+        trial[6] = p[1] + np.sin(turn) * dx + np.cos(turn) * dy
+    elif move < 48:
+        trial[9] += 0.008 * scale * (1 if move == 46 else -1)
+    elif move < 50:
+        trial[4] += 0.012 * scale * (1 if move == 48 else -1)
+    else:  # the outer edges stay, the border between the two moves
+        dx, dy = p[5] - p[0], p[6] - p[1]
+        shift = 0.012 * scale * (1 if move == 50 else -1) / max(np.sqrt(dx * dx + dy * dy), 1e-6)
+        trial[0] += shift * dx
+        trial[1] += shift * dy
+        trial[4] += 0.012 * scale * (1 if move == 50 else -1)
+        trial[5] += shift * dx
+        trial[6] += shift * dy
+        trial[9] -= 0.012 * scale * (1 if move == 50 else -1)
+
+
 @njit(**_FAST)
-def _pair_polish(
-    ridge,
-    unit,
-    valid,
-    q,
-    widen,
-    normal,
-    terminator,
-    u0,
-    du,
-    p,
-    taper,
-    radii,
-    mean,
-    sd,
-    prior,
-    upright,
-    low,
-    high,
-    scales,
-):
+def _pair_polish(data, p, low, high, scales):
     """Pattern search over both discs; p is changed in place."""
-    z = np.empty(ridge.shape[0])
-    best = _pair_objective(
-        ridge, unit, valid, q, widen, normal, terminator, u0, du, p, taper, radii, mean, sd, z, prior, upright
-    )
-    trial = np.empty(10)
-    for scale in scales:
-        for _ in range(6):
-            improved = False
-            for move in range(52):
-                trial[:] = p
-                angle = (move % 8) * np.pi / 4
-                c, s = np.cos(angle), np.sin(angle)
-                if move < 24:  # the stem moves; with it grows or shrinks; the companion stays with it
-                    grow = 0.0 if move < 8 else (0.015 * scale if move < 16 else -0.015 * scale)
-                    trial[0] += 0.015 * scale * c
-                    trial[1] += 0.015 * scale * s
-                    trial[4] += grow
-                elif move < 32:
-                    trial[2] += 0.02 * scale * c
-                    trial[3] += 0.02 * scale * s
-                elif move < 40:
-                    trial[5] += 0.015 * scale * c
-                    trial[6] += 0.015 * scale * s
-                elif move < 44:
-                    trial[7] += 0.02 * scale * np.cos(2 * angle)
-                    trial[8] += 0.02 * scale * np.sin(2 * angle)
-                elif move < 46:  # about the stem
-                    turn = 0.15 * scale * (1 if move == 44 else -1)
-                    dx, dy = p[5] - p[0], p[6] - p[1]
-                    trial[5] = p[0] + np.cos(turn) * dx - np.sin(turn) * dy
-                    trial[6] = p[1] + np.sin(turn) * dx + np.cos(turn) * dy
-                elif move < 48:
-                    trial[9] += 0.008 * scale * (1 if move == 46 else -1)
-                elif move < 50:
-                    trial[4] += 0.012 * scale * (1 if move == 48 else -1)
-                else:  # the outer edges stay, the border between the two moves
-                    dx, dy = p[5] - p[0], p[6] - p[1]
-                    shift = 0.012 * scale * (1 if move == 50 else -1) / max(np.sqrt(dx * dx + dy * dy), 1e-6)
-                    trial[0] += shift * dx
-                    trial[1] += shift * dy
-                    trial[4] += 0.012 * scale * (1 if move == 50 else -1)
-                    trial[5] += shift * dx
-                    trial[6] += shift * dy
-                    trial[9] -= 0.012 * scale * (1 if move == 50 else -1)
-                if trial[4] < low or trial[4] > high:
-                    continue
-                value = _pair_objective(
-                    ridge,
-                    unit,
-                    valid,
-                    q,
-                    widen,
-                    normal,
-                    terminator,
-                    u0,
-                    du,
-                    trial,
-                    taper,
-                    radii,
-                    mean,
-                    sd,
-                    z,
-                    prior,
-                    upright,
-                )
-                if value > best + 1e-6:
-                    best = value
-                    p[:] = trial
-                    improved = True
-            if not improved:
-                break
-    return best
+    return pattern_search(_pair_objective, data, _pair_step, _PAIR_MOVES, p, low, high, scales, 6)
 
 
 @dataclass(frozen=True)
@@ -222,9 +176,7 @@ class Pair:
 
 def find_companion(search: Search, start: StemAxis, stems: list[np.ndarray]) -> Pair | None:
     """The best pair made of one of ``stems`` ((5,) vectors) and a companion; None where no companion helps."""
-    common, null = _inputs(search)
-    prior, upright = search.prior.row, -start.s
-    z = np.empty(len(search.ridge))
+    data, upright = _data(search, start), -start.s
     turns = np.arange(TURNS) * (2 * np.pi / TURNS)
     singles = [search.polish(Mode(*[*map(float, stem), search.score(stem)])) for stem in stems]
     singles = distinct(sorted(singles, key=lambda mode: -mode.score), 0.015, 0.008)[:MOST_STEMS]
@@ -242,9 +194,9 @@ def find_companion(search: Search, start: StemAxis, stems: list[np.ndarray]) -> 
                 mate = place + (thick + radius) * away
                 for lean in (upright, stem[2:4]):
                     p = np.concatenate([place, stem[2:4], [thick], mate, lean, [radius]])
-                    grid.append((float(_pair_objective(*common, p, *null, z, prior, upright)), owner, p))
+                    grid.append((float(_pair_objective(data, p)), owner, p))
     grid.sort(key=lambda item: -item[0])
-    limits = float(null[1][0]), float(null[1][-1])
+    limits = float(search.null.radii[0]), float(search.null.radii[-1])
     begun: list[tuple[float, np.ndarray]] = []
     starts: list[tuple[int, np.ndarray]] = []
     for value, owner, p in grid:
@@ -256,20 +208,19 @@ def find_companion(search: Search, start: StemAxis, stems: list[np.ndarray]) -> 
             continue
         starts.append((owner, p))
         vector = p.copy()
-        begun.append((float(_pair_polish(*common, vector, *null, prior, upright, *limits, np.array([1.0]))), vector))
+        begun.append((float(_pair_polish(data, vector, *limits, np.array([1.0]))), vector))
     if not begun:
         return None
     score, vector = max(begun, key=lambda item: item[0])
     if score < single + LEAST_GAIN:
         return None
-    score = float(_pair_polish(*common, vector, *null, prior, upright, *limits, np.array([0.5, 0.25])))
+    score = float(_pair_polish(data, vector, *limits, np.array([0.5, 0.25])))
     return Pair(vector, score, score - single)
 
 
 def pair_score(search: Search, start: StemAxis, vector: np.ndarray) -> float:
     """Score of a (10,) pair as it is."""
-    common, null = _inputs(search)
-    return float(_pair_objective(*common, vector, *null, np.empty(len(search.ridge)), search.prior.row, -start.s))
+    return float(_pair_objective(_data(search, start), vector))
 
 
 def crowded(vector: np.ndarray, normal: np.ndarray) -> np.ndarray:
@@ -281,31 +232,30 @@ def crowded(vector: np.ndarray, normal: np.ndarray) -> np.ndarray:
 
 def pair_z(search: Search, vector: np.ndarray) -> np.ndarray:
     """(V,) z-scores of a (10,) pair; -9 where a view shows nothing."""
-    common, null = _inputs(search)
     out = np.empty(len(search.ridge))
-    _pair_z(*common, vector, *null, out)
+    _pair_z(search.edges, _filled(search), search.null, vector, out)
     return out
 
 
-def _inputs(search: Search) -> tuple[tuple, tuple]:
-    s, u = search.strips, search.strips.u
-    valid = search.ridge[:, :, ::4].max(axis=2) > 0
-    place = float(u[0]), float(u[1] - u[0])
-    edges = (search.ridge, search.unit, valid, s.q, s.widen, s.normal, search.terminator, *place)
-    return edges, (search.taper, search.null.radii, search.null.mean, search.null.sd)
+def _filled(search: Search) -> np.ndarray:
+    """(V, B) blocks that show something."""
+    return search.ridge[:, :, ::4].max(axis=2) > 0
+
+
+def _data(search: Search, start: StemAxis) -> tuple:
+    """What :func:`_pair_objective` scores a pair by."""
+    edges, null, prior, scratch = search.data
+    return edges, _filled(search), null, prior, -start.s, scratch
 
 
 def pair_contrast(outline: Silhouette, vector: np.ndarray) -> float:
     """Contrast of the common silhouette of a (10,) pair, as :meth:`.backdrop.Silhouette.contrast` is for one disc."""
-    return float(
-        _contrast(
-            outline.total, outline.q, outline.normal, outline.widen, outline.blind, vector, outline.taper, outline.u0
-        )
-    )
+    return float(_contrast(outline, vector))
 
 
 @njit(**_FAST)
-def _contrast(total, qs, normal, widen, blind, p, taper, u0):
+def _contrast(outline, p):
+    total, u0, qs, normal, widen, blind, taper = outline
     result = 0.0
     for v in range(total.shape[0]):
         if blind[v]:

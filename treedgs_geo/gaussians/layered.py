@@ -32,18 +32,9 @@ from .free.band_fit import (
 from .free.controllers import FixedSchedule
 from .free.optimise import Adam, constrain, learning_rates, relocate
 from .loss import d_ssim, l1
-from .primitive.fit import (
-    JointSettings,
-    PrimitiveExplanation,
-    PrimitiveFit,
-    Sight,
-    compare,
-    draw,
-    fit_primitive,
-    fit_shape,
-    textures,
-)
+from .primitive.fit import PrimitiveExplanation, PrimitiveFit, fit_primitive, fit_shape
 from .primitive.model import CELL_M, GAMMA, N_ANGLES
+from .primitive.sights import JointSettings, Sight, compare, draw, textures
 
 #: The loop ends when a pass moved the diameter by less than this (cm) and the held-out photos are predicted no better
 #: than by this share.
@@ -144,8 +135,8 @@ class LayeredModel(BandModel):
         behind = np.clip(behind, 1e-4, 1)
         sight.front, sight.through = np.ascontiguousarray(front), np.ascontiguousarray(through)
         sight.behind = (behind**GAMMA).astype(np.float32)
-        alpha = sight.alpha[..., None]
-        bark = texture[sight.angle, np.minimum(sight.level, texture.shape[1] - 1)]
+        alpha = sight.coverage.alpha[..., None]
+        bark = texture[sight.coverage.angle, np.minimum(sight.coverage.level, texture.shape[1] - 1)]
         light = np.maximum(alpha * bark + (1 - alpha) * sight.behind, 1e-6).astype(np.float32)
         lit = light ** np.float32(1 / GAMMA)
         composite = (front + through[..., None] * lit) * self.gain[crop.view]
@@ -170,14 +161,14 @@ class LayeredModel(BandModel):
         price = settings.alpha_cost * weight / max(weight.sum(), 1e-6)
         through = passes[0].planes[3][..., None]
         # d lit / d behind (both gamma space): the mixing is in linear light.
-        share = (1 - sight.alpha[..., None]) * light ** (1 / GAMMA - 1) * behind ** (GAMMA - 1)
+        share = (1 - sight.coverage.alpha[..., None]) * light ** (1 / GAMMA - 1) * behind ** (GAMMA - 1)
         g_behind = g * through * share
         for which, done_pass, colour, beyond in ((before, passes[0], g, lit), (~before, passes[1], g_behind, ground)):
             given = np.empty((4, *weight.shape), np.float32)
             given[:3] = np.moveaxis(colour, -1, 0)
             given[3] = price - np.einsum("hwc,hwc->hw", colour, beyond)
             out[which] += self.rasteriser.backward(self.parameters[which], done_pass, given)
-        trans = passes[0].planes[3] * passes[1].planes[3] * (sight.alpha < 0.02)
+        trans = passes[0].planes[3] * passes[1].planes[3] * (sight.coverage.alpha < 0.02)
         residual = (crop.image - composite) / self.gain[crop.view]
         clear = cv2.erode(weight, np.ones((3, 3), np.uint8)) * trans * crop.ground
         gather_texture(

@@ -213,6 +213,76 @@ def gather_columns(source, order, out):
             out[row, i] = source[row, order[i]]
 
 
+@numba.njit(cache=True, nogil=True, inline="always", error_model="numpy")
+def _normal_gradient(given, sx, sy, jac, g_jac, g_sx, g_sy):
+    """Chain rule of the normal: adds to the gradient of J; returns those of SX and SY. given: (3,)."""
+    q, g_q, normal = np.empty(3), np.empty(3), np.empty(3)
+    norm = 0.0
+    for k in range(3):
+        q[k] = jac[2, k] - sx * jac[0, k] - sy * jac[1, k]
+        norm += q[k] * q[k]
+    norm = np.sqrt(norm)
+    dot = 0.0
+    for k in range(3):
+        normal[k] = -q[k] / norm
+        dot += normal[k] * given[k]
+    for k in range(3):
+        g_q[k] = -(given[k] - normal[k] * dot) / norm
+        g_sx -= jac[0, k] * g_q[k]
+        g_sy -= jac[1, k] * g_q[k]
+        g_jac[0, k] -= sx * g_q[k]
+        g_jac[1, k] -= sy * g_q[k]
+        g_jac[2, k] += g_q[k]
+    return g_sx, g_sy
+
+
+@numba.njit(cache=True, nogil=True, inline="always", error_model="numpy")
+def _centre_gradient(grad_u, grad_v, grad_range, intr, m, jac, g_jac, g_m):
+    """Fills the gradient of the camera centre m, (3,)."""
+    z = m[2]
+    fx, fy = intr[0], intr[1]
+    length = np.sqrt(m[0] ** 2 + m[1] ** 2 + z * z)
+    dot = jac[2, 0] * g_jac[2, 0] + jac[2, 1] * g_jac[2, 1] + jac[2, 2] * g_jac[2, 2]
+    for k in range(3):
+        g_m[k] = (
+            grad_u * jac[0, k] + grad_v * jac[1, k] + grad_range * jac[2, k] + (g_jac[2, k] - jac[2, k] * dot) / length
+        )
+    g_m[0] -= g_jac[0, 2] * fx / (z * z)
+    g_m[1] -= g_jac[1, 2] * fy / (z * z)
+    g_m[2] += (-g_jac[0, 0] * fx - g_jac[1, 1] * fy) / (z * z)
+    g_m[2] += 2 * (g_jac[0, 2] * fx * m[0] + g_jac[1, 2] * fy * m[1]) / (z * z * z)
+
+
+@numba.njit(cache=True, nogil=True, inline="always", error_model="numpy")
+def _quaternion_gradient(q, length_q, g_rq, out):
+    """Adds the gradient of a quaternion of this length, (4,), from that of its rotation."""
+    qw, qx, qy, qz = q[0] / length_q, q[1] / length_q, q[2] / length_q, q[3] / length_q
+    d_w = 2 * (qx * (g_rq[2, 1] - g_rq[1, 2]) + qy * (g_rq[0, 2] - g_rq[2, 0]) + qz * (g_rq[1, 0] - g_rq[0, 1]))
+    d_x = 2 * (
+        qy * (g_rq[0, 1] + g_rq[1, 0])
+        + qz * (g_rq[0, 2] + g_rq[2, 0])
+        - 2 * qx * (g_rq[1, 1] + g_rq[2, 2])
+        + qw * (g_rq[2, 1] - g_rq[1, 2])
+    )
+    d_y = 2 * (
+        qx * (g_rq[0, 1] + g_rq[1, 0])
+        + qz * (g_rq[1, 2] + g_rq[2, 1])
+        - 2 * qy * (g_rq[0, 0] + g_rq[2, 2])
+        + qw * (g_rq[0, 2] - g_rq[2, 0])
+    )
+    d_z = 2 * (
+        qx * (g_rq[0, 2] + g_rq[2, 0])
+        + qy * (g_rq[1, 2] + g_rq[2, 1])
+        - 2 * qz * (g_rq[0, 0] + g_rq[1, 1])
+        + qw * (g_rq[1, 0] - g_rq[0, 1])
+    )
+    dot = qw * d_w + qx * d_x + qy * d_y + qz * d_z
+    out[0] += (d_w - qw * dot) / length_q
+    out[1] += (d_x - qx * dot) / length_q
+    out[2] += (d_y - qy * dot) / length_q
+    out[3] += (d_z - qz * dot) / length_q
+
+
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def project_backward_kernel(params, intr, rot, trans, dilation, index, grad, out):
     """Chain rule from projected gradients to parameters.
@@ -223,7 +293,6 @@ def project_backward_kernel(params, intr, rot, trans, dilation, index, grad, out
     m, rq, mat = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     jac, vec = np.empty((3, 3)), np.empty((3, 3))
     g_vec, g_jac, g_mat, g_m, g_rq = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3), np.empty((3, 3))
-    q, g_q, normal = np.empty(3), np.empty(3), np.empty(3)
     for col in range(index.shape[0]):
         g = index[col]
         p = params[g]
@@ -243,22 +312,7 @@ def project_backward_kernel(params, intr, rot, trans, dilation, index, grad, out
         g_sx, g_sy = grad[7, col], grad[8, col]
         g_jac[:] = 0.0
         if grad[9, col] != 0.0 or grad[10, col] != 0.0 or grad[11, col] != 0.0:
-            norm = 0.0
-            for k in range(3):
-                q[k] = jac[2, k] - sx * jac[0, k] - sy * jac[1, k]
-                norm += q[k] * q[k]
-            norm = np.sqrt(norm)
-            dot = 0.0
-            for k in range(3):
-                normal[k] = -q[k] / norm
-                dot += normal[k] * grad[9 + k, col]
-            for k in range(3):
-                g_q[k] = -(grad[9 + k, col] - normal[k] * dot) / norm
-                g_sx -= jac[0, k] * g_q[k]
-                g_sy -= jac[1, k] * g_q[k]
-                g_jac[0, k] -= sx * g_q[k]
-                g_jac[1, k] -= sy * g_q[k]
-                g_jac[2, k] += g_q[k]
+            g_sx, g_sy = _normal_gradient(grad[9:12, col], sx, sy, jac, g_jac, g_sx, g_sy)
         g_a += g_sx * e
         g_b += g_sx * f + g_sy * e
         g_c += g_sy * f
@@ -285,21 +339,7 @@ def project_backward_kernel(params, intr, rot, trans, dilation, index, grad, out
             for k in range(3):
                 g_mat[i, k] = jac[0, i] * g_vec[0, k] + jac[1, i] * g_vec[1, k] + jac[2, i] * g_vec[2, k]
                 g_jac[i, k] += g_vec[i, 0] * mat[k, 0] + g_vec[i, 1] * mat[k, 1] + g_vec[i, 2] * mat[k, 2]
-        z = m[2]
-        fx, fy = intr[0], intr[1]
-        length = np.sqrt(m[0] ** 2 + m[1] ** 2 + z * z)
-        dot = jac[2, 0] * g_jac[2, 0] + jac[2, 1] * g_jac[2, 1] + jac[2, 2] * g_jac[2, 2]
-        for k in range(3):
-            g_m[k] = (
-                grad[0, col] * jac[0, k]
-                + grad[1, col] * jac[1, k]
-                + grad[6, col] * jac[2, k]
-                + (g_jac[2, k] - jac[2, k] * dot) / length
-            )
-        g_m[0] -= g_jac[0, 2] * fx / (z * z)
-        g_m[1] -= g_jac[1, 2] * fy / (z * z)
-        g_m[2] += (-g_jac[0, 0] * fx - g_jac[1, 1] * fy) / (z * z)
-        g_m[2] += 2 * (g_jac[0, 2] * fx * m[0] + g_jac[1, 2] * fy * m[1]) / (z * z * z)
+        _centre_gradient(grad[0, col], grad[1, col], grad[6, col], intr, m, jac, g_jac, g_m)
         for k in range(3):
             out[g, k] += rot[0, k] * g_m[0] + rot[1, k] * g_m[1] + rot[2, k] * g_m[2]
             s = np.exp(p[7 + k])
@@ -309,31 +349,7 @@ def project_backward_kernel(params, intr, rot, trans, dilation, index, grad, out
                 g_scale += value * rq[i, k]
                 g_rq[i, k] = value * s
             out[g, 7 + k] += g_scale * s
-        qw, qx, qy, qz = p[3] / length_q, p[4] / length_q, p[5] / length_q, p[6] / length_q
-        d_w = 2 * (qx * (g_rq[2, 1] - g_rq[1, 2]) + qy * (g_rq[0, 2] - g_rq[2, 0]) + qz * (g_rq[1, 0] - g_rq[0, 1]))
-        d_x = 2 * (
-            qy * (g_rq[0, 1] + g_rq[1, 0])
-            + qz * (g_rq[0, 2] + g_rq[2, 0])
-            - 2 * qx * (g_rq[1, 1] + g_rq[2, 2])
-            + qw * (g_rq[2, 1] - g_rq[1, 2])
-        )
-        d_y = 2 * (
-            qx * (g_rq[0, 1] + g_rq[1, 0])
-            + qz * (g_rq[1, 2] + g_rq[2, 1])
-            - 2 * qy * (g_rq[0, 0] + g_rq[2, 2])
-            + qw * (g_rq[0, 2] - g_rq[2, 0])
-        )
-        d_z = 2 * (
-            qx * (g_rq[0, 2] + g_rq[2, 0])
-            + qy * (g_rq[1, 2] + g_rq[2, 1])
-            - 2 * qz * (g_rq[0, 0] + g_rq[1, 1])
-            + qw * (g_rq[1, 0] - g_rq[0, 1])
-        )
-        dot = qw * d_w + qx * d_x + qy * d_y + qz * d_z
-        out[g, 3] += (d_w - qw * dot) / length_q
-        out[g, 4] += (d_x - qx * dot) / length_q
-        out[g, 5] += (d_y - qy * dot) / length_q
-        out[g, 6] += (d_z - qz * dot) / length_q
+        _quaternion_gradient(p[3:7], length_q, g_rq, out[g, 3:7])
         out[g, 10] += g_o * opacity * (1 - opacity)
         for k in range(3):
             out[g, 11 + k] += grad[12 + k, col]

@@ -19,16 +19,19 @@ from ..core.draws import own_seed
 from ..core.errors import InputError
 from ..core.progress import Reporter
 from ..reconstruction.cameras import View
-from .bands import Band, cut_bands, read_photo
+from .bands import Band, CutPhotos, cut_bands, read_photo
 from .crops import FoliageRule
 from .field import LARGEST_COORDINATE_M, MEAN, GaussianField, merge_fields
 from .free.band_fit import BandFit, FitSettings, fit_stem
 from .layered import fit_with_primitive
 from .options import GaussianOptions
-from .primitive.fit import JointSettings, PrimitiveFit
+from .primitive.fit import PrimitiveFit
+from .primitive.sights import JointSettings
 
 #: Most Gaussians of one stem with its primitive, unless more are asked for.
 MOST_BARK = 3000
+#: Points to start from, (M, 3) local, and their colours.
+Dense = tuple[np.ndarray, np.ndarray | None] | None
 
 
 @dataclass(frozen=True)
@@ -59,7 +62,7 @@ def fit_gaussians(
     frame: LocalFrame,
     ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
     seeds_xy: np.ndarray,
-    dense: tuple[np.ndarray, np.ndarray | None] | None = None,
+    dense: Dense = None,
     options: GaussianOptions | None = None,
     reporter: Reporter | None = None,
     load: Callable[[View], np.ndarray] = read_photo,
@@ -73,7 +76,7 @@ def fit_with_report(
     frame: LocalFrame,
     ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
     seeds_xy: np.ndarray,
-    dense: tuple[np.ndarray, np.ndarray | None] | None = None,
+    dense: Dense = None,
     options: GaussianOptions | None = None,
     reporter: Reporter | None = None,
     load: Callable[[View], np.ndarray] = read_photo,
@@ -90,6 +93,34 @@ def fit_with_report(
         InputError: no view, no seed, coordinates that are not local, or no seed that could be fitted.
     """
     options, reporter = options or GaussianOptions(), reporter or Reporter()
+    seeds = _checked_seeds(views, frame, seeds_xy)
+    warnings: list[str] = []
+    with reporter.stage("cut crops", 0.0, 0.15):
+        bands = cut_bands(views, ground, seeds, options, reporter, warnings, load)
+    reporter.info(
+        "Foliage is masked by a colour split learned from these photos."
+        if bands.rule
+        else "No clear colour split between foliage and the rest was found; no pixel is masked by colour."
+    )
+    with reporter.stage("fit stems", 0.15, 1.0):
+        fits = _fit_all(bands, options, dense, reporter)
+    blind = [stem for stem in bands.origins if stem not in fits]
+    if blind:
+        warnings.append(
+            f"{len(blind)} of {len(seeds)} stems are shown by no photo well enough and got no Gaussians "
+            f"(seeds {', '.join(map(str, blind[:8]))}{', ...' if len(blind) > 8 else ''})."
+        )
+    for warning in warnings:
+        reporter.warn(warning)
+    if not fits:
+        raise InputError(
+            "No stem could be fitted: no photo shows the stem band of any of the "
+            f"{len(seeds)} positions; check the positions, the ground model and the photos' overlap."
+        )
+    return _merged(bands, fits), _report(bands, fits, warnings)
+
+
+def _checked_seeds(views: Sequence[View], frame: LocalFrame, seeds_xy: np.ndarray) -> np.ndarray:
     seeds = np.asarray(seeds_xy, float).reshape(-1, 2)
     if not views:
         raise InputError("There is no registered photo to fit Gaussians to; run reconstruct first.")
@@ -103,17 +134,37 @@ def fit_with_report(
             f"{LARGEST_COORDINATE_M:g} m of the frame's origin "
             f"({frame.origin[0]:.0f}, {frame.origin[1]:.0f})."
         )
-    warnings: list[str] = []
-    with reporter.stage("cut crops", 0.0, 0.15):
-        photos = cut_bands(views, ground, seeds, options, reporter, warnings, load)
-    origins, rule = photos.origins, photos.rule
-    reporter.info(
-        "Foliage is masked by a colour split learned from these photos."
-        if rule
-        else "No clear colour split between foliage and the rest was found; no pixel is masked by colour."
-    )
-    share = max(options.max_gaussians // max(len(origins), 1), 10)
-    settings = FitSettings(
+    return seeds
+
+
+def _fit_all(bands: CutPhotos, options: GaussianOptions, dense: Dense, reporter: Reporter) -> dict[int, BandFit]:
+    """The stems side by side; those without a band or a fit are left out."""
+    share = max(options.max_gaussians // max(len(bands.origins), 1), 10)
+    settings = _settings(options, share)
+
+    def work(stem: int) -> tuple[int, BandFit | None]:
+        band = bands.band(stem)
+        return stem, None if band is None else _fit_one(bands.origins[stem], band, settings, options, dense, share)
+
+    fits: dict[int, BandFit] = {}
+    with ThreadPoolExecutor(options.threads) as pool:
+        waiting = [pool.submit(work, stem) for stem in bands.origins]
+        try:
+            for done, future in enumerate(as_completed(waiting), start=1):
+                stem, fit = future.result()
+                if fit is not None:
+                    fits[stem] = fit
+                reporter.progress(done / len(waiting), f"stem {done} of {len(waiting)}")
+        except BaseException:
+            for future in waiting:
+                future.cancel()
+            raise
+    return fits
+
+
+def _settings(options: GaussianOptions, share: int) -> FitSettings:
+    """share: most Gaussians of a stem."""
+    return FitSettings(
         gaussians=min(int(options.value("gaussians")), share),
         coarse_epochs=int(options.value("coarse_epochs")),
         fine_epochs=int(options.value("fine_epochs")),
@@ -126,66 +177,47 @@ def fit_with_report(
         seed=options.seed,
     )
 
-    def work(stem: int) -> tuple[int, BandFit | None]:
-        band = photos.band(stem)
-        return stem, None if band is None else _fit_one(origins[stem], band, settings, options, dense, share)
 
-    fits: dict[int, BandFit] = {}
-    with reporter.stage("fit stems", 0.15, 1.0), ThreadPoolExecutor(options.threads) as pool:
-        waiting = [pool.submit(work, stem) for stem in origins]
-        try:
-            for done, future in enumerate(as_completed(waiting), start=1):
-                stem, fit = future.result()
-                if fit is not None:
-                    fits[stem] = fit
-                reporter.progress(done / len(waiting), f"stem {done} of {len(waiting)}")
-        except BaseException:
-            for future in waiting:
-                future.cancel()
-            raise
-    blind = [stem for stem in origins if stem not in fits]
-    if blind:
-        warnings.append(
-            f"{len(blind)} of {len(seeds)} stems are shown by no photo well enough and got no Gaussians "
-            f"(seeds {', '.join(map(str, blind[:8]))}{', ...' if len(blind) > 8 else ''})."
-        )
-    for warning in warnings:
-        reporter.warn(warning)
-    if not fits:
-        raise InputError(
-            "No stem could be fitted: no photo shows the stem band of any of the "
-            f"{len(seeds)} positions; check the positions, the ground model and the photos' overlap."
-        )
+def _merged(bands: CutPhotos, fits: dict[int, BandFit]) -> GaussianField:
+    """One field, local frame, of the stems' own."""
     pieces = []
     for stem in sorted(fits):
         parameters = fits[stem].parameters.copy()
-        parameters[:, MEAN] += origins[stem]
+        parameters[:, MEAN] += bands.origins[stem]
         pieces.append(GaussianField.from_packed(parameters, stem))
-    report = FitReport(
-        [
-            {
-                "seed": stem,
-                "crops": fit.crops,
-                "pixels": fit.pixels,
-                "gaussians": len(fit.parameters),
-                "epochs": fit.epochs,
-                "seconds": round(fit.seconds, 2),
-                "stopped": fit.stopped,
-                "held_out": None
-                if fit.held_out is None
-                else {key: round(value, 4) for key, value in vars(fit.held_out).items() if math.isfinite(value)},
-                "dbh_cm": None if fit.primitive is None else round(fit.primitive.dbh_cm, 2),
-            }
-            for stem, fit in sorted(fits.items())
-        ],
-        photos.photos,
-        round(sum(fit.pixels for fit in fits.values()) / 1e6, 3),
-        sum(fit.pairs for fit in fits.values()),
-        rule,
-        warnings,
-        {stem: FoundStem(origins[stem], fit.primitive) for stem, fit in fits.items() if fit.primitive is not None},
+    return merge_fields(pieces)
+
+
+def _report(bands: CutPhotos, fits: dict[int, BandFit], warnings: list[str]) -> FitReport:
+    found = {
+        stem: FoundStem(bands.origins[stem], fit.primitive) for stem, fit in fits.items() if fit.primitive is not None
+    }
+    return FitReport(
+        stems=[_modelled(stem, fit) for stem, fit in sorted(fits.items())],
+        photos=bands.photos,
+        megapixels=round(sum(fit.pixels for fit in fits.values()) / 1e6, 3),
+        pairs=sum(fit.pairs for fit in fits.values()),
+        foliage=bands.rule,
+        warnings=warnings,
+        primitives=found,
     )
-    return merge_fields(pieces), report
+
+
+def _modelled(stem: int, fit: BandFit) -> dict:
+    held_out = fit.held_out
+    return {
+        "seed": stem,
+        "crops": fit.crops,
+        "pixels": fit.pixels,
+        "gaussians": len(fit.parameters),
+        "epochs": fit.epochs,
+        "seconds": round(fit.seconds, 2),
+        "stopped": fit.stopped,
+        "held_out": None
+        if held_out is None
+        else {key: round(value, 4) for key, value in vars(held_out).items() if math.isfinite(value)},
+        "dbh_cm": None if fit.primitive is None else round(fit.primitive.dbh_cm, 2),
+    }
 
 
 def _fit_one(
@@ -193,7 +225,7 @@ def _fit_one(
     band: Band,
     settings: FitSettings,
     options: GaussianOptions,
-    dense: tuple[np.ndarray, np.ndarray | None] | None,
+    dense: Dense,
     budget: int,
 ) -> BandFit | None:
     points = None

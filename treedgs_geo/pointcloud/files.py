@@ -73,7 +73,7 @@ def describe_cloud(path: Path) -> About:
         raise InputError(f"{path}: not found; give a LAS, LAZ or text point cloud.")
     if path.suffix.lower() in _TEXT:
         return About(path.stat().st_size // 20, np.zeros(3), np.full(3, np.inf))
-    reader = _open(path)
+    reader = open_reader(path)
     with reader:
         header = reader.header
         return About(
@@ -243,7 +243,7 @@ def _broken() -> tuple[type[BaseException], ...]:
     return (laspy.errors.LaspyException, ValueError, OSError, EOFError, RuntimeError, OverflowError, MemoryError)
 
 
-def _open(path: Path) -> Any:
+def open_reader(path: Path) -> Any:
     """laspy's reader, its header checked.
 
     Raises:
@@ -317,7 +317,7 @@ def _check_public_header(path: Path) -> None:
 def _iter_las(
     path: Path, bounds: Any, crs: str | None, attributes: tuple[str, ...] | None, need_crs: bool, chunk_points: int
 ) -> Iterator[PointCloud]:
-    with _open(path) as reader:
+    with open_reader(path) as reader:
         header = reader.header
         own = agreed_crs(file_crs(header, path), crs, path, need_crs)
         names = _names(header, attributes)

@@ -13,7 +13,7 @@ import numpy as np
 from ..core.files import atomic_path
 from .cloud import PointCloud
 from .file_crs import agreed_crs, file_crs
-from .files import _open, check_cloud_output, check_compression, is_text, iter_points
+from .files import check_cloud_output, check_compression, is_text, iter_points, open_reader
 from .text_files import iter_text
 
 #: xyz (N, 3) and attributes by name -> which points to write (mask or None = all) and the added dimensions' values.
@@ -38,7 +38,7 @@ def copy_cloud(source: Path, target: Path, step: Step, added: dict[str, str], cr
     if is_text(source):
         return _copy_text(source, target, step, added, crs)
     written = 0
-    with _open(source) as reader:
+    with open_reader(source) as reader:
         own = agreed_crs(file_crs(reader.header, source), crs, source, need_crs=True)
         check_compression(target, reader.header.point_format.id)
         header = _new_header(reader.header, added)

@@ -155,12 +155,12 @@ def adjust(
 
 def prune(block: Block, limit_px: float, min_angle_deg: float = 1.5) -> None:
     """Drop observations beyond ``limit_px`` and points whose rays meet under too small an angle."""
-    from .tracks import _widest_angle_deg
+    from .tracks import widest_angle_deg
 
     error = np.linalg.norm(block.residuals(), axis=1)
     block.keep(np.isfinite(error) & (error <= limit_px))
     if len(block.point):
-        block.keep(_widest_angle_deg(block)[block.point] >= min_angle_deg)
+        block.keep(widest_angle_deg(block)[block.point] >= min_angle_deg)
 
 
 def scale_camera(camera: Camera, focal_factor: float) -> Camera:

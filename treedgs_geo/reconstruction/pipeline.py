@@ -129,7 +129,7 @@ def reconstruct_photos(
         block = join_photos(placement, store, stations, xyz, free, reporter)
     timing["adjustment"] = time.monotonic() - began - sum(timing.values())
 
-    report = check_block(block, stations, xyz, calibration, ground, free, reporter)
+    report = check_block(block, stations, xyz, calibration, free, reporter)
     report |= {
         "seconds": round(time.monotonic() - began, 1),
         "stage_seconds": {k: round(v, 1) for k, v in timing.items()},

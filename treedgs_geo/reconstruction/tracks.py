@@ -145,7 +145,7 @@ def triangulate(block: Block, limit_px: float, min_angle_deg: float = 1.5, round
     _intersect(block)
     error = np.linalg.norm(block.residuals(), axis=1)
     block.keep(np.isfinite(error) & (error <= limit_px))
-    block.keep(_widest_angle_deg(block)[block.point] >= min_angle_deg)
+    block.keep(widest_angle_deg(block)[block.point] >= min_angle_deg)
 
 
 def _rays(block: Block) -> np.ndarray:
@@ -170,7 +170,7 @@ def _intersect(block: Block) -> None:
         weight = 1 / np.maximum(np.linalg.norm(block.points[block.point] - centres, axis=1), 1.0) ** 2
 
 
-def _widest_angle_deg(block: Block) -> np.ndarray:
+def widest_angle_deg(block: Block) -> np.ndarray:
     """(P,) twice the largest angle between a ray and the mean ray of its point: close to the widest angle of
     intersection.
     """

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from .cone_kernels import _solved
+from .cone_kernels import cholesky_solve
 
 _FOR_LEVEL = 36
 #: Density of stray points inside a ring of bark over that outside.
@@ -72,7 +72,8 @@ def _mass_inside(x, y, w, cx, cy, limit):  # pragma: no cover - compiled
 
 
 @njit(cache=True, parallel=True)
-def _solid_batch(points, weights, starts, power, hypotheses, least, r_min, r_max, seeds):  # pragma: no cover - compiled
+def solid_batch(points, weights, starts, power, hypotheses, least, r_min, r_max, seeds):  # pragma: no cover - compiled
+    """(S, 3) best solid circle of every slice, NaN where none was drawn; starts: (S + 1,) first point of each."""
     slices = starts.shape[0] - 1
     out = np.full((slices, 3), np.nan)
     for s in prange(slices):
@@ -118,7 +119,7 @@ def _solid_batch(points, weights, starts, power, hypotheses, least, r_min, r_max
 
 
 @njit(cache=True)
-def _ring_score(points, weights, x, y, r, noise, area):  # pragma: no cover - compiled
+def ring_score(points, weights, x, y, r, noise, area):  # pragma: no cover - compiled
     """Mean log likelihood ratio of "bark around a ring, clutter elsewhere" to "clutter everywhere".
 
     Bark spreads over the circumference, so that a wide ring has to hold more points to win; clutter is uniform, and
@@ -142,7 +143,8 @@ def _ring_score(points, weights, x, y, r, noise, area):  # pragma: no cover - co
 
 
 @njit(cache=True)
-def _ring_consensus(points, weights, hypotheses, noise, area, r_min, r_max, seed):  # pragma: no cover - compiled
+def ring_consensus(points, weights, hypotheses, noise, area, r_min, r_max, seed):  # pragma: no cover - compiled
+    """(3,) ring through three of the points with the best :func:`ring_score`; NaN where none was found."""
     n = points.shape[0]
     cumulative = np.cumsum(weights)
     best = -np.inf
@@ -159,7 +161,7 @@ def _ring_consensus(points, weights, hypotheses, noise, area, r_min, r_max, seed
         cx, cy, r2 = _through(q, pick[0], pick[1], pick[2])
         if r2 < r_min * r_min or r2 > r_max * r_max:
             continue
-        score = _ring_score(q, weights, cx, cy, np.sqrt(r2), 1.5 * noise, area)
+        score = ring_score(q, weights, cx, cy, np.sqrt(r2), 1.5 * noise, area)
         if score > best:
             best = score
             out[0] = cx + mx
@@ -192,7 +194,7 @@ def _normal(points, vector, residual, w, normal, right):  # pragma: no cover - c
 def _step(normal, right, vector, longest):  # pragma: no cover - compiled
     """Moves ``vector`` by at most ``longest``; the length it wanted, or -1 where the circle ran away."""
     step = np.zeros(3)
-    if not _solved(normal + 1e-12 * np.eye(3), right, step):
+    if not cholesky_solve(normal + 1e-12 * np.eye(3), right, step):
         return -1.0
     largest = np.abs(step).max()
     vector += step * min(1.0, longest / max(largest, 1e-12))
@@ -209,7 +211,7 @@ def _residual(points, vector, out):  # pragma: no cover - compiled
 
 
 @njit(cache=True)
-def _geometric(points, weights, start, noise, rounds):  # pragma: no cover - compiled
+def geometric_fit(points, weights, start, noise, rounds):  # pragma: no cover - compiled
     """:func:`.circles.geometric_circle`: whether it held, (3,), (3, 3), (N,)."""
     n = points.shape[0]
     vector = start.copy()
@@ -236,7 +238,7 @@ def _geometric(points, weights, start, noise, rounds):  # pragma: no cover - com
 
 
 @njit(cache=True)
-def _mixture(points, weights, start, noise_m, area):  # pragma: no cover - compiled
+def mixture_fit(points, weights, start, noise_m, area):  # pragma: no cover - compiled
     """:func:`.circles._mixture_circle`: whether it held, (3,), (3, 3)."""
     n = points.shape[0]
     vector = start.copy()

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.draws import stream
-from .circle_kernels import _geometric, _mixture, _ring_consensus, _ring_score, _solid_batch
+from .circle_kernels import geometric_fit, mixture_fit, ring_consensus, ring_score, solid_batch
 from .section_kernels import SECTORS
 
 
@@ -109,7 +109,7 @@ def fit_solid_circles(
     if not thinned:
         return np.empty((0, 3))
     starts = np.concatenate([[0], np.cumsum([len(points) for points in thinned])]).astype(np.int64)
-    return _solid_batch(
+    return solid_batch(
         np.concatenate(thinned),
         np.concatenate(kept),
         starts,
@@ -158,7 +158,7 @@ def geometric_circle(
     points: np.ndarray, weights: np.ndarray, start: np.ndarray, noise_m: float, rounds: int = 30
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
     """Robust geometric fit: ``(x, y, r)``, (3, 3) covariance, (N,) robust weights; ``None`` if it runs away."""
-    done, *found = _geometric(
+    done, *found = geometric_fit(
         np.ascontiguousarray(points, dtype=float), np.asarray(weights, float), np.asarray(start, float), noise_m, rounds
     )
     return (found[0], found[1], found[2]) if done else None
@@ -216,7 +216,7 @@ def _ring(
         algebraic = hyper_circle(points, weights)
         if algebraic is not None:
             starts.append(algebraic)
-        consensus = _ring_consensus(
+        consensus = ring_consensus(
             np.ascontiguousarray(points), np.ascontiguousarray(weights), 600, noise_m, area, 0.01, 1.5, np.uint64(seed)
         )
         if np.isfinite(consensus[2]):
@@ -226,7 +226,7 @@ def _ring(
         fitted = _mixture_circle(points, weights, near, noise_m, area)
         if fitted is None:
             continue
-        score = _ring_score(points, weights, *fitted[0], noise_m, area)
+        score = ring_score(points, weights, *fitted[0], noise_m, area)
         if score > best_score:
             best, best_score = fitted, score
     if best is None:
@@ -238,9 +238,9 @@ def _ring(
 def _mixture_circle(
     points: np.ndarray, weights: np.ndarray, start: np.ndarray, noise_m: float, area: float
 ) -> tuple[np.ndarray, np.ndarray] | None:
-    """Bark or clutter: expectation-maximisation of :func:`_ring_score`'s model from ``start``, noise shrinking to
+    """Bark or clutter: expectation-maximisation of :func:`ring_score`'s model from ``start``, noise shrinking to
     ``noise_m``. ``(x, y, r)`` and (3, 3) covariance; ``None`` if it runs away."""
-    done, vector, covariance = _mixture(
+    done, vector, covariance = mixture_fit(
         np.ascontiguousarray(points), np.asarray(weights, float), np.asarray(start, float), noise_m, area
     )
     return (vector, covariance) if done else None

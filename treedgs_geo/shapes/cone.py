@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .cone_kernels import CONE_LEAN_SD, CONE_TAPER_SD, _fit, _residuals
+from .cone_kernels import CONE_LEAN_SD, CONE_TAPER_SD, bark_distances, fit_vector
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Cone:
 
     def residuals(self, points: np.ndarray) -> np.ndarray:
         """(N,) distance from the bark, positive outside."""
-        return _residuals(np.ascontiguousarray(points, dtype=float), self.vector, self.h_ref)
+        return bark_distances(np.ascontiguousarray(points, dtype=float), self.vector, self.h_ref)
 
     def azimuths(self, points: np.ndarray) -> np.ndarray:
         """(N,) direction of the points around the axis, radians (-pi, pi]."""
@@ -83,7 +83,7 @@ def fit_cone(
     if len(points) < 6 or not np.isfinite(points).all():
         return None
     weights = np.ones(len(points)) if weights is None else np.ascontiguousarray(weights, dtype=float)
-    vector, covariance, sigma = _fit(
+    vector, covariance, sigma = fit_vector(
         points,
         weights,
         start.vector,

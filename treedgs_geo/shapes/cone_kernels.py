@@ -21,7 +21,7 @@ STARTS, SAME_M = (1.0, 0.7, 1.4, 0.45), 0.0005
 
 
 @njit(cache=True)
-def _fit(
+def fit_vector(
     points, weights, start, h_ref, schedule, floor_m, cap_m, lean_sd, taper_sd, bend_sd, rounds
 ):  # pragma: no cover - compiled
     """:func:`fit_cone` without its refusals: vector (8,), its covariance (8, 8) and sigma, -1 where it ran away."""
@@ -79,7 +79,8 @@ def distance(x, y, h, vector, h_ref):  # pragma: no cover - compiled
 
 
 @njit(cache=True)
-def _residuals(points, vector, h_ref):  # pragma: no cover - compiled
+def bark_distances(points, vector, h_ref):  # pragma: no cover - compiled
+    """:func:`distance` of (N, 3) points."""
     out = np.empty(points.shape[0])
     for i in range(points.shape[0]):
         out[i] = distance(points[i, 0], points[i, 1], points[i, 2], vector, h_ref)
@@ -226,7 +227,7 @@ def _gauss_newton(
         for a in range(8):
             damped[a, a] += 1e-3 * normal[a, a] + 1e-6
         # A straight axis has no bend to solve for: it is zero, and so is what draws it there.
-        if not _solved(damped[:known, :known], right[:known], step[:known]):
+        if not cholesky_solve(damped[:known, :known], right[:known], step[:known]):
             return False
         largest = np.sqrt(step[0] ** 2 + step[1] ** 2)
         if largest > 0.1:
@@ -242,7 +243,7 @@ def _gauss_newton(
 
 
 @njit(cache=True)
-def _solved(matrix, right, out):  # pragma: no cover - compiled
+def cholesky_solve(matrix, right, out):  # pragma: no cover - compiled
     """Cholesky in place: ``matrix`` (K, K) positive definite, ``out`` the solution; False where it is not."""
     k = right.shape[0]
     for a in range(k):
@@ -287,7 +288,7 @@ def grow(
         start[:] = 0.0
         start[0], start[1], start[4], start[5] = place[0], place[1], radius * factor, USUAL_TAPER
         coarse = min(0.05, 0.5 * start[4])
-        vector, _, sigma = _fit(
+        vector, _, sigma = fit_vector(
             layer,
             weight,
             start,
@@ -309,7 +310,7 @@ def grow(
             continue
         starts[known] = vector
         known += 1
-        vector, covariance, sigma = _fit(
+        vector, covariance, sigma = fit_vector(
             points,
             weights,
             vector,

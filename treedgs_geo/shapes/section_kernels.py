@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .circle_kernels import _geometric
-from .cone_kernels import _solved, distance
+from .circle_kernels import geometric_fit
+from .cone_kernels import cholesky_solve, distance
 
 SECTORS = 24
 #: Height of the rows that bark is counted in, and of those that its purity is told by, m; the latter's number.
@@ -123,7 +123,7 @@ def slice_rows(
             weight = np.empty(n)
             for k in range(n):
                 weight[k] = weights[low[s] + k] / filled[sector[k]]
-            held, circle, covariance, _ = _geometric(here, weight, np.array([0.0, 0.0, expected]), noise, 30)
+            held, circle, covariance, _ = geometric_fit(here, weight, np.array([0.0, 0.0, expected]), noise, 30)
             if held and np.hypot(circle[0], circle[1]) < 0.05:
                 rows[count] = centres[s], 200 * circle[2], 200 * np.sqrt(covariance[2, 2]), arc, 1.0
                 count += 1
@@ -174,7 +174,7 @@ def ellipse(points, weights, x, y, r, noise):  # pragma: no cover - compiled
                     normal[i, j] += wi * basis[j]
         for i in range(5):
             normal[i, i] += 1e-12
-        if not _solved(normal, right, step):
+        if not cholesky_solve(normal, right, step):
             return False, vector, sums
         vector += step
         scale = max(0.7 * scale, 2.5 * noise)

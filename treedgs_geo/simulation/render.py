@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numba
@@ -84,9 +84,56 @@ def scene_of(ground: Ground, mesh: StemMesh, faces: Faces) -> Any:
     return make_scene(vertices, triangles)
 
 
+class _Lens(NamedTuple):
+    """A photo's camera: width and lens in pixels, (3, 3) rotation world -> camera, (3,) centre."""
+
+    width: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    k1: float
+    k2: float
+    rotation: np.ndarray
+    centre: np.ndarray
+
+
+class _GroundLook(NamedTuple):
+    """(n, n, 3) coded colours and (m, m, 3) light, each with its corner and cell, metres."""
+
+    colour: np.ndarray
+    low: float
+    step: float
+    light: np.ndarray
+    light_low: float
+    light_step: float
+
+
+class _StemLook(NamedTuple):
+    """Stem triangles with their (vertices, 2) place on the bark and (vertices, 3) light; owner: stem of each triangle;
+    bark: the tile; offset: (stems, 3) its shifts and brightness."""
+
+    triangles: np.ndarray
+    place: np.ndarray
+    light: np.ndarray
+    owner: np.ndarray
+    bark: np.ndarray
+    offset: np.ndarray
+
+
+class _Hits(NamedTuple):
+    """What (N, 6) rays met first: (N,) distance, (N,) primitive id (over ground, stems, then faces), (N, 2) place."""
+
+    rays: np.ndarray
+    distance: np.ndarray
+    primitive: np.ndarray
+    uv: np.ndarray
+
+
 @numba.njit(parallel=True, cache=True)
-def _primary_rays(first_row, rows, width, samples, fx, fy, cx, cy, k1, k2, rotation, centre, seed, rays):
+def _primary_rays(first_row, rows, samples, lens, seed, rays):
     """Rays of ``rows`` image rows, ``samples`` a pixel (a rank-1 lattice with a shift hashed from the pixel)."""
+    width, fx, fy, cx, cy, k1, k2, rotation, centre = lens
     for r in numba.prange(rows):
         for c in range(width):
             key = np.uint32((first_row + r) * 73856093) ^ np.uint32(c * 19349663) ^ np.uint32(seed)
@@ -111,34 +158,67 @@ def _primary_rays(first_row, rows, width, samples, fx, fy, cx, cy, k1, k2, rotat
                     rays[i, 3 + a] = x * rotation[0, a] + y * rotation[1, a] + rotation[2, a]
 
 
-@numba.njit(parallel=True, cache=True)
-def _shade(
-    rays,
-    distance,
-    primitive,
-    uv,
-    samples,
-    ground_faces,
-    stem_faces,
-    texture,
-    tex_low,
-    tex_step,
-    floor,
-    floor_low,
-    floor_step,
-    triangles,
-    stem_uv,
-    stem_light,
-    owner,
-    bark,
-    bark_offset,
-    face_light,
-    haze,
-    out,
-):
-    """Mean radiance of each pixel's samples into ``out`` (pixels, 3)."""
+@numba.njit(cache=True, inline="always")
+def _bilinear(image, top, bottom, left, right, down, across, a):
+    """Channel ``a`` between four pixels: ``down`` and ``across`` are the shares of the later row and column."""
+    return (image[top, left, a] * (1 - across) + image[top, right, a] * across) * (1 - down) + (
+        image[bottom, left, a] * (1 - across) + image[bottom, right, a] * across
+    ) * down
+
+
+@numba.njit(cache=True, inline="always")
+def _ground_light(x, y, ground):
+    """Red, green and blue radiance of the ground at x, y."""
+    texture, tex_low, tex_step, floor, floor_low, floor_step = ground
     tex_n, floor_n = texture.shape[0], floor.shape[0]
+    col = (x - tex_low) / tex_step - 0.5
+    row = (y - tex_low) / tex_step - 0.5
+    c0, r0 = int(np.floor(col)), int(np.floor(row))
+    fc, fr = col - c0, row - r0
+    top, bottom, left, right = r0 % tex_n, (r0 + 1) % tex_n, c0 % tex_n, (c0 + 1) % tex_n
+    col = min(max((x - floor_low) / floor_step - 0.5, 0.0), floor_n - 1.001)
+    row = min(max((y - floor_low) / floor_step - 0.5, 0.0), floor_n - 1.001)
+    c1, r1 = int(col), int(row)
+    gc, gr = col - c1, row - r1
+    red = _bilinear(texture, top, bottom, left, right, fr, fc, 0) / 255.0
+    green = _bilinear(texture, top, bottom, left, right, fr, fc, 1) / 255.0
+    blue = _bilinear(texture, top, bottom, left, right, fr, fc, 2) / 255.0
+    return (
+        red * red * _bilinear(floor, r1, r1 + 1, c1, c1 + 1, gr, gc, 0),
+        green * green * _bilinear(floor, r1, r1 + 1, c1, c1 + 1, gr, gc, 1),
+        blue * blue * _bilinear(floor, r1, r1 + 1, c1, c1 + 1, gr, gc, 2),
+    )
+
+
+@numba.njit(cache=True, inline="always")
+def _bark_light(f, b1, b2, stems):
+    """Red, green and blue radiance of stem triangle f at barycentric b1, b2."""
+    triangles, place, light, owner, bark, offset = stems
     bark_h, bark_w = bark.shape[0], bark.shape[1]
+    i0, i1, i2 = triangles[f, 0], triangles[f, 1], triangles[f, 2]
+    b0 = 1.0 - b1 - b2
+    s = owner[f]
+    around = place[i0, 0] * b0 + place[i1, 0] * b1 + place[i2, 0] * b2
+    along = place[i0, 1] * b0 + place[i1, 1] * b1 + place[i2, 1] * b2
+    col = ((around * 0.5 + offset[s, 0]) % 1.0) * bark_w
+    row = ((along + offset[s, 1]) / 0.005) % bark_h
+    if row < 0:
+        row += bark_h
+    c0, r0 = int(col) % bark_w, int(row) % bark_h
+    red, green, blue = bark[r0, c0, 0] / 255.0, bark[r0, c0, 1] / 255.0, bark[r0, c0, 2] / 255.0
+    return (
+        red * red * (light[i0, 0] * b0 + light[i1, 0] * b1 + light[i2, 0] * b2) * offset[s, 2],
+        green * green * (light[i0, 1] * b0 + light[i1, 1] * b1 + light[i2, 1] * b2) * offset[s, 2],
+        blue * blue * (light[i0, 2] * b0 + light[i1, 2] * b1 + light[i2, 2] * b2) * offset[s, 2],
+    )
+
+
+@numba.njit(parallel=True, cache=True)
+def _shade(hits, samples, counts, ground, stems, faces, haze, out):
+    """Mean radiance of each pixel's samples into ``out`` (pixels, 3). counts: triangles of the ground and of the stems.
+    faces: (F, 3) light of the other triangles."""
+    rays, distance, primitive, uv = hits
+    ground_faces, stem_faces = counts
     for p in numba.prange(out.shape[0]):
         red = green = blue = 0.0
         for k in range(samples):
@@ -149,60 +229,13 @@ def _shade(
                 continue
             prim = np.int64(primitive[i])
             if prim < ground_faces:
-                x = rays[i, 0] + t * rays[i, 3]
-                y = rays[i, 1] + t * rays[i, 4]
-                col = (x - tex_low) / tex_step - 0.5
-                row = (y - tex_low) / tex_step - 0.5
-                c0, r0 = int(np.floor(col)), int(np.floor(row))
-                fc, fr = col - c0, row - r0
-                col = min(max((x - floor_low) / floor_step - 0.5, 0.0), floor_n - 1.001)
-                row = min(max((y - floor_low) / floor_step - 0.5, 0.0), floor_n - 1.001)
-                c1, r1 = int(col), int(row)
-                gc, gr = col - c1, row - r1
-                for a in range(3):
-                    t00 = texture[r0 % tex_n, c0 % tex_n, a]
-                    t01 = texture[r0 % tex_n, (c0 + 1) % tex_n, a]
-                    t10 = texture[(r0 + 1) % tex_n, c0 % tex_n, a]
-                    t11 = texture[(r0 + 1) % tex_n, (c0 + 1) % tex_n, a]
-                    code = ((t00 * (1 - fc) + t01 * fc) * (1 - fr) + (t10 * (1 - fc) + t11 * fc) * fr) / 255.0
-                    light = (floor[r1, c1, a] * (1 - gc) + floor[r1, c1 + 1, a] * gc) * (1 - gr) + (
-                        floor[r1 + 1, c1, a] * (1 - gc) + floor[r1 + 1, c1 + 1, a] * gc
-                    ) * gr
-                    value = code * code * light
-                    if a == 0:
-                        red += value
-                    elif a == 1:
-                        green += value
-                    else:
-                        blue += value
+                r, g, b = _ground_light(rays[i, 0] + t * rays[i, 3], rays[i, 1] + t * rays[i, 4], ground)
             elif prim < ground_faces + stem_faces:
-                f = prim - ground_faces
-                i0, i1, i2 = triangles[f, 0], triangles[f, 1], triangles[f, 2]
-                b1, b2 = uv[i, 0], uv[i, 1]
-                b0 = 1.0 - b1 - b2
-                s = owner[f]
-                around = stem_uv[i0, 0] * b0 + stem_uv[i1, 0] * b1 + stem_uv[i2, 0] * b2
-                along = stem_uv[i0, 1] * b0 + stem_uv[i1, 1] * b1 + stem_uv[i2, 1] * b2
-                col = ((around * 0.5 + bark_offset[s, 0]) % 1.0) * bark_w
-                row = ((along + bark_offset[s, 1]) / 0.005) % bark_h
-                if row < 0:
-                    row += bark_h
-                c0, r0 = int(col) % bark_w, int(row) % bark_h
-                for a in range(3):
-                    code = bark[r0, c0, a] / 255.0
-                    light = stem_light[i0, a] * b0 + stem_light[i1, a] * b1 + stem_light[i2, a] * b2
-                    value = code * code * light * bark_offset[s, 2]
-                    if a == 0:
-                        red += value
-                    elif a == 1:
-                        green += value
-                    else:
-                        blue += value
+                r, g, b = _bark_light(prim - ground_faces, uv[i, 0], uv[i, 1], stems)
             else:
                 f = prim - ground_faces - stem_faces
-                red += face_light[f, 0]
-                green += face_light[f, 1]
-                blue += face_light[f, 2]
+                r, g, b = faces[f, 0], faces[f, 1], faces[f, 2]
+            red, green, blue = red + r, green + g, blue + b
         out[p, 0] = red / samples * (1 - haze) + haze * 0.22
         out[p, 1] = green / samples * (1 - haze) + haze * 0.25
         out[p, 2] = blue / samples * (1 - haze) + haze * 0.29
@@ -212,53 +245,21 @@ def radiance(world: World, light: Light, view: View, samples: int, seed: int, ha
     """(height, width, 3) float32 linear radiance through a perfect lens of the view's distortion."""
     camera = view.camera
     width, height = camera.width, camera.height
+    lens = _Lens(width, camera.fx, camera.fy, camera.cx, camera.cy, camera.k1, camera.k2, view.rotation, view.centre)
+    mesh, texture = world.mesh, world.texture
+    counts = (world.ground_faces, world.stem_faces)
+    ground = _GroundLook(texture.colour, texture.low, texture.step, light.ground, light.low, light.step)
+    stems = _StemLook(mesh.triangles, mesh.uv, light.stems, mesh.owner, world.bark, world.bark_offset)
     image = np.empty((height * width, 3), np.float32)
     rows_a_batch = max(1, BATCH_RAYS // (width * samples))
     rays = np.empty((rows_a_batch * width * samples, 6), np.float32)
     for row in range(0, height, rows_a_batch):
         rows = min(rows_a_batch, height - row)
         part = rays[: rows * width * samples]
-        _primary_rays(
-            row,
-            rows,
-            width,
-            samples,
-            camera.fx,
-            camera.fy,
-            camera.cx,
-            camera.cy,
-            camera.k1,
-            camera.k2,
-            view.rotation,
-            view.centre,
-            seed & 0x7FFFFFFF,
-            part,
-        )
+        _primary_rays(row, rows, samples, lens, seed & 0x7FFFFFFF, part)
         distance, primitive, corner = cast(world.scene, part)
-        _shade(
-            part,
-            distance,
-            primitive,
-            corner,
-            samples,
-            world.ground_faces,
-            world.stem_faces,
-            world.texture.colour,
-            world.texture.low,
-            world.texture.step,
-            light.ground,
-            light.low,
-            light.step,
-            world.mesh.triangles,
-            world.mesh.uv,
-            light.stems,
-            world.mesh.owner,
-            world.bark,
-            world.bark_offset,
-            light.faces,
-            haze,
-            image[row * width : (row + rows) * width],
-        )
+        pixels = image[row * width : (row + rows) * width]
+        _shade(_Hits(part, distance, primitive, corner), samples, counts, ground, stems, light.faces, haze, pixels)
     return image.reshape(height, width, 3)
 
 

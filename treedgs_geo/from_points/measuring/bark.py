@@ -25,8 +25,8 @@ DRIFT_SHARE = 0.25
 #: The same of half rings, share of the shape's error on top of it, below this arc.
 HALF_RING, HALF_RING_DEG = 0.75, 200.0
 #: What of each part counts in the error of drone LiDAR (``benchmarks/clouds/interval_coverage.py``): the fit at the
-#: noise the points have, its clutter, the shape that shows, the slices, the noise itself (half-hit rims lie outside the
-#: bark), a share of the diameter, and a floor, cm: flight lines are off by a centimetre each, one side of the bark
+#: noise the points have, its clutter, the shape that shows, the slices, the noise itself (half-hit rims lie outside
+#: the bark), a share of the diameter, and a floor, cm: flight lines are off by a centimetre each, one side of the bark
 #: against the other, which the spread of the points hardly shows.
 ULS_FIT, ULS_SHAPE, ULS_HEIGHT, ULS_NOISE, ULS_SHARE, ULS_FLOOR_CM = 1.0, 0.5, 0.25, 0.2, 0.004, 0.8
 #: An arc below this does not show the shape, degrees.

@@ -84,7 +84,7 @@ def _solid_radius(cone: Cone, points: np.ndarray, weights: np.ndarray | None) ->
     if not usable.any():
         return cone
     best = float(r[usable][np.argmax(mass[usable] / r[usable])])
-    return replace(cone, r=best - cone.taper * 0.0)
+    return replace(cone, r=best)
 
 
 def follow_up(

@@ -30,7 +30,8 @@ from .options import SegmentOptions
 from .refused import Rejected, at_seeds, axis_row, listed, not_round
 from .sensors import SENSORS, Sensor, settled, tolerance
 
-_TILE_M, _BUFFER_M = 30.0, 1.5
+#: Side of the squares that a cloud is searched in, and how far each sees into its neighbours, metres.
+TILE_M, BUFFER_M = 30.0, 1.5
 
 
 @dataclass(frozen=True)
@@ -137,7 +138,7 @@ def search_points(
     points: np.ndarray, weights: np.ndarray | None, sensor: Sensor, options: SegmentOptions | None = None
 ) -> list[ConeStem]:
     """The stems in a small set of (N, 3) points (x, y, height above ground), say one tree of another segmenter."""
-    return _without_doubles(_search_tile(points, weights, sensor, options or SegmentOptions(), follow=False))
+    return without_doubles(search_tile(points, weights, sensor, options or SegmentOptions(), follow=False))
 
 
 def _search(
@@ -150,22 +151,22 @@ def _search(
 ) -> list[ConeStem]:
     """Tile by tile with a buffer; what two tiles both find is kept once."""
     found: list[ConeStem] = []
-    tiles = _cells(points, _TILE_M)
+    tiles = _cells(points, TILE_M)
     for number, corner in enumerate(tiles):
-        low, high = corner * _TILE_M - _BUFFER_M, (corner + 1) * _TILE_M + _BUFFER_M
+        low, high = corner * TILE_M - BUFFER_M, (corner + 1) * TILE_M + BUFFER_M
         x, y = points[:, 0], points[:, 1]
         inside = (x >= low[0]) & (x < high[0]) & (y >= low[1]) & (y < high[1])
-        stems = _search_tile(points[inside], None if weights is None else weights[inside], sensor, options, seeds=seeds)
+        stems = search_tile(points[inside], None if weights is None else weights[inside], sensor, options, seeds=seeds)
         # Near the rim of the buffer a stem may be cut in half: the neighbouring tile has it whole.
         feet = [stem.cone.centre(1.3) for stem in stems]
         found += [
             stem for stem, foot in zip(stems, feet, strict=True) if ((foot > low + 0.7) & (foot < high - 0.7)).all()
         ]
         reporter.progress((number + 1) / len(tiles))
-    return _without_doubles(found)
+    return without_doubles(found)
 
 
-def _search_tile(
+def search_tile(
     points: np.ndarray,
     weights: np.ndarray | None,
     sensor: Sensor,
@@ -232,7 +233,7 @@ def _same(one: ConeStem, other: ConeStem) -> bool:
     return False
 
 
-def _without_doubles(stems: list[ConeStem]) -> list[ConeStem]:
+def without_doubles(stems: list[ConeStem]) -> list[ConeStem]:
     """The better one of stems that stand in one another."""
     stems = sorted(stems, key=lambda stem: -stem.score)
     if len(stems) < 2:

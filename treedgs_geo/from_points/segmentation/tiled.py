@@ -10,7 +10,7 @@ from ...pointcloud.tiles import TileStore
 from ...terrain.dtm import Dtm
 from .judging import ConeStem
 from .options import SegmentOptions
-from .segment import _BUFFER_M, _TILE_M, StemMap, _search_tile, _without_doubles, guess_sensor
+from .segment import BUFFER_M, TILE_M, StemMap, guess_sensor, search_tile, without_doubles
 from .sensors import SENSORS, settled
 
 #: Tiles looked at, evenly spread, to tell what made the cloud.
@@ -30,23 +30,23 @@ def find_stems_tiled(
     seeds = None if seeds_xy is None else np.asarray(seeds_xy, float) - origin
     source = options.source if options.source != "auto" else _guess(store, dtm, options)
     sensor = SENSORS[source]
-    last = np.floor((store.high[:2] - origin) / _TILE_M).astype(int)
+    last = np.floor((store.high[:2] - origin) / TILE_M).astype(int)
     corners = [np.array([i, j]) for i in range(last[0] + 1) for j in range(last[1] + 1)]
     found: list[ConeStem] = []
     for number, corner in enumerate(corners):
-        low, high = corner * _TILE_M - _BUFFER_M, (corner + 1) * _TILE_M + _BUFFER_M
+        low, high = corner * TILE_M - BUFFER_M, (corner + 1) * TILE_M + BUFFER_M
         points, weights = _slab(store, dtm, origin, low, high, options)
         if len(points):
             kept = settled(points, sensor)
             points, weights = points[kept], None if weights is None else weights[kept]
         if len(points):
-            for stem in _search_tile(points, weights, sensor, options, seeds=seeds):
+            for stem in search_tile(points, weights, sensor, options, seeds=seeds):
                 foot = stem.cone.centre(1.3)
                 # Near the rim of the buffer a stem may be cut in half: the neighbouring tile has it whole.
                 if ((foot > low + 0.7) & (foot < high - 0.7)).all():
                     found.append(stem)
         reporter.progress((number + 1) / len(corners))
-    return StemMap.of(_without_doubles(found), origin, source)
+    return StemMap.of(without_doubles(found), origin, source)
 
 
 def _slab(

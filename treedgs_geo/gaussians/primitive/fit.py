@@ -12,104 +12,18 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from ...trees.limits import Findings, judge
-from ...trees.priors import BREAST_HEIGHT_M, START_TAPER, TAPER_SD
-from ..crops import Crop, GroundPlane, halved, sample_texture
+from ...trees.priors import START_TAPER, TAPER_SD
+from ..crops import Crop, GroundPlane, halved
 from ..loss import robust_weight
-from .model import CELL_M, GAMMA, N_ANGLES, N_SHAPE, compose, cover, gather, normal_equations
+from .model import CELL_M, N_SHAPE, StemView, normal_equations
 from .search import gather_evidence, starts
+from .sights import JointSettings, Layers, Sight, compare, draw, expose, ground_layers, textures
 
 #: Prior means and sds of the shape: place, slope, bend, radius, taper.
 PRIOR = np.array([0, 0, 0, 0, 0, 0, 0, START_TAPER])
 PRIOR_SD = np.array([0.3, 0.3, 0.05, 0.05, 0.004, 0.004, np.inf, TAPER_SD])
-
-
-@dataclass(frozen=True)
-class JointSettings:
-    """blur_px: edge blur of the photos (sd). scale: colour error (RGB norm) at which a pixel loses its say.
-    noise: colour sd that balances pixels against priors. shift_sd_px: pose error of a photo across the stem. window_m,
-    low_m, high_m: the compared region about the seed. sharpness: exponent on how well an edge's surroundings are
-    explained; higher trusts fewer, clearer edges."""
-
-    bh_m: float = BREAST_HEIGHT_M
-    blur_px: float = 0.6
-    scale: float = 0.2
-    noise: float = 0.15
-    shift_sd_px: float = 0.3
-    window_m: float = 0.45
-    low_m: float = 0.3
-    high_m: float = 2.9
-    sharpness: float = 8.0
-
-
-@dataclass
-class Sight:
-    """One crop made ready. behind, front, through: what Gaussians and ground show there (see ``stem_model.compose``);
-    front and through change while Gaussians are fitted along."""
-
-    crop: Crop
-    linear: np.ndarray
-    behind: np.ndarray
-    front: np.ndarray
-    through: np.ndarray
-    gain: np.ndarray
-    rotation: np.ndarray
-    centre: np.ndarray
-    intrinsics: np.ndarray
-    shown: np.ndarray
-    weight: np.ndarray
-    alpha: np.ndarray
-    edge: np.ndarray
-    angle: np.ndarray
-    level: np.ndarray
-    window: np.ndarray
-    clear: np.ndarray
-    drawn: bool = False
-
-    @classmethod
-    def of(cls, crop: Crop, ground: np.ndarray, gain: np.ndarray | None = None) -> Sight:
-        """ground: (S, S, 3) gamma-space ground texture of the crop's flight."""
-        return cls.between(crop, *ground_layers(crop, ground), gain)
-
-    @classmethod
-    def between(
-        cls, crop: Crop, front: np.ndarray, through: np.ndarray, behind: np.ndarray, gain: np.ndarray | None = None
-    ) -> Sight:
-        """front, through: of what stands before the stem. behind: (H, W, 3) gamma space."""
-        shape = crop.image.shape[:2]
-        return cls(
-            crop,
-            (np.clip(crop.image, 0, 1) ** GAMMA).astype(np.float32),
-            (np.clip(behind, 0, 1) ** GAMMA).astype(np.float32),
-            front,
-            through,
-            np.ones(3, np.float32) if gain is None else gain,
-            np.ascontiguousarray(crop.camera.rotation, float),
-            np.asarray(crop.camera.centre, float),
-            crop.camera.intrinsics,
-            np.empty_like(crop.image),
-            crop.weight.copy(),
-            np.zeros(shape, np.float32),
-            np.zeros(shape, np.float32),
-            np.zeros(shape, np.int16),
-            np.zeros(shape, np.int16),
-            np.zeros(shape, np.bool_),
-            np.zeros((2, 64)),
-        )
-
-
-#: What a photo shows without the stem: before it (H, W, 3), the light that this lets pass (H, W), and behind it
-#: (H, W, 3); gamma space, float32.
-Layers = tuple[np.ndarray, np.ndarray, np.ndarray]
-
-
-def ground_layers(crop: Crop, texture: np.ndarray) -> Layers:
-    """Nothing before the stem, the ground behind it. texture: (S, S, 3) of the crop's flight."""
-    behind = np.empty_like(crop.image)
-    sample_texture(texture, crop.texels, behind)
-    return np.zeros_like(crop.image), np.ones(crop.image.shape[:2], np.float32), behind
 
 
 @dataclass
@@ -127,119 +41,6 @@ class PrimitiveExplanation:
     @property
     def dbh_cm(self) -> float:
         return 200 * float(self.shape[6])
-
-
-def levels(settings: JointSettings) -> int:
-    """Texture rows."""
-    return int(math.ceil((settings.high_m + 0.3) / CELL_M))
-
-
-def textures(sights: list[Sight], settings: JointSettings, first: bool) -> np.ndarray:
-    """(V, A, L, 3) linear-light texture that each photo is compared with: painted by the other photos of its flight.
-
-    first: colours are medians over the photos, because nothing is known yet about which pixels to trust.
-    """
-    n, rows = len(sights), levels(settings)
-    total = np.zeros((n, N_ANGLES, rows, 3), np.float32)
-    mass = np.zeros((n, N_ANGLES, rows), np.float32)
-    for v, sight in enumerate(sights):
-        weight = sight.crop.weight if first else sight.weight
-        linear = sight.linear
-        if sight.front.any():
-            bare = (sight.crop.image / sight.gain - sight.front) / np.maximum(sight.through[..., None], 0.05)
-            linear = (np.clip(bare, 0, 1) ** GAMMA).astype(np.float32)
-        elif not first:
-            linear = (np.clip(sight.crop.image / sight.gain, 0, 1) ** GAMMA).astype(np.float32)
-        gather(sight.alpha, sight.angle, sight.level, sight.window, linear, sight.through, weight, total[v], mass[v])
-    flights = np.array([sight.crop.flight for sight in sights])
-    counts = {f: int((flights == f).sum()) for f in set(flights.tolist())}
-    if min(counts.values()) < 6:
-        flights = np.zeros(n, int)
-    out = np.empty_like(total)
-    for flight in set(flights.tolist()):
-        own = np.flatnonzero(flights == flight)
-        if first:
-            colour = np.where(mass[own, ..., None] > 0.5, total[own] / np.maximum(mass[own, ..., None], 1e-6), np.nan)
-            median = _median(colour)
-            overall = np.nan_to_num(_median(colour.reshape(-1, 3)), nan=0.1)
-            out[own] = np.where(np.isfinite(median), median, overall)
-            continue
-        all_total, all_mass = total[own].sum(axis=0), mass[own].sum(axis=0)
-        rest_total = np.maximum(all_total - total[own], 0)
-        rest_mass = np.maximum(all_mass - mass[own], 0)
-        near_total = _blurred(rest_total)
-        near_mass = _blurred(rest_mass)
-        grand = rest_total.sum(axis=(1, 2)) / np.maximum(rest_mass.sum(axis=(1, 2)), 1e-6)[:, None]
-        wide = (near_total + 0.5 * grand[:, None, None]) / (near_mass[..., None] + 0.5)
-        out[own] = (rest_total + 2.0 * wide) / (rest_mass[..., None] + 2.0)
-    return out
-
-
-def _median(values: np.ndarray) -> np.ndarray:
-    """Lower median over the first axis, NaN left out; NaN where nothing is left.
-
-    Not ``np.nanmedian``: it warns there, and warnings cannot be silenced in one thread only.
-    """
-    ordered = np.sort(values, axis=0)  # NaN last
-    middle = np.maximum(np.isfinite(values).sum(axis=0) - 1, 0) // 2
-    return np.take_along_axis(ordered, middle[None], axis=0)[0]
-
-
-def _blurred(values: np.ndarray) -> np.ndarray:
-    """Smoothed over one cell around the stem and along it; the sum is kept."""
-    return gaussian_filter1d(gaussian_filter1d(values, 1.0, axis=1, mode="wrap"), 1.0, axis=2, mode="nearest")
-
-
-def draw(sights: list[Sight], shape: np.ndarray, shifts: np.ndarray, blur_px: float, settings: JointSettings) -> None:
-    """Fill every sight's coverage and texture cells."""
-    for sight, shift in zip(sights, shifts, strict=True):
-        cover(
-            shape,
-            settings.bh_m,
-            sight.rotation,
-            sight.centre,
-            sight.intrinsics,
-            shift,
-            blur_px,
-            settings.window_m,
-            settings.low_m,
-            settings.high_m,
-            sight.alpha,
-            sight.edge,
-            sight.angle,
-            sight.level,
-            sight.window,
-            sight.drawn,
-        )
-        sight.drawn = True
-
-
-def compare(sights: list[Sight], texture: np.ndarray, settings: JointSettings) -> tuple[np.ndarray, np.ndarray]:
-    """Composite every sight; (V,) sums of rho and of weight."""
-    result = np.array(
-        [
-            compose(
-                s.alpha,
-                s.edge,
-                s.angle,
-                s.level,
-                s.window,
-                texture[v],
-                s.behind,
-                s.front,
-                s.through,
-                s.gain,
-                s.crop.image,
-                s.crop.weight,
-                settings.scale,
-                s.shown,
-                s.weight,
-                s.clear,
-            )
-            for v, s in enumerate(sights)
-        ]
-    )
-    return result[:, 0], result[:, 1]
 
 
 def fit_shape(
@@ -270,31 +71,8 @@ def fit_shape(
         each = []
         for v, s in enumerate(sights):
             h, g = np.zeros((9, 9)), np.zeros(9)
-            normal_equations(
-                shape,
-                settings.bh_m,
-                s.rotation,
-                s.centre,
-                s.intrinsics,
-                shifts[v],
-                blur,
-                s.alpha,
-                s.edge,
-                s.angle,
-                s.level,
-                s.window,
-                texture[v],
-                s.behind,
-                s.through,
-                s.gain,
-                s.crop.image,
-                s.shown,
-                s.weight,
-                s.clear,
-                settings.sharpness,
-                h,
-                g,
-            )
+            stem = StemView(shape, settings.bh_m, shifts[v], blur)
+            normal_equations(stem, s.lens, s.coverage, texture[v], s.scene, s.composite, settings.sharpness, h, g)
             h = np.tril(h) + np.tril(h, -1).T
             h, g = h / noise, g / noise
             stiff = 1 / settings.shift_sd_px**2
@@ -317,26 +95,11 @@ def fit_shape(
     return PrimitiveExplanation(shape, shifts, float(rho.sum() / max(area.sum(), 1e-9)), rho, area, formal)
 
 
-def expose(sights: list[Sight]) -> None:
-    """Least-squares gain of each photo and channel, held near 1, their mean kept at 1."""
-    gains = []
-    for s in sights:
-        weight = s.weight * s.window
-        base = s.shown / s.gain
-        top = np.einsum("hw,hwc,hwc->c", weight, base, s.crop.image)
-        bottom = np.einsum("hw,hwc,hwc->c", weight, base, base)
-        stiff = 0.5 * bottom.mean() + 1e-6
-        gains.append(np.clip((top + stiff) / (bottom + stiff), 0.7, 1.4))
-    mean = np.mean(gains, axis=0)
-    for s, gain in zip(sights, gains, strict=True):
-        s.gain = (gain / mean).astype(np.float32)
-
-
 @dataclass(frozen=True)
 class PrimitiveFit:
     """A stem as its crops show it, in the stem frame (origin at the seed, on the ground).
 
-    shape: (8,) of ``stem_model``. se_cm: standard error of the diameter, given that the right explanation won. n_views:
+    shape: (8,) of :mod:`.model`. se_cm: standard error of the diameter, given that the right explanation won. n_views:
     photos that show both edges near breast height. gap: how much worse the next different explanation predicts the
     photos; evidence: how much worse the bare ground does. shifts: (V,) sideways pose errors, px. texture: (A, L, 3)
     linear-light colours, all photos. loss: mean rho. seconds: process time.
@@ -440,7 +203,7 @@ def fit_primitive(
 def clear_views(sights: list[Sight], settings: JointSettings) -> int:
     """Photos that show both edges over half a metre or more around breast height."""
     rows = slice(int((settings.bh_m - 0.6) / CELL_M), int((settings.bh_m + 0.6) / CELL_M) + 1)
-    return int(sum((np.minimum(*sight.clear[:, rows]) > 0.5).sum() >= 2 for sight in sights))
+    return int(sum((np.minimum(*sight.composite.clear[:, rows]) > 0.5).sum() >= 2 for sight in sights))
 
 
 def _loss_of(sights: list[Sight], explanation: PrimitiveExplanation, settings: JointSettings) -> float:

@@ -13,7 +13,7 @@ Kernels work on one crop; float32 images, float64 geometry. The shape vector is 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -29,13 +29,83 @@ _BEYOND = np.float32(-500.0)
 _FAST: dict[str, Any] = {"nogil": True, "cache": True, "fastmath": True, "error_model": "numpy"}
 
 
+class Lens(NamedTuple):
+    """A crop's camera. rotation: (3, 3) float64; centre: (3,) float64, m; intrinsics: (4,) fx, fy, cx, cy, px."""
+
+    rotation: np.ndarray
+    centre: np.ndarray
+    intrinsics: np.ndarray
+
+
+class StemView(NamedTuple):
+    """A stem as one crop shows it. shape: (8,). bh_m: breast height. shift_px: sideways pose error of the photo.
+    blur_px: edge blur (sd)."""
+
+    shape: np.ndarray
+    bh_m: float
+    shift_px: float
+    blur_px: float
+
+
+class Region(NamedTuple):
+    """The compared pixels: up to ``window_m`` from the seed's vertical, ``low_m`` to ``high_m`` above the ground."""
+
+    window_m: float
+    low_m: float
+    high_m: float
+
+
+class Coverage(NamedTuple):
+    """Coverage and texture cell of each pixel.
+
+    alpha: (H, W) float32. edge: (H, W) float32, pixels from the nearer edge, positive inside; 1000 is added on the
+    stem's far side (s < 0), so that the two edges can be told apart. angle, level: (H, W) int16 texture cell of the
+    visible surface. window: (H, W) bool, the pixel belongs to the compared region.
+    """
+
+    alpha: np.ndarray
+    edge: np.ndarray
+    angle: np.ndarray
+    level: np.ndarray
+    window: np.ndarray
+
+
+class Surroundings(NamedTuple):
+    """What a crop shows besides the stem.
+
+    behind: (H, W, 3) linear, ground and the Gaussians behind. front: (H, W, 3) gamma space, Gaussians before the stem;
+    through: (H, W) light that they let pass. gain: (3,). image: (H, W, 3) the photo; mask: (H, W) its weights.
+    """
+
+    behind: np.ndarray
+    front: np.ndarray
+    through: np.ndarray
+    gain: np.ndarray
+    image: np.ndarray
+    mask: np.ndarray
+
+
+class Composite(NamedTuple):
+    """What the model shows in a crop, and how well it fits.
+
+    shown: (H, W, 3), gamma space. weight: (H, W), mask times the Geman-McClure weight. clear: (2, L) for each side and
+    height, how well the pixels just inside AND just outside the edge are explained (0..1): an edge that leaves hide
+    pulls the stem towards the leaves.
+    """
+
+    shown: np.ndarray
+    weight: np.ndarray
+    clear: np.ndarray
+
+
 @njit(inline="always", **_FAST)
-def _axis(shape, bh, rot, centre, intr, x, y):
+def axis_passage(shape, bh, lens, x, y):
     """Where the ray through pixel (x, y) passes the axis.
 
     Returns signed distance s, height above breast height q, distance along the ray t, the horizontal part of the
     direction that s is measured in (nx, ny) and the ray's horizontal direction (ux, uy), and cos to the optical axis.
     """
+    rot, centre, intr = lens.rotation, lens.centre, lens.intrinsics
     a = (x + 0.5 - intr[2]) / intr[0]
     b = (y + 0.5 - intr[3]) / intr[1]
     size = math.sqrt(a * a + b * b + 1.0)
@@ -71,33 +141,16 @@ def _phi(x):
 
 
 @njit(**_FAST)
-def cover(
-    shape,
-    bh,
-    rot,
-    centre,
-    intr,
-    shift_px,
-    blur_px,
-    window_m,
-    low_m,
-    high_m,
-    alpha,
-    edge,
-    angle,
-    level,
-    window,
-    known=False,
-):
-    """Coverage and texture cell of each pixel.
+def cover(stem, lens, region, out, known=False):
+    """Fill ``out`` (a :class:`Coverage`) of one crop.
 
-    shift_px: sideways pose error of this photo. alpha: (H, W) float32. edge: (H, W) float32, pixels from the nearer
-    edge, positive inside; 1000 is added on the stem's far side (s < 0), so that the two edges can be told apart. angle,
-    level: (H, W) int16 texture cell of the visible surface. window: (H, W) bool, the pixel belongs to the compared
-    region: within ``window_m`` of the seed's own vertical (not of the fitted axis, so that explanations are compared on
-    the same pixels), heights low to high. known: the arrays come from an earlier call for this crop; the window, which
-    no shape changes, is kept.
+    The region is about the seed's own vertical, not the fitted axis, so that explanations are compared on the same
+    pixels. known: the arrays come from an earlier call for this crop; the window, which no shape changes, is kept.
     """
+    shape, bh, shift_px, blur_px = stem
+    window_m, low_m, high_m = region
+    intr = lens.intrinsics
+    alpha, edge, angle, level, window = out
     upright = np.zeros(8)
     for y in range(alpha.shape[0]):
         for x in range(alpha.shape[1]):
@@ -105,14 +158,14 @@ def cover(
                 if edge[y, x] == _BEYOND:
                     continue
             else:
-                side, q0, t0, _, _, _, _, _ = _axis(upright, bh, rot, centre, intr, x, y)
+                side, q0, t0, _, _, _, _, _ = axis_passage(upright, bh, lens, x, y)
                 h0 = q0 + bh
                 window[y, x] = abs(side) < window_m and h0 > low_m and h0 < high_m and t0 > 0
                 if abs(side) > window_m + 0.6:
                     alpha[y, x] = 0.0
                     edge[y, x] = _BEYOND
                     continue
-            s, q, t, nx, ny, ux, uy, slant = _axis(shape, bh, rot, centre, intr, x, y)
+            s, q, t, nx, ny, ux, uy, slant = axis_passage(shape, bh, lens, x, y)
             foot = t * slant / intr[0]
             s += shift_px * foot
             r = max(shape[6] + shape[7] * q, 0.005)
@@ -129,12 +182,13 @@ def cover(
 
 
 @njit(**_FAST)
-def gather(alpha, angle, level, window, linear, through, weight, total, mass):
+def gather(coverage, linear, through, weight, total, mass):
     """Sum the colours (linear light) of clearly covered pixels into one photo's texture: total (A, L, 3), mass (A, L).
 
     linear: (H, W, 3) what the photo shows once the Gaussians in front are taken away; through: (H, W) light that they
     let pass.
     """
+    alpha, angle, level, window = coverage.alpha, coverage.angle, coverage.level, coverage.window
     for y in range(alpha.shape[0]):
         for x in range(alpha.shape[1]):
             if not window[y, x] or alpha[y, x] < 0.75:
@@ -147,18 +201,30 @@ def gather(alpha, angle, level, window, linear, through, weight, total, mass):
                 total[a, k, c] += w * linear[y, x, c]
 
 
-@njit(**_FAST)
-def compose(
-    alpha, edge, angle, level, window, texture, behind, front, through, gain, image, mask, scale, shown, weight, clear
-):
-    """What the model shows in one crop, and how well it fits.
+@njit(inline="always", **_FAST)
+def _clear_edges(sums, clear):
+    """``clear`` of :class:`Composite` from (side, row, in or out, 3): explained weight, weight, pixels."""
+    for side in range(2):
+        for k in range(sums.shape[1]):
+            value = 1.0
+            for inside in range(2):
+                if sums[side, k, inside, 1] < 2.0:
+                    value = 0.0
+                else:
+                    value *= sums[side, k, inside, 0] / sums[side, k, inside, 2]
+            clear[side, k] = value
 
-    texture: (A, L, 3) linear. behind: (H, W, 3) linear, ground and the Gaussians behind. front: (H, W, 3) gamma space,
-    Gaussians before the stem. gain: (3,). shown: (H, W, 3) out, gamma space. weight: (H, W) out, mask times the
-    Geman-McClure weight at ``scale``. clear: (2, L) out: for each side and height, how well the pixels just inside AND
-    just outside the edge are explained (0..1): an edge that leaves hide pulls the stem towards the leaves. Returns the
-    sum of rho = e^2 / (e^2 + scale^2) over the window's weights, and that weight.
+
+@njit(**_FAST)
+def compose(coverage, texture, scene, scale, out):
+    """Fill ``out`` (a :class:`Composite`) of one crop; errors count by Geman and McClure's rho at ``scale``.
+
+    texture: (A, L, 3) linear. Returns the sum of rho = e^2 / (e^2 + scale^2) over the window's weights, and that
+    weight.
     """
+    alpha, edge, angle, level, window = coverage
+    behind, front, through, gain, image, mask = scene
+    shown, weight, clear = out
     rows = texture.shape[1]
     sums = np.zeros((2, rows, 2, 3))
     total = 0.0
@@ -192,55 +258,28 @@ def compose(
             if window[y, x]:
                 total += mask[y, x] * (1.0 - share)
                 area += mask[y, x]
-    for side in range(2):
-        for k in range(rows):
-            value = 1.0
-            for inside in range(2):
-                if sums[side, k, inside, 1] < 2.0:
-                    value = 0.0
-                else:
-                    value *= sums[side, k, inside, 0] / sums[side, k, inside, 2]
-            clear[side, k] = value
+    _clear_edges(sums, clear)
     return total, area
 
 
 @njit(**_FAST)
-def normal_equations(
-    shape,
-    bh,
-    rot,
-    centre,
-    intr,
-    shift_px,
-    blur_px,
-    alpha,
-    edge,
-    angle,
-    level,
-    window,
-    texture,
-    behind,
-    through,
-    gain,
-    image,
-    shown,
-    weight,
-    clear,
-    sharpness,
-    matrix,
-    right,
-):
+def normal_equations(stem, lens, coverage, texture, scene, composite, sharpness, matrix, right):
     """Add one crop's Gauss-Newton terms. Unknowns: the shape (8) and this photo's shift (1).
 
-    matrix: (9, 9), right: (9,), accumulated (zero them for a new photo).
+    sharpness: exponent on how clear an edge is. matrix: (9, 9), right: (9,), accumulated (zero them for a new photo).
     """
+    shape, bh, shift_px, blur_px = stem
+    alpha, edge, angle, level, window = coverage
+    behind, _, through, gain, image, _ = scene
+    shown, weight, clear = composite
+    intr = lens.intrinsics
     row = np.empty(9)
     for y in range(alpha.shape[0]):
         for x in range(alpha.shape[1]):
             a = alpha[y, x]
             if not window[y, x] or a < 0.002 or a > 0.998 or weight[y, x] < 1e-3:
                 continue
-            s, q, t, nx, ny, _, _, slant = _axis(shape, bh, rot, centre, intr, x, y)
+            s, q, t, nx, ny, _, _, slant = axis_passage(shape, bh, lens, x, y)
             foot = t * slant / intr[0]
             s += shift_px * foot
             r = max(shape[6] + shape[7] * q, 0.005)

@@ -2,7 +2,7 @@
 
 Each crop says how unlike the ground texture each pixel is. Along an upright axis a stem is what is not ground, between
 two vertical lines, in every photo that sees it. The contrast between inside and beside, summed over photos and heights,
-ranks places and radii; the best different ones are the starting points of the fit (``stem_joint.py``).
+ranks places and radii; the best different ones are the starting points of the fit (:mod:`.fit`).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from scipy.ndimage import maximum_filter
 
 from ...trees.priors import START_TAPER
 from ..crops import Crop
-from .model import _axis
+from .model import Lens, axis_passage
 
 _FAST: dict[str, Any] = {"nogil": True, "cache": True, "fastmath": True, "error_model": "numpy"}
 #: Sideways bins (metres) and heights above ground (metres) that evidence is gathered in.
@@ -37,14 +37,15 @@ class SilhouetteEvidence:
 
 
 @njit(**_FAST)
-def _collect(rot, centre, intr, unlike, weight, bh, total, mass, normal):
+def _collect(lens, unlike, weight, bh, total, mass, normal):
+    centre = lens.centre
     upright = np.zeros(8)
     flat = np.hypot(centre[0], centre[1])
     # s is measured along the axis' offset from the ray; a stem at (x, y) appears at s = (x, y) . n.
     normal[0], normal[1] = -centre[1] / flat, centre[0] / flat
     for y in range(unlike.shape[0]):
         for x in range(unlike.shape[1]):
-            s, q, t, nx, ny, _, _, _ = _axis(upright, bh, rot, centre, intr, x, y)
+            s, q, t, nx, ny, _, _, _ = axis_passage(upright, bh, lens, x, y)
             block = int((q + bh - _LOW_M) / _BLOCK_M)
             if q + bh < _LOW_M or block >= _BLOCKS or t <= 0:
                 continue
@@ -69,17 +70,8 @@ def gather_evidence(crops: list[Crop], unlike: list[np.ndarray], bh_m: float) ->
     total, mass, normal = np.zeros(shape), np.zeros(shape), np.zeros((len(crops), 2))
     for v, crop in enumerate(crops):
         camera = crop.camera
-        _collect(
-            np.ascontiguousarray(camera.rotation, float),
-            camera.centre,
-            camera.intrinsics,
-            unlike[v],
-            crop.weight,
-            bh_m,
-            total[v],
-            mass[v],
-            normal[v],
-        )
+        lens = Lens(np.ascontiguousarray(camera.rotation, float), camera.centre, camera.intrinsics)
+        _collect(lens, unlike[v], crop.weight, bh_m, total[v], mass[v], normal[v])
     q = _LOW_M + (np.arange(_BLOCKS) + 0.5) * _BLOCK_M - bh_m
     return SilhouetteEvidence(np.cumsum(total, axis=2), np.cumsum(mass, axis=2), normal, q)
 
