@@ -1,5 +1,5 @@
-# make setup | demo | test | qgis340 | lint | qgis | parameters | styles | models | translations | package | lock | screenshot | clean
-.PHONY: setup demo test qgis340 lint qgis parameters styles models translations package lock screenshot clean
+# make setup | demo | test | qgis340 | lint | docs | qgis | parameters | styles | models | translations | package | lock | screenshot | clean
+.PHONY: setup demo test qgis340 lint docs qgis parameters styles models translations package lock screenshot clean
 PYTHON = .venv/bin/python
 SHELL = /bin/sh
 
@@ -19,11 +19,15 @@ lint: setup  ## style and types
 	@$(PYTHON) -m ruff check .
 	@$(PYTHON) -m mypy
 
+docs: setup  ## the site, build/docs/index.html; a warning is an error
+	@$(PYTHON) -m sphinx -q -b html -j auto -E -n -W --keep-going docs build/docs
+
 qgis: setup  ## QGIS with the plugin, in the private profile
 	@$(PYTHON) tools/open_qgis.py
 
-parameters: setup  ## after a verb's settings or a pinned range changed
+parameters: setup  ## after a verb's settings, a pinned range, a quality limit or reason changed
 	@$(PYTHON) tools/write_parameters.py
+	@$(PYTHON) tools/write_limits.py
 	@/usr/bin/python3 tools/write_models.py
 
 styles: setup  ## the layers' styles, with PyQGIS

@@ -4,15 +4,17 @@
     treedgs benchmark --stability --output OUT
     treedgs benchmark --cost --output OUT
     treedgs evaluate --trees ... --truth ... --lidar ... --splats ... --workspace-in ... --output EVALUATION
-    python benchmarks/evidence.py --from OUT [--evaluation EVALUATION ...]
+    python -m benchmarks.evidence --from OUT [--evaluation EVALUATION ...]
 
-Copies charts, CSV and JSON into ``docs/results/`` and fills the parts of the pages between ``<!-- name -->`` and
+Copies charts, CSV and JSON into ``docs/results/``, notes date, version and machine of each in ``published.json`` (so
+run it where OUT was made, with the same version), and fills the parts of the pages between ``<!-- name -->`` and
 ``<!-- /name -->``. What is not in OUT stays as it is, and so does what other evaluations said.
 """
 
 from __future__ import annotations
 
 import argparse
+import datetime
 import json
 import re
 import shutil
@@ -20,12 +22,17 @@ from pathlib import Path
 
 import pandas as pd
 
-DOCS = Path(__file__).resolve().parents[1] / "docs"
+from benchmarks.records import RESULTS, ROOT, made_by
+from treedgs_geo.core.files import read_json, write_json
+
+DOCS = ROOT / "docs"
+#: What is known of the files that carry no record themselves (CSV, SVG, HTML, TeX), by name.
+PUBLISHED = RESULTS / "published.json"
 #: Marker -> (page, file of OUT that fills it).
 PARTS = {
-    "chart-table": ("speed-accuracy.md", "speed-accuracy.md"),
-    "cost-table": ("speed-accuracy.md", "cost.md"),
-    "stability-table": ("stability.md", "stability.md"),
+    "chart-table": ("evidence/speed-accuracy.md", "speed-accuracy.md"),
+    "cost-table": ("evidence/speed-accuracy.md", "cost.md"),
+    "stability-table": ("evidence/stability.md", "stability.md"),
 }
 #: Copied as they are. HTML pages and PNG stay in OUT: they are large, and the SVG says the same.
 COPIED = (
@@ -66,8 +73,18 @@ def fill(page: Path, marker: str, text: str) -> None:
     page.write_text(new, encoding="utf-8")
 
 
+def publish(source: Path, name: str) -> None:
+    """Copy one output to ``docs/results/NAME`` and note in ``published.json`` where it is from."""
+    shutil.copy(source, RESULTS / name)
+    known = read_json(PUBLISHED) if PUBLISHED.exists() else {}
+    written = datetime.date.fromtimestamp(source.stat().st_mtime).isoformat()
+    known[name] = made_by([0]) | {"output": f"{source.parent.name}/{source.name}", "date": written}
+    write_json(PUBLISHED, dict(sorted(known.items())))
+    print(f"docs/results/{name}")
+
+
 def others(page: Path, names: list[str]) -> list[str]:
-    """The parts of the methods table that tell of other plots than ``names``: they stay."""
+    """The parts of the methods table about other plots than ``names``: they stay."""
     found = re.search(r"<!-- methods-table -->\n(.*?)<!-- /methods-table -->", page.read_text(encoding="utf-8"), re.S)
     parts = re.split(r"(?m)^(?=\*\*\S+\.\*\* )", found.group(1)) if found else []
     return [part.strip() for part in parts if part.strip() and not any(part.startswith(f"**{n}.**") for n in names)]
@@ -112,7 +129,7 @@ def methods_text(folder: Path) -> str:
     seen = metrics.get("visibility", {}).get("against_truth")
     if seen:
         lines.append(
-            f"Free views told from the photos against the simulator: precision {seen['precision']}, recall "
+            f"Free views found from the photos against the simulator: precision {seen['precision']}, recall "
             f"{seen['recall']} over {seen['views']} views, r = {seen['stem_count_r']} over stems."
         )
     return "\n".join(
@@ -129,26 +146,23 @@ def main() -> None:
     parser.add_argument("--from", dest="source", type=Path, action="append", default=[], help="outputs of benchmark")
     parser.add_argument("--evaluation", type=Path, action="append", default=[], help="outputs of evaluate, by plot")
     options = parser.parse_args()
-    results = DOCS / "results"
-    results.mkdir(exist_ok=True)
+    RESULTS.mkdir(exist_ok=True)
     for source in options.source:
         for name in COPIED:
             if (source / name).exists():
-                shutil.copy(source / name, results / name)
-                print(f"docs/results/{name}")
-        for marker, (page, name) in PARTS.items():
+                publish(source / name, name)
+        for marker, (title, name) in PARTS.items():
             if (source / name).exists():
-                fill(DOCS / page, marker, (source / name).read_text(encoding="utf-8"))
-                print(f"docs/{page}: {marker}")
+                fill(DOCS / title, marker, (source / name).read_text(encoding="utf-8"))
+                print(f"docs/{title}: {marker}")
     texts = []
     for folder in options.evaluation:
         for name in METHODS:
             if (folder / name).exists():
-                shutil.copy(folder / name, results / f"{folder.name}-{name}")
+                publish(folder / name, f"{folder.name}-{name}")
         texts.append(f"**{folder.name}.** {methods_text(folder)}")
-        print(f"docs/results/{folder.name}-*")
     if texts:
-        page = DOCS / "evaluation.md"
+        page = DOCS / "evidence" / "published-methods.md"
         fill(page, "methods-table", "\n\n".join(others(page, [folder.name for folder in options.evaluation]) + texts))
 
 

@@ -109,7 +109,7 @@ os._exit(0)
 """
 
 FAKE = '''#!{python}
-"""Stands for an engine's Python: answers the probe like a real one, then behaves as told."""
+"""Stands for an engine's Python: answers the probe like a real one, then behaves as it was set to."""
 import json, os, signal, subprocess, sys, time
 if "--job" not in sys.argv:
     os.execv({python!r}, [{python!r}, *sys.argv[1:]])

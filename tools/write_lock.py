@@ -31,7 +31,7 @@ HEAD = (
 
 def extra(name: str) -> list[str]:
     """The ranges of an extra of ``pyproject.toml``, without those that it takes from other extras."""
-    found = re.search(rf"^{name} = \[(.*)\]$", (ROOT / "pyproject.toml").read_text(encoding="utf-8"), re.M)
+    found = re.search(rf"^{name} = \[(.*?)\]$", (ROOT / "pyproject.toml").read_text(encoding="utf-8"), re.M | re.S)
     assert found, f"pyproject.toml has no extra {name}"
     return [item for item in re.findall(r'"([^"]+)"', found.group(1)) if not item.startswith("treedgs-geo")]
 
@@ -81,7 +81,7 @@ def write(path: Path, source: str, lines: list[str]) -> None:
 
 def main() -> int:
     """Resolve and write. ``--dev``: only the developers' list, beside the engine's as it is."""
-    folder = ROOT / ".setup" / "lock"
+    folder = ROOT / ".setup" / "uv"
     python = folder / "bin" / "python"
     if not (folder / "bin" / "uv").exists():
         venv.create(folder, with_pip=True, clear=True)

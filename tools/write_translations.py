@@ -71,7 +71,7 @@ def _declared() -> list[str]:
 
 def _reasons() -> list[str]:
     """What each reason means, and what to do."""
-    file = ROOT / "treedgs_geo" / "measure" / "quality.py"
+    file = ROOT / "treedgs_geo" / "trees" / "reasons.py"
     for node in ast.parse(file.read_text(encoding="utf-8")).body:
         if isinstance(node, ast.AnnAssign) and getattr(node.target, "id", "") == "REASONS" and node.value is not None:
             return [text for pair in ast.literal_eval(node.value).values() for text in pair]

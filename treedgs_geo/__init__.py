@@ -1,16 +1,17 @@
 """TreeDGS: diameters at breast height from drone photos or LiDAR clouds.
 
-The library computes; it never imports ``qgis``. ``import treedgs_geo as tg`` gives :func:`measure_photos`,
-:func:`measure_cloud` and what they read and return; the names load when they are first used. The rooms behind them, and
-the order in which they import one another, are in ``docs/developing.md`` and ``.importlinter``.
+The library computes; it never imports ``qgis``. ``import treedgs_geo as tg`` gives :func:`.api.measure_photos`,
+:func:`.api.measure_cloud` and what they read and return; the names load when they are first used. The rooms behind
+them, and the order in which they import one another, are in ``docs/developer/developing.md`` and ``.importlinter``.
 """
 
-from __future__ import annotations
-
-import importlib
-from typing import TYPE_CHECKING, Any
+# Nothing is imported here: ``python -m treedgs_geo`` in a folder with a typing.py of its own would run that one before
+# ``__main__`` can take the folder from the path (``core/children.py``). Type checkers know this name.
+TYPE_CHECKING = False
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from .api import measure_cloud, measure_photos
     from .core.errors import TreeDGSError
     from .core.progress import Reporter
@@ -66,7 +67,9 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> "Any":
+    import importlib
+
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     found = getattr(importlib.import_module(f".{_HOMES[name]}", __name__), name)

@@ -33,7 +33,7 @@ from .parameters import (
 
 ICONS = Path(__file__).with_name("icons")
 ICON = ICONS / "treedgs.svg"
-HELP_URL = (Path(__file__).resolve().parents[1] / "docs" / "qgis.md").as_uri()
+HELP_URL = (Path(__file__).resolve().parents[1] / "docs" / "technician" / "qgis.md").as_uri()
 
 
 def unknown_name(algorithm: QgsProcessingAlgorithm, parameters: dict) -> str:

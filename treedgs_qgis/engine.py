@@ -1,7 +1,7 @@
 """The engine as a child process: finding its Python, a clean environment, JSON lines, cancel, and what went wrong.
 
 Standard library only, no ``qgis``: the tests and the command-line tools use it too. The protocol is in
-``docs/engine.md``; the other end is ``treedgs_geo.cli``.
+``docs/developer/engine.md``; the other end is ``treedgs_geo.cli``.
 """
 
 from __future__ import annotations

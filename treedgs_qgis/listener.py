@@ -76,7 +76,7 @@ class Listener:
         self.stages: list[str] = []
 
     def __call__(self, message: dict[str, Any]) -> None:
-        """One message of the protocol (docs/engine.md)."""
+        """One message of the protocol (docs/developer/engine.md)."""
         kind, text = message["t"], self.words(str(message.get("message", "")))
         if kind == "progress":
             fraction = float(message.get("fraction", 0))

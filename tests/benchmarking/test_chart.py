@@ -107,7 +107,7 @@ def test_stems_that_no_photo_shows_do_not_count_against_success():
     assert chart.summarise([hidden]).iloc[0]["success"] == 1
 
 
-def test_a_configuration_that_measures_nothing_is_told_and_not_recommended():
+def test_a_configuration_that_measures_nothing_is_reported_and_not_recommended():
     table = chart.summarise([run_record("fast", 5.0, [], refused=3), run_record("balanced", 50.0, [0.2, 0.1, 0.3])])
     assert not table.set_index("key").loc["fast", "front"]
     assert set(chart.knees(table).values()) == {"balanced"}

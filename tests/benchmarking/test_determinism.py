@@ -96,7 +96,7 @@ def test_matching_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
     match(work, names, 3)
 
 
-def test_a_crashed_process_is_told_and_ends_the_others(tmp_path):
+def test_a_crashed_process_is_reported_and_ends_the_others(tmp_path):
     names = photos(tmp_path, 4)
     extract(tmp_path, tmp_path / "work", names)
     jobs = [

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from small_campaign import ROOT, Ended, make_cloud, start
-
-sys.path.append(str(ROOT / "benchmarks"))
+from small_campaign import Ended, make_cloud, start
 
 
 @pytest.fixture(scope="session")

@@ -46,7 +46,7 @@ def test_excels_first_line_with_the_separator(tmp_path, clouds):
     assert next(plan(manifest, tmp_path / "w").entries())["row"]["line"] == 3
 
 
-def test_every_wrong_row_is_told_and_no_folder_is_made(tmp_path, clouds, campaign):
+def test_every_wrong_row_is_reported_and_no_folder_is_made(tmp_path, clouds, campaign):
     good = clouds / "cloud_0.laz"
     (tmp_path / "few").mkdir()
     manifest = write_manifest(

@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-from campaign_support import differences, may_make_hosts, two_hosts
 from child_processes import words_of
 from PIL import Image
 from small_campaign import ROOT, Ended, make_cloud, start, write_manifest
 
+from benchmarks.campaign.support import differences, may_make_hosts, two_hosts
 from treedgs_geo.campaign.engine_process import THREADS
 from treedgs_geo.inventory.tree_reading import read_trees
 
@@ -238,8 +238,8 @@ def test_a_photo_plot_runs_under_its_supervisors_lease(tmp_path):
         Image.fromarray(pixels).save(tmp_path / "photos" / f"DJI_{n:04}.JPG")
     manifest = write_manifest(tmp_path / "m.csv", [{"plot_id": "a", "photos": tmp_path / "photos", "crs": "EPSG:6344"}])
     ended = Ended(start(manifest, tmp_path / "w"))
-    told = " ".join(ended.said("warn"))
-    assert ended.code == 2 and "none of the 4 photos has a GPS position" in told and "another run" not in told, told
+    heard = " ".join(ended.said("warn"))
+    assert ended.code == 2 and "none of the 4 photos has a GPS position" in heard and "another run" not in heard, heard
 
 
 def test_a_full_disk(clouds, tmp_path):
@@ -256,8 +256,10 @@ def test_a_full_disk(clouds, tmp_path):
         room = shutil.disk_usage(disk).free
         (disk / "ballast").write_bytes(b"x" * (room - 60_000))
         full = Ended(start(manifest, disk / "w"))
-        told = " ".join(full.said("error") + full.said("warn"))
-        assert ("free" in told or "full" in told or "No space" in told) and "Traceback" not in full.log, full.messages
+        heard = " ".join(full.said("error") + full.said("warn"))
+        assert ("free" in heard or "full" in heard or "No space" in heard) and "Traceback" not in full.log, (
+            full.messages
+        )
         assert not (disk / "w" / "trees.gpkg").exists() or not len(read_trees(disk / "w" / "trees.gpkg"))
         (disk / "ballast").unlink()
         freed = Ended(start(manifest, disk / "w"))
@@ -327,7 +329,7 @@ def test_two_hosts_with_a_shared_folder(calm, clouds, tmp_path):
     assert differences(tmp_path / "w" / "trees.gpkg", undisturbed(calm, 4)) == []
 
 
-def test_overlapping_plots_are_told(clouds, tmp_path, campaign):
+def test_overlapping_plots_are_reported(clouds, tmp_path, campaign):
     make_cloud(tmp_path / "same.laz", 0, 500_000.0)
     manifest = write_manifest(
         tmp_path / "m.csv", [{"plot_id": "a", "cloud": clouds / "cloud_0.laz"}, {"plot_id": "b", "cloud": "same.laz"}]

@@ -78,7 +78,7 @@ def test_the_key_of_a_queues_jobs_is_the_users_alone(tmp_path):
     assert not folder.exists()
 
 
-def test_a_running_scheduler_without_certificates_is_told(tmp_path):
+def test_a_running_scheduler_without_certificates_is_reported(tmp_path):
     said = Said()
     security_of("tcp://host:8786", said)
     assert len(said.warnings) == 1 and "asks nobody who they are" in said.warnings[0]
@@ -87,7 +87,7 @@ def test_a_running_scheduler_without_certificates_is_told(tmp_path):
 
 
 def test_a_running_scheduler_with_certificates(tmp_path):
-    """What docs/campaign.md says: Dask's own configuration names them."""
+    """What docs/technician/campaign.md says: Dask's own configuration names them."""
     import dask
     from distributed import LocalCluster
     from distributed.security import Security

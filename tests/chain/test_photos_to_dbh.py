@@ -78,7 +78,7 @@ def test_damaged_stages_are_named_and_give_the_same_trees_again(finished, simula
     )
 
 
-def test_a_ground_that_the_photos_contradict_is_told_and_widens_the_intervals(finished, simulated_plot, tmp_path):
+def test_a_ground_that_the_photos_contradict_is_reported_and_widens_the_intervals(finished, simulated_plot, tmp_path):
     shutil.copytree(finished / "work", tmp_path / "work")
     with rasterio.open(finished / "work" / "dtm.tif") as source:
         profile, heights = source.profile, source.read(1)

@@ -1,4 +1,4 @@
-"""Stems in doubt asked again: who is asked, and what each answer changes."""
+"""Stems of low confidence measured again: which ones, and what each result changes."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def after(fits, found):
     return with_second_measurements(trees_of_photo_fits(fits, FRAME), fits, found, 1.37)
 
 
-def test_only_the_doubtful_are_asked_the_clearest_first_and_not_what_cannot_be_mended():
+def test_only_stems_of_low_confidence_are_measured_again_the_clearest_first():
     fits = [
         edges(0, 30, "ok"),
         edges(2, 30, "reject", "ambiguous", llr=50),
@@ -77,7 +77,7 @@ def test_only_the_doubtful_are_asked_the_clearest_first_and_not_what_cannot_be_m
     assert stems_to_measure_again(many, np.ones(30, bool)) == list(range(29, 29 - MOST_MEASURED_AGAIN, -1))
 
 
-def test_a_stem_with_another_at_its_side_is_not_asked_about():
+def test_a_stem_with_another_at_its_side_is_not_measured_again():
     # A single cylinder takes a touching sapling, or the other limb of a fork, for a part of the stem.
     assert stems_to_measure_again([edges(0, 43, "reject", "ambiguous", gain=50.0)], np.ones(1, bool)) == []
     pair = [edges(0, 17, "check", "occluded"), edges(0.4, 16, "ok")]
@@ -87,26 +87,26 @@ def test_a_stem_with_another_at_its_side_is_not_asked_about():
 
 
 def test_a_refused_stem_that_both_see_alike_gets_the_photos_diameter():
-    trees, opinion = after([edges(0, 30, "reject", "ambiguous")], {0: bark(0, 30.8)})
+    trees, again = after([edges(0, 30, "reject", "ambiguous")], {0: bark(0, 30.8)})
     tree = trees[0]
     assert (tree.qc_flag, tree.qc_reason, tree.method) == ("check", "ambiguous", "photos")
     assert tree.dbh_cm == 30 and tree.dbh_se_cm == pytest.approx(math.hypot(0.4, 0.4))
     assert tree.dbh_lo_cm < 30 < tree.dbh_hi_cm and tree.ba_m2 == pytest.approx(math.pi * 0.15**2)
-    assert (opinion.asked, opinion.agreed, opinion.gained, opinion.doubted) == (1, 1, 1, 0)
+    assert (again.measured, again.agreed, again.gained, again.flagged) == (1, 1, 1, 0)
 
 
 def test_a_refused_stem_that_they_see_differently_gets_the_bark_s_diameter_and_both_reasons():
-    trees, opinion = after([edges(0, 30, "reject", "ambiguous")], {0: bark(0.1, 35)})
+    trees, again = after([edges(0, 30, "reject", "ambiguous")], {0: bark(0.1, 35)})
     tree = trees[0]
     assert (tree.qc_flag, tree.qc_reason, tree.method) == ("check", "ambiguous,disagree", "gaussians-stem")
     assert tree.dbh_cm == pytest.approx(35) and tree.x == pytest.approx(611337.1) and tree.n_views == 9
-    assert tree.lean_deg == pytest.approx(2.86, abs=0.01) and opinion.gained == 1 and opinion.agreed == 0
+    assert tree.lean_deg == pytest.approx(2.86, abs=0.01) and again.gained == 1 and again.agreed == 0
     assert tree.dbh_lo_cm < 31 and tree.dbh_hi_cm > 39
 
 
 def test_a_refused_stem_whose_two_diameters_lie_far_apart_stays_refused():
-    trees, opinion = after([edges(0, 17, "reject", "disagree")], {0: bark(0, 30)})
-    assert trees == trees_of_photo_fits([edges(0, 17, "reject", "disagree")], FRAME) and opinion.gained == 0
+    trees, again = after([edges(0, 17, "reject", "disagree")], {0: bark(0, 30)})
+    assert trees == trees_of_photo_fits([edges(0, 17, "reject", "disagree")], FRAME) and again.gained == 0
 
 
 def test_two_methods_that_agree_settle_which_explanation_is_right():
@@ -118,20 +118,20 @@ def test_two_methods_that_agree_settle_which_explanation_is_right():
     assert tree.dbh_lo_cm > 28
 
 
-def test_a_measured_stem_that_they_see_differently_is_doubted_and_its_interval_holds_both():
+def test_a_measured_stem_that_they_see_differently_is_flagged_and_its_interval_holds_both():
     for flag in ("ok", "check"):
-        trees, opinion = after([edges(0, 24, flag)], {0: bark(0, 18)})
+        trees, again = after([edges(0, 24, flag)], {0: bark(0, 18)})
         assert (trees[0].qc_flag, trees[0].qc_reason, trees[0].dbh_cm) == ("check", "disagree", 24)
-        assert trees[0].dbh_lo_cm < 19.1 and opinion.doubted == 1
-    trees, opinion = after([edges(0, 24, "ok")], {0: bark(0, 24.9)})
-    assert trees[0].qc_flag == "ok" and trees[0].dbh_se_cm == 0.4 and opinion.agreed == 1
+        assert trees[0].dbh_lo_cm < 19.1 and again.flagged == 1
+    trees, again = after([edges(0, 24, "ok")], {0: bark(0, 24.9)})
+    assert trees[0].qc_flag == "ok" and trees[0].dbh_se_cm == 0.4 and again.agreed == 1
 
 
 @pytest.mark.parametrize("change", [{"n_views": 3}, {"gap": 1e-4}, {"evidence": 0.001}, {"se_cm": 9.0}])
-def test_who_doubts_himself_says_nothing(change):
+def test_a_primitive_of_low_confidence_says_nothing(change):
     for fit in (edges(0, 30, "reject", "ambiguous"), edges(0, 24, "ok")):
-        trees, opinion = after([fit], {0: bark(0, 30, **change)})
-        assert trees == trees_of_photo_fits([fit], FRAME) and (opinion.agreed, opinion.gained, opinion.doubted) == (
+        trees, again = after([fit], {0: bark(0, 30, **change)})
+        assert trees == trees_of_photo_fits([fit], FRAME) and (again.agreed, again.gained, again.flagged) == (
             0,
             0,
             0,

@@ -217,9 +217,9 @@ WRITERS = {
 @pytest.mark.parametrize("left", [0, 40_000, 300_000])
 def test_a_full_disk_is_one_sentence_and_leaves_nothing(small_disk, name, left):
     fill(small_disk, left)
-    with pytest.raises(OutputError, match="disk is full|No space left") as told:
+    with pytest.raises(OutputError, match="disk is full|No space left") as reported:
         WRITERS[name](small_disk / name)
-    assert str(small_disk) in str(told.value)
+    assert str(small_disk) in str(reported.value)
     assert [path.name for path in small_disk.iterdir()] == ["ballast"]
 
 
@@ -244,7 +244,7 @@ def test_a_record_on_a_full_disk(small_disk):
     assert read_record(small_disk / "work")["stages"] == {}
 
 
-def test_a_limit_on_file_sizes_is_told_like_a_full_disk(tmp_path):
+def test_a_limit_on_file_sizes_is_reported_like_a_full_disk(tmp_path):
     """As cluster queues set it; needs no mount."""
     script = f"""
 import resource, sys

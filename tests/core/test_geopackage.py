@@ -59,16 +59,16 @@ def site(tmp_path):
 def contents(path):
     """Everything that is not ours, as text."""
     with closing(sqlite3.connect(path)) as there:
-        told = {
+        reported = {
             name: there.execute(f"SELECT * FROM {name}").fetchall()
             for name in ("roads", "trees_2019", "rtree_roads_geom", "rtree_trees_2019_geom", "qgis_projects")
         }
-        told["styles"] = there.execute("SELECT * FROM layer_styles WHERE f_table_name = 'roads'").fetchall()
-        told["entries"] = there.execute(
+        reported["styles"] = there.execute("SELECT * FROM layer_styles WHERE f_table_name = 'roads'").fetchall()
+        reported["entries"] = there.execute(
             "SELECT * FROM gpkg_contents WHERE table_name IN ('roads', 'trees_2019')"
         ).fetchall()
         assert there.execute("PRAGMA integrity_check").fetchone() == ("ok",)
-    return told
+    return reported
 
 
 def layers(path):
@@ -185,11 +185,11 @@ def test_waiting_for_another_program_ends_and_the_result_is_kept_beside(tmp_path
     try:
         assert holder.stdout.readline() == "held\n"
         for kept in ("trees.new.gpkg", "trees.new2.gpkg"):
-            with pytest.raises(OutputError, match="another program reads or edits it") as told:
+            with pytest.raises(OutputError, match="another program reads or edits it") as reported:
                 write_trees(path, trees(3), CRS)
-            assert str(tmp_path / kept) in str(told.value) and len(read_trees(tmp_path / kept)) == 3
+            assert str(tmp_path / kept) in str(reported.value) and len(read_trees(tmp_path / kept)) == 3
             if sys.platform == "linux":
-                assert f"process {holder.pid}" in str(told.value)
+                assert f"process {holder.pid}" in str(reported.value)
     finally:
         holder.communicate("")
     assert len(read_trees(path)) == 1

@@ -58,7 +58,7 @@ def photos(tmp_path):
 @pytest.mark.parametrize(
     "verb", ["photos-to-dbh", "photos-to-dbh --dry-run", "reconstruct", "fit-gaussians", "sample-surface"]
 )
-def test_the_second_run_is_refused_and_told_who_works_there(holder, photos, tmp_path, capsys, verb):
+def test_the_second_run_is_refused_and_says_who_works_there(holder, photos, tmp_path, capsys, verb):
     work = tmp_path / "work"
     (work / "sfm").mkdir()
     before = sorted(os.listdir(work))
@@ -68,9 +68,9 @@ def test_the_second_run_is_refused_and_told_who_works_there(holder, photos, tmp_
     if verb.startswith("photos-to-dbh"):
         words += ["--output", str(tmp_path / "trees.gpkg")]
     assert main([*words, "--log-format", "plain"]) == 2
-    told = "".join(capsys.readouterr())
-    assert "another run works in this workspace" in told and f"process {holder.pid}" in told, told
-    assert "Traceback" not in told and sorted(os.listdir(work)) == before and not (tmp_path / "trees.gpkg").exists()
+    reported = "".join(capsys.readouterr())
+    assert "another run works in this workspace" in reported and f"process {holder.pid}" in reported, reported
+    assert "Traceback" not in reported and sorted(os.listdir(work)) == before and not (tmp_path / "trees.gpkg").exists()
 
 
 def test_a_killed_run_gives_way_and_an_ended_one_too(holder, tmp_path):

@@ -45,9 +45,9 @@ def cloud(tmp_path_factory) -> Path:
 )
 def test_a_plots_table_with_odd_values(tmp_path, row, words, kind):
     (tmp_path / "plots.csv").write_text(HEAD + row + "\n")
-    with pytest.raises(kind, match=words) as told:
+    with pytest.raises(kind, match=words) as heard:
         read_plots(tmp_path / "plots.csv", UTM)
-    assert "plots.csv" in str(told.value)
+    assert "plots.csv" in str(heard.value)
 
 
 def test_a_position_table_with_an_endless_cell(tmp_path):
@@ -87,8 +87,8 @@ def test_a_picture_of_3600_megapixels(tmp_path, capsys):
             str(tmp_path / "out" / "g.gpkg"),
         ]
     )
-    told = "".join(capsys.readouterr())
-    assert code == 2 and "megapixels" in told and "Traceback" not in told and not (tmp_path / "out").exists(), told
+    heard = "".join(capsys.readouterr())
+    assert code == 2 and "megapixels" in heard and "Traceback" not in heard and not (tmp_path / "out").exists(), heard
 
 
 @pytest.mark.parametrize(
@@ -133,10 +133,10 @@ def test_a_record_with_other_stages(tmp_path, capsys, stages, dry):
             *dry,
         ]
     )
-    told = "".join(capsys.readouterr())
-    assert code == 2 and "Traceback" not in told
+    heard = "".join(capsys.readouterr())
+    assert code == 2 and "Traceback" not in heard
     if not dry:  # the dry run looks at the photos first, and they are none
-        assert "run.json: its 'stages' are no table of stages" in told
+        assert "run.json: its 'stages' are no table of stages" in heard
     assert (work / "run.json").read_bytes() == before and sorted(os.listdir(work)) == ["run.json"] or not dry
 
 
@@ -173,8 +173,8 @@ def test_names_that_no_output_should_have(tmp_path, cloud, capsys, name, verb, s
         given = [] if verb == "simulate-plot" else ["--input", str(cloud)]
         for dry in ([], ["--dry-run"]) if verb == "pointcloud-to-dbh" else ([],):
             code = main([verb, *given, "--output", str(target), "--log-format", "plain", *dry])
-            told = "".join(capsys.readouterr())
-            assert code == 2 and words in told and "Traceback" not in told, told
+            heard = "".join(capsys.readouterr())
+            assert code == 2 and words in heard and "Traceback" not in heard, heard
             assert os.listdir(tmp_path) == []
 
 

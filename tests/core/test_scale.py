@@ -195,7 +195,7 @@ def test_coordinates_that_cannot_lie_in_the_crs(text, xy, words):
     assert str(found.value).startswith("a.laz: ") and "inf" not in str(found.value) and "nan" not in str(found.value)
 
 
-def test_a_neighbouring_zone_is_told_and_the_far_north_is_not_refused():
+def test_a_neighbouring_zone_is_reported_and_the_far_north_is_not_refused():
     """Norway measures in zone 33 from coast to border, and Bergen's eastings are negative there."""
     for code, place, better in (
         (32615, (-89.0, 33.6), "32616"),
@@ -208,7 +208,7 @@ def test_a_neighbouring_zone_is_told_and_the_far_north_is_not_refused():
         assert len(ears.heard) == 1 and f"EPSG:{better}" in ears.heard[0] and "outside of the area" in ears.heard[0]
     ears, crs = Ears(), pyproj.CRS.from_epsg(3347)
     check_place(crs, on_map(crs, -100.0, 50.0), "a.laz", ears)
-    assert "0.9962 m on the map" in ears.heard[0], "a scale that plots feel is told inside the area too"
+    assert "0.9962 m on the map" in ears.heard[0], "a scale that plots feel is reported inside the area too"
 
 
 def test_one_stray_point_decides_nothing():

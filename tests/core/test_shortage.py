@@ -55,8 +55,8 @@ def test_a_full_disk_is_said_and_leaves_nothing(tmp_path, capsys, plot, verb, na
     capsys.readouterr()
     with largest_file(size):
         assert main(arguments) == 2
-    told = capsys.readouterr().err
-    assert "the disk is full" in told and str(target) in told and "Traceback" not in told
+    reported = capsys.readouterr().err
+    assert "the disk is full" in reported and str(target) in reported and "Traceback" not in reported
     assert not list(tmp_path.glob("out/*")) and not list(tmp_path.glob("out/.*"))
 
 

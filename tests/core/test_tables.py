@@ -115,9 +115,9 @@ def test_other_formats_are_named(tmp_path, name, head, says):
     path = tmp_path / name
     path.write_bytes(head + bytes(range(256)))
     for read in (refuse_other_formats, read_table, lambda p: read_plots(p, UTM)):
-        with pytest.raises(InputError, match=f"{says}.*export its table") as told:
+        with pytest.raises(InputError, match=f"{says}.*export its table") as reported:
             read(path)
-        assert str(path) in str(told.value)
+        assert str(path) in str(reported.value)
     if "Access" in says:
         with pytest.raises(InputError, match="or a map layer; export its table"):
             read_trees(path)

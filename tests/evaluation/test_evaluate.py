@@ -157,7 +157,7 @@ def test_two_methods_are_compared_on_the_trees_both_measured(layer, tmp_path):
     assert "Against other.gpkg" in (tmp_path / "out" / "evaluation.html").read_text()
 
 
-def test_wrong_inputs_are_told(layer, tmp_path):
+def test_wrong_inputs_are_reported(layer, tmp_path):
     for wrong in ({}, {"pairs": layer, "trees": layer}, {"trees": layer}, {"pairs": layer, "truth": layer}):
         with pytest.raises(InputError, match="Give either --pairs"):
             run(EvaluateSettings(output=tmp_path / "out", **wrong), Reporter())
@@ -196,7 +196,7 @@ def test_truth_of_a_rendered_plot(tmp_path):
     truth = needs_shared("plot_e") / "truth" / "trees.csv"
     table = pd.read_csv(truth)
     trees = [
-        Tree(k, r.E_bh, r.N_bh, dbh_cm=r.dbh_cm + 0.5, dbh_se_cm=0.5, method="test")
+        Tree(k, r.E_bh, r.N_bh, dbh_cm=r.dbh_cm + 0.5, dbh_se_cm=0.5, method="photos")
         for k, r in table.iterrows()
         if k != 3
     ]

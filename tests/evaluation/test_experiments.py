@@ -156,8 +156,8 @@ def test_covered_bands_are_called_so(tmp_path):
             "visible_fraction": [1 - min(c, 1.0) for c in covers],
         }
     )
-    told = agreement(table, ["a"], truth)
-    assert told["precision"] == 1 and told["recall"] == 1 and told["views"] == 8
+    reported = agreement(table, ["a"], truth)
+    assert reported["precision"] == 1 and reported["recall"] == 1 and reported["views"] == 8
 
 
 def test_a_stem_out_of_every_photo_is_seen_by_none(tmp_path):

@@ -16,7 +16,7 @@ from treedgs_geo.from_photos.fit import OVAL_SD, oval_error_cm, standard_error_c
 from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.from_photos.strips import StemAxis
 from treedgs_geo.from_photos.touching import crowded
-from treedgs_geo.from_photos.verdict import GAIN_LOW_CONFIDENCE, GAIN_MERGED, verdict
+from treedgs_geo.from_photos.verdict import GAIN_LOW_CONFIDENCE, GAIN_MERGED, FitQuality, verdict
 from treedgs_geo.reconstruction.area import Area
 
 STEM, ALONE = Stem(0.5, 0.3, 0.15), Stem(-0.6, -0.5, 0.17)
@@ -109,27 +109,28 @@ def test_verdict_on_probability_and_companions():
         dbh_cm=30,
         polish_cm=30.5,
         r1=-0.005,
-        lean=0.02,
-        score=120,
+        lean_deg=1.1,
+        llr=120,
         gap=60,
         n_views=12,
         kish=10,
         se_cm=0.5,
         rms_px=0.48,
-        options=PhotoStemOptions(),
         sure=0.99,
         contrast=1.5,
         outline_cm=29.0,
     )
-    assert verdict(**clear) == ("ok", ())
-    assert verdict(**clear | {"sure": 0.4}) == ("reject", ("ambiguous",))
-    assert verdict(**clear | {"sure": 0.7}) == ("check", ("ambiguous",))
-    # A low edge score and a low probability are one doubt, too few photos is another.
-    assert verdict(**clear | {"sure": 0.7, "score": 30})[0] == "check"
-    assert verdict(**clear | {"sure": 0.7, "n_views": 4})[0] == "reject"
+    assert verdict(FitQuality(**clear), PhotoStemOptions()) == ("ok", ())
+    assert verdict(FitQuality(**clear | {"sure": 0.4}), PhotoStemOptions()) == ("reject", ("ambiguous",))
+    assert verdict(FitQuality(**clear | {"sure": 0.7}), PhotoStemOptions()) == ("check", ("ambiguous",))
+    # A low edge score and a low probability flag a tree once, too few photos once more.
+    assert verdict(FitQuality(**clear | {"sure": 0.7, "llr": 30}), PhotoStemOptions())[0] == "check"
+    assert verdict(FitQuality(**clear | {"sure": 0.7, "n_views": 4}), PhotoStemOptions())[0] == "reject"
     for gain in (GAIN_LOW_CONFIDENCE + 1, GAIN_MERGED + 1):
-        assert verdict(**clear | {"gain": gain}) == ("check", ("merged",))
-    assert verdict(**clear | {"gain": GAIN_LOW_CONFIDENCE + 1, "sure": 0.7})[0] == "reject"
+        assert verdict(FitQuality(**clear | {"gain": gain}), PhotoStemOptions()) == ("check", ("merged",))
+    assert (
+        verdict(FitQuality(**clear | {"gain": GAIN_LOW_CONFIDENCE + 1, "sure": 0.7}), PhotoStemOptions())[0] == "reject"
+    )
 
 
 def test_the_error_grows_where_photos_are_few_and_pixels_large():

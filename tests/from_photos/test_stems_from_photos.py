@@ -20,7 +20,7 @@ from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.from_photos.stack import GroundGrid, choose_views, load_stack
 from treedgs_geo.from_photos.strips import StemAxis, StripLayout, cut_strips
 from treedgs_geo.from_photos.trees import trees_of_photo_fits
-from treedgs_geo.from_photos.verdict import verdict
+from treedgs_geo.from_photos.verdict import FitQuality, verdict
 from treedgs_geo.reconstruction.area import Area, _cover, area_seen
 
 STEMS = [Stem(0.6, 0.4, 0.15), Stem(-1.5, 0.9, 0.11, lx=0.03), Stem(1.2, -1.6, 0.19, ly=-0.14), Stem(-0.9, -1.3, 0.13)]
@@ -166,20 +166,19 @@ def test_verdict_refuses_what_is_unclear():
         dbh_cm=30,
         polish_cm=30.5,
         r1=-0.005,
-        lean=0.02,
-        score=120,
+        lean_deg=1.1,
+        llr=120,
         gap=60,
         n_views=12,
         kish=10,
         se_cm=0.5,
         rms_px=0.48,
-        options=PhotoStemOptions(),
     )
-    assert verdict(**clear) == ("ok", ())
-    assert verdict(**clear | {"gap": 2})[0] == "reject"
-    assert verdict(**clear | {"score": 40}) == ("reject", ("few_views",))
-    assert verdict(**clear | {"n_views": 4}) == ("check", ("few_views",))
-    flag, reasons = verdict(**clear | {"dbh_cm": 5, "polish_cm": 5})
+    assert verdict(FitQuality(**clear), PhotoStemOptions()) == ("ok", ())
+    assert verdict(FitQuality(**clear | {"gap": 2}), PhotoStemOptions())[0] == "reject"
+    assert verdict(FitQuality(**clear | {"llr": 40}), PhotoStemOptions()) == ("reject", ("few_views",))
+    assert verdict(FitQuality(**clear | {"n_views": 4}), PhotoStemOptions()) == ("check", ("few_views",))
+    flag, reasons = verdict(FitQuality(**clear | {"dbh_cm": 5, "polish_cm": 5}), PhotoStemOptions())
     assert flag == "reject" and "too_small" in reasons
 
 

@@ -47,7 +47,7 @@ def test_the_chain_by_steps_and_in_one_go(laz, tmp_path):
         assert (table["qc_flag"] == "ok").all()
 
 
-def test_a_dtm_off_the_clouds_ground_is_told_and_widens_the_intervals(laz, tmp_path, capsys):
+def test_a_dtm_off_the_clouds_ground_is_reported_and_widens_the_intervals(laz, tmp_path, capsys):
     dtm, shifted = tmp_path / "dtm.tif", tmp_path / "shifted.tif"
     assert run("terrain", "--input", laz, "--output", dtm) == 0
     write_dtm(shifted, read_dtm(dtm).moved(np.array([0.0, 0.0, 0.6])))

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 from synthetic_cloud import stem_points
 
+from benchmarks.clouds.mobile_clouds import MobileScan, ground, mobile_cloud, stem
 from treedgs_geo.from_points.measuring.cloud import measure_cloud
 from treedgs_geo.from_points.segmentation.segment import find_stems
 from treedgs_geo.pointcloud.cloud import PointCloud, thin_crowded
 from treedgs_geo.terrain.ground import dtm_from_cloud
-
-sys.path.append(str(Path(__file__).resolve().parents[2] / "benchmarks"))
-from mobile_clouds import MobileScan, ground, mobile_cloud, stem  # noqa: E402
 
 
 def nearest(trees, place):

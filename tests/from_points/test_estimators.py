@@ -106,7 +106,7 @@ def test_solid_circles_do_not_depend_on_place_and_count_single_precision_well():
 
 
 @pytest.mark.parametrize("ratio", [1.0, 0.95, 0.88, 0.75])
-def test_ellipses_are_told_from_circles(ratio):
+def test_ellipses_are_distinguished_from_circles(ratio):
     gain, error = [], []
     a, b = 0.15, 0.15 * ratio
     h = ((a - b) / (a + b)) ** 2

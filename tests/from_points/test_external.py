@@ -64,7 +64,7 @@ def test_a_broken_contract_is_loud(cloud, fault, message):
         segment_external(cloud, "forestformer3d", f"{COMMAND} {fault}")
 
 
-def test_bad_commands_are_told(cloud, tmp_path):
+def test_bad_commands_are_reported(cloud, tmp_path):
     with pytest.raises(MissingComponentError, match="no such program"):
         segment_external(cloud, "forestformer3d", "no-such-program {input} {output}")
     with pytest.raises(InputError, match="expected a command line"):

@@ -154,7 +154,7 @@ def test_the_library_corrects_and_refuses_alike():
         measure_stems(cloud, near.astype(int), dtm_from_cloud(cloud.xyz))
 
 
-def test_a_neighbouring_zone_is_told(tmp_path, capsys):
+def test_a_neighbouring_zone_is_reported(tmp_path, capsys):
     """The cloud's own zone is named where its place lies beyond its zone's edge, and where its terrain model lies."""
     xyz = plot_cloud(np.random.default_rng(1), STEMS) + (880_000, 3_718_400, 0)
     write_cloud(tmp_path / "east.laz", PointCloud(xyz, pyproj.CRS.from_epsg(32615)))

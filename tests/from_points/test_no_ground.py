@@ -188,14 +188,14 @@ def test_the_dry_run_says_what_the_run_would_say(xyz, whole, tmp_path, capsys):
 
 def test_a_tree_on_unsure_ground_is_wider_to_check_or_refused():
     tree = Tree(1, 0.0, 0.0, dbh_cm=30.0, dbh_se_cm=0.4, taper_cm_m=-1.2, qc_flag="ok").finish()
-    assert with_ground_error(tree, 0.03).qc_flag == "ok"
-    assert with_ground_error(tree, 0.03).dbh_se_cm == pytest.approx(0.4, abs=0.002)
-    unsure = with_ground_error(tree, 0.5)
+    assert with_ground_error(tree, 0.03, "points").qc_flag == "ok"
+    assert with_ground_error(tree, 0.03, "points").dbh_se_cm == pytest.approx(0.4, abs=0.002)
+    unsure = with_ground_error(tree, 0.5, "points")
     assert unsure.qc_flag == "check" and unsure.qc_reason == "no_ground"
     assert unsure.dbh_se_cm == pytest.approx(np.hypot(0.4, 0.6))
-    gone = with_ground_error(tree, 99.0)
+    gone = with_ground_error(tree, 99.0, "points")
     assert gone.qc_flag == "reject" and gone.qc_reason == "no_ground" and gone.dbh_cm is None and gone.dbh_lo_cm is None
     published = Tree(2, 0.0, 0.0, dbh_cm=30.0, qc_flag="check", qc_reason="unchecked").finish()
-    assert with_ground_error(published, 0.5).qc_reason == "unchecked,no_ground"
+    assert with_ground_error(published, 0.5, "points").qc_reason == "unchecked,no_ground"
     refused = Tree(3, 0.0, 0.0, qc_flag="reject", qc_reason="no_ground").finish()
-    assert with_ground_error(refused, 99.0).qc_reason == "no_ground"
+    assert with_ground_error(refused, 99.0, "points").qc_reason == "no_ground"

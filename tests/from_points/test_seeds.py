@@ -8,7 +8,7 @@ from synthetic_cloud import plot_cloud
 
 from treedgs_geo.cli import main
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.from_points.segmentation.field_stems import MATCH_M, answer_stems, name_stems, read_field_stems
+from treedgs_geo.from_points.segmentation.field_stems import FIELD_MATCH_M, answer_stems, name_stems, read_field_stems
 from treedgs_geo.from_points.segmentation.segment import find_stems
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import read_cloud, write_cloud
@@ -44,7 +44,7 @@ def test_the_nearer_of_two_field_stems_names_a_stem(tmp_path):
     field = read_field_stems(table(tmp_path / "f.csv", [("far", 2.9, 2.5), ("near", 2.1, 2.5)]))
     ids, missing = name_stems(stems, field)
     assert field.counted and ids.tolist() == [0, 2] and missing == ["far"]
-    beyond = read_field_stems(table(tmp_path / "g.csv", [(1, 2.0 + MATCH_M + 0.1, 2.5)]))
+    beyond = read_field_stems(table(tmp_path / "g.csv", [(1, 2.0 + FIELD_MATCH_M + 0.1, 2.5)]))
     assert name_stems(stems, beyond)[0].tolist() == [0, 2]
 
 

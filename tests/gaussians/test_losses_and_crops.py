@@ -199,7 +199,7 @@ def test_relocation_keeps_the_number_and_the_opacity_of_the_pile():
     assert relocate(p[:0], Adam.start(0, learning_rates(0.02)), volume, np.random.default_rng(0)) == 0
 
 
-def test_adam_skips_what_is_not_finite_and_constrain_mends_ranges():
+def test_adam_skips_what_is_not_finite_and_constrain_restores_ranges():
     p = np.ones((2, 14))
     adam = Adam.start(2, learning_rates(0.02))
     gradient = np.ones((2, 14))

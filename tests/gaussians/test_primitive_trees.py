@@ -1,4 +1,4 @@
-"""Stem primitives as trees: flags, doubles, second opinions, coordinates."""
+"""Stem primitives as trees: flags, doubles, second measurements, coordinates."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_a_clear_stem_is_a_tree_where_it_stands():
         ({"se_cm": 9.0}, "reject", "wide_error"),
     ],
 )
-def test_doubts_are_said(change, flag, reason):
+def test_limits_flag_or_refuse(change, flag, reason):
     tree = trees_of_primitives({0: stem(0.0, **change)}, FRAME, 1.37)[0]
     assert tree.qc_flag == flag and reason in tree.qc_reason
     assert (tree.dbh_cm is None) == (flag == "reject")
@@ -56,7 +56,7 @@ def test_two_primitives_in_one_place_are_one_stem_and_methods_are_compared():
     )
     assert [tree.qc_flag for tree in trees] == ["reject", "ok", "check"]
     assert trees[0].qc_reason == "merged" and trees[2].qc_reason == "disagree"
-    # What the other method refused is no stem to be sure of; what it was not asked about is.
+    # What the other method refused is no stem to be sure of; what it did not measure is.
     alone = trees_of_primitives({0: stem(0.0), 1: stem(4.0)}, FRAME, 1.37, {0: None})
     assert [tree.qc_flag for tree in alone] == ["check", "ok"] and alone[0].qc_reason == "disagree"
     same = trees_of_primitives({0: stem(0.0), 1: stem(0.0)}, FRAME, 1.37)

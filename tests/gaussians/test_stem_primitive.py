@@ -147,7 +147,7 @@ def test_a_painted_stem_is_measured_to_millimetres_from_a_poor_start():
     assert found is not None
     assert found.dbh_cm == pytest.approx(200 * SHAPE[6], abs=0.4)
     np.testing.assert_allclose(axis_xy(found.shape, BH, [0.8, 2.0]), axis_xy(SHAPE, BH, [0.8, 2.0]), atol=0.006)
-    assert found.n_views >= 10 and found.doubts == ((), ())
+    assert found.n_views >= 10 and found.findings.reasons == ()
 
 
 def test_a_stem_behind_known_layers_is_measured_as_if_they_were_not_there():
@@ -173,14 +173,14 @@ def test_a_stem_behind_known_layers_is_measured_as_if_they_were_not_there():
     known = fit_primitive(covered_by, plane, look)
     unknown = fit_primitive(covered_by, plane, texture)
     assert known is not None and known.dbh_cm == pytest.approx(200 * SHAPE[6], abs=0.4)
-    assert known.doubts == ((), ())
+    assert known.findings.reasons == ()
     assert unknown is None or unknown.loss > 3 * known.loss
 
 
 def test_no_stem_is_refused():
     crops, plane, texture = painted(np.array([0, 0, 0, 0, 0, 0, 1e-6, 0]), 8)
     found = fit_primitive(crops, plane, texture)
-    assert found is None or found.doubts[0]
+    assert found is None or found.findings.refused
 
 
 def test_constant_and_masked_crops_give_nothing_or_a_refusal():
@@ -189,7 +189,7 @@ def test_constant_and_masked_crops_give_nothing_or_a_refusal():
     hidden = [replace(crop, weight=np.zeros_like(crop.weight)) for crop in crops]
     for kind, ground_colour in ((flat, np.full_like(texture[0], 0.4)), (hidden, texture[0])):
         found = fit_primitive(kind, plane, {0: ground_colour})
-        assert found is None or (found.doubts[0] and np.isfinite(found.shape).all())
+        assert found is None or (found.findings.refused and np.isfinite(found.shape).all())
 
 
 def test_bark_gaussians_lie_on_the_bark_and_keep_the_budget():
@@ -255,7 +255,7 @@ def test_one_view_is_doubted():
         )
     except InputError:
         return
-    assert report.primitives[0].primitive.doubts[0]
+    assert report.primitives[0].primitive.findings.refused
 
 
 def test_outlying_crops_are_harmless():

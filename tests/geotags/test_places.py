@@ -48,14 +48,14 @@ def test_a_stretching_project_crs_is_refused_by_every_verb(crs, simulated_plot, 
         ["geotag", "--output", out],
     ):
         assert main([words[0], *photos, *words[1:], "--log-format", "plain"]) == 2
-        told = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
-        assert len(told) == 1 and told[0].startswith("error: --crs: ")
-        assert "EPSG:32615 (WGS 84 / UTM zone 15N)" in told[0]
+        reported = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
+        assert len(reported) == 1 and reported[0].startswith("error: --crs: ")
+        assert "EPSG:32615 (WGS 84 / UTM zone 15N)" in reported[0]
         assert not list(tmp_path.glob("out*.gpkg")) and not list(tmp_path.glob("out*/sfm"))
 
 
-def test_a_neighbouring_zone_is_told_and_measured_in(placed, simulated_plot):
-    """An own zone 4 degrees away: the place is outside of no area, but the scale is told."""
+def test_a_neighbouring_zone_is_reported_and_measured_in(placed, simulated_plot):
+    """An own zone 4 degrees away: the place is outside of no area, but the scale is reported."""
     ears = Ears()
     far = "+proj=tmerc +lon_0=-96.9 +k=0.9996 +x_0=500000 +datum=NAD83 +units=m +type=crs"
     stations = read_stations(simulated_plot / "images", None, far, check_photos=False, reporter=ears)

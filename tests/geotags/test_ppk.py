@@ -64,7 +64,7 @@ def test_rinex_of_a_known_point(rinex: Path, tmp_path: Path) -> None:
     assert "--base-position" in listening.warnings[0] and np.linalg.norm(away.mean(axis=0)) > 0.1
 
 
-def test_rinex_is_told_from_other_files(rinex: Path, tmp_path: Path) -> None:
+def test_rinex_is_distinguished_from_other_files(rinex: Path, tmp_path: Path) -> None:
     assert read_rinex_header(rinex / "rover.obs").kind == "observation"
     assert read_rinex_header(rinex / "base.nav").kind == "navigation"
     assert read_rinex_header(rinex / "rover_rtk.pos") is None
@@ -190,7 +190,7 @@ def test_a_frame_other_than_the_project_s_is_refused_or_transformed(tmp_path: Pa
         read_stations(folder / "images", other, "EPSG:6344", check_photos=False, frame="EPSG:32615")
 
 
-def test_wgs84_as_a_label_is_told(tmp_path: Path) -> None:
+def test_wgs84_as_a_label_is_reported(tmp_path: Path) -> None:
     folder = needs_shared("plot_a")
     listening = Listening()
     read_stations(

@@ -1,4 +1,4 @@
-"""The field tally: units, north, slope and face, and the mistakes that must be told."""
+"""The field tally: units, north, slope and face, and the mistakes that must be reported."""
 
 from __future__ import annotations
 
@@ -97,12 +97,12 @@ def test_slope_face_feet_and_inches(tmp_path):
         ("plot_id,tree_id,dbh_cm\na,1,20\n", {}, "found columns"),
     ],
 )
-def test_mistakes_are_told(tmp_path, text, protocol, message):
+def test_mistakes_are_reported(tmp_path, text, protocol, message):
     with pytest.raises(InputError, match=message.replace("(", r"\(")):
         tally(tmp_path, text, **protocol)
 
 
-def test_unknown_plot_is_told(tmp_path):
+def test_unknown_plot_is_reported(tmp_path):
     trees = tally(tmp_path, HEAD + "b,1,10,5,20\n")
     with pytest.raises(InputError, match="plot b is not in the plots table"):
         place(trees, [PLOT], UTM, FieldProtocol())
@@ -114,7 +114,7 @@ def test_a_tree_without_dbh_is_kept(tmp_path):
 
 
 @given(st.text(max_size=200))
-def test_any_text_is_parsed_or_told(tmp_path_factory, text):
+def test_any_text_is_parsed_or_refused(tmp_path_factory, text):
     path = tmp_path_factory.mktemp("fuzz") / "field.csv"
     path.write_text(HEAD + text, encoding="utf-8", errors="replace")
     try:

@@ -26,20 +26,20 @@ def survey(tmp_path):
 
 def refused(capsys, *words):
     assert main([*map(str, words), "--log-format", "plain"]) == 2
-    told = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
-    assert len(told) == 1 and "not made for measuring" in told[0]
-    assert "EPSG:32615 (WGS 84 / UTM zone 15N)" in told[0]
-    return told[0]
+    reported = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
+    assert len(reported) == 1 and "not made for measuring" in reported[0]
+    assert "EPSG:32615 (WGS 84 / UTM zone 15N)" in reported[0]
+    return reported[0]
 
 
 def test_a_tree_layer_on_a_stretching_map_is_refused(survey, capsys):
     """Before: plots of 4 ares held the trees of 2.8: 20.4 m2/ha for 27.4, without a word."""
     plots, out = survey / "plots.csv", survey / "out"
-    told = refused(
+    reported = refused(
         capsys, "stand-table", "--trees", survey / "web.gpkg", "--plots", plots, "--species", "PITA", "--output", out
     )
-    assert "web.gpkg: " in told and not out.exists()
-    told = refused(
+    assert "web.gpkg: " in reported and not out.exists()
+    reported = refused(
         capsys,
         "match-plots",
         "--trees",
@@ -51,13 +51,13 @@ def test_a_tree_layer_on_a_stretching_map_is_refused(survey, capsys):
         "--output",
         survey / "out.gpkg",
     )
-    assert "web.gpkg: " in told and not (survey / "out.gpkg").exists()
+    assert "web.gpkg: " in reported and not (survey / "out.gpkg").exists()
 
 
 def test_a_tally_is_not_expanded_by_an_area_of_such_a_map(survey, capsys):
     tally = pd.DataFrame([{"plot_id": "A", "tree_id": k, "dbh_cm": 20 + k} for k in range(8)])
     tally.to_csv(survey / "tally.csv", index=False)
-    told = refused(
+    reported = refused(
         capsys,
         "stand-table",
         "--field",
@@ -71,7 +71,7 @@ def test_a_tally_is_not_expanded_by_an_area_of_such_a_map(survey, capsys):
         "--output",
         survey / "out",
     )
-    assert "stand.gpkg: " in told and not (survey / "out").exists()
+    assert "stand.gpkg: " in reported and not (survey / "out").exists()
 
 
 def test_a_layer_whose_numbers_are_not_of_its_crs_is_refused(survey, capsys):

@@ -61,14 +61,14 @@ def survey(tmp_path):
     )
     stand = xy + CENTRE + OFFSET + rng.normal(0, 0.05, (15, 2))
     trees = [
-        Tree(100 + k, *stand[k], z_ground=38.0, dbh_cm=dbh[k] + 0.5, dbh_se_cm=0.4, method="test")
+        Tree(100 + k, *stand[k], z_ground=38.0, dbh_cm=dbh[k] + 0.5, dbh_se_cm=0.4, method="photos")
         for k in range(15)
         if k != 2
     ]
-    trees[5] = Tree(105 + 1, *stand[6], qc_flag="reject", qc_reason="few_points", method="test")
+    trees[5] = Tree(105 + 1, *stand[6], qc_flag="reject", qc_reason="few_points", method="photos")
     free = np.array([9.0, 0.0]) / 2 + CENTRE + OFFSET
     assert np.hypot(*(stand - free).T).min() > 1.0
-    trees.append(Tree(200, *free, z_ground=38.0, dbh_cm=20.0, dbh_se_cm=0.4, method="test"))
+    trees.append(Tree(200, *free, z_ground=38.0, dbh_cm=20.0, dbh_se_cm=0.4, method="photos"))
     write_trees(tmp_path / "trees.gpkg", trees, pyproj.CRS.from_epsg(6344))
     return tmp_path
 
@@ -118,7 +118,7 @@ def test_pairs_are_found_and_every_tree_is_kept(survey):
 def test_the_documented_fields_are_the_real_ones():
     from pathlib import Path
 
-    page = (Path(__file__).parents[2] / "docs" / "pairing.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "technician" / "pairing.md").read_text(encoding="utf-8")
     words = {word for part in page.split("`")[1::2] for word in part.replace(",", " ").split()}
     assert set(PAIR_COLUMNS) <= words and {PAIRS, SUGGESTED, FIELD, MEASURED, PLOTS} <= words
 
@@ -243,7 +243,7 @@ def test_the_file_may_be_open_in_qgis(survey):
     assert sorted(p.name for p in survey.iterdir()) == ["field.csv", "pairs.gpkg", "plots.csv", "trees.gpkg"]
 
 
-def test_an_unknown_status_and_a_foreign_file_are_told_and_kept(survey):
+def test_an_unknown_status_and_a_foreign_file_are_reported_and_kept(survey):
     match(survey)
     path = survey / "pairs.gpkg"
     edit(path, lambda layers: layers[PAIRS].__setitem__("pair_status", "yes"))
@@ -285,7 +285,7 @@ def test_a_row_without_a_bearing_is_left_out_alone(survey):
     assert any("line 6 (tree 5: azimuth_deg is empty)" in text for text in warnings)
 
 
-def test_plots_at_the_turn_s_limit_are_told_with_what_to_change(survey):
+def test_plots_at_the_turn_s_limit_are_reported_with_what_to_change(survey):
     """A compass read as true north where the declination is large: 14 degrees, where 8 are searched."""
     table = pd.read_csv(survey / "field.csv")
     table["azimuth_deg"] = (table["azimuth_deg"] - 14.0) % 360
@@ -296,7 +296,7 @@ def test_plots_at_the_turn_s_limit_are_told_with_what_to_change(survey):
     assert plot["status"] == "check" and abs(plot["rot_deg"]) >= 7.9
     (said,) = [text for text in warnings if "largest turn searched" in text and "Change" in text]
     # True bearings are turned by the convergence of -0.7 degrees already.
-    found = float(said.split("fit without doubt, at ")[1].split(".  ")[0].split(". ")[0])
+    found = float(said.split("fit clearly, at ")[1].split(".  ")[0].split(". ")[0])
     assert found == pytest.approx(14.7, abs=0.5)
     for word in ("--north (now true", "--declination-deg (there ", "--azimuth-unit", "--rotation-deg"):
         assert word in said
@@ -313,7 +313,7 @@ def test_rendered_plots(name, tmp_path):
 
     folder = needs_shared(name)
     truth = pd.read_csv(folder / "truth" / "trees.csv")
-    trees = [Tree(k, r.E_bh, r.N_bh, dbh_cm=r.dbh_cm, dbh_se_cm=0.5, method="true") for k, r in truth.iterrows()]
+    trees = [Tree(k, r.E_bh, r.N_bh, dbh_cm=r.dbh_cm, dbh_se_cm=0.5, method="photos") for k, r in truth.iterrows()]
     write_trees(tmp_path / "trees.gpkg", trees, pyproj.CRS.from_epsg(6344))
     result, _ = match(tmp_path, field=folder / "field_trees.csv", plots=folder / "plots.csv", north="true")
     key = json.loads((folder / "truth" / "field_key.json").read_text())["field_tree_id_to_truth"]

@@ -2,26 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.util
-from pathlib import Path
-
 import numpy as np
 import pytest
 
+from benchmarks.inventory import pairing
 from treedgs_geo.inventory.pairing import PairingOptions, assign, fit_rigid, move, register
-
-ROOT = Path(__file__).parents[2]
-
-
-@pytest.fixture(scope="module")
-def bench():
-    """The benchmark's simulator and its counting."""
-    import sys
-
-    spec = importlib.util.spec_from_file_location("bench_pairing", ROOT / "benchmarks" / "pairing.py")
-    module = sys.modules["bench_pairing"] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def test_move_turns_as_bearings_do():
@@ -34,22 +19,22 @@ def test_fit_rigid_inverts_move():
     assert offset == pytest.approx([1.5, -2.0]) and turn == pytest.approx(7.0)
 
 
-def test_pairs_are_right_and_doubtful_plots_are_left(bench):
+def test_pairs_are_right_and_doubtful_plots_are_left():
     """The issue's case on 60 plots: at least 95 % of the pairs right, no plot paired on a wrong placing."""
-    found = bench.run(60, 90000, PairingOptions())["pooled"]
+    found = pairing.run(60, 90000, PairingOptions())["pooled"]
     assert found["right_share_pct"] >= 98 and found["plots_paired_on_a_wrong_placing"] == 0
     assert found["paired_of_pairable_pct"] >= 85 and found["plots_to_hand_check"] <= 12
 
 
-def test_half_of_the_trees_missed(bench):
-    found = bench.run(18, 91000, PairingOptions(), missed=0.5)["pooled"]
+def test_half_of_the_trees_missed():
+    found = pairing.run(18, 91000, PairingOptions(), missed=0.5)["pooled"]
     assert found["right_share_pct"] >= 95
 
 
-def test_another_stand_is_never_paired(bench):
+def test_another_stand_is_never_paired():
     """The tally of one plot against the map of another: nothing fits, and that is what is said."""
     for seed in range(12):
-        tally, other = bench.simulate(seed, "random", 2.0), bench.simulate(seed + 500, "random", 2.0)
+        tally, other = pairing.simulate(seed, "random", 2.0), pairing.simulate(seed + 500, "random", 2.0)
         assert register(tally.field, other.measured, PairingOptions()).status == "check"
 
 
@@ -59,7 +44,7 @@ def test_a_perfect_lattice_is_left_to_a_person():
     field = measured[np.hypot(*measured.T) < 7]
     placed = register(field, measured, PairingOptions())
     assert placed.status == "check" and "another placing" in placed.reason
-    # Where the centre is known to decimetres there is no doubt.
+    # Where the centre is known to decimetres it is clear.
     assert register(field, measured, PairingOptions(centre_error_m=0.3)).status == "auto"
 
 
@@ -96,7 +81,7 @@ def test_assignment_is_one_to_one_and_within_the_gate():
     assert assign(field, np.zeros((0, 2)), 0.4, 1.0).index.shape == (0, 2)
 
 
-def test_the_same_input_gives_the_same_pairs(bench):
-    scene = bench.simulate(3, "random", 2.0)
+def test_the_same_input_gives_the_same_pairs():
+    scene = pairing.simulate(3, "random", 2.0)
     first, second = (register(scene.field, scene.measured, PairingOptions()) for _ in range(2))
     assert first.offset_m.tolist() == second.offset_m.tolist() and first.ratio == second.ratio

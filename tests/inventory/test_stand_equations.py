@@ -212,7 +212,7 @@ def test_the_page_names_what_there_is():
     from treedgs_geo.inventory.stand.sample import EDGE_RULES
     from treedgs_geo.inventory.stand.values import HEIGHT_MODES
 
-    page = (Path(__file__).parents[2] / "docs" / "stand-table.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "technician" / "stand-table.md").read_text(encoding="utf-8")
     shapefile_parts = (".shx", ".dbf", ".prj", ".cpg")
     assert [name for name in FILES if f"`{name}`" not in page and not name.endswith(shapefile_parts)] == []
     assert [rule for rule in EDGE_RULES if f"| `{rule}`" not in page] == []

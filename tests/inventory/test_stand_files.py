@@ -166,16 +166,16 @@ def test_fvs(written):
     assert groups.Groups.tolist() == ["All_Stands", "All_Plots"]
 
 
-def test_both_treatments_of_stems_without_a_dbh_are_told(tmp_path):
+def test_both_treatments_of_stems_without_a_dbh_are_reported(tmp_path):
     folder = make_survey(tmp_path)
-    impute, told = figures(folder)
+    impute, reported = figures(folder)
     exclude, told_too = figures(folder, missing="exclude")
     more, less = impute.estimates["ba"].mean, exclude.estimates["ba"].mean
     assert more > less and impute.other["ba"].mean == less and exclude.other["ba"].mean == more
-    for ears in (told, told_too):
+    for ears in (reported, told_too):
         text = next(w for w in ears.warnings if "without a DBH" in w)
         assert f"{more:.2f}" in text and f"{less:.2f}" in text
-    assert impute.n_thin > 0 and any("too_small" in info for info in told.infos)
+    assert impute.n_thin > 0 and any("too_small" in info for info in reported.infos)
 
 
 def test_the_same_run_gives_the_same_files_and_formulas_in_names_stay_text(tmp_path):
@@ -261,7 +261,7 @@ def test_large_square_plots_of_many_species(tmp_path):
         ({"min_dbh_cm": 300.0}, InputError, "No tree with a DBH"),
     ],
 )
-def test_mistakes_are_told_before_anything_is_written(tmp_path, change, error, message):
+def test_mistakes_are_reported_before_anything_is_written(tmp_path, change, error, message):
     folder = make_survey(tmp_path)
     head = "plot_id,easting,northing,radius_m,epsg\n"
     (folder / "far.csv").write_text(head + "a,600000,3700000,10,\n")

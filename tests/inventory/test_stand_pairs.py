@@ -1,4 +1,4 @@
-"""Pairs edited by hand in real QGIS: they survive match-plots, feed evaluate, and tell the stand table who is who."""
+"""Pairs edited by hand in real QGIS: they survive match-plots, feed evaluate, and name the trees of the stand table."""
 
 from __future__ import annotations
 
@@ -130,6 +130,6 @@ def test_the_stand_table_learns_species_status_and_heights_from_the_pairs(paired
     drawn = gpd.read_file(out / "stand.gpkg", layer="stand_plots").geometry.centroid
     assert [drawn.x[0], drawn.y[0]] == pytest.approx([plots.x[0], plots.y[0]], abs=1e-3)
     # Without the pairs nobody knows the dead tree: the plot holds one live tree more.
-    bare, told = figures(folder, plots=data / "plots.csv", boundary=None)
-    assert len(bare.rows) >= result["n_trees"] and any("No volume for the stand" in w for w in told.warnings)
+    bare, reported = figures(folder, plots=data / "plots.csv", boundary=None)
+    assert len(bare.rows) >= result["n_trees"] and any("No volume for the stand" in w for w in reported.warnings)
     assert set(gpd.read_file(folder / "pairs.gpkg", layer=FIELD).columns) >= {"species", "status", "field_id"}

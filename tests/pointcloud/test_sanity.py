@@ -35,9 +35,9 @@ def kinds(xyz, **more):
 
 def sentence(capsys, *arguments, code=2):
     assert main([*map(str, arguments), "--crs", "local", "--log-format", "plain"]) == code
-    told = capsys.readouterr().err
-    assert "Traceback" not in told
-    return told
+    heard = capsys.readouterr().err
+    assert "Traceback" not in heard
+    return heard
 
 
 PLOT = stand()
@@ -68,10 +68,10 @@ def test_each_fault_ends_run_and_dry_run_with_its_own_sentence(tmp_path, capsys,
     assert kinds(xyz, scale=np.full(3, 0.01))[0] == (kind, True)
     write_las(tmp_path / "odd.laz", xyz, (1e-7, 1e-7, 0.001) if kind == "degrees" else (0.01, 0.01, 0.01))
     for more in ([], ["--dry-run"]):
-        told = sentence(
+        heard = sentence(
             capsys, "pointcloud-to-dbh", "--input", tmp_path / "odd.laz", "--output", tmp_path / "out" / "t.gpkg", *more
         )
-        assert words in told and str(tmp_path / "odd.laz") in told
+        assert words in heard and str(tmp_path / "odd.laz") in heard
         assert not (tmp_path / "out").exists()
 
 
@@ -117,7 +117,7 @@ def test_stems_in_a_cloud_with_heights_in_feet_are_all_marked(tmp_path, capsys):
     flags = {}
     for name, factor in (("metres", 1.0), ("feet", 3.2808)):
         write_las(tmp_path / f"{name}.laz", xyz * (1, 1, factor))
-        told = sentence(
+        heard = sentence(
             capsys,
             "pointcloud-to-dbh",
             "--input",
@@ -126,7 +126,7 @@ def test_stems_in_a_cloud_with_heights_in_feet_are_all_marked(tmp_path, capsys):
             tmp_path / f"{name}.csv",
             code=0,
         )
-        assert ("probably in feet" in told) == (name == "feet")
+        assert ("probably in feet" in heard) == (name == "feet")
         rows = list(csv.DictReader((tmp_path / f"{name}.csv").open()))
         assert len(rows) >= 5
         flags[name] = [(row["qc_flag"], row["qc_reason"]) for row in rows]
@@ -179,8 +179,8 @@ def test_points_far_off_are_counted_and_left_out(tmp_path, capsys, monkeypatch, 
     counts = {}
     for name, limit in (("good", 10**7), ("far", 10**7), ("far", 1000)):
         monkeypatch.setattr(tiles, "WHOLE_CLOUD_POINTS", limit)
-        told = sentence(capsys, "terrain", "--input", tmp_path / f"{name}.laz", "--output", tmp_path / "d.tif", code=0)
-        assert ("away from all others" in told) == (name == "far")
+        heard = sentence(capsys, "terrain", "--input", tmp_path / f"{name}.laz", "--output", tmp_path / "d.tif", code=0)
+        assert ("away from all others" in heard) == (name == "far")
         import rasterio
 
         with rasterio.open(tmp_path / "d.tif") as raster:
@@ -198,8 +198,8 @@ def test_strays_are_in_no_output_by_either_road(tmp_path, capsys, monkeypatch, s
         write_las(path, xyz)
     for limit in (10**7, 1000):
         monkeypatch.setattr(tiles, "WHOLE_CLOUD_POINTS", limit)
-        told = sentence(capsys, "segment-stems", "--input", path, "--keep-all", "--output", tmp_path / "s.laz", code=0)
-        assert told.count("away from all others") == 1
+        heard = sentence(capsys, "segment-stems", "--input", path, "--keep-all", "--output", tmp_path / "s.laz", code=0)
+        assert heard.count("away from all others") == 1
         sentence(
             capsys,
             "terrain",

@@ -20,7 +20,7 @@ def results(done) -> dict:
     return json.loads(done.stdout[done.stdout.index("{") :])["results"]
 
 
-def test_a_dry_run_of_photos_tells_and_changes_nothing(qgis, simulated_plot, tmp_path):
+def test_a_dry_run_of_photos_reports_and_changes_nothing(qgis, simulated_plot, tmp_path):
     before = tree(simulated_plot)
     values = {
         "PHOTOS": simulated_plot / "images",
@@ -311,7 +311,7 @@ print("NOW", len(list(shown.getFeatures())))
         assert connection.execute("SELECT count(*) FROM trees").fetchone() == (3,)
 
 
-def test_an_open_edit_session_is_told_before_the_work(qgis, tmp_path):
+def test_an_open_edit_session_is_reported_before_the_work(qgis, tmp_path):
     stems_cloud(tmp_path / "cloud.laz", (0.15,))
     assert qgis.run("pointcloudtodbh", INPUT=tmp_path / "cloud.laz", OUTPUT=tmp_path / "t.gpkg").returncode == 0
     before = (tmp_path / "t.gpkg").read_bytes()

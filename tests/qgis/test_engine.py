@@ -174,7 +174,7 @@ def test_job_folders_are_made_anew_and_the_old_ones_go(tmp_path):
 
 
 @pytest.mark.parametrize("relative", [False, True])
-def test_an_environment_is_built_once_and_mended(tmp_path, monkeypatch, relative):
+def test_an_environment_is_built_once_and_repaired(tmp_path, monkeypatch, relative):
     calls: list[list[str]] = []
     monkeypatch.chdir(tmp_path)
     target = Path("env") if relative else tmp_path / "env"

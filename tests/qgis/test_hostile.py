@@ -53,7 +53,7 @@ def test_shapefile_and_csv_keep_every_field(qgis, tmp_path):
     shape, table = geopandas.read_file(tmp_path / "trees.shp"), pandas.read_csv(tmp_path / "trees.csv")
     assert list(shape.columns[:-1]) == list(TREE_FIELDS) == list(table.columns)
     assert abs(table.loc[0, "x"] - shape.geometry[0].x) < 0.001 and abs(table.loc[0, "y"] - shape.geometry[0].y) < 0.001
-    page = (ROOT / "docs" / "tree-layer.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "technician" / "tree-layer.md").read_text(encoding="utf-8")
     assert all(f"`{name}`" in page for name in TREE_FIELDS), "every field is documented"
 
 

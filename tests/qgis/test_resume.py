@@ -62,8 +62,10 @@ def test_a_chain_resumes_after_ctrl_c_and_after_a_kill(qgis, chain, simulated_pl
     assert not left and not any(alive(child.pid) for child in children), output
     assert running.returncode == 1 and "run again to resume" in output, output
     assert not (folder / "trees.gpkg").exists() and stages(record)["geotag"]["status"] == "done"
-    told = qgis("run", "treedgs:photostodbh", "--", *arguments, "DRY_RUN=true")
-    assert told.returncode == 0 and "Kept from an earlier run" in told.stdout and "geotag" in told.stdout, told.stdout
+    heard = qgis("run", "treedgs:photostodbh", "--", *arguments, "DRY_RUN=true")
+    assert heard.returncode == 0 and "Kept from an earlier run" in heard.stdout and "geotag" in heard.stdout, (
+        heard.stdout
+    )
     located = stages(record)["geotag"]
 
     running = qgis.start("run", "treedgs:photostodbh", "--", *arguments)

@@ -84,7 +84,7 @@ def test_a_file_that_is_no_cloud_is_refused(qgis, tmp_path):
     )
 
 
-def test_a_cloud_without_a_crs_is_told_what_to_give(qgis, tmp_path):
+def test_a_cloud_without_a_crs_is_reported_what_to_give(qgis, tmp_path):
     """In the names of QGIS, ready to be copied into the command; 'local' too."""
     import laspy
     import numpy as np

@@ -68,13 +68,13 @@ def test_the_scale_is_as_sure_as_geotags_make_it() -> None:
     assert np.isnan(scale_error(centres[:1], sd[1:2]))
 
 
-def test_poor_geotags_are_told_and_precise_ones_are_not() -> None:
+def test_poor_geotags_are_reported_and_precise_ones_are_not() -> None:
     block, stations, xyz, calibration = _case()
     good = check_block(block, stations, xyz, calibration, FREE, Reporter())
     assert good["scale_sd"] < 0.001 and not good["warnings"]
     poor = replace(stations, sd=np.full_like(stations.sd, 2.0), quality=["exif"] * len(stations))
-    told = check_block(block, poor, xyz, calibration, FREE, Reporter())
-    assert told["scale_sd"] > 0.005 and "RTK or PPK" in told["warnings"][0]
+    reported = check_block(block, poor, xyz, calibration, FREE, Reporter())
+    assert reported["scale_sd"] > 0.005 and "RTK or PPK" in reported["warnings"][0]
 
 
 def test_a_photo_metres_from_its_geotag_is_named() -> None:

@@ -22,7 +22,7 @@ STEMS = [(3.0, 3.0, 25.0), (8.0, 8.0, 35.0), (3.0, 9.0, 18.0), (9.0, 3.0, 22.0)]
 PLACES = np.array([stem[:2] for stem in STEMS])
 
 
-class Told(Reporter):
+class Recorder(Reporter):
     """Keeps the warnings."""
 
     def __init__(self):
@@ -121,18 +121,18 @@ def test_gaps_and_wrong_patches_of_a_model_are_filled_from_the_cloud(cloud):
         (lambda x, y, z: np.where(x < 5, np.nan, z), "no height in"),
         (lambda x, y, z: np.where(x < 5, z - 22.5, z), "more than 3 m off in"),
     ):
-        told = Told()
-        found = given_ground(given(cloud, change), cloud, "dtm", told)
-        assert any(said in message for message in told.warnings)
+        heard = Recorder()
+        found = given_ground(given(cloud, change), cloud, "dtm", heard)
+        assert any(said in message for message in heard.warnings)
         np.testing.assert_allclose(found.dtm.height(*PLACES.T), ground_of(np.c_[PLACES, PLACES]), atol=0.06)
         assert (found.se_m(PLACES, np.full(4, 0.3)) < 0.1).all()
 
 
 def test_a_tilted_model_is_unsure_where_it_is_off(cloud):
-    told = Told()
-    found = given_ground(given(cloud, lambda x, y, z: z + 0.15 * (x - 6)), cloud, "dtm", told)
+    heard = Recorder()
+    found = given_ground(given(cloud, lambda x, y, z: z + 0.15 * (x - 6)), cloud, "dtm", heard)
     np.testing.assert_allclose(found.se_m(PLACES, np.full(4, 0.3)), 0.15 * np.abs(PLACES[:, 0] - 6), atol=0.05)
-    assert not told.warnings  # the median is right
+    assert not heard.warnings  # the median is right
 
 
 def test_a_cloud_without_ground_says_nothing_about_a_model(cloud):
@@ -203,11 +203,11 @@ def raster(path, values, nodata=None):
 def test_unmarked_nodata_is_unknown_and_said(tmp_path, filling):
     terrain = 100 + np.add.outer(np.linspace(0, 3, 40), np.linspace(0, 2, 30))
     terrain[5:20, 4:12] = filling
-    told = Told()
-    dtm = read_dtm(raster(tmp_path / "d.tif", terrain), reporter=told)
+    heard = Recorder()
+    dtm = read_dtm(raster(tmp_path / "d.tif", terrain), reporter=heard)
     assert np.isnan(dtm.heights[5:20, 4:12]).all() and np.isfinite(dtm.heights).sum() == 40 * 30 - 120
-    assert len(told.warnings) == 1
-    assert f"hold {filling:g} m" in told.warnings[0] and "100.0 to 105.0" in told.warnings[0]
+    assert len(heard.warnings) == 1
+    assert f"hold {filling:g} m" in heard.warnings[0] and "100.0 to 105.0" in heard.warnings[0]
 
 
 def test_blends_round_unmarked_nodata_go_with_it_and_slopes_stay(tmp_path):
@@ -233,8 +233,10 @@ def test_blends_round_unmarked_nodata_go_with_it_and_slopes_stay(tmp_path):
     ],
 )
 def test_heights_near_zero_are_heights(tmp_path, values):
-    told = Told()
-    assert np.isfinite(read_dtm(raster(tmp_path / "d.tif", values), reporter=told).heights).all() and not told.warnings
+    heard = Recorder()
+    assert (
+        np.isfinite(read_dtm(raster(tmp_path / "d.tif", values), reporter=heard).heights).all() and not heard.warnings
+    )
 
 
 def test_level_zero_ground_with_a_high_filling_keeps_its_zeros(tmp_path):

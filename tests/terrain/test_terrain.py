@@ -166,7 +166,7 @@ def test_rendered_lidar_ground_against_truth(plot):
 
 
 def test_pycrown_dtm_against_its_normalised_cloud():
-    """The cloud is height-normalised, the DTM is not: that has to be told, not used."""
+    """The cloud is height-normalised, the DTM is not: that has to be reported, not used."""
     folder = needs_shared("als_pycrown_dtm")
     cloud = read_cloud(folder / "POINTS.laz", attributes=())
     dtm = read_dtm(folder / "DTM.tif", cloud.crs)
@@ -200,7 +200,7 @@ def test_heights_above_another_datum_are_converted_or_refused(tmp_path):
         read_dtm(tmp_path / "ft.tif", UTM)
 
 
-def test_support_tells_where_the_model_is_a_guess():
+def test_support_shows_where_the_model_is_a_guess():
     """A hole without ground points: the support band grows into it, and beyond the reach nothing is claimed."""
     rng = np.random.default_rng(8)
     xyz = plot_cloud(rng, [(3, 3, 20.0)])

@@ -1,4 +1,4 @@
-"""Trees that are far too short for their diameter are doubted, and refused where that is the third doubt."""
+"""Trees that are far too short for their diameter are flagged, and refused where that is the third reason."""
 
 from __future__ import annotations
 

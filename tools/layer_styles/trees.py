@@ -80,8 +80,8 @@ SLICES = {
 
 def reasons() -> dict[str, tuple[str, str]]:
     """The one list of reasons, from the library's file (which needs nothing but Python)."""
-    file = ROOT / "treedgs_geo" / "measure" / "quality.py"
-    spec = importlib.util.spec_from_file_location("treedgs_quality", file)
+    file = ROOT / "treedgs_geo" / "trees" / "reasons.py"
+    spec = importlib.util.spec_from_file_location("treedgs_reasons", file)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module.REASONS

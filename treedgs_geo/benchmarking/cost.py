@@ -146,7 +146,7 @@ def _measure(plot: Path, output: Path, reporter: Reporter, budget_min: float) ->
 
 
 def split_reducing(table: pd.DataFrame) -> pd.DataFrame:
-    """Seconds of the features of photos beyond :data:`MOST_FEATURE_MP`, which are read whole and reduced: what they
+    """Seconds of the features of photos beyond ``MOST_FEATURE_MP``, which are read whole and reduced: what they
     take longer than smaller ones of the same feature pixels becomes a stage of its own, ``reducing``."""
     features = table["stage"] == "features"
     large = features & (table["megapixels"] > 1.05 * MOST_FEATURE_MP)

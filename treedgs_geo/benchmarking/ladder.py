@@ -19,11 +19,11 @@ SFM: dict[str, dict[str, Any]] = {
 class Config:
     """One point of the chart.
 
-    key: file name. title: on the chart. group: level of the ladder (``docs/speed-accuracy.md``). kind: ``photos``
-    (stems fitted in the photos), ``splats`` or ``cloud``. sfm: key of :data:`SFM`. params: settings of the stage.
-    scale: size of the photos that the stems are fitted in. preset: this is that preset of ``photos-to-dbh``, with all
-    of its settings. quick: part of ``--quick``. reads: for splats, ``sample``, ``means`` or ``depth``: what is made of
-    the field.
+    key: file name. title: on the chart. group: level of modelling (``docs/evidence/speed-accuracy.md``). kind:
+    ``photos`` (stems fitted in the photos), ``splats`` or ``cloud``. sfm: key of :data:`SFM`. params: settings of the
+    stage. scale: size of the photos that the stems are fitted in. preset: this is that preset of ``photos-to-dbh``,
+    with all of its settings. quick: part of ``--quick``. reads: for splats, ``sample``, ``means`` or ``depth``: what
+    is made of the field.
     """
 
     key: str

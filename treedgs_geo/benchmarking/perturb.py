@@ -10,12 +10,9 @@ import cv2
 import numpy as np
 
 from ..pointcloud.cloud import PointCloud
-from ..reconstruction.cameras import View
+from ..reconstruction.cameras import OBLIQUE_DEG, View
 from ..reconstruction.images import load_image
 from ..simulation.trouble import TroubleSettings, disturb, photo_troubles
-
-#: Photos that look at the plot from the side, degrees from straight down.
-OBLIQUE_DEG = 17.0
 
 
 def noisy_poses(views: list[View], noise_px: float, rng: np.random.Generator) -> list[View]:

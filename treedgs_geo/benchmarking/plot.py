@@ -14,7 +14,7 @@ from scipy.spatial.distance import cdist
 
 from ..core.crs import LocalFrame, project_crs
 from ..core.errors import InputError
-from ..evaluation.accuracy import pair_by_position
+from ..evaluation.accuracy import MATCH_M, pair_by_position
 from ..pointcloud.cloud import PointCloud
 from ..reconstruction.cameras import Camera, View
 from ..terrain.dtm import Dtm, read_dtm
@@ -24,7 +24,6 @@ from ..trees.tree import Tree
 CLEAR_SHARE, CLEAR_FORESHORTENING = 0.7, 0.35
 #: Stems this far outside the plot's circle are measured too (``PhotoStemOptions.margin_m`` is 1 m) and count.
 RIM_M = 0.7
-MATCH_M = 0.5
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from ..evaluation.charts import BLUE, VERMILION
 from .factors import FACTORS, Factor
 
 #: An accepted tree farther off than this is a lie.
@@ -18,7 +19,7 @@ MOST_LIES, COVERAGE = 0.02, (0.85, 0.95)
 ENOUGH = 50
 #: Our own methods: their levels and lies are listed one by one.
 REPORTED = ("photos", "splats", "whole chain", "lidar")
-BLUE, VERMILION, GREEN, PURPLE, SKY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9"
+GREEN, PURPLE, SKY = "#009E73", "#CC79A7", "#56B4E9"
 ORANGE = "#E69F00"
 LOOKS = {
     "photos": (BLUE, "o", "-"),

@@ -48,14 +48,14 @@ def security_of(address: str, reporter: Reporter) -> Any:
         reporter.warn(
             f"The scheduler at {address} asks nobody who they are: whoever reaches that port can run "
             "programs as you, on every worker; start it with certificates, give tls:// "
-            "(docs/campaign.md)."
+            "(docs/technician/campaign.md)."
         )
     elif address.startswith("tls://") and not all(  # attributes that it makes from its configuration
         getattr(security, name) for name in ("tls_ca_file", "tls_client_cert")
     ):
         raise InputError(
             f"--scheduler: {address} needs certificates and Dask's configuration names none; set "
-            "distributed.comm.tls.ca-file and .client.cert, .client.key (docs/campaign.md)."
+            "distributed.comm.tls.ca-file and .client.cert, .client.key (docs/technician/campaign.md)."
         )
     return security
 

@@ -13,10 +13,9 @@ import pyproj
 
 from ..core.crs import project_crs
 from ..core.errors import InputError
-from ..core.files import fingerprint
+from ..core.files import PHOTO_SUFFIXES, fingerprint
 
 _CLOUDS = (".las", ".laz")
-_PHOTOS = {".jpg", ".jpeg", ".tif", ".tiff", ".png"}
 #: Bytes of a line of a text cloud, for counting without reading.
 _LINE_BYTES = 30
 FEWEST_PHOTOS = 3
@@ -54,7 +53,7 @@ def look_at(route: str, values: dict[str, Any], plots: str, field: str, crs: str
     gigabytes = sum(size.st_size for size in sizes) / 1e9
     if route == "photos":
         folder = Path(values["photos"])
-        photos = [path for path in files if path.suffix.lower() in _PHOTOS and folder in path.parents]
+        photos = [path for path in files if path.suffix.lower() in PHOTO_SUFFIXES and folder in path.parents]
         if len(photos) < FEWEST_PHOTOS:
             raise InputError(f"photos {folder} holds {len(photos)} photos, expected at least {FEWEST_PHOTOS}.")
         megapixels = len(photos) * _megapixels(photos[len(photos) // 2])
@@ -102,8 +101,8 @@ def _below(path: Path, deep: bool) -> list[Path]:
         inner[:] = sorted(name for name in inner if not name.startswith(".")) if deep else []
         found += [Path(folder) / name for name in sorted(names) if not name.startswith(".")]
     if deep:
-        return [item for item in found if item.suffix.lower() in _PHOTOS]
-    return [item for item in found if item.suffix.lower() not in _PHOTOS | {".gpkg", ".laz", ".las"}]
+        return [item for item in found if item.suffix.lower() in PHOTO_SUFFIXES]
+    return [item for item in found if item.suffix.lower() not in PHOTO_SUFFIXES | {".gpkg", ".laz", ".las"}]
 
 
 def _megapixels(photo: Path) -> float:

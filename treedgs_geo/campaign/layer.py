@@ -23,7 +23,7 @@ IDS_PER_PLOT = 100_000
 #: Trees, and plots, held in memory before they are written: a table of three trees takes as much as one of a hundred.
 _BATCH, _BATCH_PLOTS = 5000, 40
 #: Trees of two plots nearer than this are one tree.
-SAME_TREE_M = 0.4
+DUPLICATE_M = 0.4
 SUFFIXES = (".gpkg", ".csv")
 
 
@@ -188,7 +188,7 @@ def twins(plots: list[tuple[str, Path, tuple[float, float, float, float]]]) -> l
 
     if len(plots) < 2:
         return []
-    boxes = [box(b[0] - SAME_TREE_M, b[1] - SAME_TREE_M, b[2] + SAME_TREE_M, b[3] + SAME_TREE_M) for *_, b in plots]
+    boxes = [box(b[0] - DUPLICATE_M, b[1] - DUPLICATE_M, b[2] + DUPLICATE_M, b[3] + DUPLICATE_M) for *_, b in plots]
     first, second = STRtree(boxes).query(boxes)
     found = []
     for one, other in zip(first, second, strict=True):
@@ -199,7 +199,7 @@ def twins(plots: list[tuple[str, Path, tuple[float, float, float, float]]]) -> l
         if not len(trees[0]) or not len(trees[1]):
             continue
         here, there = (table[["x", "y"]].to_numpy(float) for table in trees)
-        both = int((cKDTree(there).query(here, distance_upper_bound=SAME_TREE_M)[0] < SAME_TREE_M).sum())
+        both = int((cKDTree(there).query(here, distance_upper_bound=DUPLICATE_M)[0] < DUPLICATE_M).sum())
         if both:
             found.append((plots[one][0], plots[other][0], both))
     return found

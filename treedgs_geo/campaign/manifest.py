@@ -152,7 +152,7 @@ class Checker:
         """Refuse the manifest when any row cannot be run.
 
         Raises:
-            InputError: every problem (the first :data:`_MOST_REPORTED` in full), or no plot at all.
+            InputError: every problem (the first ``_MOST_REPORTED`` in full), or no plot at all.
         """
         if self.problems:
             more = f"; and {self.n_bad - _MOST_REPORTED} more" if self.n_bad > _MOST_REPORTED else ""

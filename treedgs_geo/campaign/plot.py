@@ -31,6 +31,7 @@ def run_plot(job: dict[str, Any], reporter: Reporter) -> dict[str, Any]:
     """
     from ..commands import get_command
     from ..inventory.tree_reading import read_trees
+    from ..trees.reasons import split_reasons
 
     row, folder = job["row"], Path(job["folder"])
     values = dict(row["values"], output=str(folder / TREES))
@@ -47,7 +48,7 @@ def run_plot(job: dict[str, Any], reporter: Reporter) -> dict[str, Any]:
     trees = read_trees(folder / TREES)
     reasons: dict[str, int] = {}
     for flag, text in zip(trees["qc_flag"], trees["qc_reason"].fillna(""), strict=True):
-        for reason in str(text).split(",") if flag == "reject" else ():
+        for reason in split_reasons(text) if flag == "reject" else ():
             reasons[reason] = reasons.get(reason, 0) + 1
     has = trees["dbh_cm"].notna()
     result = {

@@ -137,7 +137,7 @@ def tree_summary(trees: list[Any], reporter: Reporter) -> dict[str, Any]:
             f"{flags['check']} to check, {flags['reject']} refused."
         )
     for reason in REASONS:
-        count = sum(reason in tree.qc_reason.split(",") for tree in trees)
+        count = sum(reason in tree.reasons for tree in trees)
         if count:
             reporter.info(f"  {count} x {reason}: {REASONS[reason][0]}.")
     mean = sum(tree.dbh_cm for tree in measured) / len(measured) if measured else None

@@ -26,6 +26,7 @@ from ..inventory.report import write_report
 from ..inventory.tree_layer import check_output, style_terrain, tree_table, write_trees
 from ..inventory.tree_reading import LAYER
 from ..reconstruction.area import Area, area_seen
+from ..reconstruction.cameras import OBLIQUE_DEG
 from ..reconstruction.model import FRAME, MODEL_FILES, load_points, load_views
 from ..reconstruction.model import REPORT as SFM_REPORT
 from ..reconstruction.pipeline import reconstruct_photos
@@ -44,7 +45,6 @@ from ..trees.tree import Tree, with_block_errors
 from .facts import photo_facts
 from .planned import (
     LEAST_OBLIQUE,
-    OBLIQUE_DEG,
     announce_search,
     measure_weight,
     nadir_reason,
@@ -63,9 +63,6 @@ if TYPE_CHECKING:
 
 #: A plot this far from the nearest photo lies elsewhere.
 MAX_AWAY_M = 500.0
-#: Photos see litter, grass and shrubs as ground, and a block may stand some decimetres off its DTM: trees are to be
-#: checked from this error of the ground's height on, m.
-PHOTO_UNSURE_M = 0.5
 
 
 def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, Any]:
@@ -247,7 +244,7 @@ def _measure(run: Run, site: Site, aligned: Aligned) -> list[Tree]:
         places = np.array([[tree.x, tree.y] for tree in trees]).reshape(-1, 2)
         # How well the sparse points show the ground under each tree counts in its error.
         ground_se = sparse_ground_se(site.frame.to_project(aligned.points), site.dtm, places, ground_m)
-        trees = [with_ground_error(tree, float(se), PHOTO_UNSURE_M) for tree, se in zip(trees, ground_se, strict=True)]
+        trees = [with_ground_error(tree, float(se), "photos") for tree, se in zip(trees, ground_se, strict=True)]
         write_json(kept, [asdict(tree) for tree in trees])
         return {"fit": "photos" if fit == "auto" else fit, "stems": len(trees), **facts}
 

@@ -17,13 +17,12 @@ from ..geotags.photos import read_photo
 from ..geotags.stations import Stations
 from ..reconstruction.area import Area, area_seen
 from ..reconstruction.calibration import calibration_of
-from ..reconstruction.cameras import View
+from ..reconstruction.cameras import OBLIQUE_DEG, View
 from ..reconstruction.pairs import ground_below
 from ..reconstruction.pipeline import gimbal_rotations
 from ..terrain.dtm import Dtm
 
-#: A stem needs photos that look at it from the side: this far from straight down, and this many of them.
-OBLIQUE_DEG = 17.0
+#: A stem needs so many photos that look at it from the side.
 LEAST_OBLIQUE = 3
 #: Gimbal angles and the reconstructed ones differ by less than this, degrees: nadir is called nadir early only below.
 GIMBAL_SLACK_DEG = 5.0

@@ -1,6 +1,7 @@
 """The dry run: what a job would meet, reported before it starts. Reads inputs, writes nothing.
 
-Time, memory and disk are estimates from recorded runs (``docs/qgis.md``): good for "minutes or hours", not for seconds.
+Time, memory and disk are estimates from recorded runs (``docs/technician/qgis.md``): good for "minutes or hours", not
+for seconds.
 """
 
 from __future__ import annotations
@@ -127,7 +128,8 @@ def _report_search(search: PlannedSearch | None, plots: list, findings: Findings
 
 def _overlap(views: list[View], stations: Stations, plots: list, findings: Findings, is_nadir: bool) -> dict[str, Any]:
     """How often each place of the plots is seen from the side, and how much neighbouring photos share."""
-    from .planned import LEAST_OBLIQUE, OBLIQUE_DEG
+    from ..reconstruction.cameras import OBLIQUE_DEG
+    from .planned import LEAST_OBLIQUE
 
     if not views:
         findings.warning(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,12 +27,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Preset:
-    """How much of the scene is modelled. second: stems that are asked again with a primitive among Gaussians, where
-    the route is ``auto``: ``none``, the ``doubtful`` ones, or ``all``."""
+    """How much of the scene is modelled. second: stems that are measured again with a primitive among Gaussians, where
+    the route is ``auto``: ``none``, those of ``low confidence``, or ``all``."""
 
     reconstruct: ReconstructOptions
     stems: PhotoStemOptions
-    second: str = "doubtful"
+    second: str = "low confidence"
 
 
 CHAIN_PRESETS = {
@@ -58,9 +58,9 @@ def _photo_fits(site: Site, preset: Preset, bh_m: float, reporter: Reporter) -> 
 def auto_route(
     site: Site, preset: Preset, bh_m: float, seed: int, reporter: Reporter
 ) -> tuple[list[Tree], SecondMeasurement | None]:
-    """Stems fitted straight in the photos; those in doubt are asked again of their texture, among Gaussians.
+    """Stems fitted straight in the photos; those of low confidence are measured again among Gaussians.
 
-    Returns the trees, and what the second opinion changed (``None`` where nobody was asked).
+    Returns the trees, and what the second measurement changed (``None`` where no stem was measured again).
     """
     from ..gaussians.options import GaussianOptions
     from ..gaussians.train import fit_with_report
@@ -74,23 +74,23 @@ def auto_route(
     chosen = stems_to_measure_again(fits, site.area.contains(places, 0.0), preset.second == "all")
     if not chosen:
         return trees, None
-    with reporter.stage("second opinion", 0.6, 1.0):
+    with reporter.stage("second measurement", 0.6, 1.0):
         options = GaussianOptions(seed=seed, bh_m=bh_m, threads=available_threads())
         _, report = fit_with_report(site.views, site.frame, site.ground, places[chosen], None, options, reporter)
         found = {chosen[at]: stem for at, stem in report.primitives.items()}
-        trees, opinion = with_second_measurements(trees, fits, found, bh_m)
+        trees, again = with_second_measurements(trees, fits, found, bh_m)
         reporter.info(
-            f"{len(chosen)} stems asked again with a model of their bark: {opinion.agreed} agree, {opinion.gained} "
-            f"have a diameter now, {opinion.doubted} are to be checked."
+            f"{len(chosen)} stems measured again with a model of their bark: {again.agreed} agree, {again.gained} "
+            f"have a diameter now, {again.flagged} are to be checked."
         )
-    return trees, opinion
+    return trees, again
 
 
 def splat_route(site: Site, run: Run, reporter: Reporter, paper: bool) -> list[Tree]:
     """Stem primitives and Gaussians in one loop; with ``paper`` the published route: Gaussians -> samples with
     reliability -> stem points -> slices, circles, taper, with the published constants.
 
-    Stems are found in the photos (positions only; their diameters come in again only to doubt a tree whose two
+    Stems are found in the photos (positions only; their diameters come in again only to flag a tree whose two
     diameters differ). ``field.ply``, ``surface.laz`` and ``stems.laz`` stay in the workspace.
     """
     from ..gaussians.options import GaussianOptions
@@ -113,7 +113,12 @@ def splat_route(site: Site, run: Run, reporter: Reporter, paper: bool) -> list[T
     with reporter.stage("measure stems", 0.95, 1.0):
         trees = _measured(site, run, found, cloud, groups, report.primitives, reporter, paper)
     measured = {tree.tree_id for tree in trees}
-    lost = [_unmeasured(tree, number) for number, tree in enumerate(found, start=1) if number not in measured]
+    # A stem that gave nothing stays in the layer, with its reason.
+    lost = [
+        replace(tree, tree_id=number, qc_reason="").add_reason("few_points", "reject")
+        for number, tree in enumerate(found, start=1)
+        if number not in measured
+    ]
     return sorted(trees + lost, key=lambda tree: tree.tree_id)
 
 
@@ -163,10 +168,3 @@ def _measured(
         return measure_stems(cloud, groups + 1, site.dtm, measuring, reporter)
     second = {number: tree.dbh_cm for number, tree in enumerate(found)}
     return trees_of_primitives(primitives, site.frame, settings.bh_m, second)
-
-
-def _unmeasured(tree: Tree, number: int) -> Tree:
-    """A stem that gave nothing stays in the layer, with its reason."""
-    none = {"dbh_cm": None, "dbh_se_cm": None, "dbh_lo_cm": None, "dbh_hi_cm": None}
-    refused: dict[str, Any] = {**none, "qc_flag": "reject", "qc_reason": "few_points"}
-    return replace(tree, **refused, tree_id=number)

@@ -1,10 +1,10 @@
-"""A stem that the edges leave in doubt is asked again, of the texture: a primitive among Gaussians.
+"""A second measurement, of the texture, where the edges leave low confidence: a stem primitive among Gaussians.
 
 Edges and silhouettes fail where half of a stem lies in the dark or another edge runs along it. The primitive
-(:mod:`..gaussians.stem_joint`) looks at neither: it asks which cylinder lets every photo be predicted from the others.
-The two are wrong in different places, so a stem that was refused for want of a decision can have a DBH after all, and
-one whose two diameters differ is told to the forester. It costs some seconds a stem, so only the doubtful ones are
-asked, unless all are wanted.
+(:mod:`treedgs_geo.gaussians.primitive.fit`) looks at neither: it asks which cylinder lets every photo be predicted
+from the others. The two are wrong in different places, so a stem that was refused for want of a decision can have a DBH
+after all, and one whose two diameters differ is flagged. It costs some seconds a stem, so only stems of low confidence
+are measured again, unless all are wanted.
 """
 
 from __future__ import annotations
@@ -14,45 +14,45 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..from_photos.fit import PhotoFit
-from ..from_photos.mixture import UNSURE_REFUSED
 from ..from_photos.verdict import GAIN_LOW_CONFIDENCE
+from ..gaussians.primitive.fit import PrimitiveFit
 from ..gaussians.train import FoundStem
-from ..gaussians.trees import LEAST_DBH_CM, place_of
+from ..gaussians.trees import place_of
+from ..trees.limits import Flag, judge
 from ..trees.tree import Tree
 
-#: Diameters closer than this are one answer: cm, and share of the first.
-AGREE_CM, AGREE_SHARE = 1.5, 0.06
-#: Reasons that another look at the same photos cannot mend.
+#: Reasons that another look at the same photos cannot settle.
 HOPELESS = frozenset({"too_small", "too_large", "lean", "no_ground", "edge"})
-#: A refused place is asked only if its silhouette (of what chance reaches) or its edges stood out at all: a primitive
-#: asked about a bush finds a cylinder too.
+#: A refused place is measured again only if its silhouette (of what chance reaches) or its edges stood out at all: a
+#: primitive fitted to a bush finds a cylinder too.
 LEAST_CONTRAST, LEAST_LLR = 0.7, 40.0
 #: The primitive is one stem with nothing beside it: where a companion is likely, or a measured stem this close (m), it
-#: takes the two for one (``benchmarks/second_opinion.py`` counts both kinds).
+#: takes the two for one (``benchmarks/photos/second_measurement.py`` counts both kinds).
 ALONE_M = 0.6
-#: Most stems asked a plot; the clearest first.
+#: Most stems measured again in a plot; the clearest first.
 MOST_MEASURED_AGAIN = 16
 
 
 @dataclass(frozen=True)
 class SecondMeasurement:
-    """What was asked, for ``run.json``: stems asked, agreed, given a diameter that they had not, and doubted since."""
+    """What was measured again, for ``run.json``: stems measured, agreed, with a diameter that they had not, and flagged
+    because the two differ."""
 
-    asked: int = 0
+    measured: int = 0
     agreed: int = 0
     gained: int = 0
-    doubted: int = 0
+    flagged: int = 0
 
 
 def stems_to_measure_again(fits: list[PhotoFit], inside: np.ndarray, everyone: bool = False) -> list[int]:
-    """Indices of the fits worth a second opinion, clearest first. inside: (N,) bool, in the area that counts."""
+    """Indices of the fits worth a second measurement, clearest first. inside: (N,) bool, in the area that counts."""
     chosen = []
     for number, fit in enumerate(fits):
         if fit.gain > GAIN_LOW_CONFIDENCE or not _alone(number, fits):
             continue
         seen = (np.isfinite(fit.contrast) and fit.contrast > LEAST_CONTRAST) or fit.llr > LEAST_LLR
-        doubtful = fit.flag != "ok" and seen and not HOPELESS & set(fit.reasons)
-        if inside[number] and (doubtful or (everyone and fit.flag == "ok")):
+        low_confidence = fit.flag != "ok" and seen and not HOPELESS & set(fit.reasons)
+        if inside[number] and (low_confidence or (everyone and fit.flag == "ok")):
             chosen.append(number)
     chosen.sort(key=lambda number: (fits[number].flag == "ok", -fits[number].llr))
     return chosen if everyone else chosen[:MOST_MEASURED_AGAIN]
@@ -61,65 +61,71 @@ def stems_to_measure_again(fits: list[PhotoFit], inside: np.ndarray, everyone: b
 def with_second_measurements(
     trees: list[Tree], fits: list[PhotoFit], found: dict[int, FoundStem], bh_m: float
 ) -> tuple[list[Tree], SecondMeasurement]:
-    """Trees after the second opinion, in the same order.
+    """Trees after the second measurement, in the same order.
 
-    trees: of the fits, project coordinates. found: primitives by index of the fit asked about, local frame. A
-    primitive that is in doubt itself says nothing. Refused, and both agree: the photos' diameter, to check. Refused,
-    and they differ: the primitive's, to check, or still refused where that leaves the diameter open. Measured, and they
-    differ: to check. Wherever they differ the error is widened by half of the difference. Measured, unsure which
-    explanation is right, and they agree: the primitive's error.
+    trees: of the fits, project coordinates. found: primitives by index of the fit, local frame. A primitive of low
+    confidence says nothing. Wherever the two diameters differ the error is widened by half of the difference.
     """
     places = {number: place_of(stem, bh_m) for number, stem in found.items()}
-    settled, counts = list(trees), {"agreed": 0, "gained": 0, "doubted": 0}
+    settled, counts = list(trees), {"agreed": 0, "gained": 0, "flagged": 0}
     for number, stem in found.items():
-        fit, tree, primitive = fits[number], trees[number], stem.primitive
-        if any(primitive.doubts) or primitive.dbh_cm < LEAST_DBH_CM or _taken(number, fits, places, stem):
+        fit, primitive = fits[number], stem.primitive
+        unusable = (primitive.findings + judge("gaussians", {"dbh_cm": primitive.dbh_cm})).reasons
+        if unusable or _taken(number, fits, places, stem):
             continue
-        apart = abs(primitive.dbh_cm - fit.dbh_cm)
-        agree = apart <= max(AGREE_CM, AGREE_SHARE * fit.dbh_cm)
-        counts["agreed"] += agree
+        apart_cm = abs(primitive.dbh_cm - fit.dbh_cm)
+        differ = judge("second measurement", {"other_off_cm": apart_cm}, fit.dbh_cm).reasons
+        counts["agreed"] += not differ
         if fit.measured:
-            if agree and np.isfinite(fit.lo_cm):
-                # Of the explanations that the interval allowed for, two methods name this one.
-                settled[number] = _again(
-                    tree, fit.flag, fit.reasons, fit.dbh_cm, float(np.hypot(primitive.se_cm, 0.5 * apart))
-                )
-            elif not agree:
-                counts["doubted"] += 1
-                settled[number] = _again(
-                    tree,
-                    flag="check",
-                    reasons=(*fit.reasons, "disagree"),
-                    dbh_cm=fit.dbh_cm,
-                    se_cm=float(np.hypot(fit.se_cm, 0.5 * apart)),
-                )
-            continue
-        se = float(np.hypot(min(fit.se_cm, primitive.se_cm) if agree else primitive.se_cm, 0.5 * apart))
-        if not agree and se > UNSURE_REFUSED * primitive.dbh_cm:
-            continue
-        counts["gained"] += 1
-        reasons = fit.reasons if agree else (*fit.reasons, "disagree")
-        if agree:
-            settled[number] = _again(tree, "check", reasons, fit.dbh_cm, se, taper_cm_m=200 * fit.r1)
+            counts["flagged"] += bool(differ)
+            settled[number] = _of_measured(trees[number], fit, primitive, differ)
         else:
-            move = places[number] - fit.axis.p
-            settled[number] = _again(
-                tree,
-                "check",
-                reasons,
-                primitive.dbh_cm,
-                se,
-                x=tree.x + float(move[0]),
-                y=tree.y + float(move[1]),
-                taper_cm_m=200 * float(primitive.shape[7]),
-                method="gaussians-stem",
-                n_views=primitive.n_views,
-                lean_deg=float(np.degrees(np.arctan(np.hypot(*primitive.shape[2:4])))),
-            )
-    return settled, SecondMeasurement(asked=len(found), **counts)
+            tree = _of_refused(trees[number], fit, primitive, differ, places[number])
+            counts["gained"] += tree is not None
+            settled[number] = tree or trees[number]
+    return settled, SecondMeasurement(measured=len(found), **counts)
 
 
-def _again(tree: Tree, flag: str, reasons: tuple[str, ...], dbh_cm: float, se_cm: float, **changes: object) -> Tree:
+def _of_measured(tree: Tree, fit: PhotoFit, primitive: PrimitiveFit, differ: tuple[str, ...]) -> Tree:
+    """A stem that the photos measured. Both differ: to check. They agree on one of several explanations: that one it
+    is, with the primitive's error. differ: reasons for a check, none where both agree."""
+    half_cm = 0.5 * abs(primitive.dbh_cm - fit.dbh_cm)
+    if differ:
+        return _settled(tree, "check", fit.reasons + differ, fit.dbh_cm, float(np.hypot(fit.se_cm, half_cm)))
+    if np.isfinite(fit.lo_cm):
+        return _settled(tree, fit.flag, fit.reasons, fit.dbh_cm, float(np.hypot(primitive.se_cm, half_cm)))
+    return tree
+
+
+def _of_refused(
+    tree: Tree, fit: PhotoFit, primitive: PrimitiveFit, differ: tuple[str, ...], place: np.ndarray
+) -> Tree | None:
+    """A stem that the photos refused. Both agree: the photos' diameter, to check. They differ: the primitive's, to
+    check, or ``None``, still refused, where that leaves the diameter open. place: (2,) the primitive's, local frame."""
+    half_cm = 0.5 * abs(primitive.dbh_cm - fit.dbh_cm)
+    if not differ:
+        se_cm = float(np.hypot(min(fit.se_cm, primitive.se_cm), half_cm))
+        return _settled(tree, "check", fit.reasons, fit.dbh_cm, se_cm, taper_cm_m=200 * fit.r1)
+    se_cm = float(np.hypot(primitive.se_cm, half_cm))
+    if judge("photos", {"open_se_cm": se_cm}, primitive.dbh_cm).refused:
+        return None
+    move = place - fit.axis.p
+    return _settled(
+        tree,
+        "check",
+        fit.reasons + differ,
+        primitive.dbh_cm,
+        se_cm,
+        x=tree.x + float(move[0]),
+        y=tree.y + float(move[1]),
+        taper_cm_m=200 * float(primitive.shape[7]),
+        method="gaussians-stem",
+        n_views=primitive.n_views,
+        lean_deg=float(np.degrees(np.arctan(np.hypot(*primitive.shape[2:4])))),
+    )
+
+
+def _settled(tree: Tree, flag: Flag, reasons: tuple[str, ...], dbh_cm: float, se_cm: float, **changes: object) -> Tree:
     """The tree with another verdict; its interval and basal area follow."""
     fresh = {
         "qc_flag": flag,

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ..core.settings import param
 from ..from_points.measuring.options import MeasureOptions
+from ..trees.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +47,14 @@ class PhotosToDbhSettings:
         "confidence measured a second time among Gaussians.",
         choices=("auto", "photos", "gaussians", "paper"),
     )
-    bh_m: float = param(1.37, kind="number", help="Breast height above ground.", unit="m", minimum=0.5, maximum=2.5)
+    bh_m: float = param(
+        BREAST_HEIGHT_M,
+        kind="number",
+        help="Breast height above ground.",
+        unit="m",
+        minimum=LOWEST_BREAST_HEIGHT_M,
+        maximum=HIGHEST_BREAST_HEIGHT_M,
+    )
     seed: int = param(0, kind="integer", help="Seed of every random choice.", minimum=0, advanced=True)
     dry_run: bool = param(
         False,

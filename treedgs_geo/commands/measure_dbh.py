@@ -50,7 +50,7 @@ def run(settings: MeasureDbhSettings, reporter: Reporter) -> dict[str, Any]:
         trees = measure_stems(cloud, tree_id, dtm, settings, reporter)
     if kept and "ground_se_m" in cloud.attributes:
         se_m = np.asarray(cloud.attributes["ground_se_m"], float)
-        trees = [with_ground_error(tree, float(se_m[tree_id == tree.tree_id].max())) for tree in trees]
+        trees = [with_ground_error(tree, float(se_m[tree_id == tree.tree_id].max()), "points") for tree in trees]
     else:
         trees = with_ground(trees, ground, cloud.xyz)
     mark_odd_heights(trees, cloud, dtm, reporter)

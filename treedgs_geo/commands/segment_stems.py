@@ -14,8 +14,6 @@ from ..core.progress import Reporter
 from ..core.settings import param
 from ..from_points.segmentation.options import SegmentOptions
 
-#: A field stem found this far off is named in the log, metres.
-FAR_M = 0.5
 #: Points this near the terrain are ground in ``stem_class``, metres.
 GROUND_M = 0.12
 
@@ -37,7 +35,7 @@ class SegmentStemsSettings(SegmentOptions, CloudSettings):
         "own",
         kind="choice",
         help="who finds the trees: own needs nothing; the others are programs "
-        "that you installed yourself (docs/measuring.md)",
+        "that you installed yourself (docs/analyst/measuring.md)",
         choices=("own", "forestformer3d", "segmentanytree"),
         advanced=True,
     )
@@ -64,7 +62,7 @@ def run(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
         if not settings.segmenter_command:
             raise InputError(
                 f"--segmenter {settings.segmenter}: needs its command line, give --segmenter-command "
-                "(docs/measuring.md has one)."
+                "(docs/analyst/measuring.md has one)."
             )
         return _run_whole(settings, reporter)
     return _run_tiled(settings, reporter) if is_large(settings.input) else _run_whole(settings, reporter)
@@ -115,14 +113,14 @@ def _field_stems(settings: SegmentStemsSettings, crs: Any, low: Any, high: Any) 
     """The field stems in the cloud's CRS, ``None`` without a file; some of them have to stand in the cloud."""
     from ..core.errors import InputError
     from ..core.scale import zone_that_fits
-    from ..from_points.segmentation.field_stems import MATCH_M, read_field_stems
+    from ..from_points.segmentation.field_stems import FIELD_MATCH_M, read_field_stems
 
     if settings.field_stems is None:
         return None
     field = read_field_stems(settings.field_stems, crs)
 
     def inside(xy: Any) -> bool:
-        return bool(((xy >= low - MATCH_M) & (xy <= high + MATCH_M)).all(axis=1).any())
+        return bool(((xy >= low - FIELD_MATCH_M) & (xy <= high + FIELD_MATCH_M)).all(axis=1).any())
 
     if not inside(field.xy):
         zone = zone_that_fits(crs, field.xy, inside)
@@ -156,6 +154,8 @@ def _named(stems: Any, field: Any, settings: SegmentStemsSettings, reporter: Rep
 
 def _answered(field: Any, answers: Any, settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
     """Says what became of each field stem; writes the table beside the output."""
+    from ..from_points.segmentation.field_stems import FAR_M
+
     if field.counted:
         pairs = list(zip(field.names, field.ids, strict=True))
         some = ", ".join(f"{name} = {number}" for name, number in pairs[:3])

@@ -10,6 +10,7 @@ from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import param
 from ..inventory.field_trees import FieldProtocol
+from ..trees.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,7 +86,10 @@ class StandTableSettings(FieldProtocol):
         None, kind="file", advanced=True, help="your own equations, tried before the built-in ones", suffixes=("csv",)
     )
     volume_equation: str | None = param(
-        None, kind="text", advanced=True, help="id of the volume equation for all trees (docs/stand-table.md)"
+        None,
+        kind="text",
+        advanced=True,
+        help="id of the volume equation for all trees (docs/technician/stand-table.md)",
     )
     biomass_equation: str | None = param(
         None, kind="text", advanced=True, help="id of the biomass equation for all trees"
@@ -135,11 +139,11 @@ class StandTableSettings(FieldProtocol):
         95.0, kind="number", unit="%", minimum=50, maximum=99.9, advanced=True, help="confidence of the intervals"
     )
     breast_height_m: float = param(
-        1.37,
+        BREAST_HEIGHT_M,
         kind="number",
         unit="m",
-        minimum=1.0,
-        maximum=1.5,
+        minimum=LOWEST_BREAST_HEIGHT_M,
+        maximum=HIGHEST_BREAST_HEIGHT_M,
         advanced=True,
         help="breast height of the height curve, for a field tally (a tree layer says its own)",
     )

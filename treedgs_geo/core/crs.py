@@ -1,7 +1,8 @@
 """Reference frames: the project CRS outside, a local metric frame inside.
 
 Inside, coordinates are ground metres from a local origin (whole metres, so that nothing is lost): float32 is safe
-there. Outside, full projected coordinates with their CRS. Heights keep the datum they came in; see ``docs/frames.md``.
+there. Outside, full projected coordinates with their CRS. Heights keep the datum they came in
+(``docs/technician/frames.md``).
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ def project_crs(text: str) -> pyproj.CRS:
 
     Raises:
         CRSError: unknown, geographic (the UTM zone to use is suggested when a position is known, see
-            :func:`suggest_utm`) or not in metres.
+            :func:`.frames.suggest_utm`) or not in metres.
     """
     try:
         crs = pyproj.CRS.from_user_input(text)

@@ -30,6 +30,9 @@ _TEMPORARY = re.compile(r"\.(.*)\.~([0-9a-f]{8})-(\d+)-[0-9a-f]{12}(\..*|-.*)?")
 #: Leftovers of another host are removed after this time.
 _OLD_S = 7 * 86400.0
 
+#: Endings of photo files that are read.
+PHOTO_SUFFIXES = {".jpg", ".jpeg", ".tif", ".tiff", ".png"}
+
 
 @contextmanager
 def atomic_path(target: Path) -> Iterator[Path]:

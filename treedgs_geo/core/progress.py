@@ -1,7 +1,8 @@
 """How a running job talks: stages, progress with an estimate, messages, the result.
 
 Library functions take a :class:`Reporter` (default: silent). The command line picks a terminal bar, plain log lines or
-JSON lines; the QGIS plugin reads the JSON lines (``docs/engine.md``). Cancelling arrives as :class:`Cancelled`.
+JSON lines; the QGIS plugin reads the JSON lines (``docs/developer/engine.md``). Cancelling arrives as
+:class:`Cancelled`.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """How long a metre of the ground is on the map, and whether coordinates can lie in the CRS that is stated.
 
 Lengths measured in map coordinates are too long or too short by the projection's scale and by the height above the
-ellipsoid; what is left of them after :func:`ground_scale` is ground (``docs/frames.md``). The scale is taken from
-geodesics on the CRS's own ellipsoid (Karney 2013, doi:10.1007/s00190-012-0578-z) between points a few hundred metres
-apart on the map: the axes of Tissot's indicatrix (Snyder 1987, USGS PP 1395, ch. 4) of any projection, known to PROJ by
-name or not. The height adds R / (R + h), the surveyors' elevation factor.
+ellipsoid; what is left of them after :func:`ground_scale` is ground (``docs/technician/frames.md``). The scale is taken
+from geodesics on the CRS's own ellipsoid (Karney 2013, doi:10.1007/s00190-012-0578-z) between points a few hundred
+metres apart on the map: the axes of Tissot's indicatrix (Snyder 1987, USGS PP 1395, ch. 4) of any projection, known to
+PROJ by name or not. The height adds R / (R + h), the surveyors' elevation factor.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from .errors import InputError, OutputError, TreeDGSError
 from .files import content_hash, ensure_writable, read_json, remove_leftovers, write_json
 from .lease import Busy, Lease, Lost, holder_of, host
 
-#: File names inside a workspace (``docs/workspace.md``).
+#: File names inside a workspace (``docs/developer/workspace.md``).
 GEOTAGS = "geotags.gpkg"
 SFM = "sfm"
 DENSE = "dense.laz"

@@ -14,6 +14,9 @@ from scipy.spatial.distance import cdist
 
 from ..core.errors import InputError
 
+#: A measured tree within this distance of a true one may be it, m.
+MATCH_M = 0.5
+
 
 @dataclass(frozen=True)
 class Accuracy:
@@ -35,7 +38,7 @@ class Accuracy:
         return asdict(self)
 
 
-def pair_by_position(reference_xy: np.ndarray, measured_xy: np.ndarray, gate_m: float = 0.5) -> np.ndarray:
+def pair_by_position(reference_xy: np.ndarray, measured_xy: np.ndarray, gate_m: float = MATCH_M) -> np.ndarray:
     """One-to-one pairs within ``gate_m`` minimising the summed distance (diameters are never used).
 
     Returns:

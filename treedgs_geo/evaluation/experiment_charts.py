@@ -98,7 +98,7 @@ def draw_power(sweep: list[dict]) -> Any:
 
 
 def draw_visibility(table: pd.DataFrame) -> Any:
-    """|error| against free views, their mean width, and the product; least-squares line and Pearson's r."""
+    """Absolute error against free views, their mean width, and the product; least-squares line and Pearson's r."""
     import matplotlib
 
     matplotlib.use("Agg")

@@ -19,6 +19,7 @@ from ..pointcloud.cloud import PointCloud
 from ..pointcloud.files import read_cloud
 from ..terrain.dtm import Dtm, read_dtm
 from ..terrain.ground import dtm_from_cloud
+from ..trees.priors import BREAST_HEIGHT_M
 from . import charts, experiment_charts
 from .methods import (
     WEIGHTS,
@@ -46,7 +47,7 @@ class ExperimentInputs:
     truth: Path | None = None
     share: float = 0.1
     seed: int = 0
-    bh_m: float = 1.37
+    bh_m: float = BREAST_HEIGHT_M
 
 
 def run_experiments(

@@ -21,7 +21,8 @@ from ..pointcloud.cloud import PointCloud
 from ..shapes.circles import SolidCircle
 from ..shapes.cylinder import fit_cylinder
 from ..terrain.dtm import Dtm
-from .accuracy import pair_by_position, score
+from ..trees.priors import BREAST_HEIGHT_M
+from .accuracy import MATCH_M, pair_by_position, score
 from .tables import COUNTED
 
 #: Exponents tried on the held-out stems.
@@ -46,7 +47,6 @@ ABLATION = {
     "steepest_cm_m": ("kappa, cm/m", (0.1, 0.2, 0.3, 0.5, 1e6), 0.3),
     "weights": ("w_k", ("weighted", "uniform"), "weighted"),
 }
-MATCH_M = 0.5
 SAME_STEM_TOP_M = 8.0
 
 
@@ -110,7 +110,7 @@ def stem_points(cloud: PointCloud, tree_id: np.ndarray, dtm: Dtm, reference: Ref
     groups, places = [], []
     for one in ids:
         own = np.flatnonzero((tree_id == one) & np.isfinite(height) & (height < SAME_STEM_TOP_M))
-        near = own[np.abs(height[own] - 1.37) < 1.0]
+        near = own[np.abs(height[own] - BREAST_HEIGHT_M) < 1.0]
         if len(near) < 3:
             continue
         groups.append(own)
@@ -183,7 +183,11 @@ def choose_power(
 
 
 def compare_methods(
-    sources: dict[str, StemPoints], reference: Reference, share: float = 0.1, seed: int = 0, bh_m: float = 1.37
+    sources: dict[str, StemPoints],
+    reference: Reference,
+    share: float = 0.1,
+    seed: int = 0,
+    bh_m: float = BREAST_HEIGHT_M,
 ) -> dict:
     """Every source by every fit.
 
@@ -251,7 +255,12 @@ def compare_methods(
 
 
 def ablate(
-    stems: StemPoints, reference: Reference, held: np.ndarray, power: float, bh_m: float = 1.37, seed: int = 0
+    stems: StemPoints,
+    reference: Reference,
+    held: np.ndarray,
+    power: float,
+    bh_m: float = BREAST_HEIGHT_M,
+    seed: int = 0,
 ) -> list[dict]:
     """One setting of the published fit at a time, on the stems that were not held out."""
     rows = []

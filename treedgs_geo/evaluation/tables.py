@@ -126,7 +126,8 @@ def _refuse_stale(path: Path, used: gpd.GeoDataFrame, measured: gpd.GeoDataFrame
 def evidence_from_truth(
     trees: gpd.GeoDataFrame, truth_csv: Path, plot_id: str = "plot", min_clear_views: int = 0, gate_m: float = 0.5
 ) -> PairsEvidence:
-    """A tree layer against a simulated or rendered plot's ``truth/trees.csv`` (:func:`score_against_truth`)."""
+    """A tree layer against a simulated or rendered plot's ``truth/trees.csv``
+    (:func:`.accuracy.score_against_truth`)."""
     accuracy, table = score_against_truth(trees, truth_csv, min_clear_views, gate_m)
     renamed = table.rename(columns={"dbh_true_cm": "reference_cm"})
     renamed["plot_id"] = plot_id
@@ -139,7 +140,7 @@ def evidence_from_truth(
 
 
 def accuracy_of(trees: pd.DataFrame, n_false: int = 0) -> Accuracy:
-    """Accuracy of the rows of :attr:`PairsEvidence.trees`."""
+    """Accuracy of the rows of ``PairsEvidence.trees``."""
     done = trees[trees["error_cm"].notna()]
     with_interval = done["inside_90"].notna()
     inside = done.loc[with_interval, "inside_90"].to_numpy(bool) if with_interval.any() else None

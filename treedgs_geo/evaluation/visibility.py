@@ -15,9 +15,10 @@ import pandas as pd
 
 from ..reconstruction.cameras import View
 from ..reconstruction.images import load_image
+from ..simulation.truth import BAND_M
 
-#: The band, m above the ground, and the samples across and along it.
-BAND_M, ACROSS, ALONG = (1.0, 1.8), 9, 12
+#: Samples across and along the band of the stem.
+ACROSS, ALONG = 9, 12
 #: Steeper views show no stem (sine of the angle between ray and stem).
 LEAST_SINE = 0.35
 #: Share of the band that has to look like this stem's bark.

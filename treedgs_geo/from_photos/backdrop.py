@@ -4,7 +4,7 @@ Every photo of a flight sees the same ground under the same sun. Its colour ther
 hides it in one photo hides other places in the next. In each photo the ground then shows through everywhere except
 where something stands before it, and along an upright axis that something is a stem: its silhouette, found without any
 edge. This is the check that edges cannot give: the lit half of a stem has clear edges but its other half is not ground.
-Own method; what it brought is in ``docs/stems-from-photos.md``.
+Own method; what it brought is in ``docs/evidence/photos.md``.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..trees.priors import START_TAPER
 from .backdrop_kernels import (
     BLOCK_ROWS,
     LEAST_VIEWS,
@@ -87,7 +88,7 @@ class Silhouette(NamedTuple):
     normal: np.ndarray
     widen: np.ndarray
     blind: np.ndarray
-    taper: float = -0.0045
+    taper: float = START_TAPER
 
     def contrast(self, vector: np.ndarray) -> float:
         """How much less ground is seen inside than beside a stem (x, y, lx, ly, r relative to the axis): the summed

@@ -290,7 +290,7 @@ def ring_of(outline, inner, outer):
 
 @njit(parallel=True, **_FAST)
 def grid_contrasts(outline, offsets, radii, score):
-    """:func:`contrast_of` of upright stems at every pair of offsets and radius: (Y, X, R). Places run innermost."""
+    """``contrast_of`` of upright stems at every pair of offsets and radius: (Y, X, R). Places run innermost."""
     total, u0, qs, normal, widen, blind, taper = outline
     n = offsets.size
     last = total.shape[2] - 1

@@ -6,20 +6,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..trees.limits import bound_of
+from ..trees.priors import TAPER_SD, USUAL_TAPER
 from .coarse import Mode
-from .fine import TAPER_PRIOR, FineFit
+from .fine import FineFit
 
 #: Log odds of an explanation per unit of each witness: silhouette contrast (of what chance reaches), sub-pixel evidence
 #: (log likelihood), squared taper deviation (of 0.3 cm/m, at most 9), edge residual (px). A conditional logit over the
-#: explanations of stems with known diameters; how and on what: docs/stems-from-photos.md.
+#: explanations of stems with known diameters; how and on what: docs/evidence/photos.md.
 CONTRAST_ODDS, EVIDENCE_ODDS, TAPER_ODDS, RAGGED_ODDS = 1.06, 0.0091, -1.7, -15.0
 #: Explanations whose diameters differ less than this are one answer, cm.
 SAME_DBH_CM = 2.0
 #: Explanations this far below the clearest edges (log likelihood units) are none, unless one holds the other. The
 #: largest difference that was right on 93 stems: 29.
 FAR_BELOW = 60.0
-#: Lead in edge score over the next explanation up to which confidence is low.
-LOW_CONFIDENCE_GAP = 9.0
+#: Lead in edge score over the next explanation up to which confidence is low: it is flagged for certain.
+LOW_CONFIDENCE_GAP = bound_of("photos", "gap", "check") - 1.0
 #: Edge scores per unit of log odds where edges are all there is: one more than :data:`LOW_CONFIDENCE_GAP` is nine to
 #: one.
 EDGES_A_LOG_ODD = 4.5
@@ -73,7 +75,7 @@ def log_odds(tried: list[Explanation], trust: float, chance: float) -> np.ndarra
         [
             CONTRAST_ODDS * trust * item.contrast / chance
             + EVIDENCE_ODDS * item.evidence
-            + TAPER_ODDS * min(((item.fine.r1 - TAPER_PRIOR[0]) / (2 * TAPER_PRIOR[1])) ** 2, 9.0)
+            + TAPER_ODDS * min(((item.fine.r1 - USUAL_TAPER) / (2 * TAPER_SD)) ** 2, 9.0)
             + RAGGED_ODDS * (item.rms_px - 0.5)
             for item in tried
         ]
@@ -92,7 +94,7 @@ def choose(tried: list[Explanation], trust: float, chance: float, sun: np.ndarra
     same = np.array([abs(item.fine.r0 - best.fine.r0) < SAME_DBH_CM / 200 for item in tried])
     sure = float(weight[same].sum() / weight.sum()) if solid else np.nan
     rivals = [i for i, item in enumerate(tried) if item is not best and different(item.vector, best.vector)]
-    # A part of the chosen stem is no rival of the whole; where it won by far there is doubt all the same.
+    # A part of the chosen stem is no rival of the whole; where it won by far confidence is low all the same.
     parts = [i for i in rivals if contains(best.vector, tried[i].vector)]
     gap = best.edges - max((edges[i] for i in rivals if i not in parts), default=0.0)
     if max((edges[i] for i in parts), default=0.0) > 1.25 * best.edges:

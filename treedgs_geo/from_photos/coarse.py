@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..trees.priors import START_TAPER
 from .coarse_kernels import (
     GAIN,
     Edges,
@@ -101,7 +102,7 @@ class Search:
     terminator: np.ndarray
     null: Null
     prior: Prior
-    taper: float = -0.0045
+    taper: float = START_TAPER
 
     @property
     def edges(self) -> Edges:

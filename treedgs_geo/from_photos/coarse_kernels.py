@@ -137,7 +137,7 @@ def pair_table(e, g, terminator, first, last, widest, table):
 def table_scores(edges, null, leans, offsets, gain, table):
     """LLR of every view for every extra lean, sideways offset and radius: table (L, V, C, R).
 
-    gain: :data:`GAIN`, the mixture over z. Pairs of samples are scored once a block and looked up from then on.
+    gain: ``GAIN``, the mixture over z. Pairs of samples are scored once a block and looked up from then on.
     """
     ridge, unit, q, widen, normal, terminator, u0, du, taper = edges
     radii, mean, sd = null
@@ -321,7 +321,7 @@ def polish_many(edges, null, prior, starts, r_low, r_high, best):
 
 @njit(parallel=True, **_FAST)
 def score_many(edges, null, prior, trials, best):
-    """:func:`objective` of (M, 5) explanations -> (M,) best."""
+    """``objective`` of (M, 5) explanations -> (M,) best."""
     for m in prange(trials.shape[0]):
         z = np.empty(edges.ridge.shape[0])
         best[m] = objective((edges, null, prior, z), trials[m])

@@ -15,6 +15,7 @@ import numpy as np
 from numba import njit, prange
 from scipy.special import ndtri
 
+from .coarse_kernels import SIGN_WEIGHT, SINGLE_WEIGHT
 from .plumb import PlumbMap
 from .stack import GroundGrid
 
@@ -28,7 +29,6 @@ N_BINS = 512
 #: Width of a ring about a camera, metres.
 RING_M = 0.18
 T_MAX = 2.2
-SIGN_WEIGHT, SINGLE_WEIGHT = 0.8, 0.1
 
 
 @dataclass(frozen=True)

@@ -12,12 +12,12 @@ from ..core.intervals import HALF_WIDTH_SE
 from ..core.progress import Reporter
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
+from ..trees.limits import judge
 from .backdrop import Backdrop, cut_silhouette, make_backdrop
 from .carving import carved_seeds
 from .detect import Detector, Seed, lean_grid
 from .fine import NO_STEMS
 from .fit import Fitter, PhotoFit, Prior, build_null
-from .mixture import UNSURE_REFUSED
 from .options import PhotoStemOptions
 from .plumb import make_map
 from .stack import GroundGrid, PhotoStack, load_stack
@@ -81,9 +81,10 @@ def stems_from_photos(
 def without_open_diameter(fit: PhotoFit) -> PhotoFit:
     """Refused, if its explanations leave the diameter open. To be asked at the end: a place that is explained, however
     unsure its diameter, is not to be explained again by another seed."""
-    if not fit.measured or np.isnan(fit.lo_cm) or fit.se_cm <= UNSURE_REFUSED * fit.dbh_cm:
+    if not fit.measured or np.isnan(fit.lo_cm):
         return fit
-    return replace(fit, flag="reject", reasons=(*fit.reasons, "wide_error"))
+    found = judge("photos", {"open_se_cm": fit.se_cm}, fit.dbh_cm)
+    return replace(fit, flag="reject", reasons=(*fit.reasons, *found.reasons)) if found.refused else fit
 
 
 def split(area: Area, margin_m: float) -> list[tuple[Area, tuple[float, float, float, float]]]:

@@ -13,14 +13,14 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from ..trees.priors import TAPER_SD, USUAL_TAPER
 from .stack import PhotoStack
 from .strips import StemAxis, StripLayout, Strips, cut_strips, hide_known
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 
-#: Inlier sd of an edge, pixels; prior of the radius' slope, m/m (mean, sd); prior sd of the curvature, 1/m.
+#: Inlier sd of an edge, pixels; prior sd of the curvature, 1/m.
 EDGE_SD_PX = 0.45
-TAPER_PRIOR = (-0.005, 0.0015)
 CURVATURE_SD = 0.004
 #: Rounds of expectation-maximisation after each cut, and edges kept near each expected one.
 ROUNDS, MOST_EDGES = 6, 4
@@ -259,8 +259,8 @@ def _gathered(
 def _damping(strips: Strips, axis: StemAxis, offset_sd_px: float) -> _Damping:
     lam = np.zeros(8)
     lam[0:2], lam[2:4], lam[4:6] = 1 / 0.3**2, 1 / 0.05**2, 1 / CURVATURE_SD**2
-    lam[7] = 1 / TAPER_PRIOR[1] ** 2
-    rest = np.array([0, 0, 0, 0, -axis.c[0], -axis.c[1], 0, TAPER_PRIOR[0]])
+    lam[7] = 1 / TAPER_SD**2
+    rest = np.array([0, 0, 0, 0, -axis.c[0], -axis.c[1], 0, USUAL_TAPER])
     return _Damping(lam, 1 / (offset_sd_px * strips.px_m) ** 2, rest)
 
 
@@ -288,7 +288,7 @@ def _solve(
         weight = np.where(two_sided, 1.0 / (1.0 / mass[:, 0] + 1.0 / mass[:, 1]), 0.0)
     there = none > 0
     evidence = float(np.log((total[there] + none[there]) / none[there]).sum())
-    evidence -= 0.5 * ((x[7] - TAPER_PRIOR[0]) / TAPER_PRIOR[1]) ** 2
+    evidence -= 0.5 * ((x[7] - USUAL_TAPER) / TAPER_SD) ** 2
     best = np.zeros(n_groups)
     np.maximum.at(best, edges.group, post)
     pairs = best.reshape(n_views, -1, 2).min(axis=2)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Literal
 
 import numpy as np
 from scipy.special import stdtrit
 
+from ..trees.limits import Flag
+from ..trees.priors import START_TAPER
 from .backdrop import Backdrop, Silhouette, cut_silhouette
 from .choice import Explanation, choose
 from .coarse import Mode, Null, NullBuilder, Prior, Search, distinct, terminators
@@ -21,7 +22,7 @@ from .outline import moved_to_edges
 from .stack import FX, GroundGrid, PhotoStack
 from .strips import StemAxis, StripLayout, cut_strips, draw_ridges, hide_known
 from .touching import Pair, crowded, find_companion, pair_contrast, pair_z
-from .verdict import GAIN_MERGED, GAIN_WEIGHED, verdict
+from .verdict import GAIN_MERGED, GAIN_WEIGHED, FitQuality, verdict
 
 #: The band that is searched (m above ground) and the one that is fitted: above the butt, whose swell a straight taper
 #: would carry up to breast height.
@@ -36,7 +37,7 @@ MIN_RAW, MIN_POLISHED = 38.0, 50.0
 OVAL_SD = 0.018
 #: Standard deviation that lean adds, share of the diameter per tangent of the lean: simulated leaning stems were
 #: farther off than upright ones that were seen as well.
-LEAN_SD = 0.04
+LEAN_ERROR = 0.04
 #: Weights of the three parts of the standard error (:func:`standard_error_cm`).
 SE_SCATTER, SE_FORMAL, SE_PIXEL = 2.2, 2.6, 1.0
 #: Edges are looked for this far from where they are expected, px, cut by cut; nearer where another edge is close.
@@ -51,7 +52,7 @@ class PhotoFit:
 
     axis: stem axis, ``axis.p`` at breast height. r0, r1: radius at breast height (m) and its slope (m/m).
     dbh_cm, se_cm: diameter and its standard error given that the right edges were found. flag: ok, check or reject;
-    reasons: keys of ``measure.quality.REASONS``. seed_score: of the detection. llr: log likelihood ratio of the fit.
+    reasons: keys of ``trees.reasons.REASONS``. seed_score: of the detection. llr: log likelihood ratio of the fit.
     gap: its lead over the next different explanation. n_views: photos that see it clearly. kish: effective photos.
     arc_deg: spread of their azimuths. rms_px: edge residual. polish_cm: diameter of the coarse stage. seen: (V,)
     probability that each photo sees it. contrast: of the silhouette, in units of what chance reaches. sure: how
@@ -65,7 +66,7 @@ class PhotoFit:
     r1: float
     dbh_cm: float
     se_cm: float
-    flag: Literal["ok", "check", "reject"]
+    flag: Flag
     reasons: tuple[str, ...]
     seed_score: float
     llr: float
@@ -153,7 +154,7 @@ class Fitter:
             axis = StemAxis(
                 start.p + mode.vector[:2], start.s + mode.vector[2:4], np.zeros(2), ground_z, self.options.bh_m
             )
-            fine = self._refine(axis, mode.r, -0.0045, seen, known, WINDOWS_PX[:1] if quick else WINDOWS_PX[:2])
+            fine = self._refine(axis, mode.r, START_TAPER, seen, known, WINDOWS_PX[:1] if quick else WINDOWS_PX[:2])
             if fine is None or fine.r0 < 0.015:
                 continue
             vector = np.array([*(fine.axis.p - start.p), *(fine.axis.s - start.s), fine.r0])
@@ -227,7 +228,7 @@ class Fitter:
         v, mate = pair.vector, pair.mate_row(start)
         axis = StemAxis(start.p + v[:2], start.s + v[2:4], np.zeros(2), start.ground_z, start.bh_m)
         seen, skip = seen_probability(pair_z(search, v)), crowded(v, search.strips.normal)
-        fine = self._refine(axis, v[4], -0.0045, seen, np.vstack([known, mate]), PAIR_WINDOWS_PX, skip)
+        fine = self._refine(axis, v[4], START_TAPER, seen, np.vstack([known, mate]), PAIR_WINDOWS_PX, skip)
         if fine is None or fine.r0 < 0.015:
             return None
         vector = np.array([*(fine.axis.p - start.p), *(fine.axis.s - start.s), fine.r0])
@@ -273,26 +274,26 @@ class Fitter:
         axis, r0 = moved(fine.axis, dq), fine.r0 + fine.r1 * dq
         dbh = 200 * r0
         lean = float(np.hypot(*fine.axis.s))
-        se = float(np.linalg.norm([se, oval_error_cm(dbh, azimuths, weight), LEAN_SD * dbh * lean]))
+        se = float(np.linalg.norm([se, oval_error_cm(dbh, azimuths, weight), LEAN_ERROR * dbh * lean]))
         contrast = np.nan if outline is None else best.contrast / self.chance
         outline_cm = np.nan if outline is None or best.mate is not None else 200 * widest(outline, best.vector)
-        flag, reasons = verdict(
+        quality = FitQuality(
             dbh_cm=dbh,
             polish_cm=200 * best.mode.r,
             r1=fine.r1,
-            lean=lean,
-            score=best.edges,
+            lean_deg=float(np.degrees(np.arctan(lean))),
+            llr=best.edges,
             gap=gap,
             n_views=int(clear.sum()),
             kish=kish if best.mate is None else np.inf,
             se_cm=se,
             rms_px=fine.rms_px,
-            options=self.options,
             sure=sure,
             gain=gain,
             contrast=contrast,
             outline_cm=outline_cm,
         )
+        flag, reasons = verdict(quality, self.options)
         low_cm = high_cm = np.nan
         if others is not None and flag == "check" and UNSURE & set(reasons):
             mixture = others.mixture(dbh, se)

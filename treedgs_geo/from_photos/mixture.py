@@ -16,8 +16,6 @@ PAIR_SE_CM = 1.1
 #: Where the explanation is unsure, the edges of the right one are poorer too: root mean squared error over standard
 #: error of the 44 such stems of the stability suite (seeds 1 to 3) that were less than 3 cm off.
 UNSURE_SE = 1.8
-#: Standard error over all explanations from which such a stem is refused, share of the diameter.
-UNSURE_REFUSED = 0.15
 #: Reasons that say that another explanation may be the right one: the error is then that of all of them.
 UNSURE = frozenset({"ambiguous", "merged"})
 
@@ -35,8 +33,8 @@ class Mixture:
         return float(np.sqrt(self.share @ ((self.dbh_cm - dbh_cm) ** 2 + self.se_cm**2)))
 
     def interval_cm(self, dbh_cm: float) -> tuple[float, float]:
-        """The middle :data:`LEVEL` of the mixture, cm; ``dbh_cm`` lies inside with its own standard error, that of the
-        nearest explanation, on both sides."""
+        """The middle :data:`treedgs_geo.core.intervals.LEVEL` of the mixture, cm; ``dbh_cm`` lies inside with its own
+        standard error, that of the nearest explanation, on both sides."""
         reach = 6 * float(self.se_cm.max())
         at = np.linspace(float(self.dbh_cm.min()) - reach, float(self.dbh_cm.max()) + reach, 4001)
         below = ndtr((at[:, None] - self.dbh_cm) / self.se_cm) @ self.share

@@ -5,13 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..core.settings import param
+from ..trees.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 
 
 @dataclass(frozen=True, kw_only=True)
 class PhotoStemOptions:
-    """Tuned on rendered plots; which ones is said in ``docs/stems-from-photos.md``."""
+    """Tuned on rendered plots; which ones is said in ``docs/evidence/photos.md``."""
 
-    bh_m: float = param(1.37, kind="number", help="breast height above the ground", unit="m", minimum=0.8, maximum=2.0)
+    bh_m: float = param(
+        BREAST_HEIGHT_M,
+        kind="number",
+        help="breast height above the ground",
+        unit="m",
+        minimum=LOWEST_BREAST_HEIGHT_M,
+        maximum=HIGHEST_BREAST_HEIGHT_M,
+    )
     min_dbh_cm: float = param(7.5, kind="number", help="thinner stems are refused as too small", unit="cm", minimum=2)
     max_dbh_cm: float = param(90.0, kind="number", help="thickest stem that is looked for", unit="cm", maximum=300)
     margin_m: float = param(1.0, kind="number", help="look this far beyond the plots", unit="m", minimum=0, maximum=10)

@@ -1,8 +1,8 @@
 """Strips along a stem's axis, cut from every photo, and how clearly each shows a straight edge.
 
-The evidence is *coherence*: over the rows of a block, |mean gradient|^2 / (mean |gradient|^2 + tau^2). A straight trunk
-edge gives 1; leaves, needles and litter, whose gradients point everywhere, give 0. Three colour channels: luma,
-(R - G) / 2, (B - G) / 2. Own method; the trial behind it is told in ``docs/stems-from-photos.md``.
+The evidence is *coherence*: over the rows of a block, ``|mean gradient|^2 / (mean |gradient|^2 + tau^2)``. A straight
+trunk edge gives 1; leaves, needles and litter, whose gradients point everywhere, give 0. Three colour channels: luma,
+(R - G) / 2, (B - G) / 2. Own method; evidence: ``docs/evidence/photos.md``.
 """
 
 from __future__ import annotations

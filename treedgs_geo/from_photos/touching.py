@@ -4,7 +4,7 @@ Seen across the pair, the two are one silhouette as wide as both; seen along it,
 settle for one of them, and its edges then fit half of the photos only. The pair fits all of them. Its edge score is the
 same one as in :mod:`.coarse`, with the left edge of whichever stands further left and the right edge of whichever
 stands further right; what it gains over the best single disc is the evidence for the second stem.
-Own method; what it gained on stems with and without a companion is in ``docs/stems-from-photos.md``.
+Own method; what it gained on stems with and without a companion is in ``docs/evidence/photos.md``.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ MATE_RADII_M, MOST_SHARE = (0.022, 0.036), 0.6
 TURNS = 24
 THINNEST_M, THICKEST_M = 0.012, 0.075
 #: The bark of the two lies this close at breast height (sd, metres); a companion leans by this much (sd, m/m).
-GAP_SD_M, LEAN_SD = 0.012, 0.035
+GAP_SD_M, COMPANION_LEAN_SD = 0.012, 0.035
 #: What a companion hides reaches this far beyond it, and it has to stay this far inside an edge (blur, doubt), metres.
 MASK_M, CLEAR_M = 0.012, 0.045
 #: Discs further apart than this in a photo are seen as two, metres.
@@ -109,7 +109,7 @@ def _pair_objective(data, p):
     # A companion stands upright or leans as the stem does, whichever is nearer.
     one = (p[7] - upright[0]) ** 2 + (p[8] - upright[1]) ** 2
     other = (p[7] - p[2]) ** 2 + (p[8] - p[3]) ** 2
-    return total - 0.5 * min(one, other) / LEAN_SD**2
+    return total - 0.5 * min(one, other) / COMPANION_LEAN_SD**2
 
 
 @njit(inline="always", **_FAST)

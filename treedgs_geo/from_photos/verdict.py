@@ -1,99 +1,99 @@
-"""Accept a fitted stem, doubt it or refuse it."""
+"""Accept a fitted stem, flag it or refuse it: what the photos show, held against :mod:`treedgs_geo.trees.limits`."""
 
 from __future__ import annotations
 
-from typing import Literal
+from dataclasses import dataclass
 
 import numpy as np
 
-from .choice import LOW_CONFIDENCE_GAP
+from ..trees.limits import Findings, Flag, bound_of, judge
+from ..trees.priors import START_TAPER
 from .options import PhotoStemOptions
 
-#: How probable the chosen diameter has to be among the explanations (:func:`.choice.choose`): below the first refused,
-#: below the second doubtful.
-SURE_MEASURED, SURE_OK = 0.50, 0.90
-#: Gain of "another stem touches it" over one stem (log likelihood units) from which that is doubted, and from which it
-#: is taken for true.
-GAIN_LOW_CONFIDENCE, GAIN_MERGED = 38.0, 62.0
+#: Gain of "another stem touches it" over one stem (log likelihood units) from which the tree is flagged, and from which
+#: the pair is taken for true.
+GAIN_LOW_CONFIDENCE, GAIN_MERGED = bound_of("photos", "gain", "check"), 62.0
 #: Gain from which such a pair is fitted and weighed against one stem (one in forty); at :data:`GAIN_LOW_CONFIDENCE` it
 #: is one in ten, at :data:`GAIN_MERGED` nine in ten.
 GAIN_WEIGHED = 30.0
-#: Edge score (log likelihood ratio) from which a stem is measured and from which without doubt: where the silhouette
-#: stands out, and where the edges are all there is (chance reaches about 45).
-LLR_MEASURED, LLR_OK = 18.0, 35.0
-LLR_MEASURED_ALONE, LLR_OK_ALONE = 52.0, 60.0
-#: Silhouette contrast (of what chance reaches) below which a stem is doubted.
-FAINT = 0.7
-#: The silhouette reads this much thinner than the edges (cm): ground shows through at the blurred rim. And how far it
-#: may be off before the tree is doubted or refused, cm and share of the diameter.
-OUTLINE_OFFSET_CM, OUTLINE_LOW_CONFIDENCE, OUTLINE_REFUSE = 1.0, (2.5, 0.10), (4.0, 0.18)
+#: Edge scores below which ragged edges count where no silhouette stands out, and count more.
+RAGGED_LLR, RAGGED_WEAK_LLR = 100.0, 50.0
+#: The silhouette reads this much thinner than the edges, cm: ground shows through at the blurred rim.
+OUTLINE_OFFSET_CM = 1.0
 
 
-def verdict(
-    dbh_cm: float,
-    polish_cm: float,
-    r1: float,
-    lean: float,
-    score: float,
-    gap: float,
-    n_views: int,
-    kish: float,
-    se_cm: float,
-    rms_px: float,
-    options: PhotoStemOptions,
-    sure: float = np.nan,
-    contrast: float = np.nan,
-    outline_cm: float = np.nan,
-    gain: float = 0.0,
-) -> tuple[Literal["ok", "check", "reject"], tuple[str, ...]]:
-    """Accept, doubt or refuse. Wrong explanations show in a low likelihood, close rivals, ragged edges and a silhouette
-    of another width. sure, contrast, outline_cm: as in :class:`StemFit`, NaN where no silhouette is to be had.
-    gain: of a pair of stems over one (log likelihood units)."""
-    refuse: list[str] = []
-    doubt: list[str] = []
-    solid = contrast > 1.0
+@dataclass(frozen=True, kw_only=True)
+class FitQuality:
+    """What a fit is judged by; fields as in :class:`.fit.PhotoFit`. sure, contrast, outline_cm: NaN where no silhouette
+    is to be had. kish: infinite for one of a pair, which hardly any photo shows whole."""
 
-    def judge(reason: str, refused: bool, doubted: bool) -> None:
-        if refused:
-            refuse.append(reason)
-        elif doubted:
-            doubt.append(reason)
+    dbh_cm: float
+    polish_cm: float
+    r1: float
+    lean_deg: float
+    llr: float
+    gap: float
+    n_views: int
+    kish: float
+    se_cm: float
+    rms_px: float
+    sure: float = np.nan
+    contrast: float = np.nan
+    outline_cm: float = np.nan
+    gain: float = 0.0
 
-    judge("too_small", dbh_cm < options.min_dbh_cm, dbh_cm < 10)
-    judge("too_large", dbh_cm > options.max_dbh_cm, False)
-    enough, plenty = (LLR_MEASURED, LLR_OK) if solid else (LLR_MEASURED_ALONE, LLR_OK_ALONE)
-    thin = n_views < 5 or kish < 4
-    judge("few_views", n_views < 3 or kish < 2.5 or score < enough, thin or score < plenty)
-    if not solid:
-        ragged = rms_px > 0.555 and score < 100 or rms_px > 0.535 and score < 50
-        judge("occluded", ragged, rms_px > 0.535 and score < 100 or contrast < FAINT)
-    if np.isfinite(sure):
-        judge("ambiguous", sure < SURE_MEASURED, sure < SURE_OK)
-    else:
-        judge("ambiguous", gap < 4, gap < 1 + LOW_CONFIDENCE_GAP)
-    # With a silhouette, that is the second opinion; without one, the coarse stage has to do.
-    if solid:
-        off = abs(outline_cm + OUTLINE_OFFSET_CM - dbh_cm)
-        refused, doubted = (
-            max(limit_cm, share * dbh_cm) for limit_cm, share in (OUTLINE_REFUSE, OUTLINE_LOW_CONFIDENCE)
-        )
-    else:
-        off, refused, doubted = abs(dbh_cm - polish_cm), 4.0, 2.8
-    judge("disagree", off > refused, off > doubted)
-    judge("no_taper", abs(r1 + 0.0045) > 0.008, abs(r1 + 0.0045) > 0.006)
-    judge("merged", False, gain > GAIN_LOW_CONFIDENCE)
-    judge("lean", lean > np.tan(np.radians(27)), False)
-    pair = gain > GAIN_MERGED
-    judge("wide_error", se_cm > 0.25 * dbh_cm, se_cm > 0.06 * dbh_cm and not pair)
-    # One doubt is for the forester to look at; several together are how wrong explanations look. But a possible
-    # companion is a doubt of its own only where the diameter is unsure as well; and where the explanations were weighed
-    # against each other, a low edge score and a silhouette somewhat off are in that balance already.
-    count = len(doubt) - ("merged" in doubt and not {"ambiguous", "disagree"} & set(doubt))
-    if np.isfinite(sure):
-        count -= ("few_views" in doubt and not thin) + ("disagree" in doubt and "merged" not in doubt)
-    if refuse or count >= 2:
-        return "reject", tuple(dict.fromkeys(refuse + doubt))
-    return ("check" if doubt else "ok"), tuple(doubt)
+    @property
+    def solid(self) -> bool:
+        """The silhouette stands out from what chance reaches."""
+        return self.contrast > 1.0
+
+    @property
+    def pair(self) -> bool:
+        """Taken for one of two stems that touch."""
+        return self.gain > GAIN_MERGED
+
+    def measured(self) -> dict[str, float]:
+        """The quantities that apply, for :func:`treedgs_geo.trees.limits.judge`."""
+        found = {
+            "dbh_cm": self.dbh_cm,
+            "n_views": self.n_views,
+            "kish": self.kish,
+            "taper_off": abs(self.r1 - START_TAPER),
+            "gain": self.gain,
+            "lean_deg": self.lean_deg,
+            "pair_se_cm" if self.pair else "se_cm": self.se_cm,
+        }
+        # With a silhouette, that is the second opinion; without one, the coarse stage has to do.
+        if self.solid:
+            found |= {"llr": self.llr, "outline_off_cm": abs(self.outline_cm + OUTLINE_OFFSET_CM - self.dbh_cm)}
+        else:
+            found |= {"llr_alone": self.llr, "coarse_off_cm": abs(self.dbh_cm - self.polish_cm)}
+            found |= {"contrast": self.contrast}
+            found |= {"rms_px": self.rms_px} if self.llr < RAGGED_LLR else {}
+            found |= {"rms_weak_px": self.rms_px} if self.llr < RAGGED_WEAK_LLR else {}
+        return found | ({"sure": self.sure} if np.isfinite(self.sure) else {"gap": self.gap})
+
+
+def verdict(quality: FitQuality, options: PhotoStemOptions) -> tuple[Flag, tuple[str, ...]]:
+    """Flag and reasons. Wrong explanations show in a low likelihood, close rivals, ragged edges and a silhouette of
+    another width."""
+    settings = {"min_dbh_cm": options.min_dbh_cm, "max_dbh_cm": options.max_dbh_cm}
+    found = judge("photos", quality.measured(), quality.dbh_cm, settings)
+    return found.flag("photos", _independent(found, bool(np.isfinite(quality.sure)))), found.reasons
+
+
+def _independent(found: Findings, weighed: bool) -> int:
+    """How many reasons flag the tree by themselves. weighed: its explanations were weighed against each other.
+
+    A possible companion counts only where the diameter is unsure as well; and where explanations were weighed, a low
+    edge score and a silhouette somewhat off are in that balance already.
+    """
+    flagged = set(found.flagged)
+    count = len(flagged) - ("merged" in flagged and not {"ambiguous", "disagree"} & flagged)
+    if weighed:
+        few = bool({"n_views", "kish"} & found.quantities)
+        count -= ("few_views" in flagged and not few) + ("disagree" in flagged and "merged" not in flagged)
+    return count
 
 
 def companion_share(gain: float) -> float:

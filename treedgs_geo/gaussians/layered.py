@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
+from ..trees.priors import BREAST_HEIGHT_M
 from .bands import Volume
 from .crops import Crop, GroundPlane, gather_texture, sample_texture
 from .field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION
@@ -54,7 +55,7 @@ class HollowVolume(Volume):
     """The cylinder without the stem: a Gaussian inside the wood explains nothing."""
 
     shape: tuple[float, ...] = ()
-    bh_m: float = 1.37
+    bh_m: float = BREAST_HEIGHT_M
 
     def contains(self, means: np.ndarray) -> np.ndarray:
         """(N,) bool."""

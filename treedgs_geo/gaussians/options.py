@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..core.settings import param
+from ..trees.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 
 #: Numbers behind each preset; every one can be overridden by the option of the same name.
 GAUSSIAN_PRESETS: dict[str, dict[str, float]] = {
@@ -94,7 +95,13 @@ class GaussianOptions:
         "Gaussians; free = nothing but Gaussians, as published",
     )
     bh_m: float = param(
-        1.37, kind="number", help="breast height above the ground", unit="m", minimum=0.5, maximum=3, advanced=True
+        BREAST_HEIGHT_M,
+        kind="number",
+        help="breast height above the ground",
+        unit="m",
+        minimum=LOWEST_BREAST_HEIGHT_M,
+        maximum=HIGHEST_BREAST_HEIGHT_M,
+        advanced=True,
     )
     density: str = param(
         "relocate",

@@ -1,4 +1,4 @@
-"""Read and write the standard 3DGS PLY, the format every splat viewer opens (``docs/gaussians.md``).
+"""Read and write the standard 3DGS PLY, the format every splat viewer opens (``docs/analyst/gaussians.md``).
 
 float32 positions in full projected coordinates would lose decimetres, so the file holds local coordinates; the header
 comment names the local origin and CRS, and ``<name>.frame.json`` beside it holds them in full precision.

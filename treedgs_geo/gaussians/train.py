@@ -1,4 +1,4 @@
-"""From photos and stem seeds to one Gaussian field of the stem band (``docs/gaussians.md``).
+"""From photos and stem seeds to one Gaussian field of the stem band (``docs/analyst/gaussians.md``).
 
 The paper optimises the whole forest on a large GPU. Here each stem is a small problem of its own: crops over its band,
 1-3 thousand Gaussians in a cylinder, the ground behind it as a texture. Stems are independent, so they run side by

@@ -11,12 +11,12 @@ import numpy as np
 from PIL import Image, UnidentifiedImageError
 
 from ..core.errors import InputError
+from ..core.files import PHOTO_SUFFIXES
 from ..core.progress import Reporter
 from .copies import find_copies
 from .gpstime import parse_datetime_unix
 from .xmp import gimbal_angles, read_xmp, uses_dji_pitch
 
-SUFFIXES = {".jpg", ".jpeg", ".tif", ".tiff", ".png"}
 #: Pictures that are none of these; said when a folder holds nothing else.
 _OTHER_PICTURES = {".dng", ".raw", ".arw", ".cr2", ".cr3", ".nef", ".heic", ".heif", ".webp", ".jp2", ".mp4", ".mov"}
 _WRITE_8_BIT = "write 8-bit JPEGs that keep the EXIF and XMP (a raw converter does) and give their folder"
@@ -133,17 +133,19 @@ def list_photos(folder: Path) -> list[Path]:
     if not folder.is_dir():
         raise InputError(f"{folder}: is not a folder; give the folder that holds the drone photos.")
     found = sorted(
-        p for p in folder.rglob("*") if p.suffix.lower() in SUFFIXES and p.is_file() and not p.name.startswith(".")
+        p
+        for p in folder.rglob("*")
+        if p.suffix.lower() in PHOTO_SUFFIXES and p.is_file() and not p.name.startswith(".")
     )
     if not found:
         others = Counter(p.suffix.lower() for p in folder.rglob("*") if p.suffix.lower() in _OTHER_PICTURES)
         if others:
             kind, count = others.most_common(1)[0]
             raise InputError(
-                f"{folder}: holds {count} {kind} files and no {', '.join(sorted(SUFFIXES))}; {_WRITE_8_BIT}."
+                f"{folder}: holds {count} {kind} files and no {', '.join(sorted(PHOTO_SUFFIXES))}; {_WRITE_8_BIT}."
             )
         raise InputError(
-            f"{folder}: holds no photos ({', '.join(sorted(SUFFIXES))}); give the folder of the drone photos."
+            f"{folder}: holds no photos ({', '.join(sorted(PHOTO_SUFFIXES))}); give the folder of the drone photos."
         )
     return found
 

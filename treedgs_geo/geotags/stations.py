@@ -14,6 +14,7 @@ from ..core.errors import InputError
 from ..core.geopackage import atomic_geopackage, save_style
 from .gpstime import describe_utc
 
+#: How a position was found, best first.
 QUALITIES = ("fix", "float", "single", "exif", "none")
 LAYER = "stations"
 #: The columns by which a layer of that name is known as ours.

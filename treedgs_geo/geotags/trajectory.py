@@ -36,9 +36,9 @@ def interpolate(trajectory: Trajectory, xyz: np.ndarray, gps_s: np.ndarray, max_
     """Monotone cubic (PCHIP) interpolation of the trajectory.
 
     A straight line between 5 Hz epochs errs by a centimetre when the drone brakes at 2 m/s2. The quality is the worse
-    of the two
-    neighbouring epochs. A gap of more than ``max_gap_s`` counts as float (the path is guessed), of more than 10 s as
-    no position. Where the path has jumped (:mod:`.steps`), ``off_m`` says so (:mod:`.agreement` judges it).
+    of the two neighbouring epochs. A gap of more than ``max_gap_s`` counts as float (the path is guessed), of more than
+    10 s as no position. Where the path has jumped (:mod:`treedgs_geo.geotags.steps`), ``off_m`` says so
+    (:mod:`.agreement` judges it).
 
     Args:
         trajectory: T epochs. xyz: (T, 3) the same in project coordinates. gps_s: (N,) instants, GPS seconds.

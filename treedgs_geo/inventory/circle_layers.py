@@ -16,6 +16,7 @@ from ..core.geopackage import save_style
 CIRCLES, SLICES = "circles", "slices"
 #: Quarter-circle segments: 0.1 mm off the circle at 1 m diameter.
 _SEGMENTS = 16
+#: Columns of ``slices``.
 SLICE_COLUMNS = ("tree_id", "height_m", "d_cm", "rms_cm", "n_pts", "arc_deg")
 
 

@@ -1,9 +1,9 @@
 """Which field tree is which measured tree: co-registration of a plot, then one-to-one pairs, by position alone.
 
 A plot centre taken under canopy is metres off and a compass turns the whole plot, so nearest neighbours alone pair the
-wrong trees (``docs/pairing.md``). First the plot is moved and turned as a whole; where two placings explain the trees
-almost equally well (planted rows repeat themselves), nothing is paired and the plot is left to a person. Diameters are
-never looked at: the pairs are used to judge them.
+wrong trees (``docs/technician/pairing.md``). First the plot is moved and turned as a whole; where two placings explain
+the trees almost equally well (planted rows repeat themselves), nothing is paired and the plot is left to a person.
+Diameters are never looked at: the pairs are used to judge them.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _CELL_M = 0.25
 
 @dataclass(frozen=True, kw_only=True)
 class PairingOptions:
-    """Limits of the search. Tuned on simulated plots, seeds 1000 to 3999 (``benchmarks/pairing.py`` reports others).
+    """Limits of the search, tuned on simulated plots (seeds 1000 to 3999; ``benchmarks/inventory/pairing.py``: others).
 
     Of the library only: min_ratio: the best placing must score this many times the next best, and min_share: this share
     of the trees must find a partner within 1 m, else the plot is left to a person. min_margin: a pair must be

@@ -28,7 +28,7 @@ OWN_LAYERS = {
 }
 STATUSES = ("auto", "ok", "moved", "rejected")
 LOCKED = ("ok", "moved", "rejected")
-#: Columns of ``pairs`` and ``suggested`` (docs/pairing.md).
+#: Columns of ``pairs`` and ``suggested`` (docs/technician/pairing.md).
 PAIR_COLUMNS = (
     "plot_id",
     "field_id",
@@ -44,6 +44,7 @@ PAIR_COLUMNS = (
     "pair_status",
     "note",
 )
+#: Columns of ``plots``.
 PLOT_COLUMNS = (
     "plot_id",
     "status",

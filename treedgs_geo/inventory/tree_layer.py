@@ -36,7 +36,8 @@ _DRIVERS = {".gpkg": "GPKG", ".shp": "ESRI Shapefile", ".geojson": "GeoJSON", ".
 
 
 def tree_table(trees: list[Tree], crs: pyproj.CRS | str) -> gpd.GeoDataFrame:
-    """Trees as a GeoDataFrame: PointZ at breast-height position and ground height, columns :data:`TREE_FIELDS`.
+    """Trees as a GeoDataFrame: PointZ at breast-height position and ground height, columns
+    :data:`treedgs_geo.trees.tree.TREE_FIELDS`.
 
     Missing numbers are NULL in every file; z falls back to 0 only in the geometry (``z_ground`` stays NULL).
     """

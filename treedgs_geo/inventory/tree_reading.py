@@ -13,7 +13,7 @@ LAYER = "trees"
 
 
 def read_trees(path: Path) -> gpd.GeoDataFrame:
-    """Read a tree layer written by :func:`write_trees`.
+    """Read a tree layer written by :func:`.tree_layer.write_trees`.
 
     Raises:
         InputError: not readable, or not a tree layer.

@@ -19,7 +19,7 @@ from .tree_reading import read_trees
 #: Columns of a tree layer that are a person's.
 COLUMNS = ("species", "status", "note")
 #: An entry belongs to the tree within this distance of the one it was written for.
-SAME_TREE_M = 0.5
+ENTRY_M = 0.5
 
 
 @dataclass
@@ -33,7 +33,7 @@ class Written:
     kept: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
 
     def fill(self, table: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
-        """The tree table with each entry at the nearest tree within :data:`SAME_TREE_M`, one tree an entry."""
+        """The tree table with each entry at the nearest tree within :data:`ENTRY_M`, one tree an entry."""
         if not len(self.entries) or not len(table):
             return table
         there = self.entries[["x", "y"]].to_numpy(float)
@@ -45,7 +45,7 @@ class Written:
         here = table[["x", "y"]].to_numpy(float)
         if not np.isfinite(there).all():
             return table
-        near = cKDTree(here).query_ball_point(there, SAME_TREE_M)
+        near = cKDTree(here).query_ball_point(there, ENTRY_M)
         pairs = [(float(np.hypot(*(here[j] - there[k]))), k, j) for k, found in enumerate(near) for j in found]
         table, taken = table.copy(), set()
         for _, k, j in sorted(pairs):
@@ -66,7 +66,7 @@ class Written:
         if n:
             reporter.info(
                 f"{self.path.name}: species, status or note that a person wrote at {n} tree{'' if n == 1 else 's'} "
-                f"{'is' if n == 1 else 'are'} kept (nearest tree within {SAME_TREE_M:g} m)."
+                f"{'is' if n == 1 else 'are'} kept (nearest tree within {ENTRY_M:g} m)."
             )
         lost = self.entries[~self.kept]
         if len(lost):
@@ -76,7 +76,7 @@ class Written:
                 for row in lost.head(5).itertuples()
             ]
             reporter.warn(
-                f"{self.path.name}: no tree stands within {SAME_TREE_M:g} m any more of {len(lost)} for which a person "
+                f"{self.path.name}: no tree stands within {ENTRY_M:g} m any more of {len(lost)} for which a person "
                 f"wrote a species, status or note: {'; '.join(named)}{'; …' if len(lost) > 5 else ''}; what was "
                 "written there is not in the new layer."
             )

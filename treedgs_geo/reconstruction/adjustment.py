@@ -94,7 +94,7 @@ def adjust(
     SOFT_L1 on the image, CAUCHY on the geotags (a wrong one must not bend the block). The geotag standard deviations
     are taken
     ``prior_factor`` times larger than stated: image residuals are weighted as if 1 px, the true ones are smaller
-    (``docs/reconstruction.md``).
+    (``docs/analyst/reconstruction.md``).
 
     Args:
         prior_xyz: (N, 3) local metres, NaN = none. prior_sd: (N, 3) metres.

@@ -12,6 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
+#: Photos whose axis is farther than this from straight down look at stems from the side, degrees.
+OBLIQUE_DEG = 17.0
+
 
 @dataclass(frozen=True)
 class Camera:

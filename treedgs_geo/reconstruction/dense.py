@@ -3,7 +3,7 @@ agree.
 
 A start for the splats and a picture of the stems, not a diameter: the points scatter by a pixel and lean inward by a
 few millimetres
-(``docs/reconstruction.md``). SGBM: Hirschmueller 2008, OpenCV's implementation.
+(``docs/analyst/reconstruction.md``). SGBM: Hirschmueller 2008, OpenCV's implementation.
 """
 
 from __future__ import annotations

@@ -44,9 +44,8 @@ def find_points(
 
     Args:
         rotation, translation: predicted world -> camera. radius_px: how far the prediction may be off. ratio: of
-        descriptor distances,
-            best to second best inside the radius. max_angle_deg: a point is not looked for from further off its seen
-            directions.
+        descriptor distances, best to second best inside the radius. max_angle_deg: a point is not looked for from
+        further off its seen directions.
     """
     camera = block.camera
     local = block.points @ rotation.T + translation

@@ -69,7 +69,7 @@ def reconstruct_photos(
     """Structure from motion in the project CRS; writes ``sfm_folder`` and returns its report.
 
     Args:
-        stations: from :func:`~treedgs_geo.geotags.read_stations`. sfm_folder: replaced as a whole on success;
+        stations: from :func:`~treedgs_geo.geotags.reading.read_stations`. sfm_folder: replaced as a whole on success;
         features and matches are
             kept in ``cache/`` beside it while the work goes on, so that a stopped run resumes. plugin: a learned
             matcher whose matches are used beside SIFT's.
@@ -165,7 +165,7 @@ def _free_parameters(rotations: np.ndarray, xyz: np.ndarray, stations: Stations)
     """Which intrinsics the flight can determine.
 
     Nadir photos from one height cannot tell focal length from height (a 19 % error hid in 1 % of reprojection error,
-    ``docs/reconstruction.md``); obliques, or two heights with centimetre geotags, can.
+    ``docs/analyst/reconstruction.md``); obliques, or two heights with centimetre geotags, can.
     """
     axis = rotations[:, 2, 2]
     known = np.isfinite(axis)

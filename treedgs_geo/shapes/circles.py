@@ -13,8 +13,7 @@ import numpy as np
 
 from ..core.draws import stream
 from .circle_kernels import geometric_fit, mixture_fit, ring_consensus, ring_score, solid_batch
-
-_SECTORS = 24
+from .section_kernels import SECTORS
 
 
 @dataclass(frozen=True)
@@ -169,8 +168,8 @@ def covered_arc_deg(points: np.ndarray, x: float, y: float, r: float, tolerance_
     """Circumference with points within ``tolerance_m`` of the ring, in 15 degree sectors."""
     offset = points - (x, y)
     near = np.abs(np.hypot(offset[:, 0], offset[:, 1]) - r) < tolerance_m
-    sector = np.floor((np.arctan2(offset[near, 1], offset[near, 0]) + np.pi) / (2 * np.pi) * _SECTORS).astype(int)
-    return 360.0 / _SECTORS * len(np.unique(sector % _SECTORS))
+    sector = np.floor((np.arctan2(offset[near, 1], offset[near, 0]) + np.pi) / (2 * np.pi) * SECTORS).astype(int)
+    return 360.0 / SECTORS * len(np.unique(sector % SECTORS))
 
 
 def _usable(points: np.ndarray, weights: np.ndarray) -> bool:

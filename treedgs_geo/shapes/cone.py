@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .cone_kernels import LEAN_SD, TAPER_SD, bark_distances, fit_vector
+from .cone_kernels import CONE_LEAN_SD, CONE_TAPER_SD, bark_distances, fit_vector
 
 
 @dataclass(frozen=True)
@@ -68,8 +68,8 @@ def fit_cone(
     schedule_m: tuple[float, ...] = (0.06, 0.04, 0.025),
     floor_m: float = 0.008,
     cap_m: float = 0.03,
-    lean_sd: float = LEAN_SD,
-    taper_sd: float = TAPER_SD,
+    lean_sd: float = CONE_LEAN_SD,
+    taper_sd: float = CONE_TAPER_SD,
     bend_sd: float = 0.0,
     rounds: int = 6,
 ) -> Cone | None:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-#: Prior of d(radius)/d(height): planted pine loses 0.5 cm of radius a metre, sd 0.5 cm (research: NSVB profiles).
-TAPER_PRIOR = -0.005
-TAPER_SD = 0.005
+from ..trees.priors import USUAL_TAPER
+
+#: Prior sd of d(radius)/d(height) about :data:`USUAL_TAPER`: points show more of it than photos (research: NSVB
+#: profiles).
+CONE_TAPER_SD = 0.005
 #: Prior sd of the axis slopes; 0.15 is 8.5 degrees, more lean has to be earned by the points.
-LEAN_SD = 0.15
+CONE_LEAN_SD = 0.15
 #: Prior sd of the bend where it is free: 3 cm of sweep over the lower 3 m.
 BEND_SD = 0.006
 #: An axis does not move farther than this once it is fitted coarsely.
@@ -28,7 +30,7 @@ def fit_vector(
     if powers == 3:
         vector[6:] = 0.0
     bend = max(bend_sd, 1e-7)
-    prior = np.array([0.0, 0.0, 0.0, 0.0, 0.0, TAPER_PRIOR, 0.0, 0.0])
+    prior = np.array([0.0, 0.0, 0.0, 0.0, 0.0, USUAL_TAPER, 0.0, 0.0])
     prior_sd = np.array([np.inf, np.inf, lean_sd, lean_sd, np.inf, taper_sd, bend, bend])
     normal = np.zeros((8, 8))
     x, y, t = points[:, 0].copy(), points[:, 1].copy(), points[:, 2] - h_ref
@@ -284,7 +286,7 @@ def grow(
     start = np.zeros(8)
     for factor in STARTS:
         start[:] = 0.0
-        start[0], start[1], start[4], start[5] = place[0], place[1], radius * factor, TAPER_PRIOR
+        start[0], start[1], start[4], start[5] = place[0], place[1], radius * factor, USUAL_TAPER
         coarse = min(0.05, 0.5 * start[4])
         vector, _, sigma = fit_vector(
             layer,
@@ -295,7 +297,7 @@ def grow(
             floor_m,
             cap_m,
             layer_lean_sd,
-            TAPER_SD,
+            CONE_TAPER_SD,
             0.0,
             rounds,
         )
@@ -316,8 +318,8 @@ def grow(
             np.array([1.2 * coarse, 0.7 * coarse]),
             floor_m,
             cap_m,
-            LEAN_SD,
-            TAPER_SD,
+            CONE_LEAN_SD,
+            CONE_TAPER_SD,
             0.0,
             rounds,
         )

@@ -15,7 +15,7 @@ def slice_heights(low_m: float, high_m: float, spacing_m: float) -> np.ndarray:
 
 
 def slice_index(heights: np.ndarray, centres: np.ndarray, thickness_m: float) -> list[np.ndarray]:
-    """For each slice centre the indices of the points with |h - h_s| <= thickness / 2."""
+    """For each slice centre the indices of the points with ``abs(h - h_s) <= thickness / 2``."""
     order = np.argsort(heights, kind="stable")
     ordered = heights[order]
     low = np.searchsorted(ordered, centres - thickness_m / 2 - 1e-12, side="left")

@@ -8,10 +8,9 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 from scipy.spatial import cKDTree
 
+from ..trees.priors import BREAST_HEIGHT_M
 from .settings import SimulateSettings, Sizes
 from .terrain import Ground
-
-BREAST_HEIGHT_M = 1.37
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,7 @@ def plant(rng: np.random.Generator, stems_per_ha: float, radius_m: float, stand_
 
 def total_height(dbh_m: np.ndarray) -> np.ndarray:
     """Height-diameter curve of a loblolly-like stand, metres."""
-    return 1.37 + 24.0 * (1 - np.exp(-5.5 * np.asarray(dbh_m)))
+    return BREAST_HEIGHT_M + 24.0 * (1 - np.exp(-5.5 * np.asarray(dbh_m)))
 
 
 def grow_stem(
@@ -100,8 +99,8 @@ def grow_stem(
 ) -> PlantedStem:
     """Axis and radii: lean, slight sweep, a taper curve through the DBH and butt flare.
 
-    Taper: d(s) = dbh ((H - s) / (H - 1.37))^p, p about 0.6, i.e. 0.5-1.2 cm/m at breast height. sweep_m: sideways bow
-    over the lowest 4 m. flare_m: height over which the butt flare falls to a third, 0 = drawn.
+    Taper: d(s) = dbh ((H - s) / (H - breast height))^p, p about 0.6, i.e. 0.5-1.2 cm/m at breast height. sweep_m:
+    sideways bow over the lowest 4 m. flare_m: height over which the butt flare falls to a third, 0 = drawn.
     """
     count = int(height_m / AXIS_STEP) + 1
     s = AXIS_STEP * np.arange(count)

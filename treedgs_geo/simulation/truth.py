@@ -8,8 +8,9 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from ..reconstruction.cameras import View
+from ..trees.priors import BREAST_HEIGHT_M
 from .render import World
-from .scene import BREAST_HEIGHT_M, PlantedStem, StemMesh, axis_at
+from .scene import PlantedStem, StemMesh, axis_at
 
 #: The band of the stem whose visibility counts, m of arc length.
 BAND_M = (1.0, 1.8)

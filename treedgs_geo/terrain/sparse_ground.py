@@ -9,7 +9,7 @@ import pyproj
 from scipy.spatial import cKDTree
 
 from ..core.errors import InputError
-from .credibility import NO_GROUND_M
+from .credibility import NEAR_M, NO_GROUND_M
 from .dtm import Dtm
 from .surface import cell_quantile, grid_ground, local_ground
 
@@ -62,9 +62,10 @@ def sparse_ground_points(points: np.ndarray, cell_m: float = 1.0, tolerance_m: f
     return points[near]
 
 
-#: Sparse points near a stem that show its ground: within this of it, this close to the ground model (m), so many of
-#: them, and no rougher than this (1 sd, m; shrubs and grass are). Three rendered plots: 23 to 160 points, 0.01-0.09 m.
-NEAR_M, FAR_M, LAYER_M, LEAST_POINTS, ROUGHEST_M = 2.0, 5.0, 0.5, 6, 0.15
+#: Sparse points near a stem that show its ground: within :data:`.credibility.NEAR_M` of it or, less surely, within
+#: this, this close to the ground model (m), so many of them, and no rougher than this (1 sd, m; shrubs and grass are).
+#: Three rendered plots: 23 to 160 points, 0.01-0.09 m.
+FAR_M, LAYER_M, LEAST_POINTS, ROUGHEST_M = 5.0, 0.5, 6, 0.15
 #: Standard error of the ground's height, m: shown round the stem; rough, or shown some metres off.
 SHOWN_SE_M, UNSURE_SE_M = 0.05, 0.6
 

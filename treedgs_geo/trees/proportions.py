@@ -5,23 +5,22 @@ from __future__ import annotations
 
 import numpy as np
 
+from .limits import TOGETHER, judge
 from .tree import Tree
 
 #: Trees without a remark, with DBH and height, that a curve of the survey needs.
 LEAST_TREES = 10
-#: A tree is too short below this share of the curve's height, and this many spreads of the trees below it. Set on the
-#: rendered plots ``a``, ``e`` and ``h`` (drone LiDAR, 127 trees): the three trees below it had DBHs of 11.0, 55.2 and
-#: 23.2 cm for 5.3, 15.1 and 17.0 cm; dead trees, leaning ones and forks were not below it.
-SHORT, SPREADS = 0.75, 4.0
+#: A tree is too short below a share of the curve's height (:mod:`.limits`) that is this many spreads of the trees below
+#: it too. Of 127 trees three were: DBHs of 11.0, 55.2 and 23.2 cm for 5.3, 15.1 and 17.0 cm; dead trees, leaning ones
+#: and forks were not.
+SPREADS = 4.0
 #: No stand's heights lie closer to their curve than this share.
 _LEAST_SPREAD = 0.05
-#: Doubts at which a tree is refused, as for the stem alone (:mod:`.stem`).
-_MOST_REASONS = 3
 
 
 def flag_short_trees(trees: list[Tree]) -> None:
     """Flag ``check`` and add ``too_short`` where a height is far below the survey's own height curve; with that as the
-    third doubt the tree is refused. Needs no heights: then nothing happens."""
+    third reason the tree is refused. Without heights nothing happens."""
     known = [t for t in trees if t.dbh_cm is not None and t.height_m is not None and t.height_m > t.bh_m]
     sure = [t for t in known if t.qc_flag == "ok"]
     if len(sure) < LEAST_TREES:
@@ -31,15 +30,14 @@ def flag_short_trees(trees: list[Tree]) -> None:
     if curve is None:
         return
     spread = max(1.4826 * float(np.median(np.abs(np.log((h - sure[0].bh_m) / curve(d))))), _LEAST_SPREAD)
-    limit = min(SHORT, float(np.exp(-SPREADS * spread)))
+    lowest = float(np.exp(-SPREADS * spread))
     for tree in known:
         assert tree.dbh_cm is not None and tree.height_m is not None
-        if tree.height_m - tree.bh_m >= limit * float(curve(np.array([tree.dbh_cm]))[0]):
-            continue
-        reasons = [*filter(None, tree.qc_reason.split(",")), "too_short"]
-        tree.qc_reason = ",".join(dict.fromkeys(reasons))
-        tree.qc_flag = "reject" if len(reasons) >= _MOST_REASONS and tree.qc_flag == "check" else "check"
-        tree.finish()
+        share = (tree.height_m - tree.bh_m) / float(curve(np.array([tree.dbh_cm]))[0])
+        for reason in judge("survey", {"height_share": share}).reasons if share < lowest else ():
+            tree.add_reason(reason)
+            if len(tree.reasons) >= TOGETHER["survey"]:
+                tree.add_reason(reason, "reject")
 
 
 def _naslund(d: np.ndarray, h: np.ndarray):

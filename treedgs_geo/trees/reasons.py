@@ -1,4 +1,4 @@
-"""Why a tree has no DBH, or a doubtful one: one list, used in every layer, table and report."""
+"""Why a tree has no DBH, or one of low confidence: one list, used in every layer, table and report."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from __future__ import annotations
 REASONS: dict[str, tuple[str, str]] = {
     "few_views": ("too few photos see the stem at breast height", "fly more oblique photos over this part of the plot"),
     "occluded": ("foliage or other stems hide the stem at breast height", "fly leaf-off or from other directions"),
-    "one_sided": ("only one edge of the stem was seen", "fly oblique photos across this direction"),
     "ambiguous": ("two different stems explain the photos equally well", "check the photos or measure by hand"),
     "short_arc": ("the points cover too little of the stem's circumference", "scan or fly from more sides"),
     "few_points": ("too few stem points at the lower stem", "raise the point density"),
@@ -14,7 +13,6 @@ REASONS: dict[str, tuple[str, str]] = {
     "not_round": ("the cross-section is not a circle (buttress, fork or several stems)", "measure by hand"),
     "no_taper": ("diameters along the stem do not form a plausible taper", "check the stem for branches or a fork"),
     "lean": ("the stem leans more than the method allows", "measure by hand"),
-    "fork": ("the stem forks near breast height", "measure by hand, as your protocol says"),
     "merged": ("two stems may have been taken for one", "check the segmentation"),
     "too_small": ("the stem is thinner than the photos or points can resolve", "fly lower or scan closer"),
     "too_large": ("the fitted stem is thicker than the allowed maximum", "raise the maximum diameter if it is real"),
@@ -37,6 +35,12 @@ REASONS: dict[str, tuple[str, str]] = {
 }
 
 
+def split_reasons(reasons: object) -> list[str]:
+    """``"few_views,lean"`` -> its keys, unknown ones too; none for what is no text (missing values of a table)."""
+    text = reasons if isinstance(reasons, str) else ""
+    return [part.strip() for part in text.split(",") if part.strip()]
+
+
 def explain(reasons: str) -> str:
     """``"few_views,lean"`` -> the sentences a forester reads.
 
@@ -46,7 +50,7 @@ def explain(reasons: str) -> str:
         'the fitted stem is thicker than the allowed maximum: raise the maximum diameter if it is real'
     """
     parts = []
-    for reason in filter(None, (part.strip() for part in reasons.split(","))):
+    for reason in split_reasons(reasons):
         meaning, action = REASONS[reason]
         parts.append(f"{meaning}: {action}")
     return "; ".join(parts)

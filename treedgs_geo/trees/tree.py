@@ -1,17 +1,16 @@
-"""The measured tree: the record every route fills and the tree layer shows (``docs/tree-layer.md``)."""
+"""The measured tree: the record every route fills and the tree layer shows (``docs/technician/tree-layer.md``)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from typing import Literal
 
 import numpy as np
 
 from ..core.intervals import HALF_WIDTH_SE
-from .reasons import REASONS
-
-#: Loss of diameter with height where a stem's own is unknown, cm a metre.
-USUAL_TAPER_CM_M = 1.0
+from .limits import Flag, Level
+from .methods import METHODS
+from .priors import BREAST_HEIGHT_M, USUAL_TAPER_CM_M
+from .reasons import REASONS, split_reasons
 
 
 @dataclass
@@ -20,9 +19,13 @@ class Tree:
 
     x, y: stem axis at breast height. z_ground: ground at the stem. dbh_*: diameter at ``bh_m`` with its standard error
     and 90 % interval, cm. height_m: tree height. lean_deg: stem axis from the vertical. arc_deg: covered circumference
-    (points) or spread of azimuths (photos). taper_cm_m: d(diameter)/d(height). qc_reason: comma-separated keys of
+    (points) or spread of azimuths (photos). taper_cm_m: d(diameter)/d(height). method: a key of
+    :data:`treedgs_geo.trees.methods.METHODS`. qc_reason: comma-separated keys of
     :data:`treedgs_geo.trees.reasons.REASONS`. species, status (``live`` or ``dead``), note: a person's, written in
     the layer; no method fills them.
+
+    Raises:
+        ValueError: a reason or the method is not in those lists.
 
     Examples:
         >>> import treedgs_geo as tg
@@ -40,7 +43,7 @@ class Tree:
     dbh_se_cm: float | None = None
     dbh_lo_cm: float | None = None
     dbh_hi_cm: float | None = None
-    bh_m: float = 1.37
+    bh_m: float = BREAST_HEIGHT_M
     height_m: float | None = None
     ba_m2: float | None = None
     lean_deg: float | None = None
@@ -51,7 +54,7 @@ class Tree:
     opac_mean: float | None = None
     taper_cm_m: float | None = None
     method: str = ""
-    qc_flag: Literal["ok", "check", "reject"] = "ok"
+    qc_flag: Flag = "ok"
     qc_reason: str = ""
     run_id: str = ""
     species: str | None = None
@@ -59,9 +62,32 @@ class Tree:
     note: str | None = None
 
     def __post_init__(self) -> None:
-        for reason in filter(None, self.qc_reason.split(",")):
+        for reason in self.reasons:
             if reason not in REASONS:
                 raise ValueError(f"undocumented qc_reason {reason!r}")
+        if self.method and self.method not in METHODS:
+            raise ValueError(f"undocumented method {self.method!r}")
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """The keys in ``qc_reason``, in their order."""
+        return tuple(split_reasons(self.qc_reason))
+
+    def add_reason(self, reason: str, level: Level = "check") -> Tree:
+        """Append a reason (once) and raise the flag to ``level``, in place; a refused tree stays refused, and one that
+        is refused now loses its DBH.
+
+        Raises:
+            ValueError: the reason is not in the list.
+        """
+        if reason not in REASONS:
+            raise ValueError(f"undocumented qc_reason {reason!r}")
+        self.qc_reason = ",".join(dict.fromkeys([*self.reasons, reason]))
+        if level == "reject":
+            self.qc_flag = "reject"
+            return self.finish()
+        self.qc_flag = "check" if self.qc_flag == "ok" else self.qc_flag
+        return self
 
     def finish(self) -> Tree:
         """Apply the layer's rules: a rejected tree has no DBH; basal area and interval follow from DBH and error."""

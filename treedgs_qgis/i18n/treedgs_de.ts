@@ -1852,8 +1852,8 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Segmentierer</translation>
     </message>
     <message>
-      <source>who finds the trees: own needs nothing; the others are programs that you installed yourself (docs/measuring.md)</source>
-      <translation>wer die Bäume findet: own braucht nichts; die anderen sind Programme, die Sie selbst installiert haben (docs/measuring.md)</translation>
+      <source>who finds the trees: own needs nothing; the others are programs that you installed yourself (docs/analyst/measuring.md)</source>
+      <translation>wer die Bäume findet: own braucht nichts; die anderen sind Programme, die Sie selbst installiert haben (docs/analyst/measuring.md)</translation>
     </message>
     <message>
       <source>Segmenter command</source>
@@ -2352,8 +2352,8 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Volumengleichung</translation>
     </message>
     <message>
-      <source>id of the volume equation for all trees (docs/stand-table.md)</source>
-      <translation>Kennung der Volumengleichung für alle Bäume (docs/stand-table.md)</translation>
+      <source>id of the volume equation for all trees (docs/technician/stand-table.md)</source>
+      <translation>Kennung der Volumengleichung für alle Bäume (docs/technician/stand-table.md)</translation>
     </message>
     <message>
       <source>Biomass equation</source>

@@ -1852,8 +1852,8 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Segmentador</translation>
     </message>
     <message>
-      <source>who finds the trees: own needs nothing; the others are programs that you installed yourself (docs/measuring.md)</source>
-      <translation>quién busca los árboles: own no necesita nada; los demás son programas que usted instaló (docs/measuring.md)</translation>
+      <source>who finds the trees: own needs nothing; the others are programs that you installed yourself (docs/analyst/measuring.md)</source>
+      <translation>quién busca los árboles: own no necesita nada; los demás son programas que usted instaló (docs/analyst/measuring.md)</translation>
     </message>
     <message>
       <source>Segmenter command</source>
@@ -2352,8 +2352,8 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Ecuación de volumen</translation>
     </message>
     <message>
-      <source>id of the volume equation for all trees (docs/stand-table.md)</source>
-      <translation>identificador de la ecuación de volumen para todos los árboles (docs/stand-table.md)</translation>
+      <source>id of the volume equation for all trees (docs/technician/stand-table.md)</source>
+      <translation>identificador de la ecuación de volumen para todos los árboles (docs/technician/stand-table.md)</translation>
     </message>
     <message>
       <source>Biomass equation</source>

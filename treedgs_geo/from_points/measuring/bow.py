@@ -13,8 +13,8 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from ...shapes.cone import Cone, fit_cone
-from ...shapes.cone_kernels import TAPER_PRIOR
 from ...shapes.section_kernels import near_bark
+from ...trees.priors import USUAL_TAPER
 from ..segmentation.sensors import Sensor
 
 #: Distance of the short cones and half of their length, m.
@@ -122,7 +122,7 @@ def replace_at(cone: Cone, h: float) -> Cone:
         cone.dx + cone.bx * t,
         cone.dy + cone.by * t,
         float(cone.radius(h)),
-        TAPER_PRIOR,
+        USUAL_TAPER,
         h,
         cone.sigma,
     )

@@ -10,7 +10,9 @@ import numpy as np
 
 from ...shapes.circles import fit_circle
 from ...terrain.cloud_ground import CloudGround
-from ...trees.ground import NO_GROUND_M, with_ground_error
+from ...terrain.credibility import NO_GROUND_M
+from ...trees.ground import with_ground_error
+from ...trees.limits import bound_of
 from ...trees.tree import Tree
 from ..segmentation.nearby import Nearby
 
@@ -72,16 +74,16 @@ def with_ground(trees: list[Tree], ground: CloudGround, xyz: np.ndarray) -> list
     xy = np.array([[tree.x, tree.y] for tree in trees]).reshape(-1, 2)
     radius_m = np.array([np.nan if tree.dbh_cm is None else tree.dbh_cm / 200 for tree in trees])
     return [
-        with_ground_error(tree, float(se_m))
+        with_ground_error(tree, float(se_m), "points")
         for tree, se_m in zip(trees, stem_ground_se(ground, xy, radius_m, xyz), strict=True)
     ]
 
 
 def stem_ground_se(ground: CloudGround, xy: np.ndarray, radius_m: np.ndarray, xyz: np.ndarray) -> np.ndarray:
     """(K,) standard error of the ground's height, metres, at (K, 2) stems with (K,) radii (NaN: not known) in (N, 3)
-    points. :data:`NO_GROUND_M` and more: no ground is known."""
+    points. From the limit of :mod:`treedgs_geo.trees.limits` on, no ground is known."""
     se_m = ground.se_m(xy, np.where(np.isfinite(radius_m), radius_m + FOOT_M, USUAL_FOOT_M))
-    lost = se_m >= NO_GROUND_M
+    lost = se_m > bound_of("points", "ground_se_m", "reject")
     if ground.given is not None or not (ground.lowest or lost.any()):
         return se_m
     height = xyz[:, 2] - ground.dtm.height(xyz[:, 0], xyz[:, 1])

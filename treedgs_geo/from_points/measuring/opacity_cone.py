@@ -14,6 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...trees.priors import BREAST_HEIGHT_M, START_TAPER, TAPER_SD
+
 #: Softness of the edge, metres: about half a pixel's footprint.
 EDGE_M = 0.012
 #: Heights read, about breast height; where the axis is sought about the middle of the points; thinnest and thickest.
@@ -23,8 +25,8 @@ LEAST_CONTRAST = 0.005
 #: Largest radius as a share of the distance that the points reach from the axis.
 MOST_OF_BORDER = 0.75
 _CELL_M = 0.02
-#: Means and sds of slope (2) and of the radius' change with height (pines lose half a centimetre a metre).
-_PRIOR, _PRIOR_SD = np.array([0.0, 0.0, -0.0045]), np.array([0.15, 0.15, 0.0015])
+#: Means and sds of slope (2) and of the radius' change with height.
+_PRIOR, _PRIOR_SD = np.array([0.0, 0.0, START_TAPER]), np.array([0.15, 0.15, TAPER_SD])
 #: Standard deviation of one point's opacity about the model; points are far from independent.
 _NOISE = 3.0
 
@@ -49,7 +51,7 @@ class OpacityCone:
         return 200 * self.radius_m
 
 
-def fit_opacity_cone(points: np.ndarray, opacity: np.ndarray, bh_m: float = 1.37) -> OpacityCone | None:
+def fit_opacity_cone(points: np.ndarray, opacity: np.ndarray, bh_m: float = BREAST_HEIGHT_M) -> OpacityCone | None:
     """points: (N, 3) metres, z = height above ground, one stem's. opacity: (N,) 0..1. None where too few points lie
     about breast height, or inside and outside differ too little."""
     q = points[:, 2] - bh_m

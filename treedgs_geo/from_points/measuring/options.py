@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ...core.settings import param
+from ...trees.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +26,14 @@ class MeasureOptions:
         help="default = our estimator; paper = the published constants",
         choices=("default", "paper"),
     )
-    bh_m: float = param(1.37, kind="number", help="breast height", unit="m", minimum=0.5, maximum=3)
+    bh_m: float = param(
+        BREAST_HEIGHT_M,
+        kind="number",
+        help="breast height",
+        unit="m",
+        minimum=LOWEST_BREAST_HEIGHT_M,
+        maximum=HIGHEST_BREAST_HEIGHT_M,
+    )
     min_dbh_cm: float = param(
         5.0, kind="number", help="thinner stems are refused as too small", unit="cm", minimum=1, maximum=100
     )

@@ -6,11 +6,11 @@ import numpy as np
 from numba import njit
 
 from ...shapes.cone_kernels import distance
+from ...shapes.section_kernels import SECTORS
 
 ROW_M = 0.25
-SECTORS = 24
 #: Rows, sectors and cells with less than this share of the usual number of points hold strays and no bark.
-FAINT = 0.05
+LEAST_OF_USUAL = 0.05
 
 
 @njit(cache=True)
@@ -32,7 +32,7 @@ def count_evidence(band, vector, h_ref, tolerance, noise, solid, lowest, rows, n
 
     A cell counts for as much as its points are of the bark's there (or of the usual bark cell, where that holds more),
     at most for one: neither a dense side outvotes the rest, nor does a stray point weigh more where there are more
-    points. Cells and rows with less than ``FAINT`` of the usual number are strays; ``need`` points make a row."""
+    points. Cells and rows below ``LEAST_OF_USUAL`` of the usual number are strays; ``need`` points make a row."""
     count = np.zeros((5, rows, SECTORS))
     for m in range(band.shape[0]):
         h = band[m, 2]
@@ -61,10 +61,10 @@ def count_evidence(band, vector, h_ref, tolerance, noise, solid, lowest, rows, n
     points = per_row.sum()
     if points == 0:
         return 0, 0.0, 0.0, 0, 0.0, 0.0, 0.0, 0.0
-    share = (per_row >= max(need, FAINT * usual(per_row))).mean()
-    arc = 360 / SECTORS * (per_sector >= max(1.0, FAINT * usual(per_sector))).sum()
+    share = (per_row >= max(need, LEAST_OF_USUAL * usual(per_row))).mean()
+    arc = 360 / SECTORS * (per_sector >= max(1.0, LEAST_OF_USUAL * usual(per_sector))).sum()
     typical = usual(count[0].ravel())
-    least = max(1.0, FAINT * typical)
+    least = max(1.0, LEAST_OF_USUAL * typical)
     cells = 0
     counted = np.zeros(5)
     mean = 0.0

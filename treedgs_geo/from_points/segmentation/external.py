@@ -114,7 +114,7 @@ def _run(
         done = subprocess.run(words, capture_output=True, text=True, timeout=timeout_s, errors="replace")
     except FileNotFoundError:
         raise MissingComponentError(
-            f"{words[0]}: no such program; install {segmenter} (docs/measuring.md) or correct the command."
+            f"{words[0]}: no such program; install {segmenter} (docs/analyst/measuring.md) or correct the command."
         ) from None
     except PermissionError:
         raise InputError(f"{words[0]}: may not be run; make it executable.") from None

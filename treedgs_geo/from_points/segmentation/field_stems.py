@@ -12,7 +12,7 @@ from ...core.errors import InputError
 from .segment import StemMap
 
 #: A field stem and a found one further apart than this are two, metres, however inexact the positions.
-MATCH_M = 1.0
+FIELD_MATCH_M = 1.0
 #: The distance allowed, in medians of the pairs' distances, but not less than this, m; pairs needed to know it.
 GATE_SHARE, LEAST_GATE_M, LEAST_PAIRS = 3.0, 0.3, 3
 #: From this distance on, m, a pair is unsure where another stem is less than this many times as far.
@@ -127,21 +127,21 @@ class Answer:
 def answer_stems(stems: StemMap, field: FieldStems, bh_m: float = 1.3) -> list[Answer]:
     """One answer for each field stem, in their order.
 
-    Field stems and found ones are paired one to one, the distances' sum least, within :data:`MATCH_M`. How far a pair
-    may be apart follows from how exact the positions are: :data:`GATE_SHARE` times the pairs' median. A pair half a
-    metre apart or more is unsure where another stem is hardly farther."""
+    Field stems and found ones are paired one to one, the distances' sum least, within :data:`FIELD_MATCH_M`. How far a
+    pair may be apart follows from how exact the positions are: :data:`GATE_SHARE` times the pairs' median. A pair half
+    a metre apart or more is unsure where another stem is hardly farther."""
     feet = np.array([stem.cone.centre(bh_m) for stem in stems.stems]).reshape(-1, 2) + stems.origin
     unseen = np.array([stem.cone.centre(bh_m) for stem in stems.unseen]).reshape(-1, 2) + stems.origin
     gap = np.linalg.norm(feet[:, None] - field.xy[None], axis=2)
     # A cost above the gate lets a stem stay single instead of pushing its neighbour out of a good pair.
     pairs = [
         (i, j)
-        for i, j in zip(*linear_sum_assignment(np.where(gap <= MATCH_M, gap, 10 * MATCH_M)), strict=True)
-        if gap[i, j] <= MATCH_M
+        for i, j in zip(*linear_sum_assignment(np.where(gap <= FIELD_MATCH_M, gap, 10 * FIELD_MATCH_M)), strict=True)
+        if gap[i, j] <= FIELD_MATCH_M
     ]
-    gate = MATCH_M
+    gate = FIELD_MATCH_M
     if len(pairs) >= LEAST_PAIRS:
-        gate = float(np.clip(GATE_SHARE * np.median([gap[i, j] for i, j in pairs]), LEAST_GATE_M, MATCH_M))
+        gate = float(np.clip(GATE_SHARE * np.median([gap[i, j] for i, j in pairs]), LEAST_GATE_M, FIELD_MATCH_M))
     partner = {j: i for i, j in pairs}
     answers = []
     for j, name in enumerate(field.names):

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from ...shapes.cone import Cone, fit_cone
-from ...shapes.cone_kernels import TAPER_PRIOR, grow
+from ...shapes.cone_kernels import grow
+from ...trees.priors import USUAL_TAPER
 from .nearby import Nearby
 from .options import SegmentOptions
 from .sensors import Sensor, tolerance
@@ -105,7 +106,7 @@ def follow_up(
             current.dx,
             current.dy,
             float(current.radius(h)),
-            TAPER_PRIOR,
+            USUAL_TAPER,
             h,
             current.sigma,
         )

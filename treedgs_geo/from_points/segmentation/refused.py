@@ -28,7 +28,7 @@ SEED_M, SEED_AT_M, SEED_RADII_M = 0.3, 1.5, (0.06, 0.12, 0.2)
 
 
 def axis_row(cone: Cone) -> np.ndarray:
-    """(9,) for :func:`stands_at`."""
+    """(9,) for :func:`.evidence.stands_at`."""
     return np.r_[cone.vector, cone.h_ref]
 
 

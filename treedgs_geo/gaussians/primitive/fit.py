@@ -13,15 +13,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ...trees.limits import Findings, judge
+from ...trees.priors import START_TAPER, TAPER_SD
 from ..crops import Crop, GroundPlane, halved
 from ..loss import robust_weight
 from .model import CELL_M, N_SHAPE, StemView, normal_equations
 from .search import gather_evidence, starts
 from .sights import JointSettings, Layers, Sight, compare, draw, expose, ground_layers, textures
 
-#: Prior means and sds of the shape: place, slope, bend, radius, taper (pines lose half a centimetre of radius a metre).
-PRIOR = np.array([0, 0, 0, 0, 0, 0, 0, -0.0045])
-PRIOR_SD = np.array([0.3, 0.3, 0.05, 0.05, 0.004, 0.004, np.inf, 0.0015])
+#: Prior means and sds of the shape: place, slope, bend, radius, taper.
+PRIOR = np.array([0, 0, 0, 0, 0, 0, 0, START_TAPER])
+PRIOR_SD = np.array([0.3, 0.3, 0.05, 0.05, 0.004, 0.004, np.inf, TAPER_SD])
 
 
 @dataclass
@@ -119,24 +121,12 @@ class PrimitiveFit:
         return 200 * float(self.shape[6])
 
     @property
-    def doubts(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """(refused for, doubted for): keys of ``measure.quality.REASONS``."""
-        refuse, doubt = [], []
-        for reason, refused, doubted in (
-            ("few_views", self.n_views < 2, self.n_views < 4),
-            ("ambiguous", self.gap < LEAST_GAP, self.gap < 3 * LEAST_GAP),
-            ("occluded", self.evidence < LEAST_EVIDENCE, self.evidence < 2 * LEAST_EVIDENCE),
-            ("wide_error", self.se_cm > 0.25 * self.dbh_cm, self.se_cm > 0.1 * self.dbh_cm),
-        ):
-            if refused:
-                refuse.append(reason)
-            elif doubted:
-                doubt.append(reason)
-        return tuple(refuse), tuple(doubt)
+    def findings(self) -> Findings:
+        """Why its diameter is refused or of low confidence (:mod:`treedgs_geo.trees.limits`)."""
+        measured = {"n_views": self.n_views, "gap": self.gap, "evidence": self.evidence, "se_cm": self.se_cm}
+        return judge("gaussians", measured, self.dbh_cm)
 
 
-#: Leads in mean rho below which an explanation is refused (three times it: doubted); over its rivals, over the ground.
-LEAST_GAP, LEAST_EVIDENCE = 0.0004, 0.01
 #: Explanations whose diameters differ less (cm) are one answer.
 _SAME_CM = 2.5
 _COARSE_BLURS, _FINE_BLURS = [1.3, 1.1, 0.9, 0.7, 0.6, 0.6], [1.0, 0.8, 0.7, 0.6, 0.6, 0.6]

@@ -1,8 +1,8 @@
 """A stem as a primitive: a leaning, bending, tapering cone with an analytic, anti-aliased silhouette and a texture.
 
 What is seen at a pixel is, front to back: Gaussians before the stem, the stem (coverage alpha, colour S), Gaussians
-behind it, ground. Coverage is exact up to the photo's blur: a ray touches a cone where its distance |s| from the axis
-equals the radius, so alpha = Phi((r - |s|) / blur). Splats drawn with a blur of their own add it to the stem's width
+behind it, ground. Coverage is exact up to the photo's blur: a ray touches a cone where its distance s from the axis
+equals the radius, so alpha = Phi((r - s) / blur). Splats drawn with a blur of their own add it to the stem's width
 (about a pixel in all); this edge has no such bias. Stem and ground are mixed in linear light, as a lens mixes them, and
 compared in image space.
 

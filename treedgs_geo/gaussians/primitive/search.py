@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 from scipy.ndimage import maximum_filter
 
+from ...trees.priors import START_TAPER
 from ..crops import Crop
 from .model import Lens, axis_passage
 
@@ -21,7 +22,7 @@ _FAST: dict[str, Any] = {"nogil": True, "cache": True, "fastmath": True, "error_
 #: Sideways bins (metres) and heights above ground (metres) that evidence is gathered in.
 _BIN_M, _REACH_M = 0.02, 0.78
 _LOW_M, _BLOCK_M, _BLOCKS = 0.4, 0.3, 8
-_BESIDE_M, _TAPER = 0.2, -0.0045
+_BESIDE_M = 0.2
 
 
 @dataclass(frozen=True)
@@ -91,7 +92,7 @@ def _contrast(total, mass, normal, q, x, y, lx, ly, r):
     for v in range(total.shape[0]):
         for b in range(total.shape[1]):
             c = (x + lx * q[b]) * normal[v, 0] + (y + ly * q[b]) * normal[v, 1]
-            half = r + _TAPER * q[b]
+            half = r + START_TAPER * q[b]
             left, right = max(c - half - _BESIDE_M, -edge), min(c + half + _BESIDE_M, edge)
             if c - half < left + 0.02 or c + half > right - 0.02:
                 continue
@@ -141,4 +142,4 @@ def starts(
         own = (radii >= low) & (radii < high)
         if own.any():
             add(np.where(own, score, -np.inf), each, 0.0)
-    return [np.array([offsets[b], offsets[a], 0, 0, 0, 0, radii[k], _TAPER]) for a, b, k in chosen]
+    return [np.array([offsets[b], offsets[a], 0, 0, 0, 0, radii[k], START_TAPER]) for a, b, k in chosen]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from ...trees.priors import BREAST_HEIGHT_M
 from ..crops import Crop, sample_texture
 from .model import (
     CELL_M,
@@ -32,7 +33,7 @@ class JointSettings:
     low_m, high_m: the compared region about the seed. sharpness: exponent on how well an edge's surroundings are
     explained; higher trusts fewer, clearer edges."""
 
-    bh_m: float = 1.37
+    bh_m: float = BREAST_HEIGHT_M
     blur_px: float = 0.6
     scale: float = 0.2
     noise: float = 0.15

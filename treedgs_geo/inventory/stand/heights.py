@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
+from ...trees.priors import BREAST_HEIGHT_M
+
 #: A curve from fewer heights, or over a narrower range of DBH (largest / smallest), says more about chance than trees.
 MIN_HEIGHTS, MIN_SPREAD = 10, 1.5
 
@@ -43,7 +45,7 @@ class HeightCurve:
 
 
 def fit_curve(
-    dbh_cm: np.ndarray, height_m: np.ndarray, breast_height_m: float = 1.37, min_heights: int = MIN_HEIGHTS
+    dbh_cm: np.ndarray, height_m: np.ndarray, breast_height_m: float = BREAST_HEIGHT_M, min_heights: int = MIN_HEIGHTS
 ) -> tuple[HeightCurve | None, str]:
     """Fit by least squares on the heights themselves, so that their mean is met; outliers count less (soft L1 at 2 m).
 

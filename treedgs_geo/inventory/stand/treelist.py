@@ -19,6 +19,7 @@ from .values import count_of
 _HEIGHTS = ("height_m", "height_ft", "ht_m", "ht_ft", "height", "ht")
 _LIVE = {"", "live", "l", "alive", "living", "a", "1", "ok", "healthy", "nan", "none"}
 _DEAD = {"dead", "d", "snag", "2", "standing dead", "mort", "ds"}
+#: Columns of a tree list.
 COLUMNS = (
     "tree_id",
     "plot_id",

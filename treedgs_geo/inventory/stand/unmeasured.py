@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from ...trees.reasons import split_reasons
 from .values import count_of
 
 #: With fewer measured trees than this a plot borrows from all plots, and evidence is not judged.
@@ -94,7 +95,7 @@ def judge(
 
 def is_thin(reasons: object) -> int:
     """0: not refused as too thin to measure; 1: for that among other reasons; 2: for that alone."""
-    found = [text for text in str(reasons or "").split(",") if text]
+    found = split_reasons(reasons)
     return 0 if "too_small" not in found else 2 if len(found) == 1 else 1
 
 

@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
+from ...trees.priors import BREAST_HEIGHT_M
 from .equations import Equation, choose
 from .heights import HeightCurve, fit_curve
 from .species import species_of
@@ -17,6 +18,7 @@ from .species import species_of
 BA = np.pi / 4e4
 #: Half the distance of the outer nodes of the three-point Gauss-Hermite rule, in standard errors.
 _NODE = np.sqrt(3.0)
+#: What is summed up, beside the number of trees.
 QUANTITIES = ("ba", "volume", "biomass")
 HEIGHT_MODES = ("measured", "fitted", "published")
 
@@ -32,7 +34,7 @@ class ValueOptions:
     outside: str = "flag"
     dbh_se_cm: float | None = None
     common_se_cm: float = 0.2
-    breast_height_m: float = 1.37
+    breast_height_m: float = BREAST_HEIGHT_M
     volume_equation: str | None = None
     biomass_equation: str | None = None
 

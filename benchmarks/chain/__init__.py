@@ -1,0 +1,1 @@
+"""Whole runs: the same again, and cancelled."""

@@ -1,0 +1,1 @@
+"""Gaussians: stem primitives, free Gaussians, whole scenes."""

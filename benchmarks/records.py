@@ -1,0 +1,58 @@
+"""What every result file says of itself: command, date, version, machine, Python, seeds."""
+
+from __future__ import annotations
+
+import datetime
+import shlex
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+from treedgs_geo.benchmarking.chart import machine
+from treedgs_geo.core.files import write_json
+
+ROOT = Path(__file__).resolve().parents[1]
+RESULTS = ROOT / "docs" / "results"
+
+
+def portable(word: str) -> str:
+    """A word of a command without this machine's folders: relative to the repository, or the last name of a path."""
+    path = Path(word)
+    if not path.is_absolute():
+        return word
+    return str(path.relative_to(ROOT)) if path.is_relative_to(ROOT) else path.name
+
+
+def command() -> str:
+    """The command that runs now, as one would type it in the repository's root."""
+    spec = getattr(sys.modules["__main__"], "__spec__", None)
+    program = f"python -m {spec.name}" if spec else f"python {Path(sys.argv[0]).name}"
+    return f"{program} {shlex.join(map(portable, sys.argv[1:]))}".strip()
+
+
+def made_by(seeds: Iterable[int] = ()) -> dict[str, Any]:
+    """Where figures come from. seeds: all that the figures depend on, none for what draws nothing.
+
+    Returns:
+        ``command, date`` (ISO), ``version`` of TreeDGS, ``python``, ``machine`` (processor, cores, memory_gb, load:
+        processes that wanted a core, mean of the last minute), ``seeds``.
+    """
+    here = machine()
+    return {
+        "command": command(),
+        "date": datetime.date.today().isoformat(),
+        "version": here.pop("version"),
+        "python": here.pop("python"),
+        "machine": {**here, "load": round(psutil.getloadavg()[0], 1)},
+        "seeds": list(seeds),
+    }
+
+
+def write_record(target: Path | None, figures: dict[str, Any], seeds: Iterable[int] = ()) -> None:
+    """Write figures as JSON with :func:`made_by` before them; nothing where ``target`` is None."""
+    if target is not None:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        write_json(target, {"made_by": made_by(seeds), **figures})

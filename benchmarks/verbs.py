@@ -1,0 +1,30 @@
+"""TreeDGS's verbs as processes of their own, on plots as ``simulate-plot`` writes them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+#: Of all rendered and simulated plots: NAD83(2011) / UTM 15N.
+CRS = "EPSG:6344"
+
+
+def words(verb: str, *options: Any) -> list[str]:
+    """The command of a verb; options as one types them, paths and numbers too."""
+    return [sys.executable, "-m", "treedgs_geo", verb, *map(str, options)]
+
+
+def photo_inputs(plot: Path) -> list[Any]:
+    """``--photos`` … of a plot's folder, all that may be known of it: never ``truth/``."""
+    return ["--photos", plot / "images", "--geotags", plot, "--crs", CRS, "--plots", plot / "plots.csv"]
+
+
+def run_verb(verb: str, *options: Any, **how: Any) -> None:
+    """Run a verb to its end; ``how`` goes to :func:`subprocess.run`.
+
+    Raises:
+        subprocess.CalledProcessError: it failed.
+    """
+    subprocess.run(words(verb, *options), check=True, **how)

@@ -1,0 +1,364 @@
+"""Every limit that flags or refuses a tree, in one table: what is measured, from where on, and what set the limit.
+
+A route measures some quantities of a stem and hands them to :func:`judge`; the reasons come back in the table's order.
+``docs/analyst/quality-limits.md`` is written from this table (``tools/write_limits.py``). A new reason: add it to
+:data:`.reasons.REASONS`, add its row here, hand the quantity to :func:`judge` where it is known, write the page again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from ..pointcloud.sanity import TALL_M, TALL_SHARE
+from .reasons import REASONS
+
+Level = Literal["check", "reject"]
+Flag = Literal["ok", "check", "reject"]
+Route = Literal["photos", "points", "gaussians", "second measurement", "survey"]
+Settings = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Bound:
+    """Where a limit lies: a number, a share of the diameter, the larger of the two where both are given, or the value
+    of a setting."""
+
+    value: float | None = None
+    share: float | None = None
+    setting: str = ""
+
+    def at(self, dbh_cm: float = float("nan"), settings: Settings | None = None) -> float:
+        """The limit of one stem. dbh_cm: the diameter of which ``share`` is taken.
+
+        Raises:
+            KeyError: the limit is a setting that ``settings`` lacks.
+        """
+        if self.setting:
+            return (settings or {})[self.setting]
+        if self.share is None:
+            assert self.value is not None
+            return self.value
+        shared = self.share * dbh_cm
+        return shared if self.value is None else max(self.value, shared)
+
+    def text(self, unit: str) -> str:
+        """For the page: ``2 cm or 10 % of the DBH``."""
+        if self.setting:
+            return f"`{self.setting}`"
+        parts = [] if self.value is None else [f"{self.value:g}{' ' * (unit != '°')}{unit}".strip()]
+        if self.share is not None:
+            parts.append(f"{100 * self.share:g} % of the DBH")
+        return " or ".join(parts) + (", whichever is more" if len(parts) == 2 else "")
+
+
+@dataclass(frozen=True)
+class Limit:
+    """One row. quantity: key under which the value is handed over. measured: the same in words. side: on which side of
+    its bounds (not on them) a value is flagged. check, reject: from where on the tree is flagged or refused, ``None`` =
+    never. source: the data or the reasoning that set the limit.
+
+    Raises:
+        ValueError: the reason is not in :data:`.reasons.REASONS`, or both bounds are missing.
+    """
+
+    reason: str
+    quantity: str
+    measured: str
+    unit: str
+    side: Literal["above", "below"]
+    check: Bound | None
+    reject: Bound | None
+    source: str
+
+    def __post_init__(self) -> None:
+        if self.reason not in REASONS:
+            raise ValueError(f"undocumented qc_reason {self.reason!r}")
+        if self.check is None and self.reject is None:
+            raise ValueError(f"{self.quantity}: a limit that neither flags nor refuses")
+
+    def level(self, value: float, dbh_cm: float = float("nan"), settings: Settings | None = None) -> Level | None:
+        """``"reject"``, ``"check"`` or ``None``; a value that is NaN says nothing."""
+        levels: tuple[tuple[Level, Bound | None], ...] = (("reject", self.reject), ("check", self.check))
+        for level, bound in levels:
+            if bound is not None:
+                limit = bound.at(dbh_cm, settings)
+                if value > limit if self.side == "above" else value < limit:
+                    return level
+        return None
+
+
+@dataclass(frozen=True)
+class Findings:
+    """The limits that a stem lies beyond, in the order of judging."""
+
+    found: tuple[tuple[Limit, Level], ...] = ()
+
+    def __add__(self, other: Findings) -> Findings:
+        return Findings(self.found + other.found)
+
+    def _reasons(self, wanted: Level) -> tuple[str, ...]:
+        return tuple(dict.fromkeys(limit.reason for limit, level in self.found if level == wanted))
+
+    @property
+    def refused(self) -> tuple[str, ...]:
+        """Reasons that refuse the tree by themselves."""
+        return self._reasons("reject")
+
+    @property
+    def flagged(self) -> tuple[str, ...]:
+        """Reasons that flag it."""
+        return self._reasons("check")
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """All of them once, those that refuse first."""
+        return tuple(dict.fromkeys(self.refused + self.flagged))
+
+    @property
+    def quantities(self) -> frozenset[str]:
+        """Quantities beyond a limit of theirs."""
+        return frozenset(limit.quantity for limit, _ in self.found)
+
+    def flag(self, route: Route, count: int | None = None) -> Flag:
+        """``reject`` where one reason refuses or :data:`TOGETHER` flag. count: how many independent reasons flag, where
+        a route knows that some say the same thing."""
+        count = len(self.flagged) if count is None else count
+        if self.refused or count >= TOGETHER[route]:
+            return "reject"
+        return "check" if self.flagged else "ok"
+
+
+def judge(
+    route: Route, measured: Mapping[str, float], dbh_cm: float = float("nan"), settings: Settings | None = None
+) -> Findings:
+    """What the measured quantities of a stem say about it.
+
+    measured: quantity -> value; quantities that are not there are not judged. dbh_cm: for limits that are shares of
+    the diameter. settings: for limits that are settings.
+
+    Raises:
+        KeyError: a quantity without a row, or a limit's setting is missing.
+    """
+    rows = LIMITS[route]
+    if unknown := measured.keys() - {limit.quantity for limit in rows}:
+        raise KeyError(f"no limit of the route {route!r}: {', '.join(sorted(unknown))}")
+    found = []
+    for limit in rows:
+        if limit.quantity in measured:
+            level = limit.level(measured[limit.quantity], dbh_cm, settings)
+            if level is not None:
+                found.append((limit, level))
+    return Findings(tuple(found))
+
+
+def bound_of(route: Route, quantity: str, level: Level) -> float:
+    """A limit that is a plain number, for code that needs the number itself.
+
+    Raises:
+        KeyError: there is no such limit. ValueError: it is a share of the diameter or a setting.
+    """
+    for limit in LIMITS[route]:
+        bound = limit.check if level == "check" else limit.reject
+        if limit.quantity == quantity and bound is not None:
+            if bound.value is None or bound.share is not None:
+                raise ValueError(f"{route}, {quantity}: the limit is no plain number")
+            return bound.value
+    raise KeyError(f"{route}, {quantity}: no limit for {level}")
+
+
+#: So many reasons that flag refuse a tree together: one is for the forester to look at, several at once are how wrong
+#: explanations of photos look, and were gross errors in sparse clouds more often than not.
+TOGETHER: dict[Route, int] = {"photos": 2, "points": 3, "gaussians": 2, "survey": 3}
+
+_CHOSEN = "setting"
+_RENDERED = "rendered plots a and e, 24 to 48 oblique photos (docs/evidence/photos.md)"
+_STABILITY = "stability suite, seeds 1 to 3 (docs/evidence/stability.md)"
+_TOUCHED = "six touched and 89 other stems of rendered and simulated plots (docs/evidence/photos.md)"
+_LEANING = "simulated leaning stems (docs/results/photos_leans.json)"
+_CLOUDS = "rendered and simulated drone LiDAR, terrestrial clouds (docs/evidence/point-clouds.md)"
+_SPARSE = "simulated drone LiDAR of 250 to 1,400 points/m² (docs/evidence/point-clouds.md)"
+_BOWED = "bowed stems of the stability suite (docs/results/bowed_stems.json)"
+_GROUND = "clouds cut above their ground (docs/results/ground_cut.json)"
+_BLOCK = "litter, grass and shrubs look like ground in photos, and a block stands some decimetres off its DTM"
+_SPLATS = "development runs on rendered stems (docs/evidence/gaussians.md)"
+_SHORT = "rendered plots a, e and h, drone LiDAR, 127 trees (docs/evidence/point-clouds.md)"
+_STANDS = "stands have medians of 40 to 110, dense ones 150; no stand is that tall (docs/evidence/point-clouds.md)"
+_SECOND = "stems of the stability suite and rendered plots (benchmarks/photos/second_measurement.py)"
+
+
+#: As rows give their bounds: a number, the name of a setting, a :class:`Bound`, or none.
+_Given = Bound | float | str | None
+
+
+def _above(check: _Given, reject: _Given) -> tuple[Literal["above"], Bound | None, Bound | None]:
+    return "above", _bound(check), _bound(reject)
+
+
+def _below(check: _Given, reject: _Given) -> tuple[Literal["below"], Bound | None, Bound | None]:
+    return "below", _bound(check), _bound(reject)
+
+
+def _bound(value: _Given) -> Bound | None:
+    if value is None or isinstance(value, Bound):
+        return value
+    return Bound(setting=value) if isinstance(value, str) else Bound(float(value))
+
+
+#: The share at which :mod:`..pointcloud.sanity` warns is flagged too.
+_JUST_BELOW_TALL = math.nextafter(TALL_SHARE, 0.0)
+_TOO_LARGE = Limit("too_large", "dbh_cm", "diameter", "cm", *_above(None, "max_dbh_cm"), _CHOSEN)
+
+#: route -> its limits, in the order in which their reasons are listed in ``qc_reason``.
+LIMITS: dict[Route, tuple[Limit, ...]] = {
+    "photos": (
+        Limit("too_small", "dbh_cm", "diameter", "cm", *_below(10, "min_dbh_cm"), _RENDERED),
+        _TOO_LARGE,
+        Limit("few_views", "n_views", "photos that see the stem clearly", "", *_below(5, 3), _RENDERED),
+        Limit("few_views", "kish", "effective photos (Kish)", "", *_below(4, 2.5), _RENDERED),
+        Limit("few_views", "llr", "edge score, clear silhouette", "", *_below(35, 18), _RENDERED),
+        Limit(
+            "few_views",
+            "llr_alone",
+            "edge score, no clear silhouette (chance: 45 to 50)",
+            "",
+            *_below(60, 52),
+            _RENDERED,
+        ),
+        Limit("occluded", "rms_px", "edge residual, edge score below 100", "px", *_above(0.535, 0.555), _RENDERED),
+        Limit("occluded", "rms_weak_px", "edge residual, edge score below 50", "px", *_above(None, 0.535), _RENDERED),
+        Limit("occluded", "contrast", "silhouette over what chance reaches", "", *_below(0.7, None), _RENDERED),
+        Limit("ambiguous", "sure", "probability of the diameter (choice.py)", "", *_below(0.9, 0.5), _RENDERED),
+        Limit("ambiguous", "gap", "lead in edge score, no clear silhouette", "", *_below(10, 4), _RENDERED),
+        Limit(
+            "disagree",
+            "outline_off_cm",
+            "edges against silhouette",
+            "cm",
+            *_above(Bound(2.5, 0.10), Bound(4.0, 0.18)),
+            _RENDERED,
+        ),
+        Limit(
+            "disagree",
+            "coarse_off_cm",
+            "fine against coarse fit, no clear silhouette",
+            "cm",
+            *_above(2.8, 4),
+            _RENDERED,
+        ),
+        Limit("no_taper", "taper_off", "slope of the radius, off the usual", "m/m", *_above(0.006, 0.008), _RENDERED),
+        Limit("merged", "gain", "gain of a pair over one stem (log likelihood)", "", *_above(38, None), _TOUCHED),
+        Limit("lean", "lean_deg", "lean", "°", *_above(None, 27), _LEANING),
+        Limit("wide_error", "se_cm", "standard error", "cm", *_above(Bound(share=0.06), Bound(share=0.25)), _RENDERED),
+        Limit(
+            "wide_error",
+            "pair_se_cm",
+            "standard error, measured as a pair",
+            "cm",
+            *_above(None, Bound(share=0.25)),
+            _TOUCHED,
+        ),
+        Limit(
+            "wide_error",
+            "open_se_cm",
+            "standard error over all explanations",
+            "cm",
+            *_above(None, Bound(share=0.15)),
+            _STABILITY,
+        ),
+        Limit("no_ground", "ground_se_m", "standard error of the ground's height", "m", *_above(0.5, 5), _BLOCK),
+    ),
+    "points": (
+        Limit("too_small", "dbh_cm", "diameter", "cm", *_below(None, "min_dbh_cm"), _CHOSEN),
+        Limit("not_round", "stray", "share of the points outside the bark", "", *_above(0.25, 0.5), _CLOUDS),
+        Limit("short_arc", "clear_arc_deg", "well covered arc, with stray points", "°", *_below(None, 240), _SPARSE),
+        Limit("short_arc", "arc_deg", "arc covered by bark", "°", *_below(180, 90), _CLOUDS),
+        Limit("not_round", "deep", "share of the points inside the bark", "", *_above(0.12, 0.25), _CLOUDS),
+        Limit("not_round", "lobes", "waves of the section over its radius", "", *_above(0.1, 0.15), _CLOUDS),
+        Limit("lean", "lean_deg", "lean", "°", *_above(15, "max_lean_deg"), _CLOUDS),
+        Limit("lean", "bowed_lean_deg", "lean of a bowed stem at breast height", "°", *_above(15, None), _BOWED),
+        Limit("few_slices", "n_slices", "slices with a circle", "", *_below(5, None), _CLOUDS),
+        Limit("no_taper", "taper_cm_m", "change of the diameter with height", "cm/m", *_above(2, None), _CLOUDS),
+        Limit("no_taper", "taper_cm_m", "change of the diameter with height", "cm/m", *_below(-6, None), _CLOUDS),
+        Limit("disagree", "slices_off_se", "slices against cone, in standard errors", "", *_above(4, None), _CLOUDS),
+        Limit(
+            "disagree",
+            "bowed_share",
+            "straightened against short cone, share of the DBH",
+            "",
+            *_above(None, 0.2),
+            _BOWED,
+        ),
+        Limit("occluded", "purity", "bark among the points on the stem, share", "", *_below(0.6, 0.35), _CLOUDS),
+        Limit("occluded", "solid_purity", "the same, stem filled with points", "", *_below(0.6, None), _CLOUDS),
+        Limit("few_points", "n_points", "points on the bark", "", *_below(None, "least_points"), _SPARSE),
+        Limit(
+            "few_points",
+            "n_at_bh",
+            "points within 0.5 m of breast height",
+            "",
+            *_below("least_at_bh", None),
+            _SPARSE,
+        ),
+        _TOO_LARGE,
+        Limit("wide_error", "se_cm", "standard error", "cm", *_above(Bound(1, 0.06), Bound(2, 0.1)), _CLOUDS),
+        Limit("not_round", "on_cylinder", "share of the points on the cylinder", "", *_below(0.2, None), _CLOUDS),
+        Limit("occluded", "explained", "opacity that the cone explains, share", "", *_below(None, 0.1), _SPLATS),
+        Limit("occluded", "clutter", "points just outside bark with gaps, share", "", *_above(0.25, None), _CLOUDS),
+        Limit("occluded", "n_above", "parts of a thick stem above the band", "", *_below(2, None), _CLOUDS),
+        Limit("edge", "rim_m", "bark to the edge of the data", "m", *_below(0.02, None), "two centimetres of bark"),
+        Limit("merged", "gap_m", "bark to the next stem's bark", "m", *_below(0.05, None), _CLOUDS),
+        Limit("no_ground", "ground_se_m", "standard error of the ground's height", "m", *_above(0.25, 5), _GROUND),
+    ),
+    "gaussians": (
+        Limit("few_views", "n_views", "photos that show both edges", "", *_below(4, 2), _SPLATS),
+        Limit(
+            "ambiguous", "gap", "lead in mean loss over the next explanation", "", *_below(3 * 0.0004, 0.0004), _SPLATS
+        ),
+        Limit("occluded", "evidence", "lead in mean loss over the bare ground", "", *_below(0.02, 0.01), _SPLATS),
+        Limit("wide_error", "se_cm", "standard error", "cm", *_above(Bound(share=0.1), Bound(share=0.25)), _SPLATS),
+        Limit(
+            "merged",
+            "apart",
+            "distance to a better primitive over the sum of their radii",
+            "",
+            *_below(None, 0.7),
+            _SPLATS,
+        ),
+        Limit(
+            "disagree",
+            "other_off_cm",
+            "against the diameter of the photos",
+            "cm",
+            *_above(Bound(2.5, 0.1), None),
+            _SPLATS,
+        ),
+        Limit("too_small", "dbh_cm", "diameter (thinner ones are mostly twigs)", "cm", *_below(None, 7.5), _SPLATS),
+    ),
+    "second measurement": (
+        Limit("disagree", "other_off_cm", "photos against Gaussians", "cm", *_above(Bound(1.5, 0.06), None), _SECOND),
+    ),
+    "survey": (
+        Limit(
+            "too_short",
+            "height_share",
+            "height over the survey's own at that DBH, 4 spreads below it",
+            "",
+            *_below(0.75, None),
+            _SHORT,
+        ),
+        Limit(
+            "odd_heights", "slenderness", "height over diameter, median of the trees", "", *_above(150, None), _STANDS
+        ),
+        Limit(
+            "odd_heights",
+            "tall_share",
+            f"share of the points more than {TALL_M:g} m above the ground",
+            "",
+            *_above(_JUST_BELOW_TALL, None),
+            _STANDS,
+        ),
+    ),
+}
