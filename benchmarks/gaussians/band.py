@@ -33,7 +33,7 @@ from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.workspace import peak_memory_mb
 from treedgs_geo.evaluation.accuracy import score
 from treedgs_geo.gaussians.bands import Band, cut_bands
-from treedgs_geo.gaussians.free.band_fit import hold_out
+from treedgs_geo.gaussians.free.held_out import hold_out
 from treedgs_geo.gaussians.options import GaussianOptions, SampleOptions
 from treedgs_geo.gaussians.primitive.fit import PrimitiveFit
 from treedgs_geo.gaussians.train import fit_with_report

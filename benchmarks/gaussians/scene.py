@@ -20,8 +20,8 @@ from scipy.spatial import cKDTree
 from treedgs_geo.gaussians.bands import Band, Volume, read_photo
 from treedgs_geo.gaussians.crops import Crop, cut_out
 from treedgs_geo.gaussians.field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION, GaussianField
-from treedgs_geo.gaussians.free.band_fit import hold_out
 from treedgs_geo.gaussians.free.controllers import FixedSchedule
+from treedgs_geo.gaussians.free.held_out import hold_out
 from treedgs_geo.gaussians.free.optimise import Adam, constrain, learning_rates, relocate
 from treedgs_geo.gaussians.loss import d_ssim, l1
 from treedgs_geo.gaussians.options import GaussianOptions

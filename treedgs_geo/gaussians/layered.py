@@ -24,12 +24,10 @@ from .free.band_fit import (
     BandModel,
     FitSettings,
     ground_textures,
-    held_out_error,
-    held_out_quality,
-    hold_out,
     initial_parameters,
 )
 from .free.controllers import FixedSchedule
+from .free.held_out import held_out_error, held_out_quality, hold_out
 from .free.optimise import Adam, constrain, learning_rates, relocate
 from .loss import d_ssim, l1
 from .primitive.fit import PrimitiveExplanation, PrimitiveFit, fit_primitive, fit_shape

@@ -13,7 +13,8 @@ import numpy as np
 from ..core.files import atomic_path
 from .cloud import PointCloud
 from .file_crs import agreed_crs, file_crs
-from .files import check_cloud_output, check_compression, is_text, iter_points, open_reader
+from .files import check_cloud_output, check_compression, is_text
+from .las_reader import iter_points, open_reader
 from .text_files import iter_text
 
 #: xyz (N, 3) and attributes by name -> which points to write (mask or None = all) and the added dimensions' values.
