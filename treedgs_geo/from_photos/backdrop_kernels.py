@@ -24,7 +24,7 @@ RATIO = np.log(_SHARE * _PEAK * np.exp(-0.5 * np.arange(0, 42, 1 / RATIO_STEPS))
 
 class Tones(NamedTuple):
     """What colours are compared by. lut: (256,) of the photos' values. floor, ceiling: (3,) limits of the ground's
-    noise. ratio: :data:`RATIO`."""
+    noise. ratio: ``RATIO``."""
 
     lut: np.ndarray
     floor: np.ndarray
