@@ -207,6 +207,7 @@ def likelihoods(photos, ground, backdrop, tones, axis, heights, us, outline):
 
 @njit(inline="always", **_FAST)
 def sum_at(total, v, b, place):
+    """Running sum of view v, block b at a place between samples."""
     k = int(place)
     share = place - k
     return total[v, b, k] * (1.0 - share) + total[v, b, min(k + 1, total.shape[2] - 1)] * share

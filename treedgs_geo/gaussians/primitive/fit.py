@@ -40,6 +40,7 @@ class PrimitiveExplanation:
 
     @property
     def dbh_cm(self) -> float:
+        """Diameter at breast height, cm."""
         return 200 * float(self.shape[6])
 
 
@@ -49,7 +50,6 @@ def fit_shape(
     settings: JointSettings,
     blurs: list[float],
     first: bool = True,
-    free_taper: bool = True,
 ) -> PrimitiveExplanation:
     """Gauss-Newton from ``start``, one step for each blur; the loss is of the shape before the last step's draw."""
     shape, shifts = start.shape.copy(), start.shifts.copy()
