@@ -122,7 +122,7 @@ def layer(path: Path, *diameters: float) -> Path:
             dbh_cm=dbh,
             dbh_se_cm=0.5,
             bh_m=1.37,
-            method="circle",
+            method="points-default-none",
             qc_flag="ok",
             qc_reason="",
         ).finish()
