@@ -173,7 +173,7 @@ def bound_of(route: Route, quantity: str, level: Level) -> float:
 #: explanations of photos look, and were gross errors in sparse clouds more often than not.
 TOGETHER: dict[Route, int] = {"photos": 2, "points": 3, "gaussians": 2, "survey": 3}
 
-_CHOSEN = "setting"
+_OF_A_SETTING = "setting"
 _RENDERED = "rendered plots a and e, 24 to 48 oblique photos (docs/evidence/photos.md)"
 _STABILITY = "stability suite, seeds 1 to 3 (docs/evidence/stability.md)"
 _TOUCHED = "six touched and 89 other stems of rendered and simulated plots (docs/evidence/photos.md)"
@@ -209,7 +209,7 @@ def _bound(value: _Given) -> Bound | None:
 
 #: The share at which :mod:`..pointcloud.sanity` warns is flagged too.
 _JUST_BELOW_TALL = math.nextafter(TALL_SHARE, 0.0)
-_TOO_LARGE = Limit("too_large", "dbh_cm", "diameter", "cm", *_above(None, "max_dbh_cm"), _CHOSEN)
+_TOO_LARGE = Limit("too_large", "dbh_cm", "diameter", "cm", *_above(None, "max_dbh_cm"), _OF_A_SETTING)
 
 #: route -> its limits, in the order in which their reasons are listed in ``qc_reason``.
 LIMITS: dict[Route, tuple[Limit, ...]] = {
@@ -271,7 +271,7 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
         Limit("no_ground", "ground_se_m", "standard error of the ground's height", "m", *_above(0.5, 5), _BLOCK),
     ),
     "points": (
-        Limit("too_small", "dbh_cm", "diameter", "cm", *_below(None, "min_dbh_cm"), _CHOSEN),
+        Limit("too_small", "dbh_cm", "diameter", "cm", *_below(None, "min_dbh_cm"), _OF_A_SETTING),
         Limit("not_round", "stray", "share of the points outside the bark", "", *_above(0.25, 0.5), _CLOUDS),
         Limit("short_arc", "clear_arc_deg", "well covered arc, with stray points", "°", *_below(None, 240), _SPARSE),
         Limit("short_arc", "arc_deg", "arc covered by bark", "°", *_below(180, 90), _CLOUDS),

@@ -191,7 +191,7 @@ def _measure_one(
     if stem is None:
         return measured
     # A thick stem goes on above the band; a stump, a log or a shrub does not. Twigs hide a sapling's bark.
-    beside = {"clutter": stem.clutter} if stem.rows < VEILED_ROWS else {}
+    beside = {"clutter": stem.clutter} if stem.row_share < VEILED_ROWS else {}
     if around.has_crowns and measured.dbh_cm is not None and measured.dbh_cm > SHOULD_GO_ON_CM:
         beside["n_above"] = len(stem.pieces)
     return measured.with_flagged(judge("points", beside))

@@ -17,15 +17,15 @@ THICK, THICK_AS_ALL, AS_ALL = 0.35, 0.45, 1.25
 
 @dataclass(frozen=True)
 class ConeStem:
-    """A found stem. cone: local frame (see :class:`StemMap`), heights above ground. rows, arc_deg, inside, clutter:
-    the evidence. pieces: cones that follow the axis upwards, by height. refused: why it is seen but
+    """A found stem. cone: local frame (see :class:`StemMap`), heights above ground. row_share (of 25 cm
+    rows with bark), arc_deg, inside, clutter: the evidence. pieces: cones that follow the axis upwards, by height. refused: why it is seen but
     not measurable (a key of the list of reasons), empty for a clean ring. noise_m: spread of the cloud's
     bark, where it could be measured. at_seed: nothing was found
     there, the place was given."""
 
     cone: Cone
     score: float
-    rows: float
+    row_share: float
     arc_deg: float
     inside: float
     clutter: float
@@ -39,10 +39,10 @@ class ConeStem:
 def best_stem(
     cones: list[Cone], near: np.ndarray, sensor: Sensor, options: SegmentOptions, strict: bool = True
 ) -> ConeStem | None:
-    """The cone with the highest score of those that are a stem (:func:`judge`)."""
+    """The cone with the highest score of those that are a stem (:func:`accept`)."""
     best: ConeStem | None = None
     for cone in cones:
-        stem = judge(cone, near, sensor, options, strict)
+        stem = accept(cone, near, sensor, options, strict)
         if stem is not None and (best is None or stem.score > best.score):
             best = stem
     return best
@@ -54,7 +54,7 @@ class ConeEvidence:
     shares of these what lies inside, just outside, within twice the cloud's noise and within two to six times."""
 
     points: int
-    rows: float
+    row_share: float
     arc_deg: float
     cells: int
     inside: float
@@ -93,7 +93,7 @@ def weigh(
     return ConeEvidence(int(on), float(share), float(arc), int(cells), *(float(part) / max(cells, 1) for part in parts))
 
 
-def judge(
+def accept(
     cone: Cone, band: np.ndarray, sensor: Sensor, options: SegmentOptions, strict: bool = True
 ) -> ConeStem | None:
     """The evidence that (N, 3) ``band`` points give for a cone, or ``None`` when it is no stem.
@@ -102,16 +102,16 @@ def judge(
     if not 0.015 < cone.radius(1.3) <= options.max_dbh_cm / 200:
         return None
     seen = weigh(cone, band, sensor, options)
-    if seen.points < sensor.least_points or seen.rows < options.min_rows or seen.arc_deg < options.min_arc_deg:
+    if seen.points < sensor.least_points or seen.row_share < options.min_rows or seen.arc_deg < options.min_arc_deg:
         return None
     if strict and (seen.inside > 0.35 or seen.outside > 1.2):
         return None
     # Sharpness decides between fits: cells with bark within the cloud's noise against cells with points near it.
-    score, full = seen.rows * seen.cells * seen.sharp, seen.rows * seen.cells
+    score, full = seen.row_share * seen.cells * seen.sharp, seen.row_share * seen.cells
     # Few points have to be the cleaner: nothing inside, hardly anything around.
     pure = score >= max(0.5 * full, 18) or score >= max(0.6 * full, 10) and seen.inside + seen.outside < 0.2
     # Rough bark or a noisy scanner: not sharp, but empty inside, clean outside and continuous.
-    clean = seen.inside <= 0.04 and seen.outside <= 0.2 and seen.rows >= 0.85 and seen.arc_deg >= 150
+    clean = seen.inside <= 0.04 and seen.outside <= 0.2 and seen.row_share >= 0.85 and seen.arc_deg >= 150
     thick = THICK_AS_ALL if cone.sigma < AS_ALL * sensor.noise_m else THICK
     thickest = min(thick * float(cone.radius(1.3)), sensor.fuzzy_m)
     if strict and (not (pure or clean or sensor.solid) or cone.sigma > thickest):
@@ -124,8 +124,8 @@ def as_stem(cone: Cone, seen: ConeEvidence, sensor: Sensor, refused: str = "") -
     noise = sensor.noise_m if np.isfinite(sensor.fuzzy_m) else None
     return ConeStem(
         cone,
-        seen.rows * seen.cells * seen.sharp,
-        seen.rows,
+        seen.row_share * seen.cells * seen.sharp,
+        seen.row_share,
         seen.arc_deg,
         seen.inside,
         seen.outside,

@@ -28,7 +28,7 @@ def ring_noise(cones: Iterable[Cone], near: np.ndarray, sensor: Sensor, options:
         if cone.sigma > MOST_OF_RADIUS * cone.radius(1.3) or not 0 < cone.radius(1.3) <= options.max_dbh_cm / 200:
             continue
         seen = weigh(cone, near, sensor, options, cone.sigma, 1)
-        if seen.points < sensor.least_points or seen.rows < LEAST_ROWS or seen.arc_deg < LEAST_ARC_DEG:
+        if seen.points < sensor.least_points or seen.row_share < LEAST_ROWS or seen.arc_deg < LEAST_ARC_DEG:
             continue
         stray = seen.inside + seen.outside
         if seen.inside <= MOST_INSIDE and seen.outside <= MOST_OUTSIDE and (best is None or stray < best[0]):

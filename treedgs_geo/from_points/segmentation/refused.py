@@ -111,7 +111,7 @@ def veiled(cones: list[Cone], near: np.ndarray, sensor: Sensor, options: Segment
         if not 0.015 < cone.radius(1.3) <= options.max_dbh_cm / 200:
             continue
         seen = weigh(cone, near, sensor, options)
-        upright = seen.points >= LISTED_POINTS * sensor.least_points and seen.rows >= LISTED_ROWS
+        upright = seen.points >= LISTED_POINTS * sensor.least_points and seen.row_share >= LISTED_ROWS
         hollow = seen.inside <= LISTED_INSIDE and seen.outside <= LISTED_OUTSIDE and seen.sharp >= LISTED_SHARP
         if not upright or not hollow or seen.arc_deg < LISTED_ARC_DEG:
             continue
@@ -186,7 +186,7 @@ def _reason_at(cones: list[Cone], near: np.ndarray, place: np.ndarray, sensor: S
     seen = [
         weigh(cone, near, sensor, options) for cone in cones if 0.015 < cone.radius(1.3) <= options.max_dbh_cm / 200
     ]
-    best = max(seen, key=lambda one: one.rows * one.cells * one.sharp, default=None)
+    best = max(seen, key=lambda one: one.row_share * one.cells * one.sharp, default=None)
     if best is None or best.rows < options.min_rows:
         return "occluded"
     if best.arc_deg < options.min_arc_deg:

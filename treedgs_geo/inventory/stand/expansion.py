@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 from ...core.errors import InputError
 from .sample import SamplePlot, at_the_edge, weights
 from .treelist import TreeList
-from .unmeasured import Gaps, judge, sentences, stand_ins
+from .unmeasured import Gaps, judge_gaps, sentences, stand_ins
 from .values import count_of
 
 MISSING = ("impute", "exclude")
@@ -69,7 +69,7 @@ def expand(
     tree = rows["tree"].to_numpy(int)
     rows["kind"] = np.select([dead[tree], ~known[tree], small[tree]], ["dead", "missing", "small"], "measured")
     names = [plot.plot_id for plot in found.plots]
-    found.gaps = judge(rows, table, names, trees.tallied, min_dbh_cm)
+    found.gaps = judge_gaps(rows, table, names, trees.tallied, min_dbh_cm)
     found.notes += sentences(found.gaps, table)
     if (found.gaps.stems["chance"] > 0).any() and not rows["kind"].isin(["measured", "small"]).any():
         found.warnings.append("No tree has a DBH: trees without one cannot be imputed.")

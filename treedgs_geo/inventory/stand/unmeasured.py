@@ -60,7 +60,7 @@ class Gaps:
         return float(np.hypot(np.sqrt(single), common))
 
 
-def judge(
+def judge_gaps(
     rows: pd.DataFrame, table: pd.DataFrame, plots: list[str], tallied: dict[str, float], min_dbh_cm: float
 ) -> Gaps:
     """How likely each row of kind ``missing`` is a tree that counts.
