@@ -29,7 +29,7 @@ def fits(tmp_path_factory):
     made = oblique_views(folder, 14)
     render(made, [STEM, SAPLING, ALONE], seed=5)
     flat = lambda x, y: np.zeros_like(np.asarray(x, float))  # noqa: E731
-    return stems_from_photos(made, None, flat, Area.circle(0, 0, 1.0), PhotoStemOptions(margin_m=0.2))
+    return stems_from_photos(made, flat, Area.circle(0, 0, 1.0), PhotoStemOptions(margin_m=0.2))
 
 
 def nearest(fits, stem):

@@ -24,7 +24,7 @@ RATIO = np.log(_SHARE * _PEAK * np.exp(-0.5 * np.arange(0, 42, 1 / RATIO_STEPS))
 
 class Tones(NamedTuple):
     """What colours are compared by. lut: (256,) of the photos' values. floor, ceiling: (3,) limits of the ground's
-    noise. ratio: :data:`RATIO`."""
+    noise. ratio: ``RATIO``."""
 
     lut: np.ndarray
     floor: np.ndarray
@@ -66,7 +66,7 @@ def sort_rows(values):
 @njit(parallel=True, **_FAST)
 def ground_medians(photos, x, y, z, lut, least, mean, spread):
     """Median colour of (N,) ground points over the photos that show them, and 1.4826 times its median deviation."""
-    shape, corner, camera = photos.shape, photos.corner, photos.camera
+    pixels, start, shape, corner, camera, _ = photos
     n_views = camera.shape[0]
     size = 1
     while size < n_views:
@@ -86,7 +86,7 @@ def ground_medians(photos, x, y, z, lut, least, mean, spread):
                 w -= 0.5 + corner[v, 0]
                 if depth < 1.0 or u < 1.0 or w < 1.0 or u > shape[v, 1] - 2 or w > shape[v, 0] - 2:
                     continue
-                fetch(photos, v, u, w, lut, out)
+                fetch(pixels, start[v], shape[v, 0], shape[v, 1], u, w, lut, out)
                 count[c] += 1
                 for channel in range(3):
                     colours[channel, v, c] = out[channel]
@@ -113,16 +113,15 @@ def ground_medians(photos, x, y, z, lut, least, mean, spread):
 
 
 @njit(inline="always", **_FAST)
-def ground_ratio(colour, mean, spread, f, a, b, tones):
+def ground_ratio(colour, mean, spread, f, a, b, floor, ceiling, ratio):
     """Log likelihood ratio of "this is the ground ``f`` at cell (a, b)"; :data:`UNKNOWN` where none is known."""
-    ratio = tones.ratio
     error = np.float32(0.0)
     for k in range(3):
         s = spread[f, a, b, k]
         if not (s >= np.float32(0.0) and s < np.float32(9.0)):
             return UNKNOWN
-        s = min(s, tones.ceiling[k])
-        error += (colour[k] - mean[f, a, b, k]) ** 2 / (s * s + tones.floor[k] * tones.floor[k])
+        s = min(s, ceiling[k])
+        error += (colour[k] - mean[f, a, b, k]) ** 2 / (s * s + floor[k] * floor[k])
     place = min(error, np.float32((ratio.size - 1.001) / RATIO_STEPS)) * np.float32(RATIO_STEPS)
     cell = int(place)
     part = place - np.float32(cell)
@@ -132,7 +131,8 @@ def ground_ratio(colour, mean, spread, f, a, b, tones):
 @njit(parallel=True, **_FAST)
 def likelihoods(photos, ground, backdrop, tones, axis, heights, us, outline):
     """Fill ``outline`` (a :class:`.backdrop.Silhouette`) along an axis row, at (rows,) heights and (U,) places."""
-    shape, corner, camera, centre = photos.shape, photos.corner, photos.camera, photos.centre
+    pixels, start, shape, corner, camera, centre = photos
+    lut, floor, ceiling, ratio = tones
     gx0, gy0, gcell, gz = ground
     bx0, by0, bcell, mean, spread, layer = backdrop
     total, normal, widen, blind = outline.total, outline.normal, outline.widen, outline.blind
@@ -188,8 +188,8 @@ def likelihoods(photos, ground, backdrop, tones, axis, heights, us, outline):
                 if a < 0 or b < 0 or a >= rows or b >= columns:
                     blind[v] = True
                     break
-                fetch(photos, v, u, w, tones.lut, colour)
-                value = ground_ratio(colour, mean, spread, layer[v], a, b, tones)
+                fetch(pixels, start[v], shape[v, 0], shape[v, 1], u, w, lut, colour)
+                value = ground_ratio(colour, mean, spread, layer[v], a, b, floor, ceiling, ratio)
                 if value == UNKNOWN:
                     blind[v] = True
                     break
@@ -207,6 +207,7 @@ def likelihoods(photos, ground, backdrop, tones, axis, heights, us, outline):
 
 @njit(inline="always", **_FAST)
 def sum_at(total, v, b, place):
+    """Running sum of view v, block b at a place between samples."""
     k = int(place)
     share = place - k
     return total[v, b, k] * (1.0 - share) + total[v, b, min(k + 1, total.shape[2] - 1)] * share

@@ -44,6 +44,8 @@ FIRST_RADIUS_M, RADIUS_M = 0.12, (0.03, 0.45)
 def _ground_shown(photos, v, ground, backdrop, tones, shown):
     """Log likelihood ratio of "photo ``v`` shows the ground" at every cell of ``ground``; 0 where nothing is known."""
     camera, corner, shape = photos.camera[v], photos.corner[v], photos.shape[v]
+    pixels, start = photos.pixels, photos.start[v]
+    lut, floor, ceiling, ratio = tones
     x0, y0, cell, z = ground
     mean, spread, layer = backdrop.mean, backdrop.spread, backdrop.layer[v]
     for i in prange(z.shape[0]):
@@ -55,8 +57,8 @@ def _ground_shown(photos, v, ground, backdrop, tones, shown):
             w -= 0.5 + corner[0]
             if depth < 1.0 or u < 1.0 or w < 1.0 or u > shape[1] - 2 or w > shape[0] - 2:
                 continue
-            fetch(photos, v, u, w, tones.lut, colour)
-            value = ground_ratio(colour, mean, spread, layer, i, j, tones)
+            fetch(pixels, start, shape[0], shape[1], u, w, lut, colour)
+            value = ground_ratio(colour, mean, spread, layer, i, j, floor, ceiling, ratio)
             if value != UNKNOWN:
                 shown[i, j] = value
 

@@ -88,7 +88,7 @@ def _read_row(photos, view, centre, angle, azimuth0, step_a, half, lut, line, go
         if u < 0 or v < 0 or u > columns - 1 or v > rows - 1:
             continue
         good[j] = True
-        fetch(photos, view, u, v, lut, colour)
+        fetch(photos.pixels, photos.start[view], rows, columns, u, v, lut, colour)
         line[0, j] = colour[0]
         line[1, j] = colour[1]
         line[2, j] = colour[2]
@@ -138,7 +138,8 @@ def _draw_ridges(e, mean, width, drawn, unit):
 @njit(parallel=True, **_FAST)
 def _map_kernel(photos, view, plumb, filters):
     """Fill the ridge and the colour directions of ``plumb`` (a :class:`PlumbMap`) from one photo."""
-    azimuth0, step_a, nadir0, step_n, ridge, unit, centre, _ = plumb
+    azimuth0, step_a, nadir0, step_n = plumb.azimuth0, plumb.step_a, plumb.nadir0, plumb.step_n
+    ridge, unit, centre = plumb.ridge, plumb.unit, plumb.centre
     sigma, tau, window_m, below, width, lut = filters
     n_rows, n_cols = ridge.shape
     half = int(np.ceil(3 * sigma))

@@ -37,10 +37,8 @@ def project(cam, x, y, z):
 
 
 @njit(inline="always", **_FAST)
-def fetch(photos, view, u, v, lut, out):
-    """Bilinear colour at crop coordinates (pixel centres at integers) of one photo -> three channels; edges are
-    clamped."""
-    pixels, start, rows, columns = photos.pixels, photos.start[view], photos.shape[view, 0], photos.shape[view, 1]
+def fetch(pixels, start, rows, columns, u, v, lut, out):
+    """Bilinear colour at crop coordinates (pixel centres at integers) -> three channels; edges are clamped."""
     u = min(max(u, 0.0), columns - 1.001)
     v = min(max(v, 0.0), rows - 1.001)
     i = int(v)
@@ -145,14 +143,14 @@ class _Sampling(NamedTuple):
 
 @njit(inline="always", **_FAST)
 def _across(axis, camera, centre):
-    """How a photo sees an axis: direction across the view, silhouette half width over radius, metres per pixel; a
-    negative last value where the photo stands above the stem."""
+    """How a photo sees an axis: direction across the view, silhouette half width over radius, metres per pixel; no
+    direction where the photo stands above the stem."""
     dx = axis[P_X] - centre[0]
     dy = axis[P_Y] - centre[1]
     dz = axis[GROUND_Z] + axis[BH_M] - centre[2]
     flat = np.sqrt(dx * dx + dy * dy)
     if flat < 1.0:
-        return 0.0, 0.0, 1.0, -1.0
+        return 0.0, 0.0, 1.0, 0.0
     nx = -dy / flat
     ny = dx / flat
     # Silhouette of a leaning cylinder: the axis seen along the view ray.
@@ -187,7 +185,8 @@ def _read_row(photos, v, axis, h, across, lut, colour, line):
     """One row of a strip, (3, wide), at height ``h``; False where the crop ends earlier. across: direction across the
     view, first place and length, metres."""
     nx, ny, first, reach = across
-    cam, corner, shape = photos.camera[v], photos.corner[v], photos.shape[v]
+    cam, corner = photos.camera[v], photos.corner[v]
+    rows, columns = photos.shape[v, 0], photos.shape[v, 1]
     wide = line.shape[1]
     q = h - axis[BH_M]
     x = axis[P_X] + axis[S_X] * q + axis[C_X] * q * q
@@ -202,11 +201,11 @@ def _read_row(photos, v, axis, h, across, lut, colour, line):
     # Half of the strip may fall outside the crop; the stem itself may not.
     um = 0.5 * (ua + ub)
     vm = 0.5 * (va + vb)
-    if um < 2 or vm < 2 or um > shape[1] - 3 or vm > shape[0] - 3:
+    if um < 2 or vm < 2 or um > columns - 3 or vm > rows - 3:
         return False
     for i in range(wide):
         t = i / (wide - 1)
-        fetch(photos, v, ua + t * (ub - ua), va + t * (vb - va), lut, colour)
+        fetch(photos.pixels, photos.start[v], rows, columns, ua + t * (ub - ua), va + t * (vb - va), lut, colour)
         line[0, i] = colour[0]
         line[1, i] = colour[1]
         line[2, i] = colour[2]
@@ -234,11 +233,13 @@ def _strips_kernel(photos, wanted, axis, sampling, strips):
     """Fill ``strips`` (a :class:`Strips`) along an axis row in the ``wanted`` photos."""
     heights, per_block, u0, du, sigma_px, tau, lut = sampling
     camera, centre = photos.camera, photos.centre
-    _, _, coherence, gradient, normal, px_m, widen = strips
+    # By name, not unpacked: Numba drops what a parallel loop writes to arrays that it does not know for arguments.
+    coherence, gradient, normal = strips.coherence, strips.gradient, strips.normal
+    px_m, widen = strips.px_m, strips.widen
     n_views, n_blocks, n_u = coherence.shape
     for v in prange(n_views):
         nx, ny, wider, px = _across(axis, camera[v], centre[v])
-        if px < 0:
+        if nx == 0.0 and ny == 0.0:
             continue
         normal[v, 0] = nx
         normal[v, 1] = ny

@@ -77,7 +77,7 @@ def measure_points(
         if axis is not None and is_bowed(axis, cone, window):
             strength = None if weights is None else np.r_[weights, np.full(len(others), np.median(weights))]
             return _measure_bowed(pool, strength, len(points), axis, sensor, bh_m, options)
-    slices = _slices(points, weights, cone, sensor, bh_m)
+    slices = _slices(points, weights, cone, sensor)
     taper = taper_line(slices[:, 0], slices[:, 1], slices[:, 2], bh_m, slices_per_independent=3.0)
     if taper is not None and taper.model == "butt" and window[0] < ABOVE_BUTT_M:
         # The cone knows no swell: it is fitted again above it.
@@ -164,7 +164,7 @@ def _window_fit(
     return last
 
 
-def _slices(points: np.ndarray, weights: np.ndarray | None, cone: Cone, sensor: Sensor, bh_m: float) -> np.ndarray:
+def _slices(points: np.ndarray, weights: np.ndarray | None, cone: Cone, sensor: Sensor) -> np.ndarray:
     """(S, 5): height, diameter cm, its standard error cm, arc deg, 1 if the centre was free."""
     on = np.abs(cone.residuals(points)) < max(4 * cone.sigma, 0.03)
     band = on & (points[:, 2] > 0.3) & (points[:, 2] < 4.5)

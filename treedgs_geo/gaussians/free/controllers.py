@@ -67,11 +67,13 @@ class FixedSchedule:
     reason: str = "schedule"
 
     def factors(self, done: float) -> np.ndarray:
+        """See :class:`Controller`."""
         factor = np.full(N_PARAMETERS, 0.25**done)
         factor[MEAN] = self.last**done
         return factor
 
     def phase(self, phase: Phase) -> bool:
+        """Run it as scheduled."""
         phase.run(np.ones(N_PARAMETERS))
         return False
 
@@ -98,6 +100,7 @@ class Rlgs(FixedSchedule):
         self._last = 1.0
 
     def phase(self, phase: Phase) -> bool:
+        """Try, keep the best, learn."""
         before, state = phase.reward_loss(), phase.save()
         if not math.isfinite(before):
             phase.run(np.ones(N_PARAMETERS))
