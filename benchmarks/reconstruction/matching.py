@@ -1,6 +1,6 @@
 """Matching photos with threads that share COLMAP's indices against processes of one thread each: same matches, seconds?
 
-    python -m benchmarks.reconstruction.matching --plot ../shared/data/plot_a --output docs/results/matching.json
+    python -m benchmarks.reconstruction.matching --plot ../shared/data/plot_a --output matching.json
 
 Features are extracted once; each photo is paired with the next ones by name. ``threads``: COLMAP's own matcher, on as
 many threads as there are cores, ``--repeats`` times. ``processes``: TreeDGS's (``reconstruction/matching.py``) with 1,
