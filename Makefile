@@ -1,5 +1,5 @@
-# make setup | demo | test | qgis340 | lint | docs | qgis | parameters | styles | models | translations | package | lock | screenshot | clean
-.PHONY: setup demo test qgis340 lint docs qgis parameters styles models translations package lock screenshot clean
+# make setup | demo | quick | test | qgis340 | lint | docs | qgis | parameters | styles | models | translations | package | lock | screenshot | clean
+.PHONY: setup demo quick test qgis340 lint docs qgis parameters styles models translations package lock screenshot clean
 PYTHON = .venv/bin/python
 SHELL = /bin/sh
 
@@ -9,15 +9,18 @@ setup:  ## system packages, .venv with the engine, a private QGIS profile; at on
 demo: setup  ## the main job on a small simulated plot, through qgis_process
 	@$(PYTHON) tools/demo.py
 
-test: setup  ## style check, then all tests; real QGIS is driven
-	@$(PYTHON) -m ruff format --quiet --check .
-	@$(PYTHON) -m ruff check --quiet .
+test: lint docs  ## lint and docs, then all tests; real QGIS is driven
 	@$(PYTHON) -m pytest -q
 
-lint: setup  ## style and types
-	@$(PYTHON) -m ruff format --check .
-	@$(PYTHON) -m ruff check .
+quick: setup  ## the tests of the library that are not slow and need no QGIS; those that failed most often first
+	@$(PYTHON) -m pytest -q -m "not slow and not qgis"
+
+lint: setup  ## format, style, the order of imports, types (Windows too)
+	@$(PYTHON) -m ruff format --quiet --check .
+	@$(PYTHON) -m ruff check --quiet .
+	@.venv/bin/lint-imports --no-logo
 	@$(PYTHON) -m mypy
+	@$(PYTHON) -m mypy --platform win32
 
 docs: setup  ## the site, build/docs/index.html; a warning is an error
 	@$(PYTHON) -m sphinx -q -b html -j auto -E -n -W --keep-going docs build/docs
@@ -52,6 +55,6 @@ screenshot: setup  ## docs/images/toolbox.png, under Xvfb
 	@$(PYTHON) tools/screenshot.py
 
 clean:  ## remove caches and the demo; 'make clean all=1' also .venv and .setup
-	@rm -rf .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist demo
+	@rm -rf .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis build dist demo
 	@find . -name __pycache__ -type d -not -path './.venv/*' -prune -exec rm -rf {} +
 	@if [ -n "$(all)" ]; then rm -rf .venv .setup; fi

@@ -1,7 +1,7 @@
 """The repository root is the QGIS plugin; QGIS calls :func:`classFactory` and nothing else lives here."""
 
 
-def classFactory(iface):  # noqa: N802 - the name QGIS asks for
+def classFactory(iface):
     """Make the plugin. ``iface`` is ``None`` under ``qgis_process``."""
     from .treedgs_qgis.plugin import TreeDGSPlugin
 

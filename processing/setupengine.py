@@ -31,7 +31,7 @@ class Algorithm(BaseAlgorithm):
         """The id."""
         return "setupengine"
 
-    def displayName(self):  # noqa: N802
+    def displayName(self):
         """The title."""
         return self.tr("Set up the engine")
 
@@ -39,7 +39,7 @@ class Algorithm(BaseAlgorithm):
         """With the check."""
         return self.tr("Setup")
 
-    def groupId(self):  # noqa: N802
+    def groupId(self):
         """With the check."""
         return "setup"
 
@@ -47,15 +47,15 @@ class Algorithm(BaseAlgorithm):
         """Search words."""
         return ["treedgs", "install", "environment", "dependencies", "python", "pip"]
 
-    def shortDescription(self):  # noqa: N802
+    def shortDescription(self):
         """One line."""
         return self.tr("Install the engine's libraries in an environment of their own.")
 
-    def shortHelpString(self):  # noqa: N802
+    def shortHelpString(self):
         """The help panel."""
         return self.tr(HELP)
 
-    def initAlgorithm(self, configuration=None):  # noqa: N802
+    def initAlgorithm(self, configuration=None):
         """Declare parameters."""
         python = QgsProcessingParameterFile("PYTHON", self.tr("Python to build with"), compat.FILE, "", None, True)
         python.setHelp(self.tr("A Python 3.10 or newer with venv; left empty, the system's is found."))
@@ -100,7 +100,7 @@ class Algorithm(BaseAlgorithm):
             return text.format(path=python)
         return ""
 
-    def processAlgorithm(self, parameters, context, feedback):  # noqa: N802
+    def processAlgorithm(self, parameters, context, feedback):
         """Build, then use it from now on."""
         wheels = self.parameterAsString(parameters, "WHEELS", context)
         target = engine.managed_environment()

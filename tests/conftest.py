@@ -11,12 +11,18 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+from order import FailureCounter, pytest_collection_modifyitems  # noqa: F401 - pytest finds the hook here
 
 # Machines are noisy: no test may fail because it was slow.
 settings.register_profile("noisy", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("noisy")
 
 ROOT = Path(__file__).resolve().parents[1]
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """How often tests fail is counted."""
+    config.pluginmanager.register(FailureCounter())
 
 
 @pytest.fixture(scope="session")

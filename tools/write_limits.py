@@ -16,10 +16,13 @@ LAYER_PAGE = ROOT / "docs" / "technician" / "tree-layer.md"
 
 _HEAD = """# Quality limits
 
+*Reference: from where on a tree is flagged or refused, and what set each limit.*
+
 Every limit that flags a tree (`check`) or refuses it (`reject`, no DBH), as `treedgs_geo/trees/limits.py` holds them.
 A value on a limit passes. What the reasons mean and what to do about them:
 [tree layer](../technician/tree-layer.md#reasons).
-Settings are named `like_this`; `least_points` is {points}, and `least_at_bh` a quarter of it.
+Settings are named `like_this`; `least_points` is {points},
+and `least_at_bh` a quarter of it.
 A fit that fails altogether is refused with the reason of the step that failed.
 
 <!-- Written by tools/write_limits.py (make parameters): change the table there. -->

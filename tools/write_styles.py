@@ -12,9 +12,9 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 # The order of XML attributes follows Qt's hash: without a fixed seed every run writes other files.
 os.environ["QT_HASH_SEED"] = "0"
 
-from layer_styles import flight, pairs, stand, trees  # noqa: E402
-from layer_styles.common import ROOT  # noqa: E402
-from qgis.core import QgsApplication, QgsMapLayer  # noqa: E402
+from layer_styles import flight, pairs, stand, trees
+from layer_styles.common import ROOT
+from qgis.core import QgsApplication, QgsMapLayer
 
 STYLES = ROOT / "treedgs_geo" / "core" / "styles"
 

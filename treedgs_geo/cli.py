@@ -91,7 +91,7 @@ def run_command(command: Command, values: dict[str, Any], reporter: Reporter, sh
     except ModuleNotFoundError as problem:
         reporter.error(f"The library {problem.name!r} is not installed; run 'make setup' or 'treedgs doctor'.")
         return 3
-    except Exception as problem:  # noqa: BLE001 - the last line of defence must say something
+    except Exception as problem:
         if (shortage := shortage_of(problem)) is not None:
             reporter.error(str(shortage))
             return shortage.exit_code

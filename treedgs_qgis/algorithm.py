@@ -59,7 +59,7 @@ class BaseAlgorithm(QgsProcessingAlgorithm):
         """Translate."""
         return i18n.tr(text)
 
-    def createInstance(self) -> QgsProcessingAlgorithm:  # noqa: N802
+    def createInstance(self) -> QgsProcessingAlgorithm:
         """A fresh copy, as QGIS asks for."""
         return type(self)()
 
@@ -67,16 +67,16 @@ class BaseAlgorithm(QgsProcessingAlgorithm):
         """A picture of what it does."""
         return QIcon(self.svgIconPath())
 
-    def svgIconPath(self) -> str:  # noqa: N802
+    def svgIconPath(self) -> str:
         """``icons/<id>.svg``, or the provider's icon where there is none."""
         own = ICONS / f"{self.name()}.svg"
         return str(own if own.exists() else ICON)
 
-    def helpUrl(self) -> str:  # noqa: N802
+    def helpUrl(self) -> str:
         """The documentation folder."""
         return HELP_URL
 
-    def checkParameterValues(self, parameters: dict, context: QgsProcessingContext) -> tuple[bool, str]:  # noqa: N802
+    def checkParameterValues(self, parameters: dict, context: QgsProcessingContext) -> tuple[bool, str]:
         """Refuse with one sentence before anything starts."""
         unknown = unknown_name(self, parameters)
         if unknown:
@@ -109,7 +109,7 @@ class EngineAlgorithm(BaseAlgorithm):
         """The id, never translated."""
         return self.declaration["id"]
 
-    def displayName(self) -> str:  # noqa: N802
+    def displayName(self) -> str:
         """The title in the toolbox."""
         return self.tr(self.declaration["title"])
 
@@ -117,7 +117,7 @@ class EngineAlgorithm(BaseAlgorithm):
         """The group in the toolbox."""
         return self.tr(self.declaration["group"])
 
-    def groupId(self) -> str:  # noqa: N802
+    def groupId(self) -> str:
         """The group's id."""
         return self.declaration["group"].lower().replace(" ", "")
 
@@ -125,11 +125,11 @@ class EngineAlgorithm(BaseAlgorithm):
         """Search words."""
         return ["treedgs", "forest", "tree", "dbh", "diameter", "stem", self.COMMAND, *self.TAGS]
 
-    def shortDescription(self) -> str:  # noqa: N802
+    def shortDescription(self) -> str:
         """One line."""
         return self.tr(self.declaration["summary"])
 
-    def shortHelpString(self) -> str:  # noqa: N802
+    def shortHelpString(self) -> str:
         """The help panel: what it does, every input with its unit, every output, the same on the command line."""
         entry = self.declaration
 
@@ -150,7 +150,7 @@ class EngineAlgorithm(BaseAlgorithm):
         lines.append(f"<p>{self.tr('On the command line:')}<br><code>{html.escape(entry['example'])}</code></p>")
         return "\n".join(lines)
 
-    def initAlgorithm(self, configuration: Any = None) -> None:  # noqa: N802
+    def initAlgorithm(self, configuration: Any = None) -> None:
         """Declare parameters and outputs."""
         # What has to be given comes first; otherwise the verb's own order.
         for entry in sorted(self.declaration["parameters"], key=lambda entry: not entry["required"]):
@@ -158,7 +158,7 @@ class EngineAlgorithm(BaseAlgorithm):
         for output in make_outputs(self.declaration):
             self.addOutput(output)
 
-    def canExecute(self) -> tuple[bool, str]:  # noqa: N802
+    def canExecute(self) -> tuple[bool, str]:
         """False with the reason when the engine is missing; ``qgis_process`` 3.22 does not ask."""
         try:
             self.engine()
@@ -224,7 +224,7 @@ class EngineAlgorithm(BaseAlgorithm):
     def processAlgorithm(
         self,
         parameters: dict,
-        context: QgsProcessingContext,  # noqa: N802
+        context: QgsProcessingContext,
         feedback: QgsProcessingFeedback,
     ) -> dict:
         """Run the verb in the engine; progress, messages, cancel and results pass through."""

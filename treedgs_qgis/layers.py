@@ -26,8 +26,10 @@ OWN_TABLES = ("trees", "pairs")
 
 
 def kind_of(entry: dict[str, Any]) -> str:
-    """``vector`` or ``raster`` when a parameter takes a layer of the project, else ''. (Clouds are given as files: QGIS
-    would first build an index of them, and Debian 12's cannot read them.)"""
+    """``vector`` or ``raster`` when a parameter takes a layer of the project, else ''.
+
+    Clouds are given as files: QGIS would first build an index of them, and Debian 12's cannot read them.
+    """
     suffixes = set(entry.get("suffixes", []))
     if entry["kind"] != "file":
         return ""

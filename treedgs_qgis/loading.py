@@ -116,7 +116,7 @@ class DefaultStyle(QgsProcessingLayerPostProcessorInterface):
         cls._kept = [*cls._kept[-40:], made]
         return made
 
-    def postProcessLayer(  # noqa: N802
+    def postProcessLayer(
         self, layer: QgsMapLayer, context: QgsProcessingContext, feedback: QgsProcessingFeedback
     ) -> None:
         """Apply the style; a pairs layer also gets its trees to snap to."""
@@ -130,7 +130,7 @@ class DefaultStyle(QgsProcessingLayerPostProcessorInterface):
 
 
 def in_the_users_language(layer: QgsVectorLayer) -> None:
-    """Translate what a style shows in English: column titles, legend, choices. (Map tips carry their languages.)"""
+    """Translate what a style shows in English: column titles, legend, choices; map tips carry their languages."""
     for index, field in enumerate(layer.fields()):
         if tr(field.alias()) != field.alias():
             layer.setFieldAlias(index, tr(field.alias()))

@@ -19,7 +19,7 @@ class TreeDGSPlugin:
         self.provider: QgsProcessingProvider | None = None
         self.translator = None
 
-    def initProcessing(self) -> None:  # noqa: N802
+    def initProcessing(self) -> None:
         """Register the provider.
 
         QGIS 3.22 swallows tracebacks raised here ("error starting plugin"), so they are logged before going on.
@@ -41,7 +41,7 @@ class TreeDGSPlugin:
             print(text, file=sys.stderr)
             raise
 
-    def initGui(self) -> None:  # noqa: N802
+    def initGui(self) -> None:
         """Start in the graphical QGIS."""
         self.initProcessing()
 

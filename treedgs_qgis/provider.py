@@ -44,7 +44,7 @@ class TreeDGSProvider(QgsProcessingProvider):
         """In the toolbox."""
         return "TreeDGS"
 
-    def longName(self) -> str:  # noqa: N802
+    def longName(self) -> str:
         """With what it does."""
         return "TreeDGS: tree diameters from drone photos or LiDAR"
 
@@ -52,27 +52,27 @@ class TreeDGSProvider(QgsProcessingProvider):
         """A stem's cross-section with its diameter."""
         return QIcon(str(ICON))
 
-    def svgIconPath(self) -> str:  # noqa: N802
+    def svgIconPath(self) -> str:
         """The same icon as a file."""
         return str(ICON)
 
-    def supportsNonFileBasedOutput(self) -> bool:  # noqa: N802
+    def supportsNonFileBasedOutput(self) -> bool:
         """The engine writes files."""
         return False
 
-    def supportedOutputVectorLayerExtensions(self) -> list[str]:  # noqa: N802
+    def supportedOutputVectorLayerExtensions(self) -> list[str]:
         """GeoPackage first: it keeps the style; the others are what the engine can write too."""
         return ["gpkg", "shp", "geojson", "csv"]
 
-    def supportedOutputRasterLayerExtensions(self) -> list[str]:  # noqa: N802
+    def supportedOutputRasterLayerExtensions(self) -> list[str]:
         """GeoTIFF."""
         return ["tif"]
 
-    def defaultVectorFileExtension(self, hasGeometry: bool = True) -> str:  # noqa: N802, N803
+    def defaultVectorFileExtension(self, hasGeometry: bool = True) -> str:
         """GeoPackage."""
         return "gpkg"
 
-    def warningMessage(self) -> str:  # noqa: N802
+    def warningMessage(self) -> str:
         """Shown above the toolbox's algorithms when the engine is missing."""
         try:
             engine.find_engine(str(QgsSettings().value("treedgs/python", "") or ""))
@@ -80,7 +80,7 @@ class TreeDGSProvider(QgsProcessingProvider):
             return str(problem)
         return ""
 
-    def loadAlgorithms(self) -> None:  # noqa: N802
+    def loadAlgorithms(self) -> None:
         """Make and add the algorithms; QGIS owns them."""
         plugin = __package__.rpartition(".")[0]
         for module in ALGORITHMS:

@@ -136,7 +136,7 @@ def _three_trees(workspace: Path) -> Path:
                 dbh_cm=30.0,
                 dbh_se_cm=0.5,
                 bh_m=1.37,
-                method="circle",
+                method="points-default-none",
                 qc_flag="ok",
                 qc_reason="",
             ).finish()

@@ -162,7 +162,7 @@ def measured(folder: Path, codes: dict[str, Path], their_python: Path | None) ->
     running = [start_treedgs(folder, folder / who, code) for who, code in codes.items()]
     if their_python:
         theirs(folder, folder / "dendromatics", their_python)
-    if any([process.wait() for process in running]):
+    if any(code != 0 for code in [process.wait() for process in running]):
         raise SystemExit("a measuring process ended with an error")
     return names
 

@@ -30,7 +30,7 @@ def measure(plot: Path) -> tuple[list[dict], int]:
     cloud = read_cloud(next((plot / "lidar").glob("*.laz")), attributes=())
     trees, _ = measure_cloud(cloud, dtm_from_cloud(cloud.xyz, crs=cloud.horizontal_crs))
     with open(plot / "truth" / "trees.csv", encoding="utf-8") as stream:
-        truth = [row for row in csv.DictReader(stream)]
+        truth = list(csv.DictReader(stream))
     places = np.array([[float(row["E_bh"]), float(row["N_bh"])] for row in truth])
     rows = []
     for tree in trees:

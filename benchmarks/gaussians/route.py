@@ -65,7 +65,7 @@ def stem_positions(
     if not arguments.find:
         return noisy_places(truth, frame, arguments.seed, arguments.noise), np.arange(len(truth))
     area = area_of(arguments.plot, frame)
-    fits = stems_from_photos(views, frame, dtm.local(frame).height, area, PhotoStemOptions())
+    fits = stems_from_photos(views, dtm.local(frame).height, area, PhotoStemOptions())
     found = np.array([fit.axis.p for fit in fits]).reshape(-1, 2)
     owner = np.full(len(truth), -1)
     for i, j in pair_by_position(local_places(truth, frame), found):

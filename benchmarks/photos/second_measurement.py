@@ -32,7 +32,7 @@ def rows_of(plot: Path) -> tuple[list[dict], dict]:
     """One row a stem that was fitted within 0.3 m of a true one; and what it cost."""
     views, frame, ground, area = plot_inputs(plot)
     options = PhotoStemOptions()
-    fits = stems_from_photos(views, frame, ground, area, options, Reporter())
+    fits = stems_from_photos(views, ground, area, options, Reporter())
     places = np.array([fit.axis.p for fit in fits])
     inside = area.contains(places, 0.0)
     began = time.perf_counter()

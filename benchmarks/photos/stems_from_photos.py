@@ -143,9 +143,7 @@ def main() -> None:
         views, frame, ground, area = plot_inputs(plot, args.workspace)
         for _ in range(args.repeat):
             began, cpu = time.perf_counter(), time.process_time()
-            fits = stems_from_photos(
-                views, frame, ground, area, PhotoStemOptions(seed=args.seed), make_reporter("plain")
-            )
+            fits = stems_from_photos(views, ground, area, PhotoStemOptions(seed=args.seed), make_reporter("plain"))
             seconds, cpu = time.perf_counter() - began, time.process_time() - cpu
         figures = score(fits, plot, frame) | {"seconds": round(seconds, 1), "cpu_seconds": round(cpu, 1)}
         figures = {k: round(v, 3) if isinstance(v, float) else v for k, v in figures.items()}

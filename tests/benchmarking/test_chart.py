@@ -136,7 +136,7 @@ def test_plots_stand_side_by_side(table):
         "| fast | 0.90 (+0.00), 10 of 10 | – |"
     ]
     assert chart_pictures.by_plot({"sim": table}) == ""
-    said = chart_pictures.rungs(table)
+    said = chart_pictures.levels(table)
     assert "| photos used | 12 photos | +30 | +1.50 | +0 | worse |" in said and "8 fewer stems measured" in said
 
 

@@ -271,7 +271,7 @@ def test_a_full_disk(clouds, tmp_path):
 def test_a_lost_scheduler(clouds, tmp_path):
     """kill -9 of the scheduler: the coordinator says so and keeps what was finished; a later start does the rest."""
     manifest, workspace = write_manifest(tmp_path / "m.csv", rows_for(clouds, 3)), tmp_path / "w"
-    address, log = "tcp://127.0.0.1:8793", open(tmp_path / "log", "w")  # noqa: SIM115
+    address, log = "tcp://127.0.0.1:8793", open(tmp_path / "log", "w")
     command = [
         sys.executable,
         "-m",

@@ -29,14 +29,14 @@ def fits(tmp_path_factory):
     made = oblique_views(folder, 14)
     render(made, [STEM, SAPLING, ALONE], seed=5)
     flat = lambda x, y: np.zeros_like(np.asarray(x, float))  # noqa: E731
-    return stems_from_photos(made, None, flat, Area.circle(0, 0, 1.0), PhotoStemOptions(margin_m=0.2))
+    return stems_from_photos(made, flat, Area.circle(0, 0, 1.0), PhotoStemOptions(margin_m=0.2))
 
 
 def nearest(fits, stem):
     return min(fits, key=lambda fit: np.hypot(fit.axis.p[0] - stem.x, fit.axis.p[1] - stem.y))
 
 
-def test_a_touched_stem_is_measured_alone_or_doubted(fits):
+def test_a_touched_stem_is_measured_alone_or_flagged(fits):
     fit = nearest(fits, STEM)
     # Stem and sapling together are 37 cm wide.
     assert abs(fit.dbh_cm - 30) < 2.0
@@ -163,7 +163,7 @@ def test_photos_all_round_leave_no_oval_error():
     assert oval_error_cm(30, np.zeros(3), np.zeros(3)) == 0.0
 
 
-def test_a_stem_refused_at_the_first_look_is_doubted_at_the_second(fits):
+def test_a_stem_refused_at_the_first_look_is_flagged_at_the_second(fits):
     accepted = replace(nearest(fits, ALONE), flag="ok", reasons=())
     refused = replace(accepted, flag="reject", reasons=("few_views",))
     elsewhere = replace(refused, axis=replace(refused.axis, p=refused.axis.p + 2.0))
@@ -172,5 +172,5 @@ def test_a_stem_refused_at_the_first_look_is_doubted_at_the_second(fits):
     (again,) = looked_at_twice([accepted], [refused])
     assert (again.flag, again.reasons) == ("check", ("ambiguous",))
     assert looked_at_twice([accepted], [replace(refused, dbh_cm=accepted.dbh_cm + 2)]) == []
-    doubted = replace(accepted, flag="check", reasons=("occluded",))
-    assert looked_at_twice([doubted], [refused]) == [doubted]
+    flagged = replace(accepted, flag="check", reasons=("occluded",))
+    assert looked_at_twice([flagged], [refused]) == [flagged]

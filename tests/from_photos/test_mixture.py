@@ -61,9 +61,9 @@ def test_shares_of_a_possible_companion_follow_its_evidence():
 
 def test_a_stem_flagged_merged_carries_the_reading_with_the_companion():
     singles, pair = choice((30.0, 1.0)), explanation(24.0)
-    doubtful = Others(singles, pair, 50.0).mixture(30.1, 0.4)
-    assert doubtful.share == pytest.approx([0.5, 0.5]) and doubtful.dbh_cm == pytest.approx([30.1, 24.0])
-    assert doubtful.interval_cm(30.1)[0] < 24.0 and doubtful.error_cm(30.1) > 4.0
+    unsure = Others(singles, pair, 50.0).mixture(30.1, 0.4)
+    assert unsure.share == pytest.approx([0.5, 0.5]) and unsure.dbh_cm == pytest.approx([30.1, 24.0])
+    assert unsure.interval_cm(30.1)[0] < 24.0 and unsure.error_cm(30.1) > 4.0
     taken = Others(singles, pair, 80.0).mixture(24.2, 1.1)
     assert taken.dbh_cm == pytest.approx([30.0, 24.2]) and taken.share[1] > 0.95
     assert taken.error_cm(24.2) > PAIR_SE_CM

@@ -26,7 +26,7 @@ def fits(tmp_path_factory):
     made = oblique_views(folder, 16)
     render(made, [LEANING, *TWINS], seed=3)
     flat = lambda x, y: np.zeros_like(np.asarray(x, float))  # noqa: E731
-    return stems_from_photos(made, None, flat, Area.circle(0, 0, 2.2), PhotoStemOptions(margin_m=0.3, max_lean_deg=25))
+    return stems_from_photos(made, flat, Area.circle(0, 0, 2.2), PhotoStemOptions(margin_m=0.3, max_lean_deg=25))
 
 
 def test_a_stem_leaning_twenty_degrees_is_found_and_measured_across_its_axis(fits):

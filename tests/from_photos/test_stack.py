@@ -54,6 +54,6 @@ def test_reduced_photos_take_a_quarter_of_the_memory_and_give_the_diameter(tmp_p
     full = load_stack(views, area, grid, 96, 0.8).pixels.size
     monkeypatch.setattr(shrinking, "FINEST_GSD_M", 0.028)
     assert load_stack(views, area, grid, 96, 0.8).pixels.size < 0.3 * full
-    fits = stems_from_photos(views, None, flat, area, PhotoStemOptions(margin_m=0.2))
+    fits = stems_from_photos(views, flat, area, PhotoStemOptions(margin_m=0.2))
     nearest = min(fits, key=lambda f: np.hypot(f.axis.p[0] - stem.x, f.axis.p[1] - stem.y))
     assert nearest.dbh_cm == pytest.approx(200 * stem.r, abs=0.8)

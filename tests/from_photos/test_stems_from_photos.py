@@ -52,7 +52,7 @@ def views(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def fits(views):
-    return stems_from_photos(views, FRAME, flat, Area.circle(0, 0, 3.0), PhotoStemOptions(margin_m=0.3))
+    return stems_from_photos(views, flat, Area.circle(0, 0, 3.0), PhotoStemOptions(margin_m=0.3))
 
 
 def nearest(fits, stem):
@@ -75,7 +75,7 @@ def test_nothing_else_is_measured(fits):
 
 
 def test_same_inputs_give_the_same_stems(views, fits):
-    again = stems_from_photos(views, FRAME, flat, Area.circle(0, 0, 3.0), PhotoStemOptions(margin_m=0.3))
+    again = stems_from_photos(views, flat, Area.circle(0, 0, 3.0), PhotoStemOptions(margin_m=0.3))
     assert [round(fit.dbh_cm, 6) for fit in again] == [round(fit.dbh_cm, 6) for fit in fits]
 
 
@@ -93,13 +93,13 @@ def test_trees_in_project_coordinates(fits):
 
 def test_too_few_photos_warn_and_give_nothing(views):
     listener = Listener()
-    assert stems_from_photos(views[:2], FRAME, flat, Area.circle(0, 0, 3.0), PhotoStemOptions(), listener) == []
+    assert stems_from_photos(views[:2], flat, Area.circle(0, 0, 3.0), PhotoStemOptions(), listener) == []
     assert "2 oblique photos" in listener.warnings[0]
 
 
 def test_ground_must_cover_the_plot(views):
     with pytest.raises(InputError, match="no height in the plot"):
-        stems_from_photos(views, FRAME, lambda x, y: np.full(np.shape(x), np.nan), Area.circle(0, 0, 3.0))
+        stems_from_photos(views, lambda x, y: np.full(np.shape(x), np.nan), Area.circle(0, 0, 3.0))
 
 
 def test_a_photo_of_another_size_is_refused(views):

@@ -52,7 +52,7 @@ def test_a_dtm_off_the_clouds_ground_is_reported_and_widens_the_intervals(laz, t
     assert run("terrain", "--input", laz, "--output", dtm) == 0
     write_dtm(shifted, read_dtm(dtm).moved(np.array([0.0, 0.0, 0.6])))
     tables = []
-    for ground, told in ((dtm, False), (shifted, True)):
+    for ground, reported in ((dtm, False), (shifted, True)):
         out = tmp_path / f"{ground.stem}.gpkg"
         assert (
             main(
@@ -70,7 +70,7 @@ def test_a_dtm_off_the_clouds_ground_is_reported_and_widens_the_intervals(laz, t
             )
             == 0
         )
-        assert ("+0.60 m from the ground that the cloud shows" in capsys.readouterr().err) == told
+        assert ("+0.60 m from the ground that the cloud shows" in capsys.readouterr().err) == reported
         tables.append(gpd.read_file(out, layer="trees").sort_values("x"))
     right, wrong = tables
     se = np.hypot(right["dbh_se_cm"], 0.6 * wrong["taper_cm_m"].abs())

@@ -1,4 +1,4 @@
-"""External segmenters: a real process that keeps the contract, and every way to break it, told apart."""
+"""External segmenters: a real process that keeps the contract, and every way to break it, distinguished."""
 
 from __future__ import annotations
 

@@ -64,8 +64,8 @@ def test_a_stretching_map_is_refused_by_every_verb(text, tmp_path, capsys):
         ("terrain", "tif", ()),
     ):
         assert run(verb, "--input", cloud, "--output", f"{out}.{ending}", *more) == 2
-        told = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
-        assert len(told) == 1 and "in.laz: " in told[0] and "EPSG:32615 (WGS 84 / UTM zone 15N)" in told[0]
+        reported = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
+        assert len(reported) == 1 and "in.laz: " in reported[0] and "EPSG:32615 (WGS 84 / UTM zone 15N)" in reported[0]
         assert not list(tmp_path.glob("out*")) and not list(tmp_path.glob(".tiles*"))
 
 
@@ -102,8 +102,8 @@ def test_coordinates_that_are_not_of_the_crs_are_refused(dry, tmp_path, capsys):
             )
             == 2
         )
-        told = capsys.readouterr().err
-        assert words in told and "Traceback" not in told and not list(tmp_path.glob("out*"))
+        reported = capsys.readouterr().err
+        assert words in reported and "Traceback" not in reported and not list(tmp_path.glob("out*"))
     assert (
         run(
             "pointcloud-to-dbh",
@@ -126,8 +126,8 @@ def test_diameters_are_those_on_the_ground(tmp_path, capsys):
     for name, text in (("true", TRUE), ("long", LONG), ("short", SHORT)):
         cloud, out = made(tmp_path / f"{name}.laz", text), tmp_path / f"{name}.gpkg"
         assert run("pointcloud-to-dbh", "--input", cloud, "--output", out) == 0
-        told = capsys.readouterr().err
-        assert ("m on the map" in told) == (name != "true"), "a scale that plots feel is told"
+        reported = capsys.readouterr().err
+        assert ("m on the map" in reported) == (name != "true"), "a scale that plots feel is reported"
         tables.append(gpd.read_file(out, layer="trees").sort_values("x").reset_index())
     true, long, short = tables
     np.testing.assert_allclose(true["dbh_cm"], [25.0, 40.0], atol=0.8)

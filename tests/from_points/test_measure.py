@@ -128,7 +128,7 @@ def test_whole_cloud_default_and_repeatable():
     assert [vars(tree) for tree in trees] == [vars(tree) for tree in again]
     assert len(trees) == 3 and label.max() == 3
     for x, y, dbh in truth:
-        tree = min(trees, key=lambda t: np.hypot(t.x - 500000 - x, t.y - 4000000 - y))  # noqa: B023
+        tree = min(trees, key=lambda t: np.hypot(t.x - 500000 - x, t.y - 4000000 - y))
         assert tree.qc_flag == "ok" and tree.dbh_cm == pytest.approx(dbh, abs=0.8)
         assert tree.dbh_lo_cm < tree.dbh_cm < tree.dbh_hi_cm
         assert tree.z_ground == pytest.approx(100 + 0.05 * (tree.x - 500000), abs=0.25)

@@ -7,14 +7,14 @@ import pytest
 
 pytest.importorskip("warp", reason="warp-lang is not installed; the GPU path is optional")
 
-from treedgs_geo.core.errors import InputError  # noqa: E402
+from treedgs_geo.core.errors import InputError
 from treedgs_geo.gaussians.devices import make_rasteriser
-from treedgs_geo.gaussians.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION  # noqa: E402
-from treedgs_geo.gaussians.point_kernels import TILE_PX, list_by_tile, opacity_before  # noqa: E402
-from treedgs_geo.gaussians.project import CropCamera  # noqa: E402
+from treedgs_geo.gaussians.field import COLOUR, LOG_SCALE, LOGIT, MEAN, QUATERNION
+from treedgs_geo.gaussians.point_kernels import TILE_PX, list_by_tile, opacity_before
+from treedgs_geo.gaussians.project import CropCamera
 from treedgs_geo.gaussians.raster import Rasteriser, project
-from treedgs_geo.gaussians.warp_raster import WarpRasteriser, available  # noqa: E402
-from treedgs_geo.gaussians.warp_raster import opacity_before as warp_opacity  # noqa: E402
+from treedgs_geo.gaussians.warp_raster import WarpRasteriser, available
+from treedgs_geo.gaussians.warp_raster import opacity_before as warp_opacity
 
 CAMERA = CropCamera(83, 57, 300.0, 310.0, 41.0, 29.0, np.eye(3), np.array([0, 0, 6.0]))
 DEVICES = [device for device in ("cpu", "cuda") if available(device)]

@@ -141,8 +141,8 @@ def pair(folder, tally):
 def test_a_full_tally_says_that_there_is_no_further_tree(tmp_path):
     """Even one that nothing else speaks against."""
     trees = stems(3)
-    doubtful = sapling(99, height_m=19.0, n_pts=150)
-    survey(tmp_path, [*trees, doubtful])
+    uncertain = sapling(99, height_m=19.0, n_pts=150)
+    survey(tmp_path, [*trees, uncertain])
     more = pair(tmp_path, [(t, t.dbh_cm, "live") for t in trees])
     stand, ears = figures(tmp_path, **more)
     assert len(gpd.read_file(more["pairs"], layer="pairs")) == 20

@@ -102,7 +102,7 @@ def marks(text: str) -> list[str]:
 
 @pytest.mark.parametrize("language", ["de", "es"])
 def test_every_text_is_translated_and_keeps_its_placeholders(language):
-    """To mend: give the translation in treedgs_qgis/i18n/treedgs_<language>.ts, then make translations."""
+    """What to do: give the translation in treedgs_qgis/i18n/treedgs_<language>.ts, then make translations."""
     import xml.etree.ElementTree as ET
 
     messages = list(ET.parse(ROOT / "treedgs_qgis" / "i18n" / f"treedgs_{language}.ts").iter("message"))

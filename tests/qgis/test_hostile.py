@@ -157,7 +157,7 @@ def web(tmp_path):
     import threading
 
     class Answer(http.server.BaseHTTPRequestHandler):
-        def do_GET(self):  # noqa: N802
+        def do_GET(self):
             self.send_response(200 if self.path == "/there" else 404)
             self.end_headers()
 

@@ -240,7 +240,7 @@ job.renderedImage().save(sys.argv[2])
 
     colours = dict((colour, count) for count, colour in Image.open(picture).convert("RGB").getcolors(maxcolors=100000))
     assert colours.get((46, 139, 61), 0) > 20, "the measured tree is a full green dot"
-    assert colours.get((242, 161, 13), 0) > 20, "the doubtful one a full amber dot"
+    assert colours.get((242, 161, 13), 0) > 20, "the flagged one a full amber dot"
     assert 0 < colours.get((198, 40, 40), 0) < 60, "the rejected one a red ring"
 
 

@@ -25,7 +25,7 @@ from qgis.PyQt.QtGui import QColor, QFont
 ROOT = Path(__file__).resolve().parents[2]
 
 GREEN, AMBER, RED, GREY = "#2e8b3d", "#f2a10d", "#c62828", "#7a7a7a"
-#: True size on the map (1 cm of DBH = 10 / scale mm), never smaller than what can be told apart on a screen.
+#: True size on the map (1 cm of DBH = 10 / scale mm), never smaller than what can be distinguished on a screen.
 TREE_SIZE = 'max(coalesce("dbh_cm", 0) * 10 / @map_scale, 1.4 + coalesce("dbh_cm", 15) * 0.05)'
 #: Languages of the map tips; the catalogues are the plugin's.
 LANGUAGES = ("de", "es")

@@ -80,7 +80,7 @@ PLOTS = {
     "x": ("double", "Easting of the centre, co-registered [m]"),
     "y": ("double", "Northing of the centre, co-registered [m]"),
 }
-#: Measured - field DBH in cm: vermilion is too thick, blue too thin; told apart by colour-blind readers.
+#: Measured - field DBH in cm: vermilion is too thick, blue too thin; distinguished by colour-blind readers.
 DELTAS = (
     (-1000, -4, "below -4 cm", "#0b3c6e"),
     (-4, -2, "-4 to -2 cm", "#4f95cf"),

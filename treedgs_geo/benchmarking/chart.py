@@ -67,7 +67,7 @@ def run_configs(
     number = 0
     # One untimed run: compiled code is loaded from disk then, and the first configuration does not pay for it.
     if any(config.sfm for config in configs):
-        _warm_up(plots[0], folder, reporter, began, budget_s)
+        _warm_up(plots[0], folder, began, budget_s)
     for repeat in range(repeats):
         for config in configs:
             for plot in plots:
@@ -78,7 +78,7 @@ def run_configs(
                     if time.monotonic() - began > budget_s:
                         left.append(f"{config.title} on {plot.name}")
                         continue
-                    _measure(config, plot, repeat, folder, kept, reporter)
+                    _measure(config, plot, repeat, folder, kept)
                 record = read_json(kept)
                 if "error" in record:
                     reporter.warn(f"{config.title} on {plot.name}: {record['error']}")
@@ -94,7 +94,7 @@ def _is_good(kept: Path) -> bool:
     return kept.exists() and "error" not in read_json(kept)
 
 
-def _warm_up(plot: Path, folder: Path, reporter: Reporter, began: float, budget_s: float) -> None:
+def _warm_up(plot: Path, folder: Path, began: float, budget_s: float) -> None:
     done = folder / "warm.json"
     if done.exists() or time.monotonic() - began > budget_s:
         return
@@ -123,7 +123,7 @@ def _reconstruction(name: str, plot: Path, repeat: int, folder: Path) -> dict[st
     return {**read_json(kept), "folder": str(place / "sfm")}
 
 
-def _measure(config: Config, plot: Path, repeat: int, folder: Path, kept: Path, reporter: Reporter) -> None:
+def _measure(config: Config, plot: Path, repeat: int, folder: Path, kept: Path) -> None:
     sfm: dict[str, Any] = {"wall_s": 0.0, "peak_memory_mb": 0, "folder": "", "stages": {}}
     if config.sfm:
         sfm = _reconstruction(config.sfm, plot, repeat, folder)

@@ -150,7 +150,7 @@ def run_splats(job: dict[str, Any]) -> dict[str, Any]:
     paper = job["params"].get("preset") == "paper"
     clock = [time.perf_counter()]
     found = trees_of_photo_fits(
-        stems_from_photos(views, frame, dtm.local(frame).height, area, PhotoStemOptions(max_views=48)), frame
+        stems_from_photos(views, dtm.local(frame).height, area, PhotoStemOptions(max_views=48)), frame
     )
     if not found:
         raise ReconstructionError("no stem was found to fit splats around; give another plot.")
@@ -317,7 +317,6 @@ def run_stems_cost(job: dict[str, Any]) -> dict[str, Any]:
     began = time.perf_counter()
     fits = stems_from_photos(
         views,
-        plot.frame,
         plot.dtm.local(plot.frame).height,
         Area.circle(0.0, 0.0, radius),
         PhotoStemOptions(max_views=job["views"]),

@@ -85,6 +85,7 @@ class Case:
 
     @property
     def name(self) -> str:
+        """Of its file."""
         return f"{self.factor.key}-{self.level:g}-{self.seed}-{self.method.replace(' ', '_')}"
 
     @property
@@ -223,7 +224,7 @@ def photo_trees(case: Case, plot: TruePlot, rng: np.random.Generator) -> tuple[l
             scratch = Path(tempfile.mkdtemp(prefix="treedgs-photos-"))
             views = perturb.troubled_photos(views, build(TroubleSettings, {setting: level, **more}), scratch, rng)
         area = Area.circle(0.0, 0.0, plot.radius_m)
-        fits = stems_from_photos(views, plot.frame, ground, area, PhotoStemOptions())
+        fits = stems_from_photos(views, ground, area, PhotoStemOptions())
         trees = trees_of_photo_fits(fits, plot.frame)
         if case.method == "splats" and fits:
             options = GaussianOptions(seed=case.seed, threads=available_threads())

@@ -15,7 +15,7 @@ from .factors import FACTORS, Factor
 LIE_CM = 5.0
 #: The claim to hold.
 MOST_LIES, COVERAGE = 0.02, (0.85, 0.95)
-#: With fewer accepted trees, 2 % and 90 % cannot be told from chance.
+#: With fewer accepted trees, 2 % and 90 % cannot be distinguished from chance.
 ENOUGH = 50
 #: Our own methods: their levels and lies are listed one by one.
 REPORTED = ("photos", "splats", "whole chain", "lidar")

@@ -181,7 +181,7 @@ class Coordinator:
         if future.status == "finished":
             try:
                 answer = future.result(timeout=30)
-            except Exception as problem:  # noqa: BLE001 - the scheduler may go in between
+            except Exception as problem:
                 answer = {"outcome": "interrupted", "message": str(problem), "may_retry": True}
         elif future.status == "error":
             answer = {"outcome": "interrupted", "message": _error_of(future), "may_retry": True}
@@ -303,5 +303,5 @@ def _error_of(future: Any) -> str:
     try:
         problem = future.exception(timeout=10)
         return f"{type(problem).__name__}: {problem}"[:300]
-    except Exception as problem:  # noqa: BLE001 - whatever it is, it is only reported
+    except Exception as problem:
         return str(problem)[:300]

@@ -115,7 +115,7 @@ def write_report(
         headline=html.escape(str(headline)),
         warnings=f"<div class='warn'><b>Look at these</b><ul>{notes}</ul></div>" if notes else "",
     )
-    with atomic_path(folder / TABLE) as table, atomic_path(folder / REPORT) as page:
+    with atomic_path(folder / TABLE) as table, atomic_path(folder / REPORT) as page:  # noqa: SIM117 - too long for one
         with open(table, "w", newline="", encoding="utf-8-sig") as cells, open(page, "w", encoding="utf-8") as text:
             writer = SafeWriter(cells, COLUMNS)
             writer.header()

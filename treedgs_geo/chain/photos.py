@@ -265,8 +265,8 @@ def _by_route(run: Run, site: Site, fit: str, reporter: Reporter) -> tuple[list[
     """Trees, and what the route adds to the stage's result."""
     settings = run.settings
     if fit == "auto":
-        trees, opinion = auto_route(site, run.preset, settings.bh_m, settings.seed, reporter)
-        return trees, {"second_opinion": asdict(opinion)} if opinion else {}
+        trees, again = auto_route(site, run.preset, settings.bh_m, settings.seed, reporter)
+        return trees, {"second_measurement": asdict(again)} if again else {}
     if fit == "photos":
         return photo_route(site, run.preset, settings.bh_m, reporter), {}
     return splat_route(site, run, reporter, paper=fit == "paper"), {}

@@ -52,7 +52,7 @@ def photo_route(site: Site, preset: Preset, bh_m: float, reporter: Reporter) -> 
 
 def _photo_fits(site: Site, preset: Preset, bh_m: float, reporter: Reporter) -> list[PhotoFit]:
     options = replace(preset.stems, bh_m=bh_m)
-    return stems_from_photos(site.views, site.frame, site.ground, site.area, options, reporter)
+    return stems_from_photos(site.views, site.ground, site.area, options, reporter)
 
 
 def auto_route(

@@ -33,7 +33,7 @@ class Run:
     steps: Steps
 
     def path(self, name: str) -> Path:
-        """A file of the workspace (:mod:`..core.workspace` has the names)."""
+        """A file of the workspace (:mod:`treedgs_geo.core.workspace` has the names)."""
         return self.space.path(name)
 
 

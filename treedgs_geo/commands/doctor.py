@@ -108,7 +108,7 @@ def check_libraries(modules: dict[str, str], reporter: Reporter) -> tuple[dict[s
             versions[package] = "unknown version"
         except ModuleNotFoundError as problem:
             problems[module] = "not installed" if problem.name == module else f"needs {problem.name}, not installed"
-        except Exception as problem:  # noqa: BLE001 - a broken binary raises anything
+        except Exception as problem:
             problems[module] = f"does not load ({type(problem).__name__}: {problem})".replace("\n", " ")
     return versions, problems
 
@@ -134,7 +134,7 @@ def machine() -> dict[str, Any]:
     return found
 
 
-def run(settings: DoctorSettings, reporter: Reporter) -> dict[str, Any]:
+def run(settings: DoctorSettings, reporter: Reporter) -> dict[str, Any]:  # noqa: ARG001 - as every verb's
     """Check this environment.
 
     Raises:

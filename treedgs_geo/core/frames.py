@@ -99,10 +99,11 @@ def transform(
             f"{where}: {source.name} or {target.name} is not tied to a datum; choose the UTM zone of the plot."
         )
     datum = target.geodetic_crs.datum
-    if datum is not None and datum.name.startswith("World Geodetic System 1984"):
-        if source.is_geographic and not source.is_compound and source.name.upper().startswith(("ITRF", "IGS")):
-            # Since 2001 WGS 84 follows the ITRF within two centimetres; PROJ's database has no link between them.
-            source = pyproj.CRS("EPSG:4979")
+    to_wgs84 = datum is not None and datum.name.startswith("World Geodetic System 1984")
+    of_itrf = source.is_geographic and not source.is_compound and source.name.upper().startswith(("ITRF", "IGS"))
+    if to_wgs84 and of_itrf:
+        # Since 2001 WGS 84 follows the ITRF within two centimetres; PROJ's database has no link between them.
+        source = pyproj.CRS("EPSG:4979")
     flat = pyproj.Transformer.from_crs(_flat(source), "EPSG:4326", always_xy=True)
     lon, lat = flat.transform(*np.median(points[known, :2], axis=0))
     operation: Any = _operation(source.to_wkt(), target.to_wkt(), round(float(lon), 1), round(float(lat), 1), where)

@@ -177,7 +177,7 @@ def holder_of(folder: Path) -> dict[str, Any] | None:
 
 
 def host() -> str:
-    """This host's name; network namespaces of one machine can be told apart with ``TREEDGS_HOST``."""
+    """This host's name; network namespaces of one machine can be distinguished with ``TREEDGS_HOST``."""
     return os.environ.get("TREEDGS_HOST") or socket.gethostname()
 
 

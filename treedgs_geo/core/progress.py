@@ -160,6 +160,7 @@ class BarReporter(Reporter):
             self._bar.write(f"{mark}{body['message']}", file=self._bar.fp)
 
     def close(self) -> None:
+        """End the bar."""
         self._bar.close()
 
 

@@ -109,7 +109,7 @@ class Silhouette(NamedTuple):
     def between(self, inner: np.ndarray, outer: np.ndarray) -> tuple[float, float]:
         """What shows between the edges of two explanations, one inside the other: mean ground log likelihood ratio
         (> 0: ground, so that the outer one is too wide; < 0: not ground, so that the inner one is a part) and how many
-        samples tell. Only where ground shows outside both and none inside both."""
+        samples say. Only where ground shows outside both and none inside both."""
         total, count = ring_of(self, inner, outer)
         return (float(total / count) if count > 0 else 0.0), float(count)
 

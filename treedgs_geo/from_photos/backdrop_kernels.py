@@ -24,7 +24,7 @@ RATIO = np.log(_SHARE * _PEAK * np.exp(-0.5 * np.arange(0, 42, 1 / RATIO_STEPS))
 
 class Tones(NamedTuple):
     """What colours are compared by. lut: (256,) of the photos' values. floor, ceiling: (3,) limits of the ground's
-    noise. ratio: :data:`RATIO`."""
+    noise. ratio: ``RATIO``."""
 
     lut: np.ndarray
     floor: np.ndarray
@@ -207,6 +207,7 @@ def likelihoods(photos, ground, backdrop, tones, axis, heights, us, outline):
 
 @njit(inline="always", **_FAST)
 def sum_at(total, v, b, place):
+    """Running sum of view v, block b at a place between samples."""
     k = int(place)
     share = place - k
     return total[v, b, k] * (1.0 - share) + total[v, b, min(k + 1, total.shape[2] - 1)] * share

@@ -89,6 +89,7 @@ class Prior:
 
     @property
     def row(self) -> np.ndarray:
+        """(8,) as the kernels take it."""
         return np.array([0.0, 0.0, 0.0, 0.0, self.xy_sd, self.lean_sd, self.r, self.r_sd])
 
 

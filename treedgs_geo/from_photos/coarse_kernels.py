@@ -82,6 +82,7 @@ def mixture(z):
 
 @njit(parallel=True, **_FAST)
 def null_scores(ridge, unit, terminator, u0, du, centres, radii, total, square, count):
+    """Sums, sums of squares and counts, (V, R), of the edge scores of pairs at ``centres``, where no stem stands."""
     n_views, n_blocks, n_u = ridge.shape
     for v in prange(n_views):
         blocks = 0

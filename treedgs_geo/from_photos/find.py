@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..core.crs import LocalFrame
 from ..core.intervals import HALF_WIDTH_SE
 from ..core.progress import Reporter
 from ..reconstruction.area import Area
@@ -48,7 +47,6 @@ BACKDROP_MARGIN_M = 3.0
 
 def stems_from_photos(
     views: list[View],
-    frame: LocalFrame,
     ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
     area: Area,
     options: PhotoStemOptions | None = None,
@@ -56,9 +54,9 @@ def stems_from_photos(
 ) -> list[PhotoFit]:
     """Find and fit the stems of an area straight in the photos.
 
-    views: registered photos (oblique ones are used). frame: the local frame they and the area are in. ground: function
-    of local x, y (N,) -> local z (N,), NaN where unknown. area: circles; stems up to ``options.margin_m`` outside are
-    found too. Refused stems stay in the list with flag "reject" and reasons.
+    views: registered photos (oblique ones are used). ground: function of local x, y (N,) -> local z (N,), NaN where
+    unknown. area: circles; stems up to ``options.margin_m`` outside are found too. Refused stems stay in the list with
+    flag "reject" and reasons.
 
     Raises:
         InputError: no ground in the area, or a photo of another size than its camera.
@@ -185,7 +183,7 @@ def _carved(fitter: Fitter, area: Area, box: tuple, fits: list[PhotoFit], report
 
 def looked_at_twice(found: list[PhotoFit], refused: list[PhotoFit]) -> list[PhotoFit]:
     """What the second search found, less what the first look had refused as the same stem (place and lean) with another
-    diameter: neither is to be trusted. With the same diameter it is doubted (``ambiguous``)."""
+    diameter: neither is to be trusted. With the same diameter it is flagged (``ambiguous``)."""
     kept = []
     for fit in found:
         before = [
@@ -195,8 +193,8 @@ def looked_at_twice(found: list[PhotoFit], refused: list[PhotoFit]) -> list[Phot
         ]
         if any(abs(fit.dbh_cm - other.dbh_cm) > max(1.0, SAME_DBH * fit.dbh_cm) for other in before):
             continue
-        doubt = bool(before) and fit.flag == "ok"
-        kept.append(replace(fit, flag="check", reasons=(*fit.reasons, "ambiguous")) if doubt else fit)
+        unclear = bool(before) and fit.flag == "ok"
+        kept.append(replace(fit, flag="check", reasons=(*fit.reasons, "ambiguous")) if unclear else fit)
     return kept
 
 

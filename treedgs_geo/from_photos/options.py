@@ -41,7 +41,7 @@ class PhotoStemOptions:
     offset_sd_px: float = param(
         0.3,
         kind="number",
-        help="sideways doubt of a photo's pose at a stem",
+        help="sideways error of a photo's pose at a stem",
         unit="px",
         minimum=0,
         maximum=3,

@@ -19,7 +19,7 @@ INSIDE = 0.85
 
 
 def sun_azimuths(stack: PhotoStack, stems: list[tuple[StemAxis, float, np.ndarray]]) -> np.ndarray:
-    """Sun azimuth of every flight, rad counter-clockwise from east; NaN where the stems do not tell.
+    """Sun azimuth of every flight, rad counter-clockwise from east; NaN where the stems do not show it.
 
     stems: axis, radius (m) and (V,) probability that a view sees it.
     """

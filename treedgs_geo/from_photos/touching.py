@@ -28,7 +28,7 @@ TURNS = 24
 THINNEST_M, THICKEST_M = 0.012, 0.075
 #: The bark of the two lies this close at breast height (sd, metres); a companion leans by this much (sd, m/m).
 GAP_SD_M, COMPANION_LEAN_SD = 0.012, 0.035
-#: What a companion hides reaches this far beyond it, and it has to stay this far inside an edge (blur, doubt), metres.
+#: What a companion hides reaches this far beyond it, and it has to stay this far inside an edge (blur, pose), metres.
 MASK_M, CLEAR_M = 0.012, 0.045
 #: Discs further apart than this in a photo are seen as two, metres.
 OPEN_M = 0.012

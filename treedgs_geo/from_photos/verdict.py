@@ -63,7 +63,7 @@ class FitQuality:
             "lean_deg": self.lean_deg,
             "pair_se_cm" if self.pair else "se_cm": self.se_cm,
         }
-        # With a silhouette, that is the second opinion; without one, the coarse stage has to do.
+        # With a silhouette, that is the second witness; without one, the coarse stage has to do.
         if self.solid:
             found |= {"llr": self.llr, "outline_off_cm": abs(self.outline_cm + OUTLINE_OFFSET_CM - self.dbh_cm)}
         else:

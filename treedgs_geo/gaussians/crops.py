@@ -38,6 +38,7 @@ class Crop:
 
     @property
     def pixels(self) -> int:
+        """How many it has."""
         return self.camera.width * self.camera.height
 
 

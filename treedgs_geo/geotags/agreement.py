@@ -101,7 +101,7 @@ def _believed_side(stations: Stations, own: Stations, marked: np.ndarray, off_m:
     return np.where(jumped, np.where(right, 0.0, off_m), np.where(stations.is_placed, size, 0.0))
 
 
-def _nearest(distances) -> np.ndarray:  # noqa: ANN001
+def _nearest(distances) -> np.ndarray:
     """(N,) the smallest known of several (N,) distances, 0 where none is known."""
     table = np.array([np.where(np.isfinite(d), d, np.inf) for d in distances])
     best = table.min(axis=0)

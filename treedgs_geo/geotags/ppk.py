@@ -63,8 +63,8 @@ def solve(files: list[Path], base: Path | None, base_position: str | None, folde
     """Post-process rover against base; returns the ``.pos`` in ``folder``.
 
     files: RINEX found with the geotags (rover, perhaps base, navigation). base: the base's observation file when it is
-    not among them or cannot be told from the rover's by its name. base_position: ``lat, lon, h`` (degrees, ellipsoidal
-    metres); without it the base file's header is believed, with a warning.
+    not among them or its name does not distinguish it from the rover's. base_position: ``lat, lon, h`` (degrees,
+    ellipsoidal metres); without it the base file's header is believed, with a warning.
 
     Raises:
         GeotagError: no or more than one rover, no base, no navigation file, a bad base position, no solution.

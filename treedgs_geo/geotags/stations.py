@@ -126,7 +126,7 @@ def read_stations_layer(path: Path) -> Stations:
 
     try:
         frame = geopandas.read_file(path, layer=LAYER, engine="pyogrio")
-    except Exception as problem:  # noqa: BLE001 - pyogrio raises many kinds
+    except Exception as problem:
         raise InputError(f"{path}: has no readable layer 'stations' ({problem}); run 'treedgs geotag' again.") from None
     wanted = [
         "name",

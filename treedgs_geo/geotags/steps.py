@@ -45,7 +45,7 @@ def path_offsets(times: np.ndarray, xyz: np.ndarray, fixed: np.ndarray) -> np.nd
     part, place = number[member], summed[member]
     longest = int(np.argmax(np.bincount(part)))
     place = place - place[np.flatnonzero(part == longest)[0]]
-    # Back to within what cannot be told from flying is back.
+    # Back to within what cannot be distinguished from flying is back.
     sizes = np.linalg.norm(jump, axis=1)
     usual = min(float(np.median(np.diff(times[own][chosen]))), NEAR_S)
     least = 0.5 * float(sizes[sizes > 0].min(initial=np.inf))

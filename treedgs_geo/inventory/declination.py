@@ -43,7 +43,7 @@ def declination_deg(lon_deg: float, lat_deg: float, height_m: float, day: date, 
         )
     try:
         found = _model(base).calculate(glat=lat_deg, glon=lon_deg, alt=height_m / 1000, time=year)
-    except Exception as problem:  # noqa: BLE001 - the library's own kinds for blackout zones and dates
+    except Exception as problem:
         raise InputError(
             f"{where}: no declination at {lat_deg:.2f}, {lon_deg:.2f} ({problem}); give --declination-deg."
         ) from None

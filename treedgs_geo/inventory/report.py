@@ -18,7 +18,7 @@ from ..core.files import atomic_path
 from ..core.plots import Plot
 from ..trees.reasons import explain
 
-# Okabe-Ito colours: told apart by colour-blind readers and in grey print.
+# Okabe-Ito colours: distinguished by colour-blind readers and in grey print.
 _COLOURS = {"ok": "#009E73", "check": "#E69F00", "reject": "#D55E00"}
 
 

@@ -117,6 +117,7 @@ def iter_points(path: Path, reader: Any, chunk_points: int) -> Iterator[Any]:
 
 
 def is_copc(header: Any) -> bool:
+    """Whether a laspy header is a COPC file's."""
     return any(vlr.user_id == "copc" and vlr.record_id == 1 for vlr in header.vlrs)
 
 

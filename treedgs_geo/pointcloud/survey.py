@@ -13,7 +13,7 @@ STEP_M = 10.0
 GAP_XY_M, GAP_Z_M, GAP_SPANS = 200.0, 100.0, 2.0
 #: Points far off that are at most this share of all, or this many, are strays; more are a second group.
 STRAY_SHARE, FEW_STRAYS = 0.01, 5
-#: Steps from zero that are told apart.
+#: Steps from zero that are distinguished.
 _FARTHEST = 1e15
 #: Points that the sample holds at most, and half as many at least in a cloud of more.
 SAMPLE_POINTS = 400_000

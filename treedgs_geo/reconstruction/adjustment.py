@@ -12,7 +12,7 @@ from .cameras import Camera
 from .tracks import Block
 
 
-def camera_to_colmap(camera: Camera):  # noqa: ANN201 - pycolmap is imported late
+def camera_to_colmap(camera: Camera):
     """Our camera as a pycolmap ``OPENCV`` camera with id 1."""
     import pycolmap
 
@@ -26,7 +26,7 @@ def camera_to_colmap(camera: Camera):  # noqa: ANN201 - pycolmap is imported lat
     )
 
 
-def camera_from_colmap(camera) -> Camera:  # noqa: ANN001
+def camera_from_colmap(camera) -> Camera:
     """A pycolmap camera (pinhole or Brown models) as ours.
 
     Raises:
@@ -45,7 +45,7 @@ def camera_from_colmap(camera) -> Camera:  # noqa: ANN001
     raise ValueError(f"camera model {name} is not supported, use OPENCV")
 
 
-def to_colmap(block: Block, names: list[str], colours: np.ndarray | None = None):  # noqa: ANN201
+def to_colmap(block: Block, names: list[str], colours: np.ndarray | None = None):
     """The block as a pycolmap reconstruction: image ids 1..N in the order of ``names``, posed photos and observed
     points only.
     """
@@ -168,7 +168,7 @@ def scale_camera(camera: Camera, focal_factor: float) -> Camera:
     return replace(camera, fx=camera.fx * focal_factor, fy=camera.fy * focal_factor)
 
 
-def write_colmap(folder: Path, model) -> None:  # noqa: ANN001
+def write_colmap(folder: Path, model) -> None:
     """cameras.bin, images.bin, points3D.bin (and rigs/frames) into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     model.write_binary(str(folder))

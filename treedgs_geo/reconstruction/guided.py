@@ -171,7 +171,7 @@ def grid_cells(keypoints: np.ndarray, width: int, height: int) -> tuple[np.ndarr
 
 
 @numba.njit(cache=True, parallel=True)
-def _search(pixels, described, points, others, order, starts, columns, rows, radius, ratio2, limit):  # noqa: ANN001, ANN202
+def _search(pixels, described, points, others, order, starts, columns, rows, radius, ratio2, limit):
     count = len(pixels)
     best = np.full(count, -1, np.int64)
     distance = np.full(count, 2_000_000_000, np.int64)

@@ -84,7 +84,7 @@ def import_matches(
     cell_px: float = 2.0,
     least_inliers: int = 15,
     keep: bool = False,
-    progress: Callable[[float], None] = lambda fraction: None,
+    progress: Callable[[float], None] = lambda _: None,
 ) -> ImportReport:
     """Match pairs of photos and write keypoints, matches and verified geometries.
 
@@ -182,7 +182,7 @@ def match_photos(
     load_photo: Callable[[str], np.ndarray],
     matcher: Matcher,
     plugin: Plugin,
-    progress: Callable[[float], None] = lambda fraction: None,
+    progress: Callable[[float], None] = lambda _: None,
 ) -> ImportReport:
     """The matches of a plug-in beside those in ``database``, in a copy of it, ``target``.
 

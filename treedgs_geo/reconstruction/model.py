@@ -65,7 +65,7 @@ def point_colours(block: Block, paths: list[Path]) -> np.ndarray:
     return np.clip(total / np.maximum(count, 1)[:, None], 0, 255).astype(np.uint8)
 
 
-def _open(sfm_folder: Path):  # noqa: ANN202
+def _open(sfm_folder: Path):
     import pycolmap
 
     folder = Path(sfm_folder)

@@ -177,7 +177,7 @@ def _usable(points: np.ndarray, weights: np.ndarray) -> bool:
         return False
     if (weights < 0).any() or (weights > 0).sum() < 3:
         return False
-    # Points that spread well in both directions are neither few nor in a line; what is doubtful is looked at in full.
+    # Points that spread well in both directions are neither few nor in a line; what is unclear is looked at in full.
     counted = points[weights > 0]
     x, y = (counted - counted.mean(axis=0)).T
     xx, xy, yy = float(x @ x), float(x @ y), float(y @ y)

@@ -7,7 +7,7 @@ from numba import njit
 
 from ..trees.priors import USUAL_TAPER
 
-#: Prior sd of d(radius)/d(height) about :data:`USUAL_TAPER`: points show more of it than photos (research: NSVB
+#: Prior sd of d(radius)/d(height) about ``USUAL_TAPER``: points show more of it than photos (research: NSVB
 #: profiles).
 CONE_TAPER_SD = 0.005
 #: Prior sd of the axis slopes; 0.15 is 8.5 degrees, more lean has to be earned by the points.
@@ -24,7 +24,8 @@ STARTS, SAME_M = (1.0, 0.7, 1.4, 0.45), 0.0005
 def fit_vector(
     points, weights, start, h_ref, schedule, floor_m, cap_m, lean_sd, taper_sd, bend_sd, rounds
 ):  # pragma: no cover - compiled
-    """:func:`fit_cone` without its refusals: vector (8,), its covariance (8, 8) and sigma, -1 where it ran away."""
+    """:func:`.cone.fit_cone` without its refusals: vector (8,), its covariance (8, 8) and sigma, -1 where
+    it ran away."""
     vector = start.copy()
     powers = 5 if bend_sd > 0 else 3
     if powers == 3:
@@ -51,7 +52,7 @@ def fit_vector(
         if not _gauss_newton(x, y, t, weights, vector, normal, 2.5 * sigma, sigma, prior, prior_sd, powers, rounds):
             return vector, normal, -1.0
         sigma = _noise(_away(x, y, t, vector), floor_m, cap_m)
-    # Held to something very wide, so that what no point tells is unknown and not certain.
+    # Held to something very wide, so that what no point shows is unknown and not certain.
     return vector, np.linalg.inv(normal + 1e-6 * np.eye(8)), sigma
 
 

@@ -28,7 +28,7 @@ def fit_ellipse(
     points: np.ndarray, weights: np.ndarray | None = None, noise_m: float = 0.01, start: np.ndarray | None = None
 ) -> EllipseFit | None:
     """A robust geometric ellipse through points on bark, started at the ring; ``None`` without a ring, with less than
-    240 degrees of bark (an arc does not tell an ellipse) or with axes further apart than 2 : 1.
+    240 degrees of bark (an arc does not show an ellipse) or with axes further apart than 2 : 1.
 
     Residuals are radial distances; a corrected AIC compares it with the circle, each sector counting once. start: (3,)
     x, y, r of the ring, where it is known roughly.

@@ -9,7 +9,7 @@ from .circle_kernels import geometric_fit
 from .cone_kernels import cholesky_solve, distance
 
 SECTORS = 24
-#: Height of the rows that bark is counted in, and of those that its purity is told by, m; the latter's number.
+#: Height of the rows that bark is counted in, and of those that its purity is counted in, m; the latter's number.
 CELL_M, PURITY_M, _ROWS = 0.10, 0.25, 64
 
 

@@ -40,6 +40,7 @@ class World:
 
     @property
     def stem_owner(self) -> np.ndarray:
+        """(F,) stem of each face."""
         return self.mesh.owner
 
     def first_hits(self, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

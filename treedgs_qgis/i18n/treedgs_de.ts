@@ -76,7 +76,7 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Neu anfangen</translation>
     </message>
     <message>
-      <source>Remove the environment first, to mend a broken one.</source>
+      <source>Remove the environment first, to repair a broken one.</source>
       <translation>Die Umgebung zuerst entfernen, um eine defekte zu beheben.</translation>
     </message>
     <message>
@@ -452,7 +452,7 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>{name}: Alle {count} Objekte von '{layer}' werden verwendet, nicht nur die {chosen} ausgewählten.</translation>
     </message>
     <message>
-      <source>{name}: the layer '{layer}' cannot be read; mend its source.</source>
+      <source>{name}: the layer '{layer}' cannot be read; correct its source.</source>
       <translation>{name}: Der Layer '{layer}' lässt sich nicht lesen; berichtigen Sie seine Quelle.</translation>
     </message>
     <message>
@@ -732,8 +732,8 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Anpassung</translation>
     </message>
     <message>
-      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper = splats with the published constants; auto = photos, then stems left in doubt asked again among Gaussians.</source>
-      <translation>photos = Stämme direkt an die Fotos angepasst; gaussians = Stammkörper zwischen Gauß-Elementen; paper = Splats mit den veröffentlichten Konstanten; auto = photos, danach werden zweifelhafte Stämme zwischen Gauß-Elementen noch einmal geprüft.</translation>
+      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper = splats with the published constants; auto = photos, then stems of low confidence measured a second time among Gaussians.</source>
+      <translation>photos = Stämme direkt an die Fotos angepasst; gaussians = Stammkörper zwischen Gauß-Elementen; paper = Splats mit den veröffentlichten Konstanten; auto = photos, danach werden unsichere Stämme zwischen Gauß-Elementen ein zweites Mal gemessen.</translation>
     </message>
     <message>
       <source>Breast height [m]</source>
@@ -756,8 +756,8 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Probelauf</translation>
     </message>
     <message>
-      <source>Only check inputs, overlap, fixed positions, memory and disk, and foretell the time; writes nothing.</source>
-      <translation>Nur Eingaben, Überlappung, fixierte Positionen, Speicher und Platte prüfen und die Zeit vorhersagen; schreibt nichts.</translation>
+      <source>Only check inputs, overlap, fixed positions, memory and disk, and estimate the time; writes nothing.</source>
+      <translation>Nur Eingaben, Überlappung, fixierte Positionen, Speicher und Platte prüfen und die Zeit schätzen; schreibt nichts.</translation>
     </message>
     <message>
       <source>Workspace</source>
@@ -820,16 +820,16 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Kacheln, in denen nach Stämmen gesucht wird (Probelauf)</translation>
     </message>
     <message>
-      <source>foretold time, s (dry run)</source>
-      <translation>vorhergesagte Zeit, s (Probelauf)</translation>
+      <source>estimated time, s (dry run)</source>
+      <translation>geschätzte Zeit, s (Probelauf)</translation>
     </message>
     <message>
-      <source>foretold memory, GB (dry run)</source>
-      <translation>vorhergesagter Speicher, GB (Probelauf)</translation>
+      <source>estimated memory, GB (dry run)</source>
+      <translation>geschätzter Speicher, GB (Probelauf)</translation>
     </message>
     <message>
-      <source>foretold disk, GB (dry run)</source>
-      <translation>vorhergesagter Plattenplatz, GB (Probelauf)</translation>
+      <source>estimated disk, GB (dry run)</source>
+      <translation>geschätzter Plattenplatz, GB (Probelauf)</translation>
     </message>
     <message>
       <source>what came out, in one sentence</source>
@@ -940,8 +940,8 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Startwert der Zufallszüge</translation>
     </message>
     <message>
-      <source>Only check the cloud, its CRS, density and DTM, memory and disk, and foretell the time; writes nothing</source>
-      <translation>Nur Wolke, KBS, Dichte und Geländemodell, Speicher und Platte prüfen und die Zeit vorhersagen; schreibt nichts</translation>
+      <source>Only check the cloud, its CRS, density and DTM, memory and disk, and estimate the time; writes nothing</source>
+      <translation>Nur Wolke, KBS, Dichte und Geländemodell, Speicher und Platte prüfen und die Zeit schätzen; schreibt nichts</translation>
     </message>
     <message>
       <source>Stems output</source>
@@ -1396,22 +1396,6 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>größter Abstand der Bodenpunkte vom Tuch</translation>
     </message>
     <message>
-      <source>Rounds</source>
-      <translation>Durchgänge</translation>
-    </message>
-    <message>
-      <source>most iterations of the cloth</source>
-      <translation>Höchstzahl der Durchgänge des Tuchs</translation>
-    </message>
-    <message>
-      <source>Thin [m]</source>
-      <translation>Ausdünnen [m]</translation>
-    </message>
-    <message>
-      <source>one lowest point a cell of this size hangs the cloth</source>
-      <translation>ein tiefster Punkt je Zelle dieser Größe trägt das Tuch</translation>
-    </message>
-    <message>
       <source>Ground [m]</source>
       <translation>Boden [m]</translation>
     </message>
@@ -1508,60 +1492,12 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>feste Obergrenze der Gauß-Elemente insgesamt; auf die Stämme verteilt</translation>
     </message>
     <message>
-      <source>Coarse epochs</source>
-      <translation>Grobe Durchgänge</translation>
-    </message>
-    <message>
-      <source>passes over the crops at half resolution</source>
-      <translation>Durchgänge über die Ausschnitte in halber Auflösung</translation>
-    </message>
-    <message>
-      <source>Fine epochs</source>
-      <translation>Feine Durchgänge</translation>
-    </message>
-    <message>
-      <source>passes over the crops at full resolution</source>
-      <translation>Durchgänge über die Ausschnitte in voller Auflösung</translation>
-    </message>
-    <message>
       <source>Max views</source>
       <translation>Höchstzahl Fotos</translation>
     </message>
     <message>
       <source>photos used per stem</source>
       <translation>je Stamm verwendete Fotos</translation>
-    </message>
-    <message>
-      <source>SSIM</source>
-      <translation>SSIM</translation>
-    </message>
-    <message>
-      <source>share of D-SSIM in the photometric loss</source>
-      <translation>Anteil von D-SSIM am photometrischen Verlust</translation>
-    </message>
-    <message>
-      <source>Normals</source>
-      <translation>Normalen</translation>
-    </message>
-    <message>
-      <source>weight of depth-normal consistency</source>
-      <translation>Gewicht der Übereinstimmung von Tiefe und Normalen</translation>
-    </message>
-    <message>
-      <source>Fog</source>
-      <translation>Nebel</translation>
-    </message>
-    <message>
-      <source>price of covering a pixel, in mean absolute colour (0..1); keeps Gaussians from explaining the ground</source>
-      <translation>Preis für das Bedecken eines Pixels, in mittlerer absoluter Farbe (0..1); hält Gauß-Elemente davon ab, den Boden zu erklären</translation>
-    </message>
-    <message>
-      <source>Smoothing px</source>
-      <translation>Glättung [px]</translation>
-    </message>
-    <message>
-      <source>3D smoothing filter of free Gaussians, in pixels' footprints; 0 = none</source>
-      <translation>3D-Glättungsfilter freier Gauß-Elemente, in Bodenpixeln der Fotos; 0 = keiner</translation>
     </message>
     <message>
       <source>Band [m]</source>
@@ -1580,36 +1516,12 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Radius des modellierten Zylinders um jede Stammposition</translation>
     </message>
     <message>
-      <source>Mask foliage</source>
-      <translation>Laub maskieren</translation>
-    </message>
-    <message>
-      <source>leave out green pixels where the photos' colours show a clear split</source>
-      <translation>grüne Pixel auslassen, wo die Farben der Fotos eine klare Trennung zeigen</translation>
-    </message>
-    <message>
       <source>Stems</source>
       <translation>Stämme</translation>
     </message>
     <message>
-      <source>primitive = a tapered stem is fitted in one loop with the Gaussians around it, and its bark written as Gaussians; start = its bark Gaussians are then fitted freely; free = nothing but Gaussians, as published</source>
-      <translation>primitive = ein sich verjüngender Stamm wird in einem Zug mit den Gauß-Elementen darum angepasst und seine Rinde als Gauß-Elemente geschrieben; start = seine Rindenelemente werden danach frei angepasst; free = nichts als Gauß-Elemente, wie veröffentlicht</translation>
-    </message>
-    <message>
-      <source>Stem gaussians</source>
-      <translation>Gauß-Elemente am Stamm</translation>
-    </message>
-    <message>
-      <source>Gaussians around a stem primitive (twigs and leaves before and beside it)</source>
-      <translation>Gauß-Elemente um einen Stammkörper (Zweige und Blätter davor und daneben)</translation>
-    </message>
-    <message>
-      <source>Stem epochs</source>
-      <translation>Durchgänge am Stamm</translation>
-    </message>
-    <message>
-      <source>passes over the crops in which primitive and Gaussians are fitted together</source>
-      <translation>Durchgänge über die Ausschnitte, in denen Körper und Gauß-Elemente gemeinsam angepasst werden</translation>
+      <source>primitive = a tapered stem is fitted in one loop with the Gaussians around it, and its bark written as Gaussians; free = nothing but Gaussians, as published</source>
+      <translation>primitive = ein sich verjüngender Stamm wird in einem Zug mit den Gauß-Elementen darum angepasst und seine Rinde als Gauß-Elemente geschrieben; free = nichts als Gauß-Elemente, wie veröffentlicht</translation>
     </message>
     <message>
       <source>breast height above the ground</source>
@@ -1628,8 +1540,8 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Steuerung</translation>
     </message>
     <message>
-      <source>of free Gaussians: fixed = every epoch of the preset; plateau = stop when two held-out photos no longer improve; backtrack = go back to the last good state with smaller steps instead; rlgs = a learned policy chooses the steps (several times slower)</source>
-      <translation>der freien Gauß-Elemente: fixed = jeder Durchgang der Voreinstellung; plateau = Halt, wenn zwei zurückgehaltene Fotos nicht mehr besser werden; backtrack = dann zurück zum letzten guten Stand mit kleineren Schritten; rlgs = eine gelernte Regel wählt die Schritte (mehrfach langsamer)</translation>
+      <source>of free Gaussians: fixed = every epoch of the preset; rlgs = a learned policy chooses the steps, as published (several times slower)</source>
+      <translation>der freien Gauß-Elemente: fixed = jeder Durchgang der Voreinstellung; rlgs = eine gelernte Regel wählt die Schritte, wie veröffentlicht (mehrfach langsamer)</translation>
     </message>
     <message>
       <source>Device</source>
@@ -1700,46 +1612,6 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>gezogene Kandidaten je Gauß-Element (M)</translation>
     </message>
     <message>
-      <source>Law</source>
-      <translation>Gesetz</translation>
-    </message>
-    <message>
-      <source>opacity law: clamp = RaDe-GS depth clamp, vacancy = stochastic solid</source>
-      <translation>Gesetz der Deckkraft: clamp = Tiefenbegrenzung von RaDe-GS, vacancy = stochastischer Körper</translation>
-    </message>
-    <message>
-      <source>Tau</source>
-      <translation>Tau</translation>
-    </message>
-    <message>
-      <source>keep points whose smallest opacity over the views is above this</source>
-      <translation>Punkte behalten, deren kleinste Deckkraft über die Ansichten darüber liegt</translation>
-    </message>
-    <message>
-      <source>Seen transmittance</source>
-      <translation>Lichtdurchlass für Sichtbarkeit</translation>
-    </message>
-    <message>
-      <source>a view sees a point when more than this share of light gets past what is in front of it; Gaussians that no view sees are dropped (0 keeps all)</source>
-      <translation>eine Ansicht sieht einen Punkt, wenn mehr als dieser Anteil Licht an dem davor vorbeikommt; Gauß-Elemente, die keine Ansicht sieht, fallen weg (0 behält alle)</translation>
-    </message>
-    <message>
-      <source>Quantile</source>
-      <translation>Quantil</translation>
-    </message>
-    <message>
-      <source>opacity kept of a point: this quantile over its foreground views; 0 = the smallest, as published</source>
-      <translation>Deckkraft, die ein Punkt behält: dieses Quantil über seine Vordergrundansichten; 0 = die kleinste, wie veröffentlicht</translation>
-    </message>
-    <message>
-      <source>Min foreground</source>
-      <translation>Schwelle des Vordergrunds</translation>
-    </message>
-    <message>
-      <source>a view counts as foreground where the accumulated alpha is above this</source>
-      <translation>eine Ansicht zählt als Vordergrund, wo das aufsummierte Alpha darüber liegt</translation>
-    </message>
-    <message>
       <source>views scored at once</source>
       <translation>zugleich bewertete Ansichten</translation>
     </message>
@@ -1804,28 +1676,12 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>stärkste Neigung</translation>
     </message>
     <message>
-      <source>Min rows</source>
-      <translation>Mindestanteil Ringe</translation>
-    </message>
-    <message>
-      <source>share of 25 cm rows of the band that must show bark</source>
-      <translation>Anteil der 25-cm-Lagen des Bands, die Rinde zeigen müssen</translation>
-    </message>
-    <message>
       <source>Min arc [deg]</source>
       <translation>Kleinster Umfangswinkel [Grad]</translation>
     </message>
     <message>
       <source>least circumference seen, all rows together</source>
       <translation>kleinster gesehener Umfang, alle Lagen zusammen</translation>
-    </message>
-    <message>
-      <source>Grow [m]</source>
-      <translation>Verfolgen bis [m]</translation>
-    </message>
-    <message>
-      <source>height up to which stem points are followed</source>
-      <translation>Höhe, bis zu der Stammpunkten gefolgt wird</translation>
     </message>
     <message>
       <source>stem points with tree_id</source>
@@ -2024,30 +1880,6 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Bäume, die nach der Einpassung weiter auseinander liegen, sind nie ein Paar</translation>
     </message>
     <message>
-      <source>Min ratio</source>
-      <translation>Mindestverhältnis</translation>
-    </message>
-    <message>
-      <source>best placing must score this many times the next best, else the plot is left to you</source>
-      <translation>die beste Lage muss die nächstbeste um diesen Faktor übertreffen, sonst bleibt die Fläche Ihnen überlassen</translation>
-    </message>
-    <message>
-      <source>Min share</source>
-      <translation>Mindestanteil</translation>
-    </message>
-    <message>
-      <source>share of the trees that must find a partner within 1 m, else the plot is left to you</source>
-      <translation>Anteil der Bäume, die im Umkreis von 1 m einen Partner finden müssen, sonst bleibt die Fläche Ihnen überlassen</translation>
-    </message>
-    <message>
-      <source>Min margin</source>
-      <translation>Mindestabstand der Wahrscheinlichkeit</translation>
-    </message>
-    <message>
-      <source>a pair must be exp(this) times as likely as the best pairing without it, else it is only suggested</source>
-      <translation>ein Paar muss exp(dies)-mal so wahrscheinlich sein wie die beste Paarung ohne es, sonst wird es nur vorgeschlagen</translation>
-    </message>
-    <message>
       <source>Trees DBH unit</source>
       <translation>BHD-Einheit der gemessenen Bäume</translation>
     </message>
@@ -2176,14 +2008,6 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Ordner für metrics.json, Tabellen, Diagramme und evaluation.html</translation>
     </message>
     <message>
-      <source>Repeats</source>
-      <translation>Wiederholungen</translation>
-    </message>
-    <message>
-      <source>bootstrap resamples</source>
-      <translation>Bootstrap-Ziehungen</translation>
-    </message>
-    <message>
       <source>seed of the bootstrap and of the held-out stems</source>
       <translation>Startwert des Bootstraps und der zurückgehaltenen Stämme</translation>
     </message>
@@ -2236,8 +2060,8 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Bestandes- und Vorratstabellen je Hektar mit ihren Fehlern und ein Bericht für den Auftraggeber.</translation>
     </message>
     <message>
-      <source>Expands the trees of fixed-area plots (round, rectangular or any polygon) to the hectare: trees, basal area, quadratic mean diameter, Lorey's and dominant height, volume and biomass by species and DBH class, plot means with standard errors and t intervals. Basal area and volume are freed of what the DBHs' own errors add to them, and the amount is shown. Stems without a DBH are counted and either imputed or left out; the result of both is told. Plots over the stand's edge are flagged and weighted. Volume and biomass come from a table of equations with source and range (loblolly and other pines first); give your own with --equations. From one plot no error for the stand can be given, and none is. Writes report.html, report.pdf, stand_table.xlsx, CSV files, stand.gpkg, shapefiles and FVS_Data.db (US units, for the Forest Vegetation Simulator), all with the same numbers. Result figures are metric.</source>
-      <translation>Rechnet die Bäume fester Probeflächen (rund, rechteckig oder beliebige Vielecke) auf den Hektar hoch: Stammzahl, Grundfläche, Durchmesser des Grundflächenmittelstamms, Lorey'sche und Oberhöhe, Volumen und Biomasse nach Baumart und BHD-Klasse, Flächenmittel mit Standardfehlern und t-Intervallen. Grundfläche und Volumen werden von dem befreit, was die Fehler der BHD selbst hinzufügen, und der Betrag wird gezeigt. Stämme ohne BHD werden gezählt und entweder ergänzt oder ausgelassen; das Ergebnis von beidem wird genannt. Flächen über den Bestandesrand hinaus werden gekennzeichnet und gewichtet. Volumen und Biomasse kommen aus einer Tabelle von Gleichungen mit Quelle und Gültigkeitsbereich (Weihrauchkiefer und andere Kiefern zuerst); geben Sie eigene mit --equations an. Aus einer einzigen Probefläche lässt sich kein Fehler für den Bestand angeben, und es wird keiner angegeben. Schreibt report.html, report.pdf, stand_table.xlsx, CSV-Dateien, stand.gpkg, Shapefiles und FVS_Data.db (US-Einheiten, für den Forest Vegetation Simulator), alle mit denselben Zahlen. Die Ergebniswerte sind metrisch.</translation>
+      <source>Expands the trees of fixed-area plots (round, rectangular or any polygon) to the hectare: trees, basal area, quadratic mean diameter, Lorey's and dominant height, volume and biomass by species and DBH class, plot means with standard errors and t intervals. Basal area and volume are freed of what the DBHs' own errors add to them, and the amount is shown. Stems without a DBH are counted and either imputed or left out; both are reported. Plots over the stand's edge are flagged and weighted. Volume and biomass come from a table of equations with source and range (loblolly and other pines first); give your own with --equations. From one plot no error for the stand can be given, and none is. Writes report.html, report.pdf, stand_table.xlsx, CSV files, stand.gpkg, shapefiles and FVS_Data.db (US units, for the Forest Vegetation Simulator), all with the same numbers. Result figures are metric.</source>
+      <translation>Rechnet die Bäume fester Probeflächen (rund, rechteckig oder beliebige Vielecke) auf den Hektar hoch: Stammzahl, Grundfläche, Durchmesser des Grundflächenmittelstamms, Lorey'sche und Oberhöhe, Volumen und Biomasse nach Baumart und BHD-Klasse, Flächenmittel mit Standardfehlern und t-Intervallen. Grundfläche und Volumen werden von dem befreit, was die Fehler der BHD selbst hinzufügen, und der Betrag wird gezeigt. Stämme ohne BHD werden gezählt und entweder ergänzt oder ausgelassen; beides wird berichtet. Flächen über den Bestandesrand hinaus werden gekennzeichnet und gewichtet. Volumen und Biomasse kommen aus einer Tabelle von Gleichungen mit Quelle und Gültigkeitsbereich (Weihrauchkiefer und andere Kiefern zuerst); geben Sie eigene mit --equations an. Aus einer einzigen Probefläche lässt sich kein Fehler für den Bestand angeben, und es wird keiner angegeben. Schreibt report.html, report.pdf, stand_table.xlsx, CSV-Dateien, stand.gpkg, Shapefiles und FVS_Data.db (US-Einheiten, für den Forest Vegetation Simulator), alle mit denselben Zahlen. Die Ergebniswerte sind metrisch.</translation>
     </message>
     <message>
       <source>measured trees: the tree layer</source>
@@ -2526,6 +2350,10 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
     <message>
       <source>instead of the chart: seconds and memory of each stage against photos, megapixels, stems and points, fitted</source>
       <translation>statt des Diagramms: Sekunden und Speicher jeder Stufe gegen Fotos, Megapixel, Stämme und Punkte, angepasst</translation>
+    </message>
+    <message>
+      <source>Repeats</source>
+      <translation>Wiederholungen</translation>
     </message>
     <message>
       <source>runs of each configuration</source>
@@ -2968,8 +2796,8 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Rechenkern prüfen</translation>
     </message>
     <message>
-      <source>Say what is installed, which steps work and how to mend the rest.</source>
-      <translation>Sagt, was installiert ist, welche Schritte laufen und wie der Rest zu beheben ist.</translation>
+      <source>Say what is installed, which steps work and how to install the rest.</source>
+      <translation>Sagt, was installiert ist, welche Schritte laufen und wie der Rest zu installieren ist.</translation>
     </message>
     <message>
       <source>Loads every library of the engine, lists versions, cores, memory and disk, and says for each command whether it can run. Ends with an error and one sentence when something is missing.</source>
@@ -3020,14 +2848,6 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>laubfrei oder aus anderen Richtungen fliegen</translation>
     </message>
     <message>
-      <source>only one edge of the stem was seen</source>
-      <translation>nur ein Rand des Stamms war zu sehen</translation>
-    </message>
-    <message>
-      <source>fly oblique photos across this direction</source>
-      <translation>Schrägfotos quer zu dieser Richtung aufnehmen</translation>
-    </message>
-    <message>
       <source>two different stems explain the photos equally well</source>
       <translation>zwei verschiedene Stämme erklären die Fotos gleich gut</translation>
     </message>
@@ -3074,14 +2894,6 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
     <message>
       <source>the stem leans more than the method allows</source>
       <translation>der Stamm ist stärker geneigt, als das Verfahren zulässt</translation>
-    </message>
-    <message>
-      <source>the stem forks near breast height</source>
-      <translation>der Stamm zwieselt nahe der Brusthöhe</translation>
-    </message>
-    <message>
-      <source>measure by hand, as your protocol says</source>
-      <translation>von Hand messen, wie Ihre Anweisung es vorsieht</translation>
     </message>
     <message>
       <source>two stems may have been taken for one</source>

@@ -76,8 +76,8 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Empezar de cero</translation>
     </message>
     <message>
-      <source>Remove the environment first, to mend a broken one.</source>
-      <translation>Quitar antes el entorno, para arreglar uno dañado.</translation>
+      <source>Remove the environment first, to repair a broken one.</source>
+      <translation>Quitar antes el entorno, para reparar uno dañado.</translation>
     </message>
     <message>
       <source>WHEELS: {folder} is not a folder; give the folder that holds the .whl files.</source>
@@ -452,7 +452,7 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>{name}: se usan los {count} objetos de '{layer}', no solo los {chosen} seleccionados.</translation>
     </message>
     <message>
-      <source>{name}: the layer '{layer}' cannot be read; mend its source.</source>
+      <source>{name}: the layer '{layer}' cannot be read; correct its source.</source>
       <translation>{name}: la capa '{layer}' no se puede leer; corrija su origen.</translation>
     </message>
     <message>
@@ -732,8 +732,8 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Ajuste</translation>
     </message>
     <message>
-      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper = splats with the published constants; auto = photos, then stems left in doubt asked again among Gaussians.</source>
-      <translation>photos = troncos ajustados directamente a las fotos; gaussians = primitivas de tronco entre gaussianas; paper = splats con las constantes publicadas; auto = photos, y luego los troncos dudosos se consultan de nuevo entre gaussianas.</translation>
+      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper = splats with the published constants; auto = photos, then stems of low confidence measured a second time among Gaussians.</source>
+      <translation>photos = troncos ajustados directamente a las fotos; gaussians = primitivas de tronco entre gaussianas; paper = splats con las constantes publicadas; auto = photos, y luego los troncos poco seguros se miden una segunda vez entre gaussianas.</translation>
     </message>
     <message>
       <source>Breast height [m]</source>
@@ -756,8 +756,8 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Ensayo sin escribir</translation>
     </message>
     <message>
-      <source>Only check inputs, overlap, fixed positions, memory and disk, and foretell the time; writes nothing.</source>
-      <translation>Solo comprueba entradas, solape, posiciones fijas, memoria y disco, y predice el tiempo; no escribe nada.</translation>
+      <source>Only check inputs, overlap, fixed positions, memory and disk, and estimate the time; writes nothing.</source>
+      <translation>Solo comprueba entradas, solape, posiciones fijas, memoria y disco, y estima el tiempo; no escribe nada.</translation>
     </message>
     <message>
       <source>Workspace</source>
@@ -820,16 +820,16 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>teselas en las que se buscan troncos (ensayo)</translation>
     </message>
     <message>
-      <source>foretold time, s (dry run)</source>
-      <translation>tiempo previsto, s (ensayo)</translation>
+      <source>estimated time, s (dry run)</source>
+      <translation>tiempo estimado, s (ensayo)</translation>
     </message>
     <message>
-      <source>foretold memory, GB (dry run)</source>
-      <translation>memoria prevista, GB (ensayo)</translation>
+      <source>estimated memory, GB (dry run)</source>
+      <translation>memoria estimada, GB (ensayo)</translation>
     </message>
     <message>
-      <source>foretold disk, GB (dry run)</source>
-      <translation>disco previsto, GB (ensayo)</translation>
+      <source>estimated disk, GB (dry run)</source>
+      <translation>disco estimado, GB (ensayo)</translation>
     </message>
     <message>
       <source>what came out, in one sentence</source>
@@ -940,8 +940,8 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>semilla de las extracciones al azar</translation>
     </message>
     <message>
-      <source>Only check the cloud, its CRS, density and DTM, memory and disk, and foretell the time; writes nothing</source>
-      <translation>Solo comprueba la nube, su SRC, densidad y MDT, memoria y disco, y predice el tiempo; no escribe nada</translation>
+      <source>Only check the cloud, its CRS, density and DTM, memory and disk, and estimate the time; writes nothing</source>
+      <translation>Solo comprueba la nube, su SRC, densidad y MDT, memoria y disco, y estima el tiempo; no escribe nada</translation>
     </message>
     <message>
       <source>Stems output</source>
@@ -1396,22 +1396,6 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>mayor distancia de los puntos del suelo a la tela</translation>
     </message>
     <message>
-      <source>Rounds</source>
-      <translation>Iteraciones</translation>
-    </message>
-    <message>
-      <source>most iterations of the cloth</source>
-      <translation>máximo de iteraciones de la tela</translation>
-    </message>
-    <message>
-      <source>Thin [m]</source>
-      <translation>Aclarado [m]</translation>
-    </message>
-    <message>
-      <source>one lowest point a cell of this size hangs the cloth</source>
-      <translation>un punto más bajo por celda de este tamaño sostiene la tela</translation>
-    </message>
-    <message>
       <source>Ground [m]</source>
       <translation>Suelo [m]</translation>
     </message>
@@ -1508,60 +1492,12 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>límite fijo de gaussianas en total; repartido entre los troncos</translation>
     </message>
     <message>
-      <source>Coarse epochs</source>
-      <translation>Pasadas gruesas</translation>
-    </message>
-    <message>
-      <source>passes over the crops at half resolution</source>
-      <translation>pasadas sobre los recortes a media resolución</translation>
-    </message>
-    <message>
-      <source>Fine epochs</source>
-      <translation>Pasadas finas</translation>
-    </message>
-    <message>
-      <source>passes over the crops at full resolution</source>
-      <translation>pasadas sobre los recortes a plena resolución</translation>
-    </message>
-    <message>
       <source>Max views</source>
       <translation>Máximo de fotos</translation>
     </message>
     <message>
       <source>photos used per stem</source>
       <translation>fotos usadas por tronco</translation>
-    </message>
-    <message>
-      <source>SSIM</source>
-      <translation>SSIM</translation>
-    </message>
-    <message>
-      <source>share of D-SSIM in the photometric loss</source>
-      <translation>parte de D-SSIM en la pérdida fotométrica</translation>
-    </message>
-    <message>
-      <source>Normals</source>
-      <translation>Normales</translation>
-    </message>
-    <message>
-      <source>weight of depth-normal consistency</source>
-      <translation>peso de la coherencia entre profundidad y normales</translation>
-    </message>
-    <message>
-      <source>Fog</source>
-      <translation>Niebla</translation>
-    </message>
-    <message>
-      <source>price of covering a pixel, in mean absolute colour (0..1); keeps Gaussians from explaining the ground</source>
-      <translation>precio de cubrir un píxel, en color absoluto medio (0..1); evita que las gaussianas expliquen el suelo</translation>
-    </message>
-    <message>
-      <source>Smoothing px</source>
-      <translation>Suavizado [px]</translation>
-    </message>
-    <message>
-      <source>3D smoothing filter of free Gaussians, in pixels' footprints; 0 = none</source>
-      <translation>filtro de suavizado 3D de las gaussianas libres, en huellas de píxel; 0 = ninguno</translation>
     </message>
     <message>
       <source>Band [m]</source>
@@ -1580,36 +1516,12 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>radio del cilindro modelado alrededor de cada posición</translation>
     </message>
     <message>
-      <source>Mask foliage</source>
-      <translation>Enmascarar el follaje</translation>
-    </message>
-    <message>
-      <source>leave out green pixels where the photos' colours show a clear split</source>
-      <translation>omitir píxeles verdes donde los colores de las fotos muestran una separación clara</translation>
-    </message>
-    <message>
       <source>Stems</source>
       <translation>Troncos</translation>
     </message>
     <message>
-      <source>primitive = a tapered stem is fitted in one loop with the Gaussians around it, and its bark written as Gaussians; start = its bark Gaussians are then fitted freely; free = nothing but Gaussians, as published</source>
-      <translation>primitive = un tronco con ahusamiento se ajusta en un solo ciclo con las gaussianas de su entorno, y su corteza se escribe como gaussianas; start = sus gaussianas de corteza se ajustan después libremente; free = solo gaussianas, como se publicó</translation>
-    </message>
-    <message>
-      <source>Stem gaussians</source>
-      <translation>Gaussianas del tronco</translation>
-    </message>
-    <message>
-      <source>Gaussians around a stem primitive (twigs and leaves before and beside it)</source>
-      <translation>gaussianas alrededor de una primitiva de tronco (ramas y hojas delante y al lado)</translation>
-    </message>
-    <message>
-      <source>Stem epochs</source>
-      <translation>Pasadas del tronco</translation>
-    </message>
-    <message>
-      <source>passes over the crops in which primitive and Gaussians are fitted together</source>
-      <translation>pasadas sobre los recortes en que primitiva y gaussianas se ajustan juntas</translation>
+      <source>primitive = a tapered stem is fitted in one loop with the Gaussians around it, and its bark written as Gaussians; free = nothing but Gaussians, as published</source>
+      <translation>primitive = un tronco con ahusamiento se ajusta en un solo ciclo con las gaussianas de su entorno, y su corteza se escribe como gaussianas; free = solo gaussianas, como se publicó</translation>
     </message>
     <message>
       <source>breast height above the ground</source>
@@ -1628,8 +1540,8 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Control</translation>
     </message>
     <message>
-      <source>of free Gaussians: fixed = every epoch of the preset; plateau = stop when two held-out photos no longer improve; backtrack = go back to the last good state with smaller steps instead; rlgs = a learned policy chooses the steps (several times slower)</source>
-      <translation>de las gaussianas libres: fixed = todas las pasadas del preajuste; plateau = parar cuando dos fotos reservadas dejan de mejorar; backtrack = volver entonces al último estado bueno con pasos menores; rlgs = una política aprendida elige los pasos (varias veces más lento)</translation>
+      <source>of free Gaussians: fixed = every epoch of the preset; rlgs = a learned policy chooses the steps, as published (several times slower)</source>
+      <translation>de las gaussianas libres: fixed = todas las pasadas del preajuste; rlgs = una política aprendida elige los pasos, como se publicó (varias veces más lento)</translation>
     </message>
     <message>
       <source>Device</source>
@@ -1700,46 +1612,6 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>puntos candidatos extraídos por gaussiana (M)</translation>
     </message>
     <message>
-      <source>Law</source>
-      <translation>Ley</translation>
-    </message>
-    <message>
-      <source>opacity law: clamp = RaDe-GS depth clamp, vacancy = stochastic solid</source>
-      <translation>ley de opacidad: clamp = recorte de profundidad de RaDe-GS, vacancy = sólido estocástico</translation>
-    </message>
-    <message>
-      <source>Tau</source>
-      <translation>Tau</translation>
-    </message>
-    <message>
-      <source>keep points whose smallest opacity over the views is above this</source>
-      <translation>conservar los puntos cuya menor opacidad entre las vistas supera este valor</translation>
-    </message>
-    <message>
-      <source>Seen transmittance</source>
-      <translation>Transmitancia de lo visto</translation>
-    </message>
-    <message>
-      <source>a view sees a point when more than this share of light gets past what is in front of it; Gaussians that no view sees are dropped (0 keeps all)</source>
-      <translation>una vista ve un punto cuando pasa más que esta parte de luz por lo que tiene delante; las gaussianas que ninguna vista ve se descartan (0 conserva todas)</translation>
-    </message>
-    <message>
-      <source>Quantile</source>
-      <translation>Cuantil</translation>
-    </message>
-    <message>
-      <source>opacity kept of a point: this quantile over its foreground views; 0 = the smallest, as published</source>
-      <translation>opacidad que conserva un punto: este cuantil entre sus vistas de primer plano; 0 = la menor, como se publicó</translation>
-    </message>
-    <message>
-      <source>Min foreground</source>
-      <translation>Mínimo de primer plano</translation>
-    </message>
-    <message>
-      <source>a view counts as foreground where the accumulated alpha is above this</source>
-      <translation>una vista cuenta como primer plano donde el alfa acumulado supera este valor</translation>
-    </message>
-    <message>
       <source>views scored at once</source>
       <translation>vistas puntuadas a la vez</translation>
     </message>
@@ -1804,28 +1676,12 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>mayor inclinación</translation>
     </message>
     <message>
-      <source>Min rows</source>
-      <translation>Proporción mínima de filas</translation>
-    </message>
-    <message>
-      <source>share of 25 cm rows of the band that must show bark</source>
-      <translation>parte de las filas de 25 cm de la banda que deben mostrar corteza</translation>
-    </message>
-    <message>
       <source>Min arc [deg]</source>
       <translation>Arco mínimo [grados]</translation>
     </message>
     <message>
       <source>least circumference seen, all rows together</source>
       <translation>menor circunferencia vista, todas las filas juntas</translation>
-    </message>
-    <message>
-      <source>Grow [m]</source>
-      <translation>Seguir hasta [m]</translation>
-    </message>
-    <message>
-      <source>height up to which stem points are followed</source>
-      <translation>altura hasta la que se siguen los puntos del tronco</translation>
     </message>
     <message>
       <source>stem points with tree_id</source>
@@ -2024,30 +1880,6 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>los árboles más alejados que esto tras el ajuste nunca son un par</translation>
     </message>
     <message>
-      <source>Min ratio</source>
-      <translation>Razón mínima</translation>
-    </message>
-    <message>
-      <source>best placing must score this many times the next best, else the plot is left to you</source>
-      <translation>la mejor colocación debe puntuar tantas veces la siguiente, si no la parcela queda en sus manos</translation>
-    </message>
-    <message>
-      <source>Min share</source>
-      <translation>Proporción mínima</translation>
-    </message>
-    <message>
-      <source>share of the trees that must find a partner within 1 m, else the plot is left to you</source>
-      <translation>parte de los árboles que debe hallar pareja a menos de 1 m, si no la parcela queda en sus manos</translation>
-    </message>
-    <message>
-      <source>Min margin</source>
-      <translation>Margen mínimo</translation>
-    </message>
-    <message>
-      <source>a pair must be exp(this) times as likely as the best pairing without it, else it is only suggested</source>
-      <translation>un par debe ser exp(esto) veces tan probable como el mejor emparejamiento sin él, si no solo se propone</translation>
-    </message>
-    <message>
       <source>Trees DBH unit</source>
       <translation>Unidad del DAP de los árboles medidos</translation>
     </message>
@@ -2176,14 +2008,6 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>carpeta para metrics.json, tablas, gráficos y evaluation.html</translation>
     </message>
     <message>
-      <source>Repeats</source>
-      <translation>Repeticiones</translation>
-    </message>
-    <message>
-      <source>bootstrap resamples</source>
-      <translation>remuestreos bootstrap</translation>
-    </message>
-    <message>
       <source>seed of the bootstrap and of the held-out stems</source>
       <translation>semilla del bootstrap y de los troncos reservados</translation>
     </message>
@@ -2236,8 +2060,8 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Tablas de rodal y existencias por hectárea con sus errores, y un informe para el cliente.</translation>
     </message>
     <message>
-      <source>Expands the trees of fixed-area plots (round, rectangular or any polygon) to the hectare: trees, basal area, quadratic mean diameter, Lorey's and dominant height, volume and biomass by species and DBH class, plot means with standard errors and t intervals. Basal area and volume are freed of what the DBHs' own errors add to them, and the amount is shown. Stems without a DBH are counted and either imputed or left out; the result of both is told. Plots over the stand's edge are flagged and weighted. Volume and biomass come from a table of equations with source and range (loblolly and other pines first); give your own with --equations. From one plot no error for the stand can be given, and none is. Writes report.html, report.pdf, stand_table.xlsx, CSV files, stand.gpkg, shapefiles and FVS_Data.db (US units, for the Forest Vegetation Simulator), all with the same numbers. Result figures are metric.</source>
-      <translation>Expande a la hectárea los árboles de parcelas de superficie fija (redondas, rectangulares o cualquier polígono): número de pies, área basal, diámetro medio cuadrático, alturas de Lorey y dominante, volumen y biomasa por especie y clase diamétrica, medias de parcela con errores estándar e intervalos t. El área basal y el volumen se libran de lo que les añaden los propios errores del DAP, y se muestra cuánto es. Los troncos sin DAP se cuentan y se imputan o se omiten; se dice el resultado de ambas opciones. Las parcelas que pasan del límite del rodal se señalan y se ponderan. Volumen y biomasa salen de una tabla de ecuaciones con fuente y rango (primero pino taeda y otros pinos); dé las suyas con --equations. De una sola parcela no se puede dar un error para el rodal, y no se da. Escribe report.html, report.pdf, stand_table.xlsx, archivos CSV, stand.gpkg, shapefiles y FVS_Data.db (unidades de EE. UU., para el Forest Vegetation Simulator), todos con las mismas cifras. Los valores de resultado son métricos.</translation>
+      <source>Expands the trees of fixed-area plots (round, rectangular or any polygon) to the hectare: trees, basal area, quadratic mean diameter, Lorey's and dominant height, volume and biomass by species and DBH class, plot means with standard errors and t intervals. Basal area and volume are freed of what the DBHs' own errors add to them, and the amount is shown. Stems without a DBH are counted and either imputed or left out; both are reported. Plots over the stand's edge are flagged and weighted. Volume and biomass come from a table of equations with source and range (loblolly and other pines first); give your own with --equations. From one plot no error for the stand can be given, and none is. Writes report.html, report.pdf, stand_table.xlsx, CSV files, stand.gpkg, shapefiles and FVS_Data.db (US units, for the Forest Vegetation Simulator), all with the same numbers. Result figures are metric.</source>
+      <translation>Expande a la hectárea los árboles de parcelas de superficie fija (redondas, rectangulares o cualquier polígono): número de pies, área basal, diámetro medio cuadrático, alturas de Lorey y dominante, volumen y biomasa por especie y clase diamétrica, medias de parcela con errores estándar e intervalos t. El área basal y el volumen se libran de lo que les añaden los propios errores del DAP, y se muestra cuánto es. Los troncos sin DAP se cuentan y se imputan o se omiten; se informa de ambas opciones. Las parcelas que pasan del límite del rodal se señalan y se ponderan. Volumen y biomasa salen de una tabla de ecuaciones con fuente y rango (primero pino taeda y otros pinos); dé las suyas con --equations. De una sola parcela no se puede dar un error para el rodal, y no se da. Escribe report.html, report.pdf, stand_table.xlsx, archivos CSV, stand.gpkg, shapefiles y FVS_Data.db (unidades de EE. UU., para el Forest Vegetation Simulator), todos con las mismas cifras. Los valores de resultado son métricos.</translation>
     </message>
     <message>
       <source>measured trees: the tree layer</source>
@@ -2526,6 +2350,10 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
     <message>
       <source>instead of the chart: seconds and memory of each stage against photos, megapixels, stems and points, fitted</source>
       <translation>en vez del gráfico: segundos y memoria de cada etapa frente a fotos, megapíxeles, troncos y puntos, ajustados</translation>
+    </message>
+    <message>
+      <source>Repeats</source>
+      <translation>Repeticiones</translation>
     </message>
     <message>
       <source>runs of each configuration</source>
@@ -2968,8 +2796,8 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Comprobar el motor</translation>
     </message>
     <message>
-      <source>Say what is installed, which steps work and how to mend the rest.</source>
-      <translation>Dice qué está instalado, qué pasos funcionan y cómo arreglar el resto.</translation>
+      <source>Say what is installed, which steps work and how to install the rest.</source>
+      <translation>Dice qué está instalado, qué pasos funcionan y cómo instalar el resto.</translation>
     </message>
     <message>
       <source>Loads every library of the engine, lists versions, cores, memory and disk, and says for each command whether it can run. Ends with an error and one sentence when something is missing.</source>
@@ -3020,14 +2848,6 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>vuele sin hojas o desde otras direcciones</translation>
     </message>
     <message>
-      <source>only one edge of the stem was seen</source>
-      <translation>solo se vio un borde del tronco</translation>
-    </message>
-    <message>
-      <source>fly oblique photos across this direction</source>
-      <translation>tome fotos oblicuas transversales a esta dirección</translation>
-    </message>
-    <message>
       <source>two different stems explain the photos equally well</source>
       <translation>dos troncos distintos explican igual de bien las fotos</translation>
     </message>
@@ -3074,14 +2894,6 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
     <message>
       <source>the stem leans more than the method allows</source>
       <translation>el tronco se inclina más de lo que admite el método</translation>
-    </message>
-    <message>
-      <source>the stem forks near breast height</source>
-      <translation>el tronco se bifurca cerca de la altura del pecho</translation>
-    </message>
-    <message>
-      <source>measure by hand, as your protocol says</source>
-      <translation>mida a mano, como diga su protocolo</translation>
     </message>
     <message>
       <source>two stems may have been taken for one</source>

@@ -26,7 +26,7 @@ TITLES = {
 class Model(QgsProcessingModelAlgorithm):
     """A model with a plain id and a translated title."""
 
-    def displayName(self) -> str:  # noqa: N802
+    def displayName(self) -> str:
         """The title in the toolbox."""
         return tr(TITLES.get(self.name(), self.name()))
 
@@ -34,7 +34,7 @@ class Model(QgsProcessingModelAlgorithm):
         """One group for all of them."""
         return tr("Ready-made models")
 
-    def groupId(self) -> str:  # noqa: N802
+    def groupId(self) -> str:
         """The group's id."""
         return "readymademodels"
 
@@ -42,17 +42,17 @@ class Model(QgsProcessingModelAlgorithm):
         """Search words."""
         return ["treedgs", "model", "chain", "workflow", "dbh", "inventory"]
 
-    def shortDescription(self) -> str:  # noqa: N802
+    def shortDescription(self) -> str:
         """One line."""
         return self.displayName()
 
-    def createInstance(self) -> QgsProcessingAlgorithm:  # noqa: N802
+    def createInstance(self) -> QgsProcessingAlgorithm:
         """A copy that checks its values as this one does."""
         made = type(self)()
         made.loadVariant(self.toVariant())
         return made
 
-    def checkParameterValues(self, parameters: dict, context: QgsProcessingContext) -> tuple[bool, str]:  # noqa: N802
+    def checkParameterValues(self, parameters: dict, context: QgsProcessingContext) -> tuple[bool, str]:
         """Refuse unknown names, and what the algorithm that takes a value would refuse, before anything starts."""
         problem = unknown_name(self, parameters) or self._value_problem(parameters, context)
         return (False, problem) if problem else super().checkParameterValues(parameters, context)
@@ -78,7 +78,7 @@ class Model(QgsProcessingModelAlgorithm):
         """A chain."""
         return QIcon(self.svgIconPath())
 
-    def svgIconPath(self) -> str:  # noqa: N802
+    def svgIconPath(self) -> str:
         """The same icon as a file."""
         return str(ICON)
 

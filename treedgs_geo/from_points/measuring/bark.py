@@ -18,7 +18,7 @@ from ..segmentation.sensors import Sensor
 ROUNDNESS = 0.02
 #: Error that no cloud resolves: bark, ground height, breast height (cm), and the share of the diameter it grows by.
 FLOOR_CM, FLOOR_SHARE = 0.25, 0.010
-#: Error of terrestrial scans that the spread of the points about the bark tells of, share of it on the diameter: where
+#: Error of terrestrial scans that the spread of the points about the bark shows, share of it on the diameter: where
 #: walks with a mobile scanner drift, the walls of a stem do not lie where the stem is, however many points show them
 #: (even seeds of ``benchmarks/clouds/dense_clouds.py``).
 DRIFT_SHARE = 0.25

@@ -21,6 +21,7 @@ class TreeFrame:
 
     @classmethod
     def of(cls, cloud: PointCloud, group: np.ndarray, dtm: Dtm) -> TreeFrame:
+        """Of the points of one tree: ``group``, (M,) indices."""
         xyz = cloud.xyz[group]
         low = xyz[:, 2] <= np.percentile(xyz[:, 2], 30)
         foot = np.median(xyz[low, :2], axis=0)
@@ -38,6 +39,7 @@ class Surroundings:
 
     @classmethod
     def of(cls, cloud: PointCloud, tree_id: np.ndarray, height: np.ndarray) -> Surroundings:
+        """Of the points that are no stem's."""
         free = np.flatnonzero(tree_id <= 0)
         height = height[free]
         with np.errstate(invalid="ignore"):

@@ -11,7 +11,7 @@ import numpy as np
 from ...core.errors import InputError
 from ...pointcloud.cloud import PointCloud
 
-#: Returns of one pulse nearer than this do not tell its direction, metres; seconds of flight that count as one place.
+#: Returns of one pulse nearer than this do not give its direction, metres; seconds of flight that count as one place.
 LEAST_SPAN_M, STEP_S = 1.0, 0.5
 #: Pulses that one place needs, and how far their lines may pass it (median), metres.
 LEAST_PULSES, WORST_MISS_M = 12, 2.0
@@ -52,7 +52,7 @@ def scanner_track(cloud: PointCloud) -> tuple[np.ndarray, np.ndarray]:
     if not times:
         raise InputError(
             f"--weights range_intensity: only {len(when)} pulses have two returns a metre apart, too few "
-            "to tell where the scanner was; use --weights intensity."
+            "to find where the scanner was; use --weights intensity."
         )
     return np.array(times), np.array(places) + origin
 

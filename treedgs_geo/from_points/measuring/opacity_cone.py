@@ -48,6 +48,7 @@ class OpacityCone:
 
     @property
     def dbh_cm(self) -> float:
+        """Diameter at breast height, cm."""
         return 200 * self.radius_m
 
 

@@ -54,6 +54,7 @@ def by_the_paper(
     weights: np.ndarray | None,
     options: MeasureOptions,
 ) -> list[StemMeasure]:
+    """The published method on the points of each tree, in its own frame: one measure a group, in order."""
     # Unweighted points use the exponent of their own kind: surface samples fill the stem, LiDAR lies on it.
     kind = options.weights if options.weights != "none" else "opacity" if "opacity" in cloud.attributes else "intensity"
     published = PublishedOptions(circle=SolidCircle(power=PAPER_POWER[kind]))

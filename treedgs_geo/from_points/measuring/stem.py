@@ -77,7 +77,7 @@ def measure_points(
         if axis is not None and is_bowed(axis, cone, window):
             strength = None if weights is None else np.r_[weights, np.full(len(others), np.median(weights))]
             return _measure_bowed(pool, strength, len(points), axis, sensor, bh_m, options)
-    slices = _slices(points, weights, cone, sensor, bh_m)
+    slices = _slices(points, weights, cone, sensor)
     taper = taper_line(slices[:, 0], slices[:, 1], slices[:, 2], bh_m, slices_per_independent=3.0)
     if taper is not None and taper.model == "butt" and window[0] < ABOVE_BUTT_M:
         # The cone knows no swell: it is fitted again above it.
@@ -140,7 +140,7 @@ def _window_fit(
         balanced = balance * purity**2
         if weights is not None:
             balanced = balanced * weights[inside]
-        # Short windows cannot tell lean and taper: they are held near what the long stem says.
+        # Short windows do not show lean and taper: they are held near what the long stem says.
         length = below + above
         fitted = fit_cone(
             near,
@@ -164,7 +164,7 @@ def _window_fit(
     return last
 
 
-def _slices(points: np.ndarray, weights: np.ndarray | None, cone: Cone, sensor: Sensor, bh_m: float) -> np.ndarray:
+def _slices(points: np.ndarray, weights: np.ndarray | None, cone: Cone, sensor: Sensor) -> np.ndarray:
     """(S, 5): height, diameter cm, its standard error cm, arc deg, 1 if the centre was free."""
     on = np.abs(cone.residuals(points)) < max(4 * cone.sigma, 0.03)
     band = on & (points[:, 2] > 0.3) & (points[:, 2] < 4.5)
@@ -197,7 +197,7 @@ def _conclude(fitted: FittedStem, sensor: Sensor, bh_m: float, options: SegmentO
     # Breast height is measured along the stem: a leaning one reaches it lower.
     bh_m = bh_m * float(np.cos(np.radians(fitted.cone.lean_deg)))
     bark = Bark.of(fitted, sensor)
-    # A tape reads the girth: of an oval section that is a little more than the mean radius tells.
+    # A tape reads the girth: of an oval section that is a little more than the mean radius gives.
     dbh_cm = 200 * float(fitted.cone.radius(bh_m)) * girth_factor(fitted.points[fitted.on], fitted.cone, sensor)
     error = DiameterError.of(fitted, bark, sensor, bh_m, dbh_cm)
     measured = _quantities(fitted, bark, sensor, bh_m, dbh_cm, error.cautious)

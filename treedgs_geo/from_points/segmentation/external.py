@@ -123,7 +123,7 @@ def _run(
     if done.returncode:
         last = " / ".join((done.stderr or done.stdout).strip().splitlines()[-3:]) or "it said nothing"
         raise OutputError(
-            f"{segmenter}: ended with exit code {done.returncode} ({last[:400]}); mend that and run again."
+            f"{segmenter}: ended with exit code {done.returncode} ({last[:400]}); correct that and run again."
         )
     result = _result(made, segmenter)
     xyz, instance = _read_ply(result) if result.suffix == ".ply" else _read_las(result)

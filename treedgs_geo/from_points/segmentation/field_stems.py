@@ -83,7 +83,7 @@ def read_field_stems(path: Path, crs: object | None = None) -> FieldStems:
     return FieldStems(xy, np.arange(1, len(names) + 1), names, counted=True)
 
 
-def _read_csv(path: Path):  # noqa: ANN202 - a pandas table
+def _read_csv(path: Path):
     import pandas as pd
 
     try:

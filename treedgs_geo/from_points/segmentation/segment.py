@@ -174,6 +174,8 @@ def search_tile(
     follow: bool = True,
     seeds: np.ndarray | None = None,
 ) -> list[ConeStem]:
+    """Stems in (N, 3) points: xy metres, height above ground. seeds: (K, 2) places where weaker evidence is looked at;
+    follow: bark is followed up the stem."""
     band = (points[:, 2] >= options.low_m) & (points[:, 2] < options.high_m)
     if band.sum() < sensor.least_points:
         return []

@@ -9,7 +9,7 @@ import numpy as np
 from ...pointcloud.cloud import thin, thin_crowded
 from ...shapes.cone import Cone
 
-#: Bark is not taken to be thicker than this (1 sd), m: beyond it, a ring can no longer be told from a shrub.
+#: Bark is not taken to be thicker than this (1 sd), m: beyond it, a ring can no longer be distinguished from a shrub.
 MOST_NOISE_M = 0.035
 #: Side of the voxels in which the points of a dense cloud are limited, m: as the lattice of tiles and their buffers.
 CROWDED_M = 0.5

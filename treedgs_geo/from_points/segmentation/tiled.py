@@ -13,7 +13,7 @@ from .options import SegmentOptions
 from .segment import BUFFER_M, TILE_M, StemMap, guess_sensor, search_tile, without_doubles
 from .sensors import SENSORS, settled
 
-#: Tiles looked at, evenly spread, to tell what made the cloud.
+#: Tiles looked at, evenly spread, to see what made the cloud.
 _GUESS_TILES = 16
 
 

@@ -171,7 +171,7 @@ class BandModel:
         given = np.zeros((8 if full else 4, *weight.shape), np.float32)
         given[:3] = np.moveaxis(g, -1, 0)
         given[3] = -np.einsum("hwc,hwc->hw", g, ground)
-        # Fog: a pixel is ground unless a Gaussian in front of it buys more than this in mean absolute colour.
+        # Fog: a pixel is ground unless a Gaussian in front of it gains more than this in mean absolute colour.
         given[3] += self.fog_factor * settings.alpha_cost * weight / max(weight.sum(), 1e-6)
         if full:
             bent, g_bent = normal_consistency(passed.planes, crop.camera.pixel_rays(), weight)

@@ -67,11 +67,13 @@ class FixedSchedule:
     reason: str = "schedule"
 
     def factors(self, done: float) -> np.ndarray:
+        """See :class:`Controller`."""
         factor = np.full(N_PARAMETERS, 0.25**done)
         factor[MEAN] = self.last**done
         return factor
 
     def phase(self, phase: Phase) -> bool:
+        """Run it as scheduled."""
         phase.run(np.ones(N_PARAMETERS))
         return False
 
@@ -98,6 +100,7 @@ class Rlgs(FixedSchedule):
         self._last = 1.0
 
     def phase(self, phase: Phase) -> bool:
+        """Try, keep the best, learn."""
         before, state = phase.reward_loss(), phase.save()
         if not math.isfinite(before):
             phase.run(np.ones(N_PARAMETERS))
@@ -119,14 +122,14 @@ class Rlgs(FixedSchedule):
             return factors_of(actions[int(np.argmax(np.nan_to_num(rewards, nan=-np.inf)))]), rewards
 
         factors, rewards = best(self._rates, lambda tried: phase.run(_columns(tried)))
-        told: dict[str, Any] = {"done": phase.done, "rewards": rewards.tolist(), "factors": factors.tolist()}
+        entry: dict[str, Any] = {"done": phase.done, "rewards": rewards.tolist(), "factors": factors.tolist()}
         knobs = None
         if self._density is not None:
             knobs, earned = best(self._density, lambda tried: phase.run(_columns(factors), tried))
-            told |= {"density_rewards": earned.tolist(), "density_factors": knobs.tolist()}
+            entry |= {"density_rewards": earned.tolist(), "density_factors": knobs.tolist()}
         phase.run(_columns(factors), knobs)
         self._last = phase.reward_loss() / self._first
-        self.history.append(told)
+        self.history.append(entry)
         self.reason = "rlgs"
         return False
 

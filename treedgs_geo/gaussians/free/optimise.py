@@ -34,6 +34,7 @@ class Adam:
 
     @classmethod
     def start(cls, count: int, rates: np.ndarray) -> Adam:
+        """Without momentum. rates: (14,)."""
         return cls(rates, np.zeros((count, N_PARAMETERS)), np.zeros((count, N_PARAMETERS)))
 
     def step(self, parameters: np.ndarray, gradient: np.ndarray, factor: np.ndarray) -> None:

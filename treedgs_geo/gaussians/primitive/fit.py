@@ -1,7 +1,7 @@
 """Fit the stem primitive to its crops: alternating Gauss-Newton, textures and ground; several starts, one winner.
 
 Explanations are ranked by how well each photo is predicted by a texture that the *other* photos painted: a cylinder
-that is too thick paints ground onto itself, and only a photo that took no part can tell.
+that is too thick paints ground onto itself, and only a photo that took no part can show it.
 """
 
 from __future__ import annotations
@@ -40,6 +40,7 @@ class PrimitiveExplanation:
 
     @property
     def dbh_cm(self) -> float:
+        """Diameter at breast height, cm."""
         return 200 * float(self.shape[6])
 
 
@@ -49,7 +50,6 @@ def fit_shape(
     settings: JointSettings,
     blurs: list[float],
     first: bool = True,
-    free_taper: bool = True,
 ) -> PrimitiveExplanation:
     """Gauss-Newton from ``start``, one step for each blur; the loss is of the shape before the last step's draw."""
     shape, shifts = start.shape.copy(), start.shifts.copy()
@@ -99,10 +99,10 @@ def fit_shape(
 class PrimitiveFit:
     """A stem as its crops show it, in the stem frame (origin at the seed, on the ground).
 
-    shape: (8,) of :mod:`.model`. se_cm: standard error of the diameter, given that the right explanation won. n_views:
-    photos that show both edges near breast height. gap: how much worse the next different explanation predicts the
-    photos; evidence: how much worse the bare ground does. shifts: (V,) sideways pose errors, px. texture: (A, L, 3)
-    linear-light colours, all photos. loss: mean rho. seconds: process time.
+    shape: (8,) of :mod:`.primitive.model`. se_cm: standard error of the diameter, given that the right explanation
+    won. n_views: photos that show both edges near breast height. gap: how much worse the next different explanation
+    predicts the photos; evidence: how much worse the bare ground does. shifts: (V,) sideways pose errors, px.
+    texture: (A, L, 3) linear-light colours, all photos. loss: mean rho. seconds: process time.
     """
 
     shape: np.ndarray

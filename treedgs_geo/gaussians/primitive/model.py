@@ -59,7 +59,7 @@ class Coverage(NamedTuple):
     """Coverage and texture cell of each pixel.
 
     alpha: (H, W) float32. edge: (H, W) float32, pixels from the nearer edge, positive inside; 1000 is added on the
-    stem's far side (s < 0), so that the two edges can be told apart. angle, level: (H, W) int16 texture cell of the
+    stem's far side (s < 0), so that the two edges can be distinguished. angle, level: (H, W) int16 texture cell of the
     visible surface. window: (H, W) bool, the pixel belongs to the compared region.
     """
 

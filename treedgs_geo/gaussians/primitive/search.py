@@ -2,7 +2,7 @@
 
 Each crop says how unlike the ground texture each pixel is. Along an upright axis a stem is what is not ground, between
 two vertical lines, in every photo that sees it. The contrast between inside and beside, summed over photos and heights,
-ranks places and radii; the best different ones are the starting points of the fit (:mod:`.fit`).
+ranks places and radii; the best different ones are the starting points of the fit (:mod:`.primitive.fit`).
 """
 
 from __future__ import annotations

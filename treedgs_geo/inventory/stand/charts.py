@@ -12,7 +12,7 @@ from .survey import Stand
 from .tables import Table, cross_table
 from .units import UNITS
 
-#: Okabe and Ito's colours: told apart by colour-blind readers and in grey print.
+#: Okabe and Ito's colours: distinguished by colour-blind readers and in grey print.
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
 _OTHER, _DEAD = "#999999", "#666666"
 #: More plots than this are shown on the overview only.

@@ -222,7 +222,7 @@ def _field_crs(settings: Any) -> pyproj.CRS | None:
 
         try:
             code = pyogrio.read_info(path).get("crs")
-        except Exception:  # noqa: BLE001 - the reader that follows says what is wrong with it
+        except Exception:
             return None
         return pyproj.CRS.from_user_input(code) if code else None
     try:

@@ -121,11 +121,8 @@ def _propagate(
     d = found.dbh
     middle = rule(d)
     low, high = rule(np.maximum(d - _NODE * error, 0.1)), rule(d + _NODE * error)
-    if name == "ba":
-        gain = BA * error**2
-    else:
-        # Where the lower node leaves the rule's reach, the tree keeps its value uncorrected.
-        gain = np.nan_to_num((low + high) / 6 - middle / 3)
+    # Where the lower node leaves the rule's reach, the tree keeps its value uncorrected.
+    gain = BA * error**2 if name == "ba" else np.nan_to_num((low + high) / 6 - middle / 3)
     spread = np.sqrt(
         np.maximum((low**2 + high**2) / 6 + middle**2 * 2 / 3 - ((low + high) / 6 + middle * 2 / 3) ** 2, 0)
     )
