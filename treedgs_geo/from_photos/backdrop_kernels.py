@@ -132,7 +132,7 @@ def ground_ratio(colour, mean, spread, f, a, b, floor, ceiling, ratio):
 def likelihoods(photos, ground, backdrop, tones, axis, heights, us, outline):
     """Fill ``outline`` (a :class:`.backdrop.Silhouette`) along an axis row, at (rows,) heights and (U,) places."""
     pixels, start, shape, corner, camera, centre = photos
-    lut, floor, ceiling, ratio = tones
+    lut, floor, ceiling, ratio = tones.lut, tones.floor, tones.ceiling, tones.ratio
     gx0, gy0, gcell, gz = ground
     bx0, by0, bcell, mean, spread, layer = backdrop
     total, normal, widen, blind = outline.total, outline.normal, outline.widen, outline.blind

@@ -45,7 +45,7 @@ def _ground_shown(photos, v, ground, backdrop, tones, shown):
     """Log likelihood ratio of "photo ``v`` shows the ground" at every cell of ``ground``; 0 where nothing is known."""
     camera, corner, shape = photos.camera[v], photos.corner[v], photos.shape[v]
     pixels, start = photos.pixels, photos.start[v]
-    lut, floor, ceiling, ratio = tones
+    lut, floor, ceiling, ratio = tones.lut, tones.floor, tones.ceiling, tones.ratio
     x0, y0, cell, z = ground
     mean, spread, layer = backdrop.mean, backdrop.spread, backdrop.layer[v]
     for i in prange(z.shape[0]):
