@@ -17,11 +17,10 @@ THICK, THICK_AS_ALL, AS_ALL = 0.35, 0.45, 1.25
 
 @dataclass(frozen=True)
 class ConeStem:
-    """A found stem. cone: local frame (see :class:`StemMap`), heights above ground. row_share (of 25 cm
-    rows with bark), arc_deg, inside, clutter: the evidence. pieces: cones that follow the axis upwards, by height. refused: why it is seen but
-    not measurable (a key of the list of reasons), empty for a clean ring. noise_m: spread of the cloud's
-    bark, where it could be measured. at_seed: nothing was found
-    there, the place was given."""
+    """A found stem. cone: local frame (see :class:`StemMap`), heights above ground. row_share (of 25 cm rows with
+    bark), arc_deg, inside, clutter: the evidence. pieces: cones that follow the axis upwards, by height. refused: why
+    it is seen but not measurable (a key of the list of reasons), empty for a clean ring. noise_m: spread of the
+    cloud's bark, where it could be measured. at_seed: nothing was found there, the place was given."""
 
     cone: Cone
     score: float

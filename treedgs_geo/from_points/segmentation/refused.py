@@ -187,7 +187,7 @@ def _reason_at(cones: list[Cone], near: np.ndarray, place: np.ndarray, sensor: S
         weigh(cone, near, sensor, options) for cone in cones if 0.015 < cone.radius(1.3) <= options.max_dbh_cm / 200
     ]
     best = max(seen, key=lambda one: one.row_share * one.cells * one.sharp, default=None)
-    if best is None or best.rows < options.min_rows:
+    if best is None or best.row_share < options.min_rows:
         return "occluded"
     if best.arc_deg < options.min_arc_deg:
         return "short_arc"
