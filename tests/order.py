@@ -14,6 +14,16 @@ import pytest
 
 SLOW_TESTS = Path(__file__).with_name("slow_tests.txt")
 _KEPT = "treedgs/failures"
+#: Fixtures that simulate, render or run a chain: what uses them is slow, whichever test comes first and pays.
+SLOW_FIXTURES = {
+    "tests/chain": {"finished"},
+    "tests/from_photos/test_carving.py": {"scene"},
+    "tests/from_photos/test_choice.py": {"fits"},
+    "tests/from_photos/test_odd_stems.py": {"fits"},
+    "tests/from_photos/test_stems_from_photos.py": {"fits", "views"},
+    "tests/inventory/test_stand_files.py": {"written"},
+    "tests/simulation/test_simulate_plot.py": {"bare", "leafy"},
+}
 
 
 def plain_name(item_id: str) -> str:
@@ -31,12 +41,14 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """Mark, and put what failed most often first; otherwise the order stays."""
     slow = slow_tests()
     for item in items:
-        if plain_name(item.nodeid) in slow:
+        costly = (names for place, names in SLOW_FIXTURES.items() if item.nodeid.startswith(place))
+        if plain_name(item.nodeid) in slow or any(names & set(item.fixturenames) for names in costly):
             item.add_marker(pytest.mark.slow)
         if item.nodeid.startswith("tests/qgis/"):
             item.add_marker(pytest.mark.qgis)
-    if config.cache is not None:
-        counts = config.cache.get(_KEPT, {})
+    cache = getattr(config, "cache", None)  # gone with -p no:cacheprovider
+    if cache is not None:
+        counts = cache.get(_KEPT, {})
         items.sort(key=lambda item: -counts.get(plain_name(item.nodeid), 0))
 
 

@@ -183,6 +183,7 @@ def test_no_stem_is_refused():
     assert found is None or found.findings.refused
 
 
+@pytest.mark.slow
 def test_constant_and_masked_crops_give_nothing_or_a_refusal():
     crops, plane, texture = painted(SHAPE)
     flat = [replace(crop, image=np.full_like(crop.image, 0.4)) for crop in crops]

@@ -43,6 +43,8 @@ app.exitQgis()
 print("SAVED")
 """
 
+pytestmark = pytest.mark.qgis
+
 
 @pytest.fixture
 def paired(tmp_path):
@@ -71,7 +73,7 @@ def paired(tmp_path):
 
 def score(folder):
     """``evaluate``'s metrics."""
-    settings = evaluate.EvaluateSettings(pairs=folder / "pairs.gpkg", output=folder / "evaluation", repeats=100)
+    settings = evaluate.EvaluateSettings(pairs=folder / "pairs.gpkg", output=folder / "evaluation")
     evaluate.run(settings, Ears())
     return json.loads((folder / "evaluation" / "metrics.json").read_text())
 
