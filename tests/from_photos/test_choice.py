@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from clear_fit import CLEAR
 from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.from_photos.choice import Explanation, choose
@@ -105,21 +106,7 @@ def test_ragged_edges_and_an_odd_taper_count_against():
 
 
 def test_verdict_on_probability_and_companions():
-    clear = dict(
-        dbh_cm=30,
-        polish_cm=30.5,
-        r1=-0.005,
-        lean_deg=1.1,
-        llr=120,
-        gap=60,
-        n_views=12,
-        kish=10,
-        se_cm=0.5,
-        rms_px=0.48,
-        sure=0.99,
-        contrast=1.5,
-        outline_cm=29.0,
-    )
+    clear = CLEAR | {"sure": 0.99, "contrast": 1.5, "outline_cm": 29.0}
     assert verdict(FitQuality(**clear), PhotoStemOptions()) == ("ok", ())
     assert verdict(FitQuality(**clear | {"sure": 0.4}), PhotoStemOptions()) == ("reject", ("ambiguous",))
     assert verdict(FitQuality(**clear | {"sure": 0.7}), PhotoStemOptions()) == ("check", ("ambiguous",))

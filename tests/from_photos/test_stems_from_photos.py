@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pyproj
 import pytest
+from clear_fit import CLEAR
 from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.core.crs import LocalFrame
@@ -162,18 +163,7 @@ def test_azimuth_spread():
 
 
 def test_verdict_refuses_what_is_unclear():
-    clear = dict(
-        dbh_cm=30,
-        polish_cm=30.5,
-        r1=-0.005,
-        lean_deg=1.1,
-        llr=120,
-        gap=60,
-        n_views=12,
-        kish=10,
-        se_cm=0.5,
-        rms_px=0.48,
-    )
+    clear = CLEAR
     assert verdict(FitQuality(**clear), PhotoStemOptions()) == ("ok", ())
     assert verdict(FitQuality(**clear | {"gap": 2}), PhotoStemOptions())[0] == "reject"
     assert verdict(FitQuality(**clear | {"llr": 40}), PhotoStemOptions()) == ("reject", ("few_views",))

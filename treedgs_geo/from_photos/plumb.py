@@ -18,7 +18,6 @@ _FAST = {"nogil": True, "cache": True, "fastmath": True}
 
 #: Height of the stem piece whose rows must agree, metres; knots of the resampling, columns.
 WINDOW_M = 0.28
-KNOT = 16
 
 
 class PlumbMap(NamedTuple):

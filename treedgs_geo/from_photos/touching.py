@@ -218,11 +218,6 @@ def find_companion(search: Search, start: StemAxis, stems: list[np.ndarray]) -> 
     return Pair(vector, score, score - single)
 
 
-def pair_score(search: Search, start: StemAxis, vector: np.ndarray) -> float:
-    """Score of a (10,) pair as it is."""
-    return float(_pair_objective(_data(search, start), vector))
-
-
 def crowded(vector: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """(V, 2) bool: left and right sides of the thicker stem of a (10,) pair where the other one reaches its edge."""
     across = normal @ (vector[5:7] - vector[:2])

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from pathlib import Path
-
 import numpy as np
 
 from ..core.errors import ReconstructionError
@@ -161,14 +158,3 @@ def prune(block: Block, limit_px: float, min_angle_deg: float = 1.5) -> None:
     block.keep(np.isfinite(error) & (error <= limit_px))
     if len(block.point):
         block.keep(widest_angle_deg(block)[block.point] >= min_angle_deg)
-
-
-def scale_camera(camera: Camera, focal_factor: float) -> Camera:
-    """The same camera with its focal length multiplied."""
-    return replace(camera, fx=camera.fx * focal_factor, fy=camera.fy * focal_factor)
-
-
-def write_colmap(folder: Path, model) -> None:
-    """cameras.bin, images.bin, points3D.bin (and rigs/frames) into a folder."""
-    folder.mkdir(parents=True, exist_ok=True)
-    model.write_binary(str(folder))

@@ -16,7 +16,6 @@ SEPARATION_M = 0.6
 RANGE_NOISE_M = 0.01
 #: Error of the trajectory, constant over a flight line, standard deviation in E, N and height.
 LINE_OFFSET_SD_M = (0.01, 0.01, 0.01)
-HALF_SCAN_DEG = 35.0
 
 
 @dataclass(frozen=True)
