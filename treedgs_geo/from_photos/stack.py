@@ -21,9 +21,10 @@ MIN_SIN_NADIR = 0.3
 #: Photos that are decoded at once, at most.
 MOST_READERS = 4
 #: Columns of a camera row (:func:`camera_row`) after the rotation: translation in metres; focal lengths and principal
-#: point in pixels; Brown's distortion.
-TX, TY, TZ, FX, FY, CX, CY, K1, K2, P1, P2 = range(9, 20)
-N_CAMERA = 20
+#: point in pixels; Brown's distortion; metres in the camera frame by which the camera moves on per row (rolling
+#: shutter), and the row that the pose is of.
+TX, TY, TZ, FX, FY, CX, CY, K1, K2, P1, P2, K3, ROW_X, ROW_Y, ROW_Z, ROW_0 = range(9, 25)
+N_CAMERA = 25
 
 
 class PhotoArrays(NamedTuple):
@@ -120,11 +121,13 @@ class GroundGrid(NamedTuple):
 
 
 def camera_row(view: View) -> np.ndarray:
-    """(20,) float64: rotation (row-major), translation, fx, fy, cx, cy, k1, k2, p1, p2: see :data:`FX` and its like."""
+    """(25,) float64: rotation (row-major), translation, fx, fy, cx, cy, k1, k2, p1, p2, k3, movement per row, middle
+    row: see :data:`FX` and its like.
+    """
     c = view.camera
-    return np.concatenate(
-        [view.rotation.ravel(), view.translation, [c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2]]
-    ).astype(np.float64)
+    lens = [c.fx, c.fy, c.cx, c.cy, *c.distortion]
+    per_row = view.rotation @ view.readout_travel_m / c.height
+    return np.concatenate([view.rotation.ravel(), view.translation, lens, per_row, [0.5 * c.height]]).astype(np.float64)
 
 
 def choose_views(views: list[View], area: Area, ground_z: float, max_views: int) -> list[int]:

@@ -14,9 +14,19 @@ import numpy as np
 from numba import njit, prange
 
 from ..reconstruction.shrinking import GAMMA
-from .stack import CX, CY, FX, FY, K1, K2, P1, P2, TX, TY, TZ, PhotoStack
+from .stack import CX, CY, FX, FY, K1, K2, K3, P1, P2, ROW_0, ROW_X, ROW_Y, ROW_Z, TX, TY, TZ, PhotoStack
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
+
+
+@njit(inline="always", **_FAST)
+def _lens(cam, a, b):
+    """Normalised pinhole coordinates -> pixels."""
+    r2 = a * a + b * b
+    radial = 1.0 + r2 * (cam[K1] + r2 * (cam[K2] + r2 * cam[K3]))
+    u = a * radial + 2 * cam[P1] * a * b + cam[P2] * (r2 + 2 * a * a)
+    v = b * radial + cam[P1] * (r2 + 2 * b * b) + 2 * cam[P2] * a * b
+    return cam[FX] * u + cam[CX], cam[FY] * v + cam[CY]
 
 
 @njit(inline="always", **_FAST)
@@ -27,13 +37,15 @@ def project(cam, x, y, z):
     c = cam[6] * x + cam[7] * y + cam[8] * z + cam[TZ]
     if c < 0.1:
         return -1e6, -1e6, c
-    a /= c
-    b /= c
-    r2 = a * a + b * b
-    radial = 1.0 + r2 * (cam[K1] + r2 * cam[K2])
-    u = a * radial + 2 * cam[P1] * a * b + cam[P2] * (r2 + 2 * a * a)
-    v = b * radial + cam[P1] * (r2 + 2 * b * b) + 2 * cam[P2] * a * b
-    return cam[FX] * u + cam[CX], cam[FY] * v + cam[CY], c
+    u, v = _lens(cam, a / c, b / c)
+    if cam[ROW_X] != 0.0 or cam[ROW_Y] != 0.0 or cam[ROW_Z] != 0.0:
+        # The row says where the camera stood, and that the row: see :meth:`.View.project`.
+        x, y, z = a, b, c
+        for _ in range(3):
+            rows = v - cam[ROW_0]
+            a, b, c = x - rows * cam[ROW_X], y - rows * cam[ROW_Y], z - rows * cam[ROW_Z]
+            u, v = _lens(cam, a / c, b / c)
+    return u, v, c
 
 
 @njit(inline="always", **_FAST)

@@ -53,6 +53,7 @@ def crop_camera(view: View, origin: np.ndarray, outline: np.ndarray, margin_px: 
     """Smallest pinhole crop that holds ``outline`` (K, 3, relative to ``origin``); None where it leaves the photo by
     more than a quarter, or reaches behind the camera.
     """
+    view = view.at_point(origin)
     pixels, depth = view.project(outline + origin)
     if not np.all(depth > 0) or view.contains(pixels).mean() < 0.75:
         return None

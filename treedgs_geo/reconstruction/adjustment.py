@@ -10,16 +10,17 @@ from .tracks import Block
 
 
 def camera_to_colmap(camera: Camera):
-    """Our camera as a pycolmap ``OPENCV`` camera with id 1."""
+    """Our camera as a pycolmap camera with id 1: ``OPENCV``, or ``FULL_OPENCV`` where it has a k3."""
     import pycolmap
 
+    more = [camera.k3, 0.0, 0.0, 0.0] if camera.k3 else []
     return pycolmap.Camera(
-        model="OPENCV",
+        model="FULL_OPENCV" if more else "OPENCV",
         width=camera.width,
         height=camera.height,
         camera_id=1,
         has_prior_focal_length=True,
-        params=[camera.fx, camera.fy, camera.cx, camera.cy, camera.k1, camera.k2, camera.p1, camera.p2],
+        params=[camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion[:4], *more],
     )
 
 
@@ -27,12 +28,14 @@ def camera_from_colmap(camera) -> Camera:
     """A pycolmap camera (pinhole or Brown models) as ours.
 
     Raises:
-        ValueError: a model that has more than k1, k2, p1, p2.
+        ValueError: a model that has more than k1, k2, p1, p2, k3.
     """
     size, p = (camera.width, camera.height), list(camera.params)
     name = camera.model_name
     if name == "OPENCV":
         return Camera(*size, *p)
+    if name == "FULL_OPENCV" and not any(p[9:]):
+        return Camera(*size, *p[:9])
     if name == "PINHOLE":
         return Camera(*size, *p)
     if name == "SIMPLE_PINHOLE":

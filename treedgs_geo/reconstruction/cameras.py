@@ -7,7 +7,7 @@ Frames: world = the local frame of :class:`~treedgs_geo.core.crs.LocalFrame` (me
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +18,9 @@ OBLIQUE_DEG = 17.0
 
 @dataclass(frozen=True)
 class Camera:
-    """Intrinsics, COLMAP ``OPENCV`` model. fx..cy in pixels; k1, k2, p1, p2 dimensionless."""
+    """Intrinsics, Brown's lens model (Brown 1971) as OpenCV writes it. fx..cy in pixels; k1, k2, p1, p2, k3
+    dimensionless.
+    """
 
     width: int
     height: int
@@ -30,6 +32,7 @@ class Camera:
     k2: float = 0.0
     p1: float = 0.0
     p2: float = 0.0
+    k3: float = 0.0
 
     @property
     def matrix(self) -> np.ndarray:
@@ -38,13 +41,13 @@ class Camera:
 
     @property
     def distortion(self) -> np.ndarray:
-        """(4,) k1, k2, p1, p2 as OpenCV takes them."""
-        return np.array([self.k1, self.k2, self.p1, self.p2])
+        """(5,) k1, k2, p1, p2, k3 as OpenCV takes them."""
+        return np.array([self.k1, self.k2, self.p1, self.p2, self.k3])
 
     def distort(self, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Normalised pinhole coordinates -> normalised distorted coordinates."""
         r2 = x * x + y * y
-        radial = 1 + r2 * (self.k1 + r2 * self.k2)
+        radial = 1 + r2 * (self.k1 + r2 * (self.k2 + r2 * self.k3))
         return (
             x * radial + 2 * self.p1 * x * y + self.p2 * (r2 + 2 * x * x),
             y * radial + self.p1 * (r2 + 2 * y * y) + 2 * self.p2 * x * y,
@@ -65,7 +68,9 @@ class View:
     """One registered photo.
 
     name: file name. path: the original photo. rotation (3, 3), translation (3,): world -> camera. flight: 0-based index
-    of the flight (or lighting block) the photo belongs to.
+    of the flight (or lighting block) the photo belongs to. readout_travel_m: (3,) in the world frame, how far the
+    camera moves while the sensor is read from the first row to the last (rolling shutter); the pose is that of the
+    middle row. Zero for a sensor that is exposed at once.
     """
 
     name: str
@@ -74,6 +79,7 @@ class View:
     rotation: np.ndarray
     translation: np.ndarray
     flight: int = 0
+    readout_travel_m: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     @property
     def centre(self) -> np.ndarray:
@@ -85,19 +91,39 @@ class View:
         """Angle between the optical axis and straight down, degrees."""
         return float(np.degrees(np.arccos(np.clip(-self.rotation[2, 2], -1, 1))))
 
+    def at_point(self, point: np.ndarray) -> View:
+        """The view as a camera that stands still where it stood when the row of ``point`` (3,) was read."""
+        if not self.readout_travel_m.any():
+            return self
+        pixels, _ = self.project(np.asarray(point, float)[None])
+        share = np.nan_to_num(pixels[0, 1] / self.camera.height - 0.5)
+        moved = self.translation - share * self.rotation @ self.readout_travel_m
+        return replace(self, translation=moved, readout_travel_m=np.zeros(3))
+
     def project(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(N, 3) world points -> (N, 2) pixels with distortion, (N,) depth along the optical axis, metres.
 
         Points at depth <= 0 get NaN pixels.
         """
         local = np.asarray(points, float) @ self.rotation.T + self.translation
+        pixels = self._pixels(local)
+        if self.readout_travel_m.any():
+            step, middle = self.rotation @ self.readout_travel_m, local
+            # The row decides where the camera stood, and that the row: a contraction by 1e-3 or less per round.
+            for _ in range(3):
+                local = middle - (pixels[:, 1:] / self.camera.height - 0.5) * step
+                pixels = self._pixels(local)
+        return pixels, local[:, 2]
+
+    def _pixels(self, local: np.ndarray) -> np.ndarray:
+        """(N, 3) camera frame -> (N, 2) pixels, NaN behind the camera."""
         depth = local[:, 2]
         with np.errstate(divide="ignore", invalid="ignore"):
             x, y = local[:, 0] / depth, local[:, 1] / depth
         xd, yd = self.camera.distort(x, y)
         pixels = np.column_stack([self.camera.fx * xd + self.camera.cx, self.camera.fy * yd + self.camera.cy])
-        pixels[depth <= 0] = np.nan
-        return pixels, depth
+        pixels[~(depth > 0)] = np.nan
+        return pixels
 
     def contains(self, pixels: np.ndarray, margin_px: float = 0.0) -> np.ndarray:
         """(N,) bool: pixels inside the image by at least ``margin_px``."""

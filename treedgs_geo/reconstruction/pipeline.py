@@ -215,7 +215,9 @@ def extract_features(
         "photos": str(_photo_root(stations)),
         "names": stations.names,
         "threads": threads,
-        "camera_params": ",".join(f"{v:.6f}" for v in (camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion)),
+        "camera_params": ",".join(
+            f"{v:.6f}" for v in (camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion[:4])
+        ),
         "max_image_size": options.max_image_size,
         "max_features": options.max_features,
         # Doubling the photos (octave -1) costs five times more and adds weak features; small ones need them.
