@@ -19,14 +19,23 @@ def _dms(angle_deg: float) -> tuple[float, float, float]:
     return degrees, float(int(minutes)), round(minutes % 1 * 60, 5)
 
 
-def exif_bytes(camera: Camera, plot: str, lon: float, lat: float, h: float, local_time: str, subsecond: str) -> bytes:
+def exif_bytes(
+    camera: Camera,
+    plot: str,
+    lon: float,
+    lat: float,
+    h: float,
+    local_time: str,
+    subsecond: str,
+    exposure_s: float = 0.00125,
+) -> bytes:
     """EXIF block with exposure, 35 mm focal length, local time and the single-point GPS position."""
     exif = Image.Exif()
     exif[270], exif[271], exif[272] = f"SYNTHETIC render {plot}", "DJI", "M3E"
     exif[274], exif[305], exif[306] = 1, "TreeDGS sim", local_time
     diagonal = np.hypot(camera.width, camera.height)
     exif[0x8769] = {
-        33434: 0.00125,
+        33434: exposure_s,
         33437: 2.8,
         34855: 110,
         36867: local_time,
@@ -83,6 +92,10 @@ def xmp_packet(
         "CalibratedOpticalCenterY": f"{camera.height / 2:.6f}",
         "UTCAtExposure": f"{station.utc:%Y-%m-%dT%H:%M:%S.%f}",
     }
+    if station.velocity.any():
+        # North, east, down; the drone writes decimetres a second.
+        east, north, up = station.velocity
+        fields |= {"FlightXSpeed": f"{north:+.1f}", "FlightYSpeed": f"{east:+.1f}", "FlightZSpeed": f"{-up:+.1f}"}
     body_text = "\n".join(f'   drone-dji:{name}="{value}"' for name, value in fields.items())
     text = (
         '<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>\n<x:xmpmeta xmlns:x="adobe:ns:meta/">\n'

@@ -14,8 +14,9 @@ from ..core.errors import OutputError
 from ..core.files import atomic_folder
 from ..core.progress import Reporter
 from ..core.settings import to_json
-from ..reconstruction.cameras import View
+from ..reconstruction.cameras import Camera, View
 from . import files, flight, photo_files, tables
+from .camera import Motion, camera_of_flight, make_camera, motions
 from .foliage import all_foliage
 from .lidar import scan
 from .light import Light, SkyField, bake, sun_direction
@@ -49,17 +50,16 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
         raise OutputError(f"{output}: is not empty and not a simulated plot; choose an empty or new folder.")
     began = time.monotonic()
     # One independent stream a part: changing the photos does not change the trees.
-    parts = ("site", "stand", "leaves", "textures", "flight", "sensor", "lidar", "field", "light", "trouble")
+    parts = ("site", "stand", "leaves", "textures", "flight", "sensor", "lidar", "field", "light", "trouble", "camera")
     streams = dict(zip(parts, np.random.SeedSequence(settings.seed).spawn(len(parts)), strict=True))
     rng = {name: np.random.default_rng(stream) for name, stream in streams.items()}
     with reporter.stage("stand", 0.0, 0.12):
         world, stems, reach = _grow(rng, settings, sizes, reporter)
     geo, start_utc = _site(rng["site"])
-    camera = flight.make_camera(settings.gsd_cm, sizes)
-    stations = flight.plan(rng["flight"], settings.sun_shift_min, sizes, start_utc)
-    views = [
-        View(s.name, output / "images" / s.name, camera, s.rotation, -s.rotation @ s.centre, s.flight) for s in stations
-    ]
+    shots = flight.ring_shots(rng["flight"], sizes)
+    stations = flight.fly(rng["flight"], shots, start_utc, settings.sun_shift_min, settings.flight_speed_m_s)
+    moves = motions(settings, np.array([s.velocity for s in stations]), rng["camera"])
+    views = _views(settings, make_camera(settings, sizes), stations, moves)
     track = flight.ppk_track(rng["flight"], stations, start_utc, settings.float_epochs)
     if settings.ppk_bias_m:
         track = replace(track, position=track.position + settings.ppk_bias_m)
@@ -70,7 +70,7 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
         tag = _geotag_files(folder, rng["field"], sizes.name, geo, stations, track, start_utc)
         with reporter.stage("photos", 0.12, 0.9):
             clock = time.monotonic()
-            _photograph(folder, rng, settings, sizes, geo, world, stations, views, tag, reach, reporter)
+            _photograph(folder, rng, settings, sizes, geo, world, stations, views, moves, tag, reach, reporter)
             seconds["render_s_per_photo"] = (time.monotonic() - clock) / len(views)
         points = 0
         if sizes.lidar_density_m2 > 0:
@@ -136,6 +136,24 @@ def _grow(
     return world, stems, reach
 
 
+def _views(
+    settings: SimulateSettings, camera: Camera, stations: list[flight.Station], moves: list[Motion]
+) -> list[View]:
+    """The true views: pose of the middle row, travel over the readout, the flight's own focal length."""
+    return [
+        View(
+            s.name,
+            Path(settings.output) / "images" / s.name,
+            camera_of_flight(camera, settings.focal_drift, s.flight),
+            s.rotation,
+            -s.rotation @ s.centre,
+            s.flight,
+            move.readout_travel_m,
+        )
+        for s, move in zip(stations, moves, strict=True)
+    ]
+
+
 def _site(rng: np.random.Generator) -> tuple[files.Georeference, dt.datetime]:
     """Origin of the local frame and start of the first flight, 14:40-15:25 UTC on 12 March 2026."""
     import pyproj
@@ -178,6 +196,7 @@ def _photograph(
     world: World,
     stations: list[flight.Station],
     views: list[View],
+    moves: list[Motion],
     tags: np.ndarray,
     reach: float,
     reporter: Reporter,
@@ -192,6 +211,7 @@ def _photograph(
     )
     lights: dict[tuple[int, int], Light] = {}
     exposure, white = 1.0, np.ones(3)
+    nominal = views[0].camera
     for number, (station, view) in enumerate(zip(stations, views, strict=True)):
         block = station.flight if settings.sun_shift_min > 0 else 0
         phase = number % len(worlds)
@@ -202,24 +222,27 @@ def _photograph(
             lights = {key: light for key, light in lights.items() if key[0] == block} | {(block, phase): baked}
         if number == 0 or station.flight != stations[number - 1].flight:
             exposure, white = 3.9 * float(np.exp(rng["sensor"].normal(0, 0.06))), 1 + rng["sensor"].normal(0, 0.02, 3)
-        image = radiance(here, lights[block, phase], view, sizes.samples, settings.seed * 7919 + number)
+        image = radiance(
+            here, lights[block, phase], view, sizes.samples, settings.seed * 7919 + number, motion=moves[number]
+        )
         pixels = develop(image, exposure, white, rng["sensor"])
         if troubled:
             pixels = disturb(pixels, troubles[number])
         tag_lon, tag_lat, tag_h = tags[number]
         local = station.utc - dt.timedelta(hours=5)
         exif = photo_files.exif_bytes(
-            view.camera,
+            nominal,
             sizes.name,
             tag_lon,
             tag_lat,
             tag_h,
             f"{local:%Y:%m:%d %H:%M:%S}",
             f"{local.microsecond // 1000:03d}",
+            settings.exposure_ms / 1000 or 0.00125,
         )
         xmp = photo_files.xmp_packet(
             station,
-            view.camera,
+            nominal,
             tag_lon,
             tag_lat,
             tag_h,

@@ -49,6 +49,7 @@ CAMERA_COLUMNS = [
     *(f"r{i}{j}" for i in range(3) for j in range(3)),
     *("tx", "ty", "tz", "fx", "fy", "cx", "cy", "k1", "k2", "width", "height"),
     *("yaw_grid_deg", "pitch_deg", "roll_deg", "utc", "ppk_float"),
+    *("p1", "p2", "k3", "travel_e_m", "travel_n_m", "travel_u_m"),
 ]
 
 
@@ -123,6 +124,8 @@ def write_cameras(
                 f"{station.roll_deg:.4f}",
                 f"{station.utc:%Y-%m-%dT%H:%M:%S.%f}",
                 int(floating),
+                *(camera.p1, camera.p2, camera.k3),
+                *(f"{value:.6f}" for value in view.readout_travel_m),
             ]
         )
     files.write_csv(path, CAMERA_COLUMNS, cameras)

@@ -109,7 +109,9 @@ def visibility(world: World, stem: PlantedStem, index: int, dbh_m: float, view: 
     """
     s = np.linspace(*BAND_M, 12)
     point, tangent, radius = axis_at(stem, s)
-    to_camera = view.centre - point
+    middle, axis, _ = (part[0] for part in axis_at(stem, np.array([BREAST_HEIGHT_M])))
+    centre = view.at_point(middle).centre
+    to_camera = centre - point
     to_camera -= (to_camera * tangent).sum(1, keepdims=True) * tangent
     to_camera /= np.linalg.norm(to_camera, axis=1, keepdims=True)
     side = np.cross(tangent, to_camera)
@@ -119,15 +121,14 @@ def visibility(world: World, stem: PlantedStem, index: int, dbh_m: float, view: 
         + radius[:, None, None]
         * (np.cos(turn)[None, :, None] * to_camera[:, None] + np.sin(turn)[None, :, None] * side[:, None])
     ).reshape(-1, 3)
-    distance, primitive = world.first_hits(view.centre, surface - view.centre)
+    distance, primitive = world.first_hits(centre, surface - centre)
     on_stem = (primitive >= world.ground_faces) & (primitive < world.ground_faces + world.stem_faces)
     hit_owner = np.full(len(primitive), -1)
     hit_owner[on_stem] = world.stem_owner[primitive[on_stem] - world.ground_faces]
-    slack = 0.03 / np.linalg.norm(surface - view.centre, axis=1)
+    slack = 0.03 / np.linalg.norm(surface - centre, axis=1)
     seen = (hit_owner == index) | (distance > 1 - slack)
-    middle, axis, _ = (part[0] for part in axis_at(stem, np.array([BREAST_HEIGHT_M])))
     pixels, depth = view.project(np.vstack([surface, middle]))
-    ray = (middle - view.centre) / np.linalg.norm(middle - view.centre)
+    ray = (middle - centre) / np.linalg.norm(middle - centre)
     return {
         "visible_fraction": float(seen.mean()),
         "width_px": float(view.camera.fx * dbh_m / depth[-1]),

@@ -1,0 +1,65 @@
+"""What a real camera, flight, sky and receiver add to a synthetic plot; everything is off by default.
+
+Like the troubles (:mod:`.trouble`), each part draws from a random stream of its own: the plot is otherwise the same.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..core.settings import param
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraSettings:
+    """Lens, shutter and motion of the camera (part of the settings of ``simulate-plot``)."""
+
+    readout_ms: float = param(
+        0.0,
+        kind="number",
+        unit="ms",
+        minimum=0,
+        maximum=100,
+        advanced=True,
+        help="rolling shutter: time from reading the first row of a photo to the last",
+    )
+    exposure_ms: float = param(
+        0.0,
+        kind="number",
+        unit="ms",
+        minimum=0,
+        maximum=100,
+        advanced=True,
+        help="exposure time of a row: motion blur of a flying drone",
+    )
+    flight_speed_m_s: float = param(
+        0.0,
+        kind="number",
+        unit="m/s",
+        minimum=0,
+        maximum=25,
+        advanced=True,
+        help="speed of the drone at each photo; 0 = it hovers for a photo",
+    )
+    gimbal_rate_deg_s: float = param(
+        0.0,
+        kind="number",
+        unit="deg/s",
+        minimum=0,
+        maximum=20,
+        advanced=True,
+        help="residual turning of the camera during a photo, standard deviation about each axis",
+    )
+    k1: float = param(-0.02, kind="number", minimum=-0.5, maximum=0.5, advanced=True, help="radial distortion, r^2")
+    k2: float = param(0.01, kind="number", minimum=-1, maximum=1, advanced=True, help="radial distortion, r^4")
+    k3: float = param(0.0, kind="number", minimum=-2, maximum=2, advanced=True, help="radial distortion, r^6")
+    p1: float = param(0.0, kind="number", minimum=-0.02, maximum=0.02, advanced=True, help="decentring of the lens, p1")
+    p2: float = param(0.0, kind="number", minimum=-0.02, maximum=0.02, advanced=True, help="decentring of the lens, p2")
+    focal_drift: float = param(
+        0.0,
+        kind="number",
+        minimum=-0.02,
+        maximum=0.02,
+        advanced=True,
+        help="relative change of the focal length from flight to flight (0.0006 = 0.06 %)",
+    )
