@@ -63,3 +63,41 @@ class CameraSettings:
         advanced=True,
         help="relative change of the focal length from flight to flight (0.0006 = 0.06 %)",
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorSettings:
+    """How a photo is developed (part of the settings of ``simulate-plot``); ``None`` = as ``sensor`` says."""
+
+    sensor: str = param(
+        "clean",
+        kind="choice",
+        choices=("clean", "drone"),
+        advanced=True,
+        help="clean: noise and JPEG only; drone: Bayer mosaic, denoising, sharpening, tone curve, colour noise, "
+        "vignetting, drifting exposure and white balance, JPEG 88",
+    )
+    vignetting_pct: float | None = param(
+        None, kind="number", unit="%", minimum=0, maximum=80, advanced=True, help="light lost in the corners"
+    )
+    chroma_noise_pct: float | None = param(
+        None, kind="number", unit="%", minimum=0, maximum=10, advanced=True, help="colour noise, of full scale"
+    )
+    denoise_pct: float | None = param(
+        None,
+        kind="number",
+        unit="%",
+        minimum=0,
+        maximum=20,
+        advanced=True,
+        help="noise that the camera's software smooths away, of full scale",
+    )
+    contrast: float | None = param(
+        None, kind="number", minimum=0, maximum=1, advanced=True, help="strength of the S-shaped tone curve"
+    )
+    sharpening: float | None = param(
+        None, kind="number", minimum=0, maximum=3, advanced=True, help="strength of the camera's sharpening"
+    )
+    jpeg_quality: int | None = param(
+        None, kind="integer", minimum=30, maximum=100, advanced=True, help="JPEG quality (colour at half resolution)"
+    )

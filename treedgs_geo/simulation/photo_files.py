@@ -11,8 +11,6 @@ from PIL import Image
 from ..reconstruction.cameras import Camera
 from .flight import Station
 
-JPEG_QUALITY = 92
-
 
 def _dms(angle_deg: float) -> tuple[float, float, float]:
     minutes, degrees = (abs(angle_deg) % 1) * 60, float(int(abs(angle_deg)))
@@ -107,10 +105,10 @@ def xmp_packet(
     return text.encode("utf-8")
 
 
-def write_jpeg(path: Path, pixels: np.ndarray, exif: bytes, xmp: bytes) -> None:
-    """(H, W, 3) uint8 -> JPEG with the XMP packet as a second APP1 segment, right behind EXIF."""
+def write_jpeg(path: Path, pixels: np.ndarray, exif: bytes, xmp: bytes, quality: int = 92) -> None:
+    """(H, W, 3) uint8 -> JPEG (4:2:0) with the XMP packet as a second APP1 segment, right behind EXIF."""
     stream = io.BytesIO()
-    Image.fromarray(pixels).save(stream, "JPEG", quality=JPEG_QUALITY, exif=exif)
+    Image.fromarray(pixels).save(stream, "JPEG", quality=quality, exif=exif)
     data = stream.getvalue()
     position = 2
     # Behind JFIF and EXIF, wherever the encoder put them.

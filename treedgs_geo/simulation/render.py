@@ -1,11 +1,10 @@
-"""Photos: primary rays through the lens, first hits by Embree, shading by table, then sensor and tone curve."""
+"""Photos: primary rays through the lens, first hits by Embree, shading by table."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-import cv2
 import numba
 import numpy as np
 
@@ -309,20 +308,3 @@ def radiance(
         pixels = image[row * width : (row + rows) * width]
         _shade(_Hits(part, distance, primitive, corner), samples, counts, ground, stems, light.faces, haze, pixels)
     return image.reshape(height, width, 3)
-
-
-def develop(
-    image: np.ndarray,
-    exposure: float,
-    white: np.ndarray,
-    rng: np.random.Generator,
-    blur_px: float = 0.55,
-    full_well: float = 7000.0,
-) -> np.ndarray:
-    """Linear radiance -> (height, width, 3) uint8 sRGB: lens blur, exposure and white balance, shot and read noise."""
-    sharp = cv2.GaussianBlur(image, (0, 0), blur_px) * (exposure * np.asarray(white, np.float32))
-    noise = rng.standard_normal(sharp.shape, dtype=np.float32)
-    noisy = sharp + noise * np.sqrt(np.maximum(sharp, 0) / full_well + 0.0015**2, dtype=np.float32)
-    linear = np.clip(noisy, 0, 1)
-    coded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return (255 * coded + 0.5).astype(np.uint8)

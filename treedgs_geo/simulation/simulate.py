@@ -20,8 +20,9 @@ from .camera import Motion, camera_of_flight, make_camera, motions
 from .foliage import all_foliage
 from .lidar import scan
 from .light import Light, SkyField, bake, sun_direction
-from .render import World, build_world, develop, radiance
+from .render import World, build_world, radiance
 from .scene import PlantedStem, grow_stand, mesh_stems
+from .sensor import develop, sensor_of
 from .settings import SimulateSettings, Sizes, resolve
 from .terrain import make_ground
 from .textures import bark, litter
@@ -50,7 +51,20 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
         raise OutputError(f"{output}: is not empty and not a simulated plot; choose an empty or new folder.")
     began = time.monotonic()
     # One independent stream a part: changing the photos does not change the trees.
-    parts = ("site", "stand", "leaves", "textures", "flight", "sensor", "lidar", "field", "light", "trouble", "camera")
+    parts = (
+        "site",
+        "stand",
+        "leaves",
+        "textures",
+        "flight",
+        "sensor",
+        "lidar",
+        "field",
+        "light",
+        "trouble",
+        "camera",
+        "image",
+    )
     streams = dict(zip(parts, np.random.SeedSequence(settings.seed).spawn(len(parts)), strict=True))
     rng = {name: np.random.default_rng(stream) for name, stream in streams.items()}
     with reporter.stage("stand", 0.0, 0.12):
@@ -211,7 +225,7 @@ def _photograph(
     )
     lights: dict[tuple[int, int], Light] = {}
     exposure, white = 1.0, np.ones(3)
-    nominal = views[0].camera
+    nominal, sensor = views[0].camera, sensor_of(settings)
     for number, (station, view) in enumerate(zip(stations, views, strict=True)):
         block = station.flight if settings.sun_shift_min > 0 else 0
         phase = number % len(worlds)
@@ -225,7 +239,7 @@ def _photograph(
         image = radiance(
             here, lights[block, phase], view, sizes.samples, settings.seed * 7919 + number, motion=moves[number]
         )
-        pixels = develop(image, exposure, white, rng["sensor"])
+        pixels = develop(image, exposure, white, rng["sensor"], sensor, rng["image"])
         if troubled:
             pixels = disturb(pixels, troubles[number])
         tag_lon, tag_lat, tag_h = tags[number]
@@ -250,5 +264,5 @@ def _photograph(
             station.yaw_deg + geo.convergence_deg,
             rng["sensor"],
         )
-        photo_files.write_jpeg(folder / "images" / station.name, pixels, exif, xmp)
+        photo_files.write_jpeg(folder / "images" / station.name, pixels, exif, xmp, sensor.jpeg_quality)
         reporter.progress((number + 1) / len(views), f"photo {number + 1} of {len(views)}")
