@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -30,11 +30,13 @@ RIM_M = 0.7
 
 @dataclass(frozen=True)
 class TruePlot:
-    """folder: of the plot. frame: local frame of the renderer. radius_m: of the plot, about the frame's origin."""
+    """folder: of the plot. frame: local frame of the renderer. radius_m: of each plot. centres: (n, 2) of the plots of
+    the flight, in the local frame; a single one lies at the origin."""
 
     folder: Path
     frame: LocalFrame
     radius_m: float
+    centres: np.ndarray = field(default_factory=lambda: np.zeros((1, 2)))
 
     @classmethod
     def load(cls, folder: Path) -> TruePlot:
@@ -51,14 +53,19 @@ class TruePlot:
             raise InputError(
                 f"{path}: is not the truth of a simulated plot ({problem}); give a folder that simulate-plot wrote."
             ) from None
-        return cls(Path(folder), frame, float(record["config"]["radius_m"]))
+        centres = np.array(record.get("plot_centres_local_m", [[0.0, 0.0]]), float)
+        return cls(Path(folder), frame, float(record["config"]["radius_m"]), centres)
+
+    def near(self, xy: np.ndarray) -> np.ndarray:
+        """(N, 2) local -> (N,) bool: within a circle that is scored."""
+        return cdist(xy, self.centres).min(axis=1) <= self.radius_m + RIM_M
 
     @cached_property
     def trees(self) -> pd.DataFrame:
-        """``truth/trees.csv`` with local ``x_bh, y_bh``; ``near``: within the circle that is scored."""
+        """``truth/trees.csv`` with local ``x_bh, y_bh``; ``near``: within a circle that is scored."""
         table = pd.read_csv(self.folder / "truth" / "trees.csv")
         table["x_bh"], table["y_bh"] = table["E_bh"] - self.frame.origin[0], table["N_bh"] - self.frame.origin[1]
-        table["near"] = np.hypot(table["x_bh"], table["y_bh"]) < self.radius_m + RIM_M
+        table["near"] = self.near(table[["x_bh", "y_bh"]].to_numpy(float))
         return table
 
     @cached_property
@@ -190,7 +197,7 @@ def score_trees(plot: TruePlot, trees: list[Tree], clear: dict[str, int] | None 
     for tree in with_dbh:
         place = np.array([[tree.x, tree.y]]) - plot.frame.origin[:2]
         # Farther out the truth table ends before the cloud does.
-        if np.hypot(*place[0]) > plot.radius_m + RIM_M:
+        if not plot.near(place)[0]:
             continue
         if id(tree) not in used and cdist(place, plot.anything).min() > MATCH_M:
             rows.append(

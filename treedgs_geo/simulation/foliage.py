@@ -103,7 +103,7 @@ def crown(rng: np.random.Generator, stem: PlantedStem, leaf_area_m2: float) -> l
         )
     if stem.status == "dead" or leaf_area_m2 <= 0:
         return parts
-    length, width = ((0.17, 0.021), (0.21, 0.030), (0.55, 0.11))[2 - stem.detail]
+    length, width = ((0.17, 0.021), (0.21, 0.030), (0.55, 0.11), (0.34, 0.050))[2 - stem.detail]
     total = int(leaf_area_m2 / (0.5 * length * width))
     per_tuft = 12 if stem.detail else 6
     tufts = max(8, total // per_tuft)

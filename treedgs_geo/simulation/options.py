@@ -101,3 +101,53 @@ class SensorSettings:
     jpeg_quality: int | None = param(
         None, kind="integer", minimum=30, maximum=100, advanced=True, help="JPEG quality (colour at half resolution)"
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlightSettings:
+    """How the drone is flown (part of the settings of ``simulate-plot``)."""
+
+    flight: str = param(
+        "rings",
+        kind="choice",
+        choices=("rings", "grid"),
+        advanced=True,
+        help="rings: nadir photos and rings aimed at the plot; grid: parallel nadir lines and a crosshatch of oblique "
+        "ones over an area, not aimed at any plot",
+    )
+    height_m: float = param(
+        70.0, kind="number", unit="m", minimum=20, maximum=200, advanced=True, help="height of a grid flight"
+    )
+    front_overlap_pct: float = param(
+        80.0,
+        kind="number",
+        unit="%",
+        minimum=0,
+        maximum=95,
+        advanced=True,
+        help="overlap of a grid flight along its lines",
+    )
+    side_overlap_pct: float = param(
+        70.0,
+        kind="number",
+        unit="%",
+        minimum=0,
+        maximum=95,
+        advanced=True,
+        help="overlap between the lines of a grid flight",
+    )
+    oblique_deg: float = param(
+        35.0,
+        kind="number",
+        unit="deg",
+        minimum=0,
+        maximum=50,
+        advanced=True,
+        help="tilt from straight down of the oblique lines of a grid flight; 0 = nadir lines only",
+    )
+    terrain_following: bool = param(
+        False, kind="flag", advanced=True, help="a grid flight keeps its height above the ground, not above its start"
+    )
+    plots: int = param(
+        1, kind="integer", minimum=1, maximum=16, advanced=True, help="plots that one grid flight covers"
+    )

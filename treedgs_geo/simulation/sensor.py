@@ -79,7 +79,7 @@ def develop(
     rng: of the noise. own: of everything that a clean sensor does not have.
     """
     own = own or np.random.default_rng(0)
-    light = cv2.GaussianBlur(image, (0, 0), LENS_BLUR_PX) * (exposure * np.asarray(white, np.float32))
+    light: np.ndarray = cv2.GaussianBlur(image, (0, 0), LENS_BLUR_PX) * (exposure * np.asarray(white, np.float32))
     drift = own.standard_normal(4)
     if sensor.exposure_drift or sensor.white_drift:
         change = np.exp(sensor.exposure_drift * drift[0]) * (1 + sensor.white_drift * drift[1:])

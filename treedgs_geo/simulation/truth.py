@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 from ..reconstruction.cameras import View
 from ..trees.priors import BREAST_HEIGHT_M
 from .render import World
-from .scene import PlantedStem, StemMesh, axis_at
+from .scene import PlantedStem, StemMesh, axis_at, centre_distance
 
 #: The band of the stem whose visibility counts, m of arc length.
 BAND_M = (1.0, 1.8)
@@ -56,9 +56,12 @@ def section(mesh: StemMesh, index: int, stem: PlantedStem, s_m: float) -> Sectio
 
 
 def stem_table(
-    mesh: StemMesh, stems: list[PlantedStem], reach_m: float
+    mesh: StemMesh, stems: list[PlantedStem], reach_m: float, centres: np.ndarray
 ) -> tuple[list[dict], dict[str, list], list[list[float]]]:
-    """Rows of ``trees.csv`` (without the visibility columns), ``stems.json`` profiles, and saplings (x, y, DBH cm)."""
+    """Stems within ``reach_m`` of one of the ``centres`` (n, 2).
+
+    Rows of ``trees.csv`` (without the visibility columns), ``stems.json`` profiles, and saplings (x, y, DBH cm).
+    """
     rows, profiles, saplings = [], {}, []
     for index, stem in enumerate(stems):
         base = stem.axis[0]
@@ -66,7 +69,7 @@ def stem_table(
             diameter = section(mesh, index, stem, BREAST_HEIGHT_M).diameter
             saplings.append([float(base[0]), float(base[1]), 100 * diameter])
             continue
-        if stem.kind == "branch" or np.hypot(base[0], base[1]) > reach_m:
+        if stem.kind == "branch" or centre_distance(base[None, :2], centres)[0] > reach_m:
             continue
         cut = section(mesh, index, stem, BREAST_HEIGHT_M)
         profile = []
