@@ -11,8 +11,8 @@ from treedgs_geo.simulation import scene, terrain
 from treedgs_geo.simulation.flight import rotation_from_angles
 from treedgs_geo.simulation.foliage import Faces
 from treedgs_geo.simulation.light import Light
-from treedgs_geo.simulation.render import World, build_world
 from treedgs_geo.simulation.textures import GroundTexture
+from treedgs_geo.simulation.world import World, build_world
 
 CAMERA = Camera(320, 400, 1900.0, 1900.0, 163.0, 196.0, k1=-0.02, k2=0.01)
 

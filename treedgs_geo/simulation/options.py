@@ -151,3 +151,49 @@ class FlightSettings:
     plots: int = param(
         1, kind="integer", minimum=1, maximum=16, advanced=True, help="plots that one grid flight covers"
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class WeatherSettings:
+    """Sky and wind (part of the settings of ``simulate-plot``)."""
+
+    sky: str = param(
+        "clear",
+        kind="choice",
+        choices=("clear", "overcast"),
+        advanced=True,
+        help="clear: sun with cast shadows; overcast: light from the whole sky, no cast shadows",
+    )
+    sun_elevation_deg: float | None = param(
+        None,
+        kind="number",
+        unit="deg",
+        minimum=5,
+        maximum=85,
+        advanced=True,
+        help="height of the sun above the horizon; default: by date, time and place (about 40-50)",
+    )
+    shadow_samples: int = param(
+        2,
+        kind="integer",
+        minimum=2,
+        maximum=64,
+        advanced=True,
+        help="rays to the sun's disc from each spot; 16 and more make smooth penumbrae",
+    )
+    wind_smooth: bool = param(
+        False,
+        kind="flag",
+        advanced=True,
+        help="each photo has its own moment of the wind: every tree sways from its foot in its own period, its top by "
+        "--wind-sway-cm; off = three positions in turn",
+    )
+    wind_flutter_cm: float = param(
+        0.0,
+        kind="number",
+        unit="cm",
+        minimum=0,
+        maximum=20,
+        advanced=True,
+        help="twigs, leaves, shrubs and grass that move by themselves from photo to photo, standard deviation",
+    )

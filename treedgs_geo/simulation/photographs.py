@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import datetime as dt
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from ..core.progress import Reporter
-from ..reconstruction.cameras import View
+from ..reconstruction.cameras import Camera, View
 from . import files, flight, photo_files
 from .camera import Motion
 from .layout import Layout
-from .light import Light, SkyField, bake, sun_direction
-from .render import World, radiance
+from .light import Light, SkyField, bake, held_at, sun_direction, weather_of
+from .render import radiance
+from .scene import PlantedStem
 from .sensor import develop, sensor_of
 from .settings import SimulateSettings, Sizes
 from .trouble import disturb, photo_troubles
-from .wind import windy_worlds
+from .wind import Wind
+from .world import World
 
 #: Cells of the light map on the ground along a side, at most: bounds memory on wide surveys.
 MOST_LIGHT_CELLS = 3500
@@ -44,71 +47,80 @@ def geotag_files(
     return single
 
 
+class Exposure(NamedTuple):
+    """One photo to be taken, and the (3,) lon, lat, h that its tag says."""
+
+    station: flight.Station
+    view: View
+    motion: Motion
+    tag: np.ndarray
+
+
 def photograph(
     folder: Path,
     rng: dict[str, np.random.Generator],
     settings: SimulateSettings,
     sizes: Sizes,
     geo: files.Georeference,
-    world: World,
-    stations: list[flight.Station],
-    views: list[View],
-    moves: list[Motion],
-    tags: np.ndarray,
     layout: Layout,
+    world: World,
+    stems: list[PlantedStem],
+    exposures: list[Exposure],
     reporter: Reporter,
 ) -> None:
     """Render, develop and write every photo; light is baked once a flight, or once in all under a still sun."""
     lon, lat, _ = geo.lonlat(np.zeros(3))[0]
     sky = SkyField(world.faces, -world.ground.low)
-    worlds = windy_worlds(world, settings.wind_sway_cm, rng["trouble"])
-    troubles = photo_troubles(settings, len(views), rng["trouble"])
+    wind = Wind(world, stems, settings, rng["trouble"], rng["wind"])
+    troubles = photo_troubles(settings, len(exposures), rng["trouble"])
     troubled = any(
         (settings.shaken_pct, settings.misexposed_pct, settings.exposure_drift_stops, settings.white_drift_pct)
     )
     lights: dict[tuple[int, int], Light] = {}
     exposure, white = 1.0, np.ones(3)
     map_step_m = max(0.035, 2 * layout.reach_m / MOST_LIGHT_CELLS)
-    nominal, sensor = views[0].camera, sensor_of(settings)
-    for number, (station, view) in enumerate(zip(stations, views, strict=True)):
+    sensor, weather = sensor_of(settings), weather_of(settings)
+    # The metadata know the first flight's lens only.
+    writer = _Writer(folder / "images", settings, sizes.name, geo, exposures[0].view.camera, sensor.jpeg_quality)
+    before = -1
+    for number, taken in enumerate(exposures):
+        station = taken.station
         block = station.flight if settings.sun_shift_min > 0 else 0
-        phase = number % len(worlds)
-        here = worlds[phase]
+        phase = number % wind.phases
+        here = wind.at(number, station.seconds)
         if (block, phase) not in lights:
-            sun = sun_direction(station.utc, lon, lat, geo.convergence_deg)
-            baked = bake(
-                here.scene, here.ground, here.mesh, here.faces, sky, sun, layout.reach_m, rng["light"], map_step_m
-            )
+            sun = held_at(sun_direction(station.utc, lon, lat, geo.convergence_deg), weather.elevation_deg)
+            baked = bake(here, sky, sun, layout.reach_m, rng["light"], map_step_m, weather)
             lights = {key: light for key, light in lights.items() if key[0] == block} | {(block, phase): baked}
-        if number == 0 or station.flight != stations[number - 1].flight:
+        if station.flight != before:
             exposure, white = 3.9 * float(np.exp(rng["sensor"].normal(0, 0.06))), 1 + rng["sensor"].normal(0, 0.02, 3)
-        image = radiance(
-            here, lights[block, phase], view, sizes.samples, settings.seed * 7919 + number, motion=moves[number]
-        )
-        pixels = develop(image, exposure, white, rng["sensor"], sensor, rng["image"])
+        before = station.flight
+        seed = settings.seed * 7919 + number
+        image = radiance(here, lights[block, phase], taken.view, sizes.samples, seed, motion=taken.motion)
+        pixels = develop(image, exposure * weather.exposure, white, rng["sensor"], sensor, rng["image"])
         if troubled:
             pixels = disturb(pixels, troubles[number])
-        tag_lon, tag_lat, tag_h = tags[number]
+        writer.write(taken, pixels, rng["sensor"])
+        reporter.progress((number + 1) / len(exposures), f"photo {number + 1} of {len(exposures)}")
+
+
+class _Writer(NamedTuple):
+    """Writes photos with what a drone says about them."""
+
+    folder: Path
+    settings: SimulateSettings
+    name: str
+    geo: files.Georeference
+    nominal: Camera
+    quality: int
+
+    def write(self, taken: Exposure, pixels: np.ndarray, rng: np.random.Generator) -> None:
+        """One JPEG; rng: of the errors of the angles."""
+        station, (lon, lat, h) = taken.station, taken.tag
         local = station.utc - dt.timedelta(hours=5)
-        exif = photo_files.exif_bytes(
-            nominal,
-            sizes.name,
-            tag_lon,
-            tag_lat,
-            tag_h,
-            f"{local:%Y:%m:%d %H:%M:%S}",
-            f"{local.microsecond // 1000:03d}",
-            settings.exposure_ms / 1000 or 0.00125,
-        )
-        xmp = photo_files.xmp_packet(
-            station,
-            nominal,
-            tag_lon,
-            tag_lat,
-            tag_h,
-            float(station.centre[2]),
-            station.yaw_deg + geo.convergence_deg,
-            rng["sensor"],
-        )
-        photo_files.write_jpeg(folder / "images" / station.name, pixels, exif, xmp, sensor.jpeg_quality)
-        reporter.progress((number + 1) / len(views), f"photo {number + 1} of {len(views)}")
+        when, part = f"{local:%Y:%m:%d %H:%M:%S}", f"{local.microsecond // 1000:03d}"
+        exposure_s = self.settings.exposure_ms / 1000 or 0.00125
+        exif = photo_files.exif_bytes(self.nominal, self.name, lon, lat, h, when, part, exposure_s)
+        yaw_true = station.yaw_deg + self.geo.convergence_deg
+        xmp = photo_files.xmp_packet(station, self.nominal, lon, lat, h, float(station.centre[2]), yaw_true, rng)
+        photo_files.write_jpeg(self.folder / station.name, pixels, exif, xmp, self.quality)

@@ -21,12 +21,12 @@ from .foliage import all_foliage
 from .grid import follow_terrain, grid_shots, survey_area
 from .layout import Layout, grid_layout, plot_centres, ring_layout
 from .lidar import scan
-from .photographs import geotag_files, photograph
-from .render import World, build_world
+from .photographs import Exposure, geotag_files, photograph
 from .scene import PlantedStem, grow_stand, mesh_stems
 from .settings import SimulateSettings, Sizes, resolve
 from .terrain import make_ground
 from .textures import bark, litter
+from .world import World, build_world
 
 #: Where the synthetic stands grow (Arkansas), degrees; each seed shifts it by some hundred metres.
 LON_LAT = (-91.8, 33.6)
@@ -68,6 +68,7 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
         "camera",
         "image",
         "plots",
+        "wind",
     )
     streams = dict(zip(parts, np.random.SeedSequence(settings.seed).spawn(len(parts)), strict=True))
     rng = {name: np.random.default_rng(stream) for name, stream in streams.items()}
@@ -91,7 +92,8 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
         tag = geotag_files(folder, rng["field"], sizes.name, geo, stations, track, start_utc)
         with reporter.stage("photos", 0.12, 0.9):
             clock = time.monotonic()
-            photograph(folder, rng, settings, sizes, geo, world, stations, views, moves, tag, layout, reporter)
+            exposures = [Exposure(*parts) for parts in zip(stations, views, moves, tag, strict=True)]
+            photograph(folder, rng, settings, sizes, geo, layout, world, stems, exposures, reporter)
             seconds["render_s_per_photo"] = (time.monotonic() - clock) / len(views)
         points = 0
         if sizes.lidar_density_m2 > 0:

@@ -10,9 +10,9 @@ import numpy as np
 from ..reconstruction.cameras import View
 from . import files, flight, truth
 from .layout import Layout
-from .render import World
 from .scene import PlantedStem
 from .settings import Sizes
+from .world import World
 
 TREE_COLUMNS = [
     "tree_id",

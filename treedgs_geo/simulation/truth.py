@@ -9,8 +9,8 @@ from scipy.spatial import ConvexHull
 
 from ..reconstruction.cameras import View
 from ..trees.priors import BREAST_HEIGHT_M
-from .render import World
 from .scene import PlantedStem, StemMesh, axis_at, centre_distance
+from .world import World
 
 #: The band of the stem whose visibility counts, m of arc length.
 BAND_M = (1.0, 1.8)
