@@ -197,3 +197,24 @@ class WeatherSettings:
         advanced=True,
         help="twigs, leaves, shrubs and grass that move by themselves from photo to photo, standard deviation",
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControlSettings:
+    """Receiver and ground control (part of the settings of ``simulate-plot``)."""
+
+    gnss: str = param(
+        "ppk",
+        kind="choice",
+        choices=("ppk", "consumer"),
+        advanced=True,
+        help="ppk: MRK and .pos; consumer: nothing but the positions in the photos, metres off",
+    )
+    control_points: int = param(
+        0,
+        kind="integer",
+        minimum=0,
+        maximum=40,
+        advanced=True,
+        help="surveyed plates on the ground, with their marks in the photos (gcp_list.txt)",
+    )

@@ -67,6 +67,7 @@ def xmp_packet(
     relative_h: float,
     yaw_true: float,
     rng: np.random.Generator,
+    rtk_flag: str = "16",
 ) -> bytes:
     """drone-dji XMP: gimbal angles (true north, noisy), nominal focal length, UTC at exposure."""
     yaw = (yaw_true + rng.normal(0, 0.5) + 180) % 360 - 180
@@ -84,12 +85,14 @@ def xmp_packet(
         "FlightRollDegree": f"{rng.normal(0, 2):+.2f}",
         "FlightYawDegree": f"{body:+.2f}",
         "FlightPitchDegree": f"{rng.normal(-3, 2):+.2f}",
-        "RtkFlag": "16",
+        "RtkFlag": rtk_flag,
         "CalibratedFocalLength": f"{round(camera.fx * 0.99763):.6f}",
         "CalibratedOpticalCenterX": f"{camera.width / 2:.6f}",
         "CalibratedOpticalCenterY": f"{camera.height / 2:.6f}",
         "UTCAtExposure": f"{station.utc:%Y-%m-%dT%H:%M:%S.%f}",
     }
+    if not rtk_flag:
+        del fields["RtkFlag"]
     if station.velocity.any():
         # North, east, down; the drone writes decimetres a second.
         east, north, up = station.velocity

@@ -24,6 +24,8 @@ from .world import World
 
 #: Cells of the light map on the ground along a side, at most: bounds memory on wide surveys.
 MOST_LIGHT_CELLS = 3500
+#: Largest error of a barometric height, m.
+BAROMETER_M = 1.0
 
 
 def geotag_files(
@@ -32,15 +34,18 @@ def geotag_files(
     name: str,
     geo: files.Georeference,
     stations: list[flight.Station],
-    track: flight.Track,
+    track: flight.Track | None,
     start_utc: dt.datetime,
 ) -> np.ndarray:
-    """MRK and .pos; returns the single-point tags (P, 3) lon, lat, h that EXIF repeats: metres off, drifting slowly."""
+    """MRK and .pos (``None``: neither); returns the single-point tags (P, 3) lon, lat, h that EXIF repeats: metres off,
+    drifting slowly."""
     count = len(stations)
     std = np.column_stack([rng.normal(1.5, 0.1, (count, 2)), rng.normal(2.9, 0.25, count)])
     drift = rng.normal(0, 1, 3) * [1.3, 1.3, 2.5]
     wander = np.cumsum(rng.normal(0, 0.12, (count, 3)), axis=0)
     single = geo.lonlat(np.array([s.centre for s in stations]) + drift + wander)
+    if track is None:
+        return single
     local = start_utc - dt.timedelta(hours=5)
     files.write_mrk(folder / f"DJI_{local:%Y%m%d%H%M}_001_{name}_Timestamp.MRK", stations, single, std)
     files.write_pos(folder / f"{name}_ppk.pos", track, start_utc, geo, rng)
@@ -121,6 +126,10 @@ class _Writer(NamedTuple):
         when, part = f"{local:%Y:%m:%d %H:%M:%S}", f"{local.microsecond // 1000:03d}"
         exposure_s = self.settings.exposure_ms / 1000 or 0.00125
         exif = photo_files.exif_bytes(self.nominal, self.name, lon, lat, h, when, part, exposure_s)
+        relative_h, rtk_flag = float(station.centre[2]), "16"
+        if self.settings.gnss == "consumer":
+            # By air pressure, which drifts; and no word of the receiver's solution.
+            relative_h, rtk_flag = relative_h + BAROMETER_M * np.sin(station.seconds / 240 + self.settings.seed), ""
         yaw_true = station.yaw_deg + self.geo.convergence_deg
-        xmp = photo_files.xmp_packet(station, self.nominal, lon, lat, h, float(station.centre[2]), yaw_true, rng)
+        xmp = photo_files.xmp_packet(station, self.nominal, lon, lat, h, relative_h, yaw_true, rng, rtk_flag)
         photo_files.write_jpeg(self.folder / station.name, pixels, exif, xmp, self.quality)

@@ -8,14 +8,16 @@ from pathlib import Path
 
 from ..core.errors import InputError
 from ..core.settings import param
-from .options import CameraSettings, FlightSettings, SensorSettings, WeatherSettings
+from .options import CameraSettings, ControlSettings, FlightSettings, SensorSettings, WeatherSettings
 from .trouble import TroubleSettings
 
 PLOT_PRESETS = ("demo", "test", "plot", "micro")
 
 
 @dataclass(frozen=True, kw_only=True)
-class SimulateSettings(TroubleSettings, FlightSettings, CameraSettings, SensorSettings, WeatherSettings):
+class SimulateSettings(
+    TroubleSettings, FlightSettings, ControlSettings, CameraSettings, SensorSettings, WeatherSettings
+):
     """Settings of ``simulate-plot``. ``None`` means: as the preset says (:data:`SIZES`)."""
 
     output: Path = param(

@@ -17,10 +17,12 @@ from ..core.settings import to_json
 from ..reconstruction.cameras import Camera, View
 from . import files, flight, tables
 from .camera import Motion, camera_of_flight, make_camera, motions
+from .control import Plates, cleared, lay_out, painted, write_control
 from .foliage import all_foliage
 from .grid import follow_terrain, grid_shots, survey_area
 from .layout import Layout, grid_layout, plot_centres, ring_layout
 from .lidar import scan
+from .light import SkyField
 from .photographs import Exposure, geotag_files, photograph
 from .scene import PlantedStem, grow_stand, mesh_stems
 from .settings import SimulateSettings, Sizes, resolve
@@ -69,13 +71,14 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
         "image",
         "plots",
         "wind",
+        "control",
     )
     streams = dict(zip(parts, np.random.SeedSequence(settings.seed).spawn(len(parts)), strict=True))
     rng = {name: np.random.default_rng(stream) for name, stream in streams.items()}
     with reporter.stage("stand", 0.0, 0.12):
         camera = make_camera(settings, sizes)
         shots, layout = _plan(rng, settings, sizes, camera)
-        world, stems = _grow(rng, settings, sizes, layout, reporter)
+        world, stems, plates = _grow(rng, settings, sizes, layout, reporter)
     geo, start_utc = _site(rng["site"])
     if settings.terrain_following:
         shots = follow_terrain(shots, world.ground)
@@ -83,13 +86,16 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
     moves = motions(settings, np.array([s.velocity for s in stations]), rng["camera"])
     views = _views(settings, camera, stations, moves)
     track = flight.ppk_track(rng["flight"], stations, start_utc, settings.float_epochs)
+    if settings.gnss == "consumer":
+        track = replace(track, floating=np.zeros(len(stations), bool))
     if settings.ppk_bias_m:
         track = replace(track, position=track.position + settings.ppk_bias_m)
     seconds: dict[str, float] = {"stand_s": time.monotonic() - began}
     with atomic_folder(output) as folder:
         for name in ("images", "truth"):
             (folder / name).mkdir()
-        tag = geotag_files(folder, rng["field"], sizes.name, geo, stations, track, start_utc)
+        solved = track if settings.gnss == "ppk" else None
+        tag = geotag_files(folder, rng["field"], sizes.name, geo, stations, solved, start_utc)
         with reporter.stage("photos", 0.12, 0.9):
             clock = time.monotonic()
             exposures = [Exposure(*parts) for parts in zip(stations, views, moves, tag, strict=True)]
@@ -105,6 +111,8 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
         with reporter.stage("truth", 0.96, 1.0):
             files.write_dtm(folder / "dtm.tif", world.ground, geo, min(layout.survey_half_m, -world.ground.low - 1))
             summary = tables.write_truth(folder / "truth", world, stems, sizes, layout, geo, views)
+            if plates is not None:
+                write_control(folder, rng["control"], plates, world, geo, views)
             tables.write_cameras(folder / "truth" / "cameras.csv", geo, stations, views, track)
             centre_errors = tables.write_field_tables(folder, rng["field"], sizes, layout, geo, summary)
             seconds["total_s"] = time.monotonic() - began
@@ -156,8 +164,8 @@ def _plan(
 
 def _grow(
     rng: dict[str, np.random.Generator], settings: SimulateSettings, sizes: Sizes, layout: Layout, reporter: Reporter
-) -> tuple[World, list[PlantedStem]]:
-    """The world and its stems."""
+) -> tuple[World, list[PlantedStem], Plates | None]:
+    """The world, its stems, and the control points laid out in it."""
     reach, half = layout.reach_m, layout.ground_half_m
     step = 0.25 if half <= FINE_GROUND_M else 0.5
     ground = make_ground(rng["site"], half, settings.slope_pct, settings.roughness_m, step)
@@ -169,8 +177,13 @@ def _grow(
     texel = max(0.6 * settings.gsd_cm / 100, 2 * reach / MOST_TEXELS)
     texture = litter(rng["textures"], reach, texel)
     reporter.progress(0.8)
+    plates = None
+    if settings.control_points:
+        sky = SkyField(faces, -ground.low)
+        plates = lay_out(rng["control"], settings.control_points, layout, sizes.radius_m, ground, stems, sky)
+        faces, texture = cleared(faces, plates), painted(texture, plates)
     world = build_world(ground, mesh, faces, texture, bark(rng["textures"]), rng["textures"])
-    return world, stems
+    return world, stems, plates
 
 
 def _views(
