@@ -3,8 +3,8 @@
     python -m benchmarks.photos.stem_edges ../shared/data/plot_h
 
 For every stem and photo with a free breast height: the place across the stem where two steps of brightness, as far
-apart as the stem is wide, are steepest (mean over 1.0-1.8 m), against the true axis. Slope 1 of what is measured on what the
-travel says means that ``View.project`` and the photos agree about the rolling shutter.
+apart as the stem is wide, are steepest (mean over 1.0-1.8 m), against the true axis. Slope 1 of what is measured on
+what the travel says means that ``View.project`` and the photos agree about the rolling shutter.
 """
 
 from __future__ import annotations

@@ -64,16 +64,25 @@ class Wind:
         mesh, faces = world.mesh, world.faces
         vertices = mesh.vertices + self._trees.shift(mesh.vertices, self._vertex_owner, top)
         # Twigs and leaves are moved as they are, not bent.
-        centre = faces.corners.mean(axis=1, dtype=np.float64)
-        moved = self._trees.shift(centre, faces.owner, top)
+        moved = self._trees.shift(self._centres, faces.owner, top)
         if self._flutter_m:
-            above = centre[:, 2] - world.ground.height(centre[:, :2])
-            loose = np.where(faces.owner == ROOTED, np.clip(above / FULL_FLUTTER_M, 0, 1), faces.owner >= 0)
             rng = np.random.default_rng([self._seed, number])
-            moved[:, :2] += self._flutter_m * loose[:, None] * flutter(centre, rng)
+            moved[:, :2] += self._flutter_m * self._loose[:, None] * flutter(self._centres, rng)
         corners = (faces.corners + moved[:, None]).astype(np.float32)
         mesh, faces = replace(mesh, vertices=vertices), replace(faces, corners=corners)
         return replace(world, mesh=mesh, faces=faces, scene=scene_of(world.ground, mesh, faces))
+
+    @cached_property
+    def _centres(self) -> np.ndarray:
+        """(F, 3) middles of the faces at rest."""
+        return self._world.faces.corners.mean(axis=1, dtype=np.float64)
+
+    @cached_property
+    def _loose(self) -> np.ndarray:
+        """(F,) share of the flutter that each face takes part in."""
+        owner = self._world.faces.owner
+        above = self._centres[:, 2] - self._world.ground.height(self._centres[:, :2])
+        return np.where(owner == ROOTED, np.clip(above / FULL_FLUTTER_M, 0, 1), owner >= 0)
 
     @cached_property
     def _vertex_owner(self) -> np.ndarray:
@@ -89,7 +98,7 @@ class Sway:
     rest by the square of its share of the height; each tree has its own period and phase. Trees below
     :data:`SWAY_HEIGHT_M` stand in the shelter of the others: the square of their share of it.
 
-    Frequency: 0.0948 + 3.4317 DBH / height^2 Hz, cm and m (Moore and Maguire 2004, Trees 18: 195-203).
+    Frequency: 0.0948 + 3.4317 DBH / height^2 Hz, cm and m (after Moore and Maguire 2004, Trees 18: 195-203).
     """
 
     def __init__(self, stems: list[PlantedStem], sway_cm: float, rng: np.random.Generator) -> None:
