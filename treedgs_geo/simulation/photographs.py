@@ -23,7 +23,7 @@ from .wind import Wind
 from .world import World
 
 #: Cells of the light map on the ground along a side, at most: bounds memory on wide surveys.
-MOST_LIGHT_CELLS = 3500
+MOST_LIGHT_CELLS = 2500
 #: Largest error of a barometric height, m.
 BAROMETER_M = 1.0
 

@@ -37,8 +37,8 @@ class PlantedStem:
 
 
 AXIS_STEP = 0.05
-#: Crowns farther from the plots than this are made of larger needles, m.
-NEAR_PLOT_M = 36.0
+#: Crowns in the photos that stand farther outside the plots than this are made of larger needles, m.
+NEAR_PLOT_M = {"rings": 24.0, "grid": 12.0}
 _ORIGIN = np.zeros((1, 2))
 
 
@@ -175,7 +175,7 @@ def grow_stand(
     limit = np.radians(settings.lean_max_deg)
     lean = np.minimum(np.abs(rng.normal(0, np.radians(1.7), count)), limit)
     kinds = np.full(count, "normal", dtype=object)
-    away = centre_distance(xy, centres)
+    away, near_plot = centre_distance(xy, centres), sizes.radius_m + NEAR_PLOT_M[settings.flight]
     inside = np.flatnonzero(away < sizes.radius_m)
     draw = iter(rng.permutation(inside))
     for kind, number in (
@@ -194,7 +194,7 @@ def grow_stand(
     stems: list[PlantedStem] = []
     for k in range(count):
         distance = float(away[k])
-        shown = 0 if np.hypot(*xy[k]) >= near_m else 1 if distance < NEAR_PLOT_M else -1
+        shown = 0 if np.hypot(*xy[k]) >= near_m else 1 if distance < near_plot else -1
         detail = 2 if distance < sizes.radius_m + 5 else shown
         common = {
             "tree_id": f"T{k + 1:03d}",

@@ -11,6 +11,10 @@ import cv2
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
+#: Linear albedo of needle litter and of moss.
+LITTER_RGB = np.array([0.30, 0.205, 0.125], np.float32)
+MOSS_RGB = np.array([0.20, 0.24, 0.09], np.float32)
+
 
 @dataclass(frozen=True)
 class GroundTexture:
@@ -43,11 +47,14 @@ def litter(rng: np.random.Generator, half_m: float, step_m: float = 0.011) -> Gr
         + 0.15 * _noise(rng, n, 0.05 / step_m)
         + 0.14 * rng.standard_normal((n, n), dtype=np.float32)
     )
-    warm = np.array([0.30, 0.205, 0.125], np.float32)
-    colour = warm * np.exp(1.15 * tone)[..., None]
-    moss = np.clip(_noise(rng, n, 1.4 / step_m) - 1.1, 0, 1)[..., None]
-    colour += moss * (np.array([0.20, 0.24, 0.09], np.float32) - colour) * 0.7
-    image = encode(colour)
+    tone = np.exp(1.15 * tone)
+    moss = np.clip(_noise(rng, n, 1.4 / step_m) - 1.1, 0, 1)
+    image = np.empty((n, n, 3), np.uint8)
+    # A channel at a time: wide surveys have 80 million texels.
+    for channel, (warm, green) in enumerate(zip(LITTER_RGB, MOSS_RGB, strict=True)):
+        colour = warm * tone
+        colour += moss * (green - colour) * 0.7
+        image[..., channel] = encode(colour)
     area = (2 * half_m) ** 2
     # Leaves and bits of bark: 2-7 cm, light and dark. Needles and twigs: thin streaks.
     count = int(90 * area)
