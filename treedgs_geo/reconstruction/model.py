@@ -10,8 +10,8 @@ import numpy as np
 from ..core.crs import LocalFrame
 from ..core.errors import InputError
 from ..core.files import atomic_folder, read_json, write_json
-from .adjustment import camera_from_colmap, to_colmap
 from .cameras import View
+from .colmap import camera_from_colmap, to_colmap
 from .tracks import Block
 
 FRAME = "frame.json"
