@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from ..core.errors import ReconstructionError
+from ..geotags.control import ControlPoints
 from .bundle import Observations, Priors, Problem, State, camera_of, shared_of
 from .bundle_kernels import CX, CY, K1, K2, K3, LOG_ASPECT, LOG_F, P1, P2, READOUT
 from .cameras import Camera
@@ -24,6 +26,8 @@ PARTS = {
     "drift": (),
     "travel": (),
 }
+#: Standard error of a mark of a control point, pixels.
+MARK_PX = 0.7
 #: A photo with fewer observations than this stays where it is.
 LEAST_OBSERVATIONS = 6
 #: Photos are never sharper than this, pixels.
@@ -40,7 +44,7 @@ class Known:
     camera_sd: standard deviations by part (:data:`PARTS`), relative for focal and aspect, pixels for principal_point,
     dimensionless for the others. readout_sd_s: of ``sensor.readout_s`` before the adjustment, ``readout_s``.
     drift_sd: of the focal length's change between flights, relative. travel_sd_m: of the readout travel that speed and
-    readout time do not explain.
+    readout time do not explain. control: control and check points, in the local frame.
     """
 
     xyz: np.ndarray
@@ -51,6 +55,7 @@ class Known:
     readout_sd_s: float = 0.0
     drift_sd: float = 5e-4
     travel_sd_m: float = 0.0
+    control: ControlPoints | None = None
 
 
 @dataclass(frozen=True)
@@ -111,9 +116,16 @@ def typical_px(block: Block) -> float:
 def _problem(block: Block, known: Known, free: frozenset[str], final: bool) -> tuple[Problem, State]:
     sensor, posed = block.sensor, block.is_posed
     centres = np.where(posed[:, None], block.centres, 0.0)
-    pixels = block.observed()
-    seen = Observations(block.image, block.point, pixels, sensor.share(pixels[:, 1]), np.ones(len(block.image)))
-    nowhere = np.full((len(block.points), 3), np.inf)
+    marks, places, place_sd = _control_rows(known.control, posed)
+    pixels = np.concatenate([block.observed(), marks.pixels])
+    seen = Observations(
+        np.concatenate([block.image, marks.photo]),
+        np.concatenate([block.point, len(block.points) + marks.point]),
+        pixels,
+        sensor.share(pixels[:, 1]),
+        np.concatenate([np.zeros(len(block.image)), np.full(len(marks.photo), MARK_PX)]),
+    )
+    points = np.concatenate([block.points, places])
     count = np.bincount(block.image, minlength=len(posed))
     priors = Priors(
         shared=shared_of(known.camera, known.readout_s),
@@ -123,13 +135,28 @@ def _problem(block: Block, known: Known, free: frozenset[str], final: bool) -> t
         centre_sd=known.sd,
         travel_sd=np.full(len(posed), known.travel_sd_m if "travel" in free else 0.0),
         held=~posed | (count < LEAST_OBSERVATIONS),
-        point_xyz=np.zeros_like(nowhere),
-        point_sd=nowhere,
+        point_xyz=points,
+        point_sd=np.concatenate([np.full((len(block.points), 3), np.inf), place_sd]),
     )
     rotations = np.where(posed[:, None, None], block.rotations, np.eye(3))
     shared = shared_of(block.camera, sensor.readout_s)
-    state = State(shared, sensor.drift, rotations, centres, sensor.extra_travel_m, block.points)
-    return Problem(seen, priors, sensor, len(block.points), final=final), state
+    state = State(shared, sensor.drift, rotations, centres, sensor.extra_travel_m, points)
+    return Problem(seen, priors, sensor, len(points), final=final), state
+
+
+class _Marks(NamedTuple):
+    photo: np.ndarray
+    point: np.ndarray
+    pixels: np.ndarray
+
+
+def _control_rows(control: ControlPoints | None, posed: np.ndarray) -> tuple[_Marks, np.ndarray, np.ndarray]:
+    """Marks of control points in posed photos, and the points' places and standard errors, (K, 3)."""
+    if control is None:
+        return _Marks(np.zeros(0, int), np.zeros(0, int), np.zeros((0, 2))), np.zeros((0, 3)), np.zeros((0, 3))
+    use = posed[control.photo] & ~control.is_check[control.point]
+    kept, point = np.unique(control.point[use], return_inverse=True)
+    return _Marks(control.photo[use], point, control.pixels[use]), control.xyz[kept], control.sd_m[kept]
 
 
 def _shared_sd(known: Known, free: frozenset[str]) -> np.ndarray:
@@ -143,7 +170,7 @@ def _shared_sd(known: Known, free: frozenset[str]) -> np.ndarray:
 def _sigma_px(problem: Problem, state: State) -> float:
     """Robust standard error of a pixel coordinate: the median residual over the share of it that the fit left."""
     problem.linearise(state)
-    error = np.linalg.norm(problem.linear.residual / problem.seen.factor[:, None], axis=1)
+    error = np.linalg.norm(problem.linear.residual[problem.seen.extra_px == 0], axis=1)
     error = error[np.isfinite(error)]
     left = 1 - (3 * problem.points + 6 * problem.photos) / max(2 * len(error), 1)
     return float(np.median(error)) / _MEDIAN_OF_RAYLEIGH / float(np.sqrt(max(left, 0.2)))
@@ -160,7 +187,7 @@ def _apply(block: Block, state: State) -> None:
     )
     block.rotations[posed] = state.rotations[posed]
     block.translations[posed] = -np.einsum("nij,nj->ni", state.rotations, state.centres)[posed]
-    block.points = state.points
+    block.points = state.points[: len(block.points)]
 
 
 def prune(block: Block, limit_px: float, min_angle_deg: float = 1.5) -> None:

@@ -49,14 +49,14 @@ class Priors:
 
 
 class Observations(NamedTuple):
-    """M observations: photo, point, (M, 2) pixels, share of the readout (row / height - 0.5), and their standard error
-    over that of the others."""
+    """M observations: photo, point, (M, 2) pixels, share of the readout (row / height - 0.5), and their own error
+    beside that of all, (M,) px."""
 
     image: np.ndarray
     point: np.ndarray
     pixels: np.ndarray
     share: np.ndarray
-    factor: np.ndarray
+    extra_px: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -176,7 +176,7 @@ class Problem:
 
     def weigh(self, x: State, sigma_px: float, tag_loss: float) -> Weights:
         """Robust weights at the linearised state."""
-        variance = (sigma_px * self.seen.factor) ** 2
+        variance = sigma_px**2 + self.seen.extra_px**2
         square = np.einsum("mk,mk->m", self.linear.residual, self.linear.residual) / variance
         lost = ~np.isfinite(square)
         square[lost] = 1e6

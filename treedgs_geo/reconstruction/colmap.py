@@ -8,8 +8,8 @@ from .cameras import Camera
 from .tracks import Block
 
 
-def camera_to_colmap(camera: Camera):
-    """Our camera as a pycolmap camera with id 1: ``OPENCV``, or ``FULL_OPENCV`` where it has a k3."""
+def camera_to_colmap(camera: Camera, number: int = 1):
+    """Our camera as a pycolmap camera with the id ``number``: ``OPENCV``, or ``FULL_OPENCV`` where it has a k3."""
     import pycolmap
 
     more = [camera.k3, 0.0, 0.0, 0.0] if camera.k3 else []
@@ -17,7 +17,7 @@ def camera_to_colmap(camera: Camera):
         model="FULL_OPENCV" if more else "OPENCV",
         width=camera.width,
         height=camera.height,
-        camera_id=1,
+        camera_id=number,
         has_prior_focal_length=True,
         params=[camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion[:4], *more],
     )
@@ -46,20 +46,29 @@ def camera_from_colmap(camera) -> Camera:
 
 def to_colmap(block: Block, names: list[str], colours: np.ndarray | None = None):
     """The block as a pycolmap reconstruction: image ids 1..N in the order of ``names``, posed photos and observed
-    points only.
+    points only; one camera a flight. Poses are those of the middle row, and pixels are where a sensor exposed at once
+    would have seen the points.
     """
     import pycolmap
 
     model = pycolmap.Reconstruction()
-    model.add_camera_with_trivial_rig(camera_to_colmap(block.camera))
+    sensor = block.sensor
+    for flight in np.unique(sensor.flight[block.is_posed]):
+        own = int(np.flatnonzero(sensor.flight == flight)[0])
+        model.add_camera_with_trivial_rig(camera_to_colmap(sensor.camera_of(own), int(flight) + 1))
     order = np.argsort(block.image, kind="stable")
     starts = np.searchsorted(block.image[order], np.arange(len(names) + 1))
     place = np.empty(len(order), np.int64)
-    observed = block.observed()
+    observed = block.observed() + block.standing_still()
     for i in np.flatnonzero(block.is_posed):
         rows = order[starts[i] : starts[i + 1]]
         place[rows] = np.arange(len(rows))
-        image = pycolmap.Image(name=names[i], keypoints=observed[rows].reshape(-1, 2), camera_id=1, image_id=int(i) + 1)
+        image = pycolmap.Image(
+            name=names[i],
+            keypoints=observed[rows].reshape(-1, 2),
+            camera_id=int(sensor.flight[i]) + 1,
+            image_id=int(i) + 1,
+        )
         pose = pycolmap.Rigid3d(np.column_stack([block.rotations[i], block.translations[i]]))
         model.add_image_with_trivial_frame(image, pose)
     by_point = np.argsort(block.point, kind="stable")

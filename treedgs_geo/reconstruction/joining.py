@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,10 +12,13 @@ from ..core.progress import Reporter
 from ..geotags.photos import shorten
 from ..geotags.stations import Stations
 from .adjustment import Adjusted, Known, adjust, prune, typical_px
+from .control import align_to_control
 from .features import FeatureStore
 from .georeference import Placement
 from .guided import find_points, turn_to_points
+from .posterior import posterior_of
 from .sensor import Sensor
+from .shutter import settle_lens, settle_shutter
 from .ties import GreyPhotos, Ties, ground_surface, tie_photo
 from .tracks import Block, build_tracks, triangulate
 
@@ -26,6 +30,15 @@ GIMBAL_REACH_DEG = 1.5
 STRAY_SD, STRAY_M, MOST_STRAYS = 5.0, 0.15, 1 / 3
 
 
+class Joined(NamedTuple):
+    """A finished block, its last adjustment, and what held it and was free in that."""
+
+    block: Block
+    adjusted: Adjusted
+    known: Known
+    free: frozenset[str]
+
+
 def join_photos(
     placement: Placement,
     store: FeatureStore,
@@ -34,7 +47,7 @@ def join_photos(
     sensor: Sensor,
     free: frozenset[str],
     reporter: Reporter,
-) -> tuple[Block, Adjusted]:
+) -> Joined:
     """Adjust the mapped photos, tie in the others through predicted geometry, look for every point in every photo,
     adjust.
 
@@ -56,6 +69,10 @@ def join_photos(
     sensor = replace(sensor, camera=placement.camera)
     block = from_matches(store, mapped, rotations, translations, sensor)
     triangulate(block, 15.0)
+    if known.control is not None:
+        moved = align_to_control(block, known.control)
+        if moved is not None:
+            reporter.info(f"Control points moved the block by {np.linalg.norm(moved.apply(np.zeros((1, 3)))):.1f} m.")
     # Mappers know neither geotags nor a shutter that rolls: the geotags pull first.
     adjust(block, known, free, tag_loss=np.inf)
     _refine(block, known, free, 4.0)
@@ -79,6 +96,7 @@ def join_photos(
     # Two rays always meet somewhere along an epipolar line: a point needs three to prove itself, where that leaves
     # every photo tied.
     _keep_proven(block)
+    known, free = _settle(block, known, free)
     adjusted = _refine(block, known, free, 2.0, strict=True)
     names = stations.names
     weak = block.is_posed & (np.bincount(block.image, minlength=len(names)) < MIN_OBSERVATIONS)
@@ -94,7 +112,14 @@ def join_photos(
     lost = [names[i] for i in np.flatnonzero(~block.is_posed)]
     if lost:
         reporter.warn(f"{len(lost)} photos could not be tied to the others: {shorten(lost)}.")
-    return block, adjusted
+    return Joined(block, adjusted, known, free)
+
+
+def _settle(block: Block, known: Known, free: frozenset[str]) -> tuple[Known, frozenset[str]]:
+    """Which parts of lens and shutter stay free for the last adjustment."""
+    adjusted = adjust(block, known, free, final=True)
+    known, free = settle_shutter(block, known, free, posterior_of(adjusted))
+    return known, settle_lens(block, known, free)
 
 
 def _enough(placement: Placement, store: FeatureStore, known: Known, sensor: Sensor, reporter: Reporter) -> Placement:

@@ -59,6 +59,12 @@ class Block:
         local = np.einsum("mij,mj->mi", self.rotations[self.image], places) + self.translations[self.image]
         return sensor.to_pixels(local, self.image) - observed
 
+    def standing_still(self) -> np.ndarray:
+        """(M, 2) pixels by which observations would move if the cameras stood still while they were read."""
+        local = np.einsum("mij,mj->mi", self.rotations[self.image], self.points[self.point])
+        still = self.sensor.to_pixels(local + self.translations[self.image], self.image)
+        return still - self.observed() - self.residuals()
+
     def rays(self) -> tuple[np.ndarray, np.ndarray]:
         """(M, 3) where the camera stood when each observation was read, and (M, 3) unit directions."""
         observed = self.observed()
@@ -167,7 +173,7 @@ def triangulate(block: Block, limit_px: float, min_angle_deg: float = 1.5, round
     for _ in range(rounds):
         if not len(block.point):
             return
-        _intersect(block)
+        intersect(block)
         error = np.linalg.norm(block.residuals(), axis=1)
         error[~np.isfinite(error)] = 1e9
         worst = np.zeros(len(block.points))
@@ -178,13 +184,14 @@ def triangulate(block: Block, limit_px: float, min_angle_deg: float = 1.5, round
         block.keep(~bad)
     if not len(block.point):
         return
-    _intersect(block)
+    intersect(block)
     error = np.linalg.norm(block.residuals(), axis=1)
     block.keep(np.isfinite(error) & (error <= limit_px))
     block.keep(widest_angle_deg(block)[block.point] >= min_angle_deg)
 
 
-def _intersect(block: Block) -> None:
+def intersect(block: Block) -> None:
+    """Place the block's points where their rays pass nearest, weighted with 1 / range."""
     centres, rays = block.rays()
     count = len(block.points)
     weight = np.ones(len(rays))
