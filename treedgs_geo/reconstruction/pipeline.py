@@ -17,6 +17,7 @@ from ..core.files import fingerprint
 from ..core.machine import available_threads
 from ..core.progress import Reporter
 from ..core.settings import param
+from ..geotags.control import ControlPoints
 from ..geotags.photos import read_photo
 from ..geotags.stations import Stations
 from .calibration import Calibration, calibration_of
@@ -65,6 +66,8 @@ def reconstruct_photos(
     sfm_folder: Path,
     reporter: Reporter | None = None,
     plugin: Plugin | None = None,
+    control: ControlPoints | None = None,  # noqa: ARG001
+    calibration_file: Path | None = None,
 ) -> dict[str, Any]:
     """Structure from motion in the project CRS; writes ``sfm_folder`` and returns its report.
 
@@ -72,7 +75,8 @@ def reconstruct_photos(
         stations: from :func:`~treedgs_geo.geotags.reading.read_stations`. sfm_folder: replaced as a whole on success;
         features and matches are
             kept in ``cache/`` beside it while the work goes on, so that a stopped run resumes. plugin: a learned
-            matcher whose matches are used beside SIFT's.
+            matcher whose matches are used beside SIFT's. control: ground control and check points. calibration_file:
+            ``camera.json`` of an earlier reconstruction with this camera.
 
     Raises:
         ReconstructionError: too few photos register, or the result contradicts geotags, calibration or flying height.
@@ -87,7 +91,7 @@ def reconstruct_photos(
     sfm_folder = Path(sfm_folder)
     # A plug-in that cannot be loaded must not be found out after an hour of matching.
     matcher = load_matcher(plugin) if plugin else None
-    calibration = calibration_of([read_photo(stations.paths[0])])
+    calibration = calibration_of([read_photo(stations.paths[0])], calibration_file)
     frame = LocalFrame.around(stations.crs, stations.xyz[stations.is_placed])
     ground = ground_below(stations.xyz, stations.relative_altitude_m)
     if np.isfinite(ground):
