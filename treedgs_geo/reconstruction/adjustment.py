@@ -41,16 +41,17 @@ class Known:
     """What holds a block, apart from its photos.
 
     xyz: (N, 3) geotags in the local frame, metres, NaN unknown. sd: (N, 3) m. camera: intrinsics from the metadata.
-    camera_sd: standard deviations by part (:data:`PARTS`), relative for focal and aspect, pixels for principal_point,
-    dimensionless for the others. readout_sd_s: of ``sensor.readout_s`` before the adjustment, ``readout_s``.
-    drift_sd: of the focal length's change between flights, relative. travel_sd_m: of the readout travel that speed and
-    readout time do not explain. control: control and check points, in the local frame.
+    lens_sd: (9,) standard deviations of the shared parameters (:mod:`.bundle_kernels`) before the readout time:
+    relative for focal length and fy / fx, pixels for the principal point, dimensionless for the distortion.
+    readout_sd_s: of ``sensor.readout_s`` before the adjustment, ``readout_s``. drift_sd: of the focal length's change
+    between flights, relative. travel_sd_m: of the readout travel that speed and readout time do not explain. control:
+    control and check points, in the local frame.
     """
 
     xyz: np.ndarray
     sd: np.ndarray
     camera: Camera
-    camera_sd: dict[str, float]
+    lens_sd: np.ndarray
     readout_s: float = 0.0
     readout_sd_s: float = 0.0
     drift_sd: float = 5e-4
@@ -72,7 +73,7 @@ def adjust(
     known: Known,
     free: frozenset[str],
     *,
-    iterations: int = 30,
+    iterations: int = 12,
     tag_loss: float = TAG_LOSS,
     least_sigma_px: float = LEAST_SIGMA_PX,
     final: bool = False,
@@ -95,8 +96,8 @@ def adjust(
         )
     problem, state = _problem(block, known, free, final)
     sigma = max(typical_px(block) / _MEDIAN_OF_RAYLEIGH, least_sigma_px)
-    for _ in range(2):
-        state = problem.solve(state, sigma, tag_loss, iterations)
+    for rounds in (iterations // 3, iterations):
+        state = problem.solve(state, sigma, tag_loss, rounds)
         sigma = max(_sigma_px(problem, state), least_sigma_px)
     _apply(block, state)
     return Adjusted(problem, state, sigma)
@@ -160,10 +161,10 @@ def _control_rows(control: ControlPoints | None, posed: np.ndarray) -> tuple[_Ma
 
 
 def _shared_sd(known: Known, free: frozenset[str]) -> np.ndarray:
+    """(10,) standard deviations of the shared parameters, 0 where they are not free."""
+    chosen = [place for part in free for place in PARTS[part]]
     sd = np.zeros(READOUT + 1)
-    for part, places in PARTS.items():
-        if part in free:
-            sd[list(places)] = known.readout_sd_s if part == "readout" else known.camera_sd.get(part, 0.0)
+    sd[chosen] = np.append(known.lens_sd, known.readout_sd_s)[chosen]
     return sd
 
 

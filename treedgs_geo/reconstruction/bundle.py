@@ -23,6 +23,8 @@ from .sensor import Sensor
 #: Standard deviations at which a pixel's loss turns from a parabola: soft L1 on the way, Cauchy at the end, where the
 #: wrong matches are out and what is left moves in the wind, each point as much as its plant.
 PIXEL_LOSS = 2.0
+#: Relative gain of the cost below which an adjustment ends: on the way, and the last one.
+TOLERANCE = {False: 1e-4, True: 1e-8}
 _CENTRE, _TRAVEL = slice(3, 6), slice(6, 9)
 
 
@@ -34,7 +36,8 @@ class Priors:
 
     shared, shared_sd: (10,) see :mod:`.bundle_kernels`. drift_sd: of the log of a later flight's focal length over the
     first's. centres, centre_sd: (N, 3) m, NaN = no geotag. travel_sd: (N,) m, of ``Sensor.extra_travel_m``.
-    held: (N,) bool, photos whose pose stays. point_xyz, point_sd: (P, 3) m of points whose place is known (ground control), infinite for the others.
+    held: (N,) bool, photos whose pose stays. point_xyz, point_sd: (P, 3) m of points whose place is known (ground
+    control), infinite for the others.
     """
 
     shared: np.ndarray
@@ -117,6 +120,8 @@ def _rows_of(index: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 def _soft_l1(square: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
     """Loss and weight of squared normalised errors: linear far out, so that no error ever stops to pull."""
+    if not np.isfinite(scale):
+        return square, np.ones_like(square)
     root = np.sqrt(1 + square / scale**2)
     return 2 * scale**2 * (root - 1), 1 / root
 
@@ -239,8 +244,9 @@ class Problem:
                 right[at] -= weight * (x.centres[own, axis] - shift[flight, axis] - self.priors.centres[own, axis])
 
     def solve(self, x: State, sigma_px: float, tag_loss: float, iterations: int) -> State:
-        """Levenberg-Marquardt from ``x``; ends when a step gains less than a millionth of the cost."""
-        damping = 1e-4
+        """Levenberg-Marquardt from ``x``; ends when a step gains too little of the cost (:data:`TOLERANCE`)."""
+        # Principal point, p1 and p2 form a long flat valley: strong damping would end on its side.
+        damping = 1e-6
         self.linearise(x)
         weights = self.weigh(x, sigma_px, tag_loss)
         for _ in range(iterations):
@@ -257,8 +263,8 @@ class Problem:
             found = self.weigh(trial, sigma_px, tag_loss)
             if found.cost < weights.cost:
                 gain = weights.cost - found.cost
-                x, weights, damping = trial, found, max(damping / 5, 1e-9)
-                if gain < 1e-6 * found.cost:
+                x, weights, damping = trial, found, max(damping / 10, 1e-10)
+                if gain < TOLERANCE[self.final] * found.cost:
                     break
             else:
                 damping *= 10

@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ..core.errors import InputError, ReconstructionError
 from ..geotags.photos import Photo
 from .cameras import Camera
+from .sensor import Sensor
 
 #: Sensor widths in mm (maker's data sheets) and the nominal focal length that the entry holds for.
 SENSOR_WIDTHS_MM = {
@@ -39,7 +41,7 @@ PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 #: nominal figures are of the design (those of real drones are 0.3 to 1.6 % from their factory calibration,
 #: ``xmp_samples``); a distortion that nobody stated may be that of any drone's lens.
 _FACTORY = (0.005, 0.002, 0.02, 0.05, 0.1, 0.002)
-_UNKNOWN_LENS = (0.3, 0.5, 1.0, 0.005)
+_UNKNOWN_LENS = (0.3, 0.5, 1.0, 0.002)
 _PRIOR_SD = {
     "file": _FACTORY,
     "dewarp": _FACTORY,
@@ -177,6 +179,21 @@ def _from_file(path: Path, photo: Photo) -> Calibration:
     own = {name: float(np.hypot(sd, drift[name])) for name, sd in given.items() if sd > 0}
     readout, sd = _finite(found.get("readout_s")), _finite(found.get("readout_sd_s", found.get("readout_s_sd")))
     return Calibration(camera, "file", _FILE_TOLERANCE, own, readout, sd)
+
+
+def calibration_record(model: str, sensor: Sensor, shared_sd: list[float | None]) -> dict[str, Any]:
+    """``camera.json`` of an adjusted camera: its numbers and, where they were estimated, their standard deviations.
+
+    shared_sd: of the shared parameters (:mod:`.bundle_kernels`), None where held.
+    """
+    camera = sensor.camera
+    sd = dict(zip(("fx", "", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "readout_s"), shared_sd, strict=False))
+    if sd["fx"] is not None:
+        sd["fy"] = sd["fx"] * camera.fy
+        sd["fx"] *= camera.fx
+    numbers: dict[str, Any] = {name: float(getattr(camera, name)) for name in ("width", "height", *PARAMETERS)}
+    record = {"model": model, **numbers, "readout_s": sensor.readout_s}
+    return record | {f"{name}_sd": value for name, value in sd.items() if name and value is not None}
 
 
 def _finite(value: object) -> float:

@@ -31,12 +31,15 @@ STRAY_SD, STRAY_M, MOST_STRAYS = 5.0, 0.15, 1 / 3
 
 
 class Joined(NamedTuple):
-    """A finished block, its last adjustment, and what held it and was free in that."""
+    """A finished block, its last adjustment, what held it and was free in that, and whether a rolling shutter was
+    looked for.
+    """
 
     block: Block
     adjusted: Adjusted
     known: Known
     free: frozenset[str]
+    tested_shutter: bool
 
 
 def join_photos(
@@ -61,6 +64,7 @@ def join_photos(
         ReconstructionError: no three photos match each other.
     """
     rng = np.random.default_rng(1)
+    tested = bool(free & {"readout", "travel"})
     placement = _enough(placement, store, known, sensor, reporter)
     mapped = placement.mapped
     loose = np.isfinite(placement.translations).all(axis=1) & ~mapped
@@ -112,7 +116,7 @@ def join_photos(
     lost = [names[i] for i in np.flatnonzero(~block.is_posed)]
     if lost:
         reporter.warn(f"{len(lost)} photos could not be tied to the others: {shorten(lost)}.")
-    return Joined(block, adjusted, known, free)
+    return Joined(block, adjusted, known, free, tested)
 
 
 def _settle(block: Block, known: Known, free: frozenset[str]) -> tuple[Known, frozenset[str]]:
@@ -221,7 +225,7 @@ def _refine(block: Block, known: Known, free: frozenset[str], limit_px: float, s
     for _ in range(2):
         limit = max(gate * typical, least)
         prune(block, limit if strict else min(limit_px, limit))
-        adjusted = adjust(block, known, free, final=strict)
+        adjusted = adjust(block, known, free, final=strict, iterations=30 if strict else 12)
         typical = typical if strict else typical_px(block)
     return adjusted
 

@@ -16,6 +16,7 @@ from .tracks import Block
 
 FRAME = "frame.json"
 REPORT = "report.json"
+CAMERA = "camera.json"
 #: COLMAP's files of a model.
 MODEL_FILES = ("cameras.bin", "images.bin", "points3D.bin", "rigs.bin", "frames.bin")
 
@@ -38,13 +39,18 @@ def save_model(
     flights: np.ndarray,
     frame: LocalFrame,
     report: dict,
+    calibration: dict,
 ) -> None:
-    """Write the folder as a whole: the old one is replaced only when the new one is complete."""
+    """Write the folder as a whole: the old one is replaced only when the new one is complete.
+
+    calibration: ``camera.json``, what :func:`.calibration.calibration_of` takes for another flight of the camera.
+    """
     model = to_colmap(block, names, point_colours(block, paths))
     model.update_point_3d_errors()
     with atomic_folder(sfm_folder) as temporary:
         model.write_binary(str(temporary))
         frame.save(temporary / FRAME)
+        write_json(temporary / CAMERA, calibration)
         posed = np.flatnonzero(block.is_posed)
         more: dict = {"flights": {names[i]: int(flights[i]) for i in posed}}
         travel = block.sensor.travel_m

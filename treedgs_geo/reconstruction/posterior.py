@@ -9,7 +9,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from .adjustment import TAG_LOSS, Adjusted
 from .bundle import PointNormals
-from .bundle_kernels import CX, CY, FIRST_FLIGHT, LOG_F, N_POSE, READOUT
+from .bundle_kernels import FIRST_FLIGHT, LOG_F, N_POSE
 from .cameras import OBLIQUE_DEG
 
 #: Real errors over formal ones: within a photo the pixels' errors are not independent (wind, gimbal rates), and
@@ -23,13 +23,12 @@ class Posterior:
     """Standard errors, :data:`SYSTEMATIC` included. NaN where a number was held.
 
     scale: relative, of lengths across the line of sight at the ground (and so of diameters). focal: relative.
-    principal_point_px: (2,). readout_s. centres_m: (N, 3), NaN without a pose.
+    shared_sd: (S,) of the shared parameters (:mod:`.bundle_kernels`). centres_m: (N, 3), NaN without a pose.
     """
 
     scale: float
     focal: float
-    principal_point_px: np.ndarray
-    readout_s: float
+    shared_sd: np.ndarray
     centres_m: np.ndarray
 
 
@@ -57,7 +56,7 @@ def posterior_of(adjusted: Adjusted, geotag_factor: float = 1.0) -> Posterior:
     shared = sd[problem.photos * N_POSE :]
     centres = sd[: problem.photos * N_POSE].reshape(-1, N_POSE)[:, 3:6]
     scale = SYSTEMATIC * float(np.sqrt(max(gradient @ inverse @ gradient, 0.0)))
-    return Posterior(scale, float(shared[LOG_F]), shared[[CX, CY]], float(shared[READOUT]), centres)
+    return Posterior(scale, float(shared[LOG_F]), shared, centres)
 
 
 def _scale_gradient(adjusted: Adjusted, weight: np.ndarray, points: PointNormals) -> np.ndarray:

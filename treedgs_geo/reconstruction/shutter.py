@@ -9,8 +9,10 @@ import numpy as np
 
 from ..geotags.readout import Readout
 from ..geotags.stations import Stations
-from .adjustment import Known, adjust
+from .adjustment import PARTS, Known, adjust
 from .bundle import PIXEL_LOSS
+from .bundle_kernels import READOUT
+from .calibration import Calibration
 from .cameras import Camera
 from .posterior import Posterior
 from .sensor import Sensor
@@ -29,7 +31,18 @@ _SPEED_SD_M_S = 3.0
 #: A readout time is kept when it is this many standard errors from none, and at least so long.
 _KEPT_SD, _KEPT_S = 3.0, 0.001
 #: A part of the lens is freed when the photos that were held out fit better by this many standard errors.
-_ASKED_SD = 3.0
+_ASKED_SD = 4.0
+
+
+#: Square pixels, to this: the standard deviation of log(fy / fx).
+_ASPECT_SD = 2e-4
+
+
+def lens_sd(calibration: Calibration) -> np.ndarray:
+    """(9,) ``Known.lens_sd`` of a calibration's standard deviations."""
+    sd = calibration.sd
+    rest = [sd[name] for name in ("cx", "cy", "k1", "k2", "p1", "p2", "k3")]
+    return np.array([sd["fx"] / calibration.camera.fx, _ASPECT_SD, *rest])
 
 
 def sensor_of(stations: Stations, camera: Camera) -> Sensor:
@@ -72,7 +85,7 @@ def settle_shutter(
     for.
     """
     if "readout" in free:
-        if abs(block.sensor.readout_s) >= max(_KEPT_SD * posterior.readout_s, _KEPT_S):
+        if abs(block.sensor.readout_s) >= max(_KEPT_SD * posterior.shared_sd[READOUT], _KEPT_S):
             return known, free
         known = replace(known, readout_s=0.0, readout_sd_s=0.0)
     elif "travel" not in free or asks_for(block, known, free - {"travel"}, "travel"):
@@ -83,10 +96,13 @@ def settle_shutter(
 
 
 def settle_lens(block: Block, known: Known, free: frozenset[str]) -> frozenset[str]:
-    """Free the parts of Brown's lens that points which were held out ask for: p1 and p2, then k3."""
-    for part in ("tangential", "k3"):
-        if known.camera_sd.get(part, 0.0) > 0 and asks_for(block, known, free, part):
-            free |= {part}
+    """Free k3 where points that were held out ask for it.
+
+    p1 and p2 are always free, held by their prior: with a narrow field the principal point takes them up and held-out
+    points hardly differ, but without them the focal length went 0.1 % off (``plot_h``).
+    """
+    if known.lens_sd[list(PARTS["k3"])].all() and asks_for(block, known, free, "k3"):
+        free |= {"k3"}
     return free
 
 
