@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pyproj
 import pytest
+from damaged import damage
 from PIL import Image
 from shared_data import needs_shared
 from small_flight import Listening
@@ -282,3 +283,38 @@ def test_points_of_the_neighbouring_zone_are_named(stations: Stations, tmp_path:
     )
     with pytest.raises(InputError, match="in EPSG:32616"):
         read_control(_file(tmp_path, text, "p.csv"), stations)
+
+
+GCP_LIST = "EPSG:32615\n" + "".join(
+    f"{500000 + 7 * k}.25 {3700000 + k} 5{k}.5 {11 + k}.5 {u} {photo} P{k}\n"
+    for k in range(4)
+    for u, photo in ((21, "DJI_0001.JPG"), (22, "a/DJI_0002.JPG"), (23, "b/DJI_0002.JPG"))
+)
+TABLE = "label,easting,northing,height,photo,u,v,sd_h_m,kind\n" + "".join(
+    f"P{k},{500000 + 7 * k}.25,{3700000 + k},5{k}.5,{photo},{11 + k}.5,{u},0.0{k + 1},check\n"
+    for k in range(4)
+    for u, photo in ((21, "DJI_0001.JPG"), (22, "a/DJI_0002.JPG"))
+)
+
+
+@pytest.mark.parametrize("text", [GCP_LIST, TABLE])
+def test_damaged_files_give_what_stands_in_them_or_a_sentence(stations: Stations, tmp_path: Path, text: str) -> None:
+    rng, read = np.random.default_rng(5), 0
+    for _ in range(300):
+        path = _file(tmp_path, damage(text, rng))
+        try:
+            found = read_control(path, stations)
+        except InputError as problem:
+            assert str(path) in str(problem)
+            continue
+        read += 1
+        count = len(found)
+        assert len(found.labels) == len(set(found.labels)) == count == len(found.xyz) == len(found.sd_m)
+        assert np.isfinite(found.xyz).all() and (found.sd_m > 0).all() and len(found.is_check) == count
+        assert (np.bincount(found.point, minlength=count) >= 2).all()
+        assert len({*zip(found.point.tolist(), found.photo.tolist(), strict=True)}) == len(found.photo)
+        assert (found.pixels >= 0).all() and (found.pixels <= [400, 300]).all()
+        held = path.read_text(encoding="utf-8")
+        for value in found.xyz[:, 2]:  # every height stands in the file
+            assert f"{value:.15g}" in held.replace("+", "")
+    assert 5 < read < 290
