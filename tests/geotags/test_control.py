@@ -299,9 +299,10 @@ TABLE = "label,easting,northing,height,photo,u,v,sd_h_m,kind\n" + "".join(
 
 @pytest.mark.parametrize("text", [GCP_LIST, TABLE])
 def test_damaged_files_give_what_stands_in_them_or_a_sentence(stations: Stations, tmp_path: Path, text: str) -> None:
-    rng, read = np.random.default_rng(5), 0
-    for _ in range(300):
-        path = _file(tmp_path, damage(text, rng))
+    # The first line stays: PROJ takes its time to say that a text is no CRS.
+    (first, *rows), rng, read = text.splitlines(keepends=True), np.random.default_rng(5), 0
+    for _ in range(200):
+        path = _file(tmp_path, first + damage("".join(rows), rng))
         try:
             found = read_control(path, stations)
         except InputError as problem:
@@ -317,4 +318,4 @@ def test_damaged_files_give_what_stands_in_them_or_a_sentence(stations: Stations
         held = path.read_text(encoding="utf-8")
         for value in found.xyz[:, 2]:  # every height stands in the file
             assert f"{value:.15g}" in held.replace("+", "")
-    assert 5 < read < 290
+    assert 10 < read < 190
