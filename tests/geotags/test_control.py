@@ -8,12 +8,15 @@ from pathlib import Path
 import numpy as np
 import pyproj
 import pytest
+from damaged import damage
 from PIL import Image
+from shared_data import needs_shared
 from small_flight import Listening
 
 from treedgs_geo.core.crs import lonlat_to_project
 from treedgs_geo.core.errors import CRSError, InputError
 from treedgs_geo.geotags.control import CONTROL_SD_M, read_control
+from treedgs_geo.geotags.mrk import read_mrk
 from treedgs_geo.geotags.stations import Stations
 
 UTM = pyproj.CRS.from_epsg(32615)
@@ -71,6 +74,38 @@ def test_gcp_list(stations: Stations, tmp_path: Path, crs: str) -> None:
     # the upper-left corner is (0, 0) in the file as here: nothing is added
     assert found.pixels.tolist() == [[10.5, 20.25], [200, 150], [0, 300], [400, 0]]
     assert found.photo.tolist() == [0, 1, 3, 2] and found.point.tolist() == [0, 0, 1, 1]
+
+
+def test_a_real_list_with_the_surveyors_own_table(tmp_path: Path) -> None:
+    """Five points, 35 marks in photos of an Autel; the surveyor's table has the same points in UTM."""
+    folder = needs_shared("ppk_helenenschacht")
+    names = sorted({line.split()[5] for line in (folder / "gcp_list.txt").read_text().splitlines()[1:] if line.strip()})
+    Image.new("L", (5472, 3648)).save(tmp_path / "blank.png")
+    count, nan = len(names), np.full(len(names), np.nan)
+    crs = pyproj.CRS.from_epsg(32633)
+    mrk = read_mrk(folder / "101FTASK_Timestamp.mrk")
+    xyz = lonlat_to_project(crs, mrk.lon_deg, mrk.lat_deg, mrk.height_m)[:count]
+    flown = Stations(
+        names,
+        [tmp_path / "blank.png"] * count,
+        xyz,
+        np.full((count, 3), 0.02),
+        ["fix"] * count,
+        nan,
+        np.zeros(count, int),
+        nan,
+        nan,
+        nan,
+        np.full(count, 50.0),
+        crs,
+    )
+    listening = Listening()
+    found = read_control(folder / "gcp_list.txt", flown, listening)
+    assert found.labels == list("12345") and np.bincount(found.point).tolist() == [7] * 5 and not listening.warnings
+    with open(folder / "latlon-easting_northing.csv", encoding="utf-8-sig") as stream:
+        rows = [line.strip().split(";") for line in stream if line.strip()][1:]
+    surveyed = {row[0]: [float(value) for value in row[1:4]] for row in rows}
+    np.testing.assert_allclose(found.xyz, [surveyed[label] for label in found.labels], atol=0.01)
 
 
 def test_points_without_labels_are_known_by_their_coordinates(stations: Stations, tmp_path: Path) -> None:
@@ -248,3 +283,39 @@ def test_points_of_the_neighbouring_zone_are_named(stations: Stations, tmp_path:
     )
     with pytest.raises(InputError, match="in EPSG:32616"):
         read_control(_file(tmp_path, text, "p.csv"), stations)
+
+
+GCP_LIST = "EPSG:32615\n" + "".join(
+    f"{500000 + 7 * k}.25 {3700000 + k} 5{k}.5 {11 + k}.5 {u} {photo} P{k}\n"
+    for k in range(4)
+    for u, photo in ((21, "DJI_0001.JPG"), (22, "a/DJI_0002.JPG"), (23, "b/DJI_0002.JPG"))
+)
+TABLE = "label,easting,northing,height,photo,u,v,sd_h_m,kind\n" + "".join(
+    f"P{k},{500000 + 7 * k}.25,{3700000 + k},5{k}.5,{photo},{11 + k}.5,{u},0.0{k + 1},check\n"
+    for k in range(4)
+    for u, photo in ((21, "DJI_0001.JPG"), (22, "a/DJI_0002.JPG"))
+)
+
+
+@pytest.mark.parametrize("text", [GCP_LIST, TABLE])
+def test_damaged_files_give_what_stands_in_them_or_a_sentence(stations: Stations, tmp_path: Path, text: str) -> None:
+    # The first line stays: PROJ takes its time to say that a text is no CRS.
+    (first, *rows), rng, read = text.splitlines(keepends=True), np.random.default_rng(5), 0
+    for _ in range(200):
+        path = _file(tmp_path, first + damage("".join(rows), rng))
+        try:
+            found = read_control(path, stations)
+        except InputError as problem:
+            assert str(path) in str(problem)
+            continue
+        read += 1
+        count = len(found)
+        assert len(found.labels) == len(set(found.labels)) == count == len(found.xyz) == len(found.sd_m)
+        assert np.isfinite(found.xyz).all() and (found.sd_m > 0).all() and len(found.is_check) == count
+        assert (np.bincount(found.point, minlength=count) >= 2).all()
+        assert len({*zip(found.point.tolist(), found.photo.tolist(), strict=True)}) == len(found.photo)
+        assert (found.pixels >= 0).all() and (found.pixels <= [400, 300]).all()
+        held = path.read_text(encoding="utf-8")
+        for value in found.xyz[:, 2]:  # every height stands in the file
+            assert f"{value:.15g}" in held.replace("+", "")
+    assert 10 < read < 190

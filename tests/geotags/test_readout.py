@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -75,6 +76,11 @@ def test_a_mechanical_shutter_is_not_that_fast(tmp_path: Path, exposure_s: float
     assert found.is_known == np.isfinite(seconds)
     # the pilot may have switched the mechanical one off: the model alone is no proof
     np.testing.assert_equal(found.sd_s, 0.02 if found.is_known else np.nan)
+
+
+def test_the_tele_camera_of_the_same_drone_has_no_mechanical_shutter(tmp_path: Path) -> None:
+    wide, tele = (replace(_photo(tmp_path / "a.jpg", "M3E"), focal_mm=focal) for focal in (12.3, 29.9))
+    assert readout_of([wide]).seconds == 0 and not readout_of([tele]).is_known
 
 
 def test_figures_by_size_as_taken(tmp_path: Path) -> None:

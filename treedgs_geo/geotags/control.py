@@ -79,14 +79,16 @@ def read_control(path: Path, stations: Stations, reporter: Reporter | None = Non
     path, reporter = Path(path), reporter or Reporter()
     crs, rows = read_control_rows(path)
     rows = _with_labels(path, rows)
-    labels = list(dict.fromkeys(row.label for row in rows))
-    first = {label: next(row for row in rows if row.label == label) for label in labels}
-    _check_places(path, rows, first)
-    xyz = _in_project(path, crs, np.array([first[label].place for label in labels]), stations.crs)
-    _check_distance(path, [first[label] for label in labels], xyz, stations)
+    groups: dict[str, list[ControlRow]] = {}
+    for row in rows:
+        groups.setdefault(row.label, []).append(row)
+    labels = list(groups)
+    _check_places(path, groups)
+    xyz = _in_project(path, crs, np.array([group[0].place for group in groups.values()]), stations.crs)
+    _check_distance(path, [group[0] for group in groups.values()], xyz, stations)
     _check_heights(path, xyz, stations, reporter)
-    sd = np.array([_deviations([row for row in rows if row.label == label]) for label in labels])
-    check = np.array([_use(path, [row for row in rows if row.label == label]) for label in labels], bool)
+    sd = np.array([_deviations(group) for group in groups.values()])
+    check = np.array([_use(path, group) for group in groups.values()], bool)
 
     marks = _marks(path, rows, stations, reporter)
     seen = Counter(row.label for row, _ in marks)
@@ -102,7 +104,8 @@ def read_control(path: Path, stations: Stations, reporter: Reporter | None = Non
             f"{shorten(lost)}."
         )
     kept = [label for label in labels if seen[label] >= 2]
-    chosen = np.array([labels.index(label) for label in kept])
+    chosen = np.array([seen[label] >= 2 for label in labels])
+    number = {label: i for i, label in enumerate(kept)}
     used = [(row, photo) for row, photo in marks if seen[row.label] >= 2]
     reporter.info(
         f"{path.name}: {int((~check[chosen]).sum())} control and {int(check[chosen].sum())} check points, {len(used)} "
@@ -113,7 +116,7 @@ def read_control(path: Path, stations: Stations, reporter: Reporter | None = Non
         xyz[chosen],
         sd[chosen],
         check[chosen],
-        np.array([kept.index(row.label) for row, _ in used]),
+        np.array([number[row.label] for row, _ in used]),
         np.array([photo for _, photo in used]),
         np.array([row.pixel for row, _ in used], float),
     )
@@ -147,13 +150,13 @@ def _relabelled(row: ControlRow, label: str) -> ControlRow:
     return ControlRow(row.line, label, row.place, row.photo, row.pixel, row.sd_m, row.is_check)
 
 
-def _check_places(path: Path, rows: list[ControlRow], first: dict[str, ControlRow]) -> None:
-    for row in rows:
-        before = first[row.label]
-        if row.place != before.place:
+def _check_places(path: Path, groups: dict[str, list[ControlRow]]) -> None:
+    for label, (first, *others) in groups.items():
+        other = next((row for row in others if row.place != first.place), None)
+        if other is not None:
             raise InputError(
-                f"{path}, lines {before.line} and {row.line}: point {row.label!r} has two different coordinates; "
-                "correct one, or give it another label."
+                f"{path}, lines {first.line} and {other.line}: point {label!r} has two different coordinates; correct "
+                "one, or give it another label."
             )
 
 

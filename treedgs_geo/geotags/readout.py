@@ -46,17 +46,20 @@ _MILLISECONDS: dict[str, tuple[tuple[float, float], ...]] = {
     "hero8 black": ((0, 17),),
 }
 _ODM = "OpenDroneMap's table of readout times"
-#: Cameras with a mechanical shutter that closes over all rows, and the shortest exposure it can make, seconds (makers'
-#: data sheets); shorter ones are electronic.
-_MECHANICAL_S = {
-    "fc6310": 1 / 2000,
-    "fc6310s": 1 / 2000,
-    "fc6310r": 1 / 2000,
-    "m3e": 1 / 2000,
-    "m3m": 1 / 2000,
-    "m4e": 1 / 2000,
-    "zenmusep1": 1 / 2000,
+#: Cameras with a mechanical shutter that closes over all rows (makers' data sheets), and the focal length of the camera
+#: that has it, mm: the tele cameras of the same drones have none. NaN: any lens.
+_MECHANICAL_MM = {
+    "fc6310": 8.8,
+    "fc6310s": 8.8,
+    "fc6310r": 8.8,
+    "m3e": 12.29,
+    "m3m": 12.29,
+    "m4e": 12.29,
+    "zenmusep1": np.nan,
 }
+#: The shortest exposure that these shutters can make, seconds; shorter ones are electronic. 1/2000 s is often written
+#: as 0.0005 or 1/2016.
+_MECHANICAL_S = 0.95 / 2000
 #: The same cameras with the electronic shutter, milliseconds, where it was measured (OpenDroneMap's table).
 _ELECTRONIC_MS = {"fc6310": 33, "fc6310s": 33, "fc6310r": 33}
 #: Cameras whose sensor is exposed all at once (makers' data sheets).
@@ -102,9 +105,8 @@ def _readout(photo: Photo) -> Readout:
     if model in _GLOBAL:
         return Readout(0.0, 0.0, f"global shutter of the {_GLOBAL[model]} (data sheet)")
     rolling = "electronic" in shutter.lower() or "rolling" in shutter.lower()
-    shortest = _MECHANICAL_S.get(model, np.nan)
-    # 1/2000 s is often written as 0.0005 or 1/2016.
-    if np.isfinite(shortest) and not rolling and not photo.exposure_s < 0.95 * shortest:
+    is_tele = abs(photo.focal_mm / _MECHANICAL_MM.get(model, np.nan) - 1) > 0.05
+    if model in _MECHANICAL_MM and not (rolling or is_tele or photo.exposure_s < _MECHANICAL_S):
         return Readout(0.0, _ELECTRONIC_S, f"mechanical shutter of the {photo.model} (data sheet)")
     return _from_table(photo, model)
 

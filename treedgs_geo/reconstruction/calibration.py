@@ -177,7 +177,7 @@ def _from_file(path: Path, photo: Photo) -> Calibration:
     given = {name: _finite(found.get(f"{name}_sd")) for name in PARAMETERS}
     drift = _scaled(camera, _FLIGHT_DRIFT)
     own = {name: float(np.hypot(sd, drift[name])) for name, sd in given.items() if sd > 0}
-    readout, sd = _finite(found.get("readout_s")), _finite(found.get("readout_sd_s", found.get("readout_s_sd")))
+    readout, sd = _finite(found.get("readout_s")), _finite(found.get("readout_s_sd"))
     return Calibration(camera, "file", _FILE_TOLERANCE, own, readout, sd)
 
 
