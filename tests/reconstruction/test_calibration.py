@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -62,9 +61,11 @@ def test_a_file_goes_before_the_metadata(tmp_path: Path) -> None:
     # what it knows, and what a lens changes from flight to flight
     assert found.sd["fx"] == pytest.approx(np.hypot(0.5, 3.657)) and found.sd["k3"] == pytest.approx(0.01, rel=0.01)
     assert (found.readout_s, found.readout_sd_s) == (0.012, 0.001)
-    # no metadata is needed then; a file that gives no accuracies is worth a factory's calibration, no more
+    assert found.tolerance == 0.02
+    # no metadata is needed then; what a file gives no accuracy for may itself be from metadata
     bare = calibration_of([_photo()], _file(tmp_path, FOUND))
-    assert bare.sd["fx"] == pytest.approx(0.005 * 3657) and np.isnan(bare.readout_s)
+    assert bare.sd["fx"] == pytest.approx(0.03 * 3657) and np.isnan(bare.readout_s)
+    assert bare.tolerance == pytest.approx(0.09)
 
 
 @pytest.mark.parametrize(
@@ -98,4 +99,3 @@ def test_files_that_are_no_json(tmp_path: Path) -> None:
 def test_what_is_given_goes_before_the_usual_accuracy() -> None:
     camera = calibration_of([_photo(dji={"CalibratedFocalLength": "3666.666504"})]).camera
     assert Calibration(camera, "xmp", 0.04, {"fx": 1.5}).sd["fx"] == 1.5
-    assert replace(Calibration(camera, "exif35", 0.1), source="file").sd["fx"] == pytest.approx(0.05 * 3666.7, rel=1e-3)

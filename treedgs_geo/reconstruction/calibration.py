@@ -40,11 +40,11 @@ PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 #: k3, p1 and p2. Chosen, not fitted: a factory calibration is of this very lens, but at another temperature and focus;
 #: nominal figures are of the design (those of real drones are 0.3 to 1.6 % from their factory calibration,
 #: ``xmp_samples``); a distortion that nobody stated may be that of any drone's lens.
-_FACTORY = (0.005, 0.002, 0.02, 0.05, 0.1, 0.002)
 _UNKNOWN_LENS = (0.3, 0.5, 1.0, 0.002)
 _PRIOR_SD = {
-    "file": _FACTORY,
-    "dewarp": _FACTORY,
+    # What an earlier flight could not determine was taken over from metadata: it is not worth more for standing there.
+    "file": (0.03, 0.01, *_UNKNOWN_LENS),
+    "dewarp": (0.005, 0.002, 0.02, 0.05, 0.1, 0.0005),
     "xmp": (0.03, 0.01, *_UNKNOWN_LENS),
     "pix4d": (0.03, 0.01, *_UNKNOWN_LENS),
     "sensor": (0.03, 0.01, *_UNKNOWN_LENS),
@@ -138,7 +138,7 @@ def calibration_of(photos: list[Photo], file: Path | None = None) -> Calibration
 
 #: Largest believable relative error of what EXIF and XMP say in millimetres, the most trustworthy first.
 _TOLERANCES = {"pix4d": 0.05, "sensor": 0.05, "exif35": 0.10, "plane": 0.07}
-#: The same of the same camera in another flight.
+#: The same of the same camera in another flight, at least.
 _FILE_TOLERANCE = 0.02
 _EXPECTED_FILE = (
     "expected camera.json as reconstruct writes it (model, width, height, fx, fy, cx, cy, k1, k2, p1, p2, k3)"
@@ -178,7 +178,8 @@ def _from_file(path: Path, photo: Photo) -> Calibration:
     drift = _scaled(camera, _FLIGHT_DRIFT)
     own = {name: float(np.hypot(sd, drift[name])) for name, sd in given.items() if sd > 0}
     readout, sd = _finite(found.get("readout_s")), _finite(found.get("readout_s_sd"))
-    return Calibration(camera, "file", _FILE_TOLERANCE, own, readout, sd)
+    focal_sd = own.get("fx", _PRIOR_SD["file"][0] * camera.fx) / camera.fx
+    return Calibration(camera, "file", max(_FILE_TOLERANCE, 3 * focal_sd), own, readout, sd)
 
 
 def calibration_record(model: str, sensor: Sensor, shared_sd: list[float | None]) -> dict[str, Any]:
