@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -12,9 +12,11 @@ import numpy as np
 import pandas as pd
 from scipy.spatial.distance import cdist
 
-from ..core.crs import LocalFrame, project_crs
+from ..core.crs import LocalFrame, lonlat_to_project, project_crs
 from ..core.errors import InputError
 from ..evaluation.accuracy import MATCH_M, pair_by_position
+from ..geotags.gpstime import parse_datetime_unix, utc_to_gps
+from ..geotags.rtklib import read_pos
 from ..pointcloud.cloud import PointCloud
 from ..reconstruction.cameras import Camera, View
 from ..terrain.dtm import Dtm, read_dtm
@@ -28,11 +30,13 @@ RIM_M = 0.7
 
 @dataclass(frozen=True)
 class TruePlot:
-    """folder: of the plot. frame: local frame of the renderer. radius_m: of the plot, about the frame's origin."""
+    """folder: of the plot. frame: local frame of the renderer. radius_m: of each plot. centres: (n, 2) of the plots of
+    the flight, in the local frame; a single one lies at the origin."""
 
     folder: Path
     frame: LocalFrame
     radius_m: float
+    centres: np.ndarray = field(default_factory=lambda: np.zeros((1, 2)))
 
     @classmethod
     def load(cls, folder: Path) -> TruePlot:
@@ -49,14 +53,19 @@ class TruePlot:
             raise InputError(
                 f"{path}: is not the truth of a simulated plot ({problem}); give a folder that simulate-plot wrote."
             ) from None
-        return cls(Path(folder), frame, float(record["config"]["radius_m"]))
+        centres = np.array(record.get("plot_centres_local_m", [[0.0, 0.0]]), float)
+        return cls(Path(folder), frame, float(record["config"]["radius_m"]), centres)
+
+    def near(self, xy: np.ndarray) -> np.ndarray:
+        """(N, 2) local -> (N,) bool: within a circle that is scored."""
+        return cdist(xy, self.centres).min(axis=1) <= self.radius_m + RIM_M
 
     @cached_property
     def trees(self) -> pd.DataFrame:
-        """``truth/trees.csv`` with local ``x_bh, y_bh``; ``near``: within the circle that is scored."""
+        """``truth/trees.csv`` with local ``x_bh, y_bh``; ``near``: within a circle that is scored."""
         table = pd.read_csv(self.folder / "truth" / "trees.csv")
         table["x_bh"], table["y_bh"] = table["E_bh"] - self.frame.origin[0], table["N_bh"] - self.frame.origin[1]
-        table["near"] = np.hypot(table["x_bh"], table["y_bh"]) < self.radius_m + RIM_M
+        table["near"] = self.near(table[["x_bh", "y_bh"]].to_numpy(float))
         return table
 
     @cached_property
@@ -76,18 +85,46 @@ class TruePlot:
         return read_dtm(self.folder / "dtm.tif", self.frame.crs)
 
     def views(self) -> list[View]:
-        """The renderer's own cameras, in the local frame."""
-        views = []
+        """The renderer's own cameras, in the local frame, with the travel of each while it is read out.
+
+        Decentring, k3 and travel are columns of ``truth/cameras.csv``. Where those are missing (another renderer), the
+        lens is completed from ``truth/config.json``, and the travel is its ``readout_s`` times the velocity of the
+        ``.pos`` track at the photo's time.
+        """
         with open(self.folder / "truth" / "cameras.csv", encoding="utf-8") as stream:
-            for row in csv.DictReader(stream):
-                number = {key: float(row[key]) for key in row if key not in ("image", "kind", "utc")}
-                rotation = np.array([[number[f"r{i}{j}"] for j in range(3)] for i in range(3)])
-                lens = (number[k] for k in ("fx", "fy", "cx", "cy", "k1", "k2"))
-                camera = Camera(int(number["width"]), int(number["height"]), *lens)
-                place = np.array([number[k] for k in ("tx", "ty", "tz")])
-                path = self.folder / "images" / row["image"]
-                views.append(View(row["image"], path, camera, rotation, place, int(number["flight"])))
-        return views
+            rows = list(csv.DictReader(stream))
+        if rows and "travel_e_m" in rows[0]:
+            travel = np.array([[float(row[f"travel_{axis}_m"]) for axis in "enu"] for row in rows])
+        else:
+            travel = self._travel_by_track([row["utc"] for row in rows])
+        return [self._view(row, moved) for row, moved in zip(rows, travel, strict=True)]
+
+    @cached_property
+    def _config(self) -> dict:
+        """What the renderer was set to."""
+        record = json.loads((self.folder / "truth" / "config.json").read_text(encoding="utf-8"))
+        return dict(record["config"])
+
+    def _view(self, row: dict[str, str], travel: np.ndarray) -> View:
+        number = {key: float(row[key]) for key in row if key not in ("image", "kind", "utc")}
+        rotation = np.array([[number[f"r{i}{j}"] for j in range(3)] for i in range(3)])
+        lens = [number[name] for name in ("fx", "fy", "cx", "cy", "k1", "k2")]
+        rest = [number[name] if name in number else float(self._config.get(name, 0)) for name in ("p1", "p2", "k3")]
+        camera = Camera(int(number["width"]), int(number["height"]), *lens, *rest)
+        place = np.array([number[k] for k in ("tx", "ty", "tz")])
+        path = self.folder / "images" / row["image"]
+        return View(row["image"], path, camera, rotation, place, int(number["flight"]), travel)
+
+    def _travel_by_track(self, utc: list[str]) -> np.ndarray:
+        """(P, 3) metres that the camera moves over the readout, by the velocity of the ``.pos`` track."""
+        readout_s = float(self._config.get("readout_s", 0))
+        found = sorted(self.folder.glob("*.pos"))
+        if not readout_s or not found:
+            return np.zeros((len(utc), 3))
+        track = read_pos(found[0])
+        xyz = self.frame.to_local(lonlat_to_project(self.frame.crs, track.lon_deg, track.lat_deg, track.height_m))
+        gps_s = utc_to_gps(np.array([parse_datetime_unix(text.replace("T", " ")) for text in utc]))
+        return readout_s * np.array([_velocity(track.gps_s, xyz, track.quality, t) for t in gps_s])
 
     def cloud(self) -> PointCloud:
         """The simulated LiDAR.
@@ -115,6 +152,16 @@ class TruePlot:
         saplings = np.array([row[:2] for row in record.get("saplings_xy_dbhcm", [])], float).reshape(-1, 2)
         feet = self.trees[["E_base", "N_base"]].to_numpy(float) - self.frame.origin[:2]
         return np.vstack([self.trees[["x_bh", "y_bh"]].to_numpy(float), feet, saplings])
+
+
+def _velocity(times: np.ndarray, xyz: np.ndarray, quality: np.ndarray, at: float, half_s: float = 1.0) -> np.ndarray:
+    """(3,) slope at ``at`` of a cubic through the epochs within ``half_s`` seconds that have the nearest one's quality
+    (a float burst is shifted as a whole); zero where there are fewer than six."""
+    nearest = int(np.argmin(np.abs(times - at)))
+    near = (np.abs(times - at) <= half_s) & (quality == quality[nearest])
+    if near.sum() < 6:
+        return np.zeros(3)
+    return np.polyfit(times[near] - at, xyz[near], 3)[2]
 
 
 def score_trees(plot: TruePlot, trees: list[Tree], clear: dict[str, int] | None = None) -> list[dict]:
@@ -150,7 +197,7 @@ def score_trees(plot: TruePlot, trees: list[Tree], clear: dict[str, int] | None 
     for tree in with_dbh:
         place = np.array([[tree.x, tree.y]]) - plot.frame.origin[:2]
         # Farther out the truth table ends before the cloud does.
-        if np.hypot(*place[0]) > plot.radius_m + RIM_M:
+        if not plot.near(place)[0]:
             continue
         if id(tree) not in used and cdist(place, plot.anything).min() > MATCH_M:
             rows.append(

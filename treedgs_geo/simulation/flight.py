@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import datetime as dt
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
-from ..reconstruction.cameras import Camera
 from .settings import Sizes
 
 #: GPST - UTC in the year of the simulated flights, s.
 LEAP_SECONDS = 18
+#: Shortest time between two photos of a drone that does not stop, s.
+LEAST_INTERVAL_S = 0.5
 #: Camera -> antenna in the aircraft: forward, right, up, m.
 LEVER_ARM = np.array([-0.060, -0.004, 0.188])
 
@@ -20,7 +22,8 @@ LEVER_ARM = np.array([-0.060, -0.004, 0.188])
 @dataclass(frozen=True)
 class Station:
     """One photo. centre: (3,) local camera centre, m. rotation: (3, 3) world -> camera. lever: (3,) antenna -> camera
-    as the MRK states it: E, N and V (down), whole millimetres. seconds: UTC shutter time after the start."""
+    as the MRK states it: E, N and V (down), whole millimetres. seconds: UTC shutter time after the start. velocity:
+    (3,) m/s in the local frame at the shutter; zero when the drone hovers."""
 
     name: str
     flight: int
@@ -33,6 +36,7 @@ class Station:
     seconds: float
     utc: dt.datetime
     lever_mm: np.ndarray
+    velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
 
     @property
     def antenna(self) -> np.ndarray:
@@ -49,29 +53,20 @@ def rotation_from_angles(yaw_deg: float, pitch_deg: float, roll_deg: float) -> n
     return np.stack([np.cos(roll) * right + np.sin(roll) * down, np.cos(roll) * down - np.sin(roll) * right, forward])
 
 
-def make_camera(gsd_cm: float, sizes: Sizes) -> Camera:
-    """The lens: f from the GSD at 70 m, principal point off centre, mild barrel distortion."""
-    focal = float(round(7000 / gsd_cm))
-    return Camera(
-        sizes.image_width,
-        sizes.image_height,
-        focal,
-        focal,
-        sizes.image_width / 2 + 5.3,
-        sizes.image_height / 2 - 3.7,
-        k1=-0.02,
-        k2=0.01,
-    )
+class Shot(NamedTuple):
+    """One photo as planned. xyz: (3,) local camera centre, m; angles in degrees."""
+
+    flight: int
+    kind: str
+    xyz: np.ndarray
+    yaw_deg: float
+    pitch_deg: float
+    roll_deg: float
 
 
-def plan(
-    rng: np.random.Generator, sun_shift_min: float, sizes: Sizes, start_utc: dt.datetime, utc_offset_h: int = -5
-) -> list[Station]:
-    """Nadir grid and rings around the plot.
-
-    The second flight begins 5 min after the first ends, or ``sun_shift_min`` after its start if that is later.
-    """
-    shots: list[tuple] = []
+def ring_shots(rng: np.random.Generator, sizes: Sizes) -> list[Shot]:
+    """Nadir grid and rings around the plot."""
+    shots: list[Shot] = []
     side = int(round(np.sqrt(sizes.nadir)))
     heading = rng.uniform(0, 360)
     turn = np.radians(heading)
@@ -81,16 +76,9 @@ def plan(
             a, b = (i - (side - 1) / 2) * sizes.nadir_step_m, (k - (side - 1) / 2) * sizes.nadir_step_m
             xy = np.array([a * np.cos(turn) + b * np.sin(turn), -a * np.sin(turn) + b * np.cos(turn)])
             xy = xy + rng.normal(0, 0.7, 2)
-            shots.append(
-                (
-                    0,
-                    "nadir",
-                    [*xy, 70 + rng.normal(0, 0.3)],
-                    heading + 180 * (i % 2) + rng.normal(0, 0.3),
-                    -90 + abs(rng.normal(0, 0.4)),
-                    rng.normal(0, 0.3),
-                )
-            )
+            xyz = np.array([*xy, 70 + rng.normal(0, 0.3)])
+            yaw = heading + 180 * (i % 2) + rng.normal(0, 0.3)
+            shots.append(Shot(0, "nadir", xyz, yaw, -90 + abs(rng.normal(0, 0.4)), rng.normal(0, 0.3)))
     left = sizes.photos - len(shots)
     counts = _split(left, [ring[2] for ring in sizes.rings])
     for (height, pitch, _, flight), count in zip(sizes.rings, counts, strict=True):
@@ -103,21 +91,39 @@ def plan(
             up = height + rng.normal(0, 0.3)
             reach = up / np.tan(np.radians(-tilt))
             xy = target - reach * np.array([np.sin(np.radians(yaw)), np.cos(np.radians(yaw))])
-            shots.append((flight, "oblique", [*xy, up], yaw + rng.normal(0, 0.4), tilt, rng.normal(0, 0.3)))
+            shots.append(
+                Shot(flight, "oblique", np.array([*xy, up]), yaw + rng.normal(0, 0.4), tilt, rng.normal(0, 0.3))
+            )
+    return shots
+
+
+def fly(
+    rng: np.random.Generator,
+    shots: list[Shot],
+    start_utc: dt.datetime,
+    sun_shift_min: float = 0.0,
+    speed_m_s: float = 0.0,
+    utc_offset_h: int = -5,
+) -> list[Station]:
+    """Shutter times, names and lever arms of the planned photos.
+
+    A later flight begins 5 min after the one before ends, or ``sun_shift_min`` after the start if that is later.
+    speed_m_s: of the drone at every photo, along the way from the photo before to the next; 0 = it hovers.
+    """
     stations: list[Station] = []
     clock = 0.0
-    previous: tuple[int, np.ndarray] | None = None
-    for number, (flight, kind, centre, yaw, pitch, roll) in enumerate(shots, start=1):
-        position = np.array(centre, float)
+    previous: Shot | None = None
+    for number, shot in enumerate(shots, start=1):
         if previous is not None:
-            leg = float(np.linalg.norm(position - previous[1]))
-            clock += max(2.0, leg / rng.uniform(5.0, 6.5)) + rng.uniform(0, 0.2)
-            if flight != previous[0]:
+            leg = float(np.linalg.norm(shot.xyz - previous.xyz))
+            pause = max(2.0, leg / rng.uniform(5.0, 6.5)) + rng.uniform(0, 0.2)
+            clock += max(LEAST_INTERVAL_S, leg / speed_m_s) if speed_m_s else pause
+            if shot.flight != previous.flight:
                 clock = max(clock + 300, sun_shift_min * 60)
-        previous = flight, position
+        previous = shot
         utc = start_utc + dt.timedelta(seconds=round(clock, 6))
         local = utc + dt.timedelta(hours=utc_offset_h)
-        body = np.radians(yaw + rng.normal(0, 2))
+        body = np.radians(shot.yaw_deg + rng.normal(0, 2))
         tilted = LEVER_ARM + rng.normal(0, 0.006, 3)
         antenna = np.array(
             [
@@ -131,19 +137,37 @@ def plan(
         stations.append(
             Station(
                 f"DJI_{local:%Y%m%d%H%M%S}_{number:04d}_V.JPG",
-                flight,
-                kind,
-                position,
-                rotation_from_angles(yaw, pitch, roll),
-                yaw % 360,
-                pitch,
-                roll,
+                shot.flight,
+                shot.kind,
+                shot.xyz,
+                rotation_from_angles(shot.yaw_deg, shot.pitch_deg, shot.roll_deg),
+                shot.yaw_deg % 360,
+                shot.pitch_deg,
+                shot.roll_deg,
                 clock,
                 utc,
                 lever,
             )
         )
-    return stations
+    if not speed_m_s:
+        return stations
+    velocity = speed_m_s * _headings(stations)
+    return [replace(station, velocity=v) for station, v in zip(stations, velocity, strict=True)]
+
+
+def _headings(stations: list[Station]) -> np.ndarray:
+    """(P, 3) unit vectors along the way from the photo before to the next of the same flight, by the antenna's path."""
+    place, flights = np.array([s.antenna for s in stations]), np.array([s.flight for s in stations])
+    way = np.zeros_like(place)
+    for flight in np.unique(flights):
+        own = np.flatnonzero(flights == flight)
+        if len(own) > 1:
+            legs = np.diff(place[own], axis=0)
+            legs /= np.maximum(np.linalg.norm(legs, axis=1, keepdims=True), 1e-9)
+            # Where the drone turns back on the spot the leg that it came by counts.
+            both = 1.001 * legs[:-1] + legs[1:]
+            way[own] = np.concatenate([legs[:1], both, legs[-1:]])
+    return way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9)
 
 
 def _split(total: int, shares: list[float]) -> list[int]:
@@ -180,7 +204,11 @@ def ppk_track(rng: np.random.Generator, stations: list[Station], start_utc: dt.d
     parts = []
     for flight in np.unique(flights):
         here = flights == flight
-        path = CubicSpline(times[here], antenna[here], bc_type="natural")
+        if any(station.velocity.any() for station in stations):
+            velocity = np.array([station.velocity for station in stations])
+            path = CubicHermiteSpline(times[here], antenna[here], velocity[here])
+        else:
+            path = CubicSpline(times[here], antenna[here], bc_type="natural")
         first = np.ceil((times[here][0] - 6 + fraction) * 5) / 5 - fraction
         t = np.arange(first, times[here][-1] + 6, 0.2)
         inside = np.clip(t, times[here][0], times[here][-1])

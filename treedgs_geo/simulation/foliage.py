@@ -6,7 +6,7 @@ made of fewer, larger needles of the same total area (they only cast shadows and
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,14 +14,19 @@ from .scene import PlantedStem, axis_at
 from .settings import SimulateSettings
 from .terrain import Ground
 
+#: Owner of shrubs and grass, and of sticks and logs.
+ROOTED, LYING = -1, -2
+
 
 @dataclass(frozen=True)
 class Faces:
-    """corners (F, 3, 3) float32; albedo (F, 3) float32 linear; through (F,) float32 share of light let through."""
+    """corners (F, 3, 3) float32; albedo (F, 3) float32 linear; through (F,) float32 share of light let through; owner
+    (F,) index of the stem that a face grows on, :data:`ROOTED` or :data:`LYING` (only of :func:`all_foliage`)."""
 
     corners: np.ndarray
     albedo: np.ndarray
     through: np.ndarray
+    owner: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
 
     @staticmethod
     def join(parts: list[Faces]) -> Faces:
@@ -103,7 +108,7 @@ def crown(rng: np.random.Generator, stem: PlantedStem, leaf_area_m2: float) -> l
         )
     if stem.status == "dead" or leaf_area_m2 <= 0:
         return parts
-    length, width = ((0.17, 0.021), (0.21, 0.030), (0.55, 0.11))[2 - stem.detail]
+    length, width = ((0.17, 0.021), (0.21, 0.030), (0.55, 0.11), (0.34, 0.050))[2 - stem.detail]
     total = int(leaf_area_m2 / (0.5 * length * width))
     per_tuft = 12 if stem.detail else 6
     tufts = max(8, total // per_tuft)
@@ -210,14 +215,17 @@ def all_foliage(
 ) -> Faces:
     """Everything but ground and stems. Needle area of a tree goes with the square of its DBH, about the mean's."""
     parts: list[Faces] = []
-    for stem in stems:
+    owner: list[int] = []
+    for index, stem in enumerate(stems):
         if stem.kind == "sapling":
             area = 0.035 * settings.leaf_area_m2 * stem.height_m / 4
         else:
             area = settings.leaf_area_m2 * (stem.dbh_m * 100 / settings.dbh_mean_cm) ** 1.6
             area *= 0.55 if stem.kind in ("branch", "fork_above") else 1.0
         parts += crown(rng, stem, area)
+        owner += [index] * (len(parts) - len(owner))
     parts.append(shrubs(rng, ground, reach_m, settings.shrubs_per_m2))
     parts.append(grass(rng, ground, reach_m))
     parts.append(sticks_and_logs(rng, ground, reach_m, settings.logs))
-    return Faces.join(parts)
+    owner += [ROOTED, ROOTED, LYING]
+    return replace(Faces.join(parts), owner=np.repeat(np.array(owner, np.int32), [len(part.corners) for part in parts]))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .render import World
+from .world import World
 
 ALTITUDE_M = 50.0
 #: Half the beam's 1/e2 divergence, rad: 0.5 mrad full angle.

@@ -10,14 +10,58 @@ from scipy.ndimage import gaussian_filter, map_coordinates
 
 from .casting import blocked
 from .foliage import Faces
-from .scene import StemMesh
-from .terrain import Ground
+from .options import WeatherSettings
+from .world import World
 
 #: Irradiance of the direct sun on a facing surface and of the whole sky on a level one, relative units, RGB.
 SUN_RGB = np.array([1.00, 0.94, 0.84])
 SKY_RGB = np.array([0.27, 0.31, 0.37])
+#: The same of an overcast sky; there is no sun then.
+OVERCAST_RGB = np.array([0.92, 0.97, 1.03])
+#: Extinction of the sun by one more air mass, RGB, and the elevation that :data:`SUN_RGB` is for, degrees.
+EXTINCTION = np.array([0.08, 0.14, 0.25])
+USUAL_ELEVATION_DEG = 48.0
 #: Angular radius of the sun disc, rad (widened by haze).
 SUN_RADIUS = 0.006
+
+
+@dataclass(frozen=True)
+class Weather:
+    """sun: RGB of the facing sun. sky: of the whole sky on level ground. bounce: of what lit ground throws back.
+    samples: rays to the sun's disc a ground cell. elevation_deg: where the sun is held, ``None`` = by the clock.
+    exposure: what the camera's automatic makes of it."""
+
+    sun: np.ndarray
+    sky: np.ndarray
+    bounce: np.ndarray
+    samples: int = 2
+    elevation_deg: float | None = None
+    exposure: float = 1.0
+
+
+def weather_of(settings: WeatherSettings) -> Weather:
+    """The light that the settings ask for; a low sun is weaker and redder."""
+    usual = float(SUN_RGB[1] * np.sin(np.radians(USUAL_ELEVATION_DEG)) + SKY_RGB[1])
+    if settings.sky == "overcast":
+        dark = np.zeros(3)
+        return Weather(dark, OVERCAST_RGB, 0.5 * OVERCAST_RGB, settings.shadow_samples, None, usual / OVERCAST_RGB[1])
+    if settings.sun_elevation_deg is None:
+        return Weather(SUN_RGB, SKY_RGB, SUN_RGB, settings.shadow_samples)
+    height = np.sin(np.radians(settings.sun_elevation_deg))
+    sun = SUN_RGB * np.exp(-EXTINCTION * (1 / height - 1 / np.sin(np.radians(USUAL_ELEVATION_DEG))))
+    exposure = usual / float(sun[1] * height + SKY_RGB[1])
+    return Weather(sun, SKY_RGB, sun, settings.shadow_samples, settings.sun_elevation_deg, exposure)
+
+
+CLEAR = Weather(SUN_RGB, SKY_RGB, SUN_RGB)
+
+
+def held_at(sun: np.ndarray, elevation_deg: float | None) -> np.ndarray:
+    """The (3,) direction to the sun at another elevation, same azimuth; itself for ``None``."""
+    if elevation_deg is None:
+        return sun
+    flat, height = np.hypot(sun[0], sun[1]), np.radians(elevation_deg)
+    return np.array([*(np.cos(height) * sun[:2] / flat), np.sin(height)])
 
 
 def sun_direction(utc: dt.datetime, lon_deg: float, lat_deg: float, convergence_deg: float) -> np.ndarray:
@@ -94,51 +138,53 @@ def _lit(scene, points: np.ndarray, sun: np.ndarray, rng: np.random.Generator, s
 
 
 def bake(
-    scene,
-    ground: Ground,
-    mesh: StemMesh,
-    faces: Faces,
+    world: World,
     sky: SkyField,
     sun: np.ndarray,
     map_half_m: float,
     rng: np.random.Generator,
     map_step_m: float = 0.035,
+    weather: Weather = CLEAR,
 ) -> Light:
-    """Trace shadows for one position of the sun. ``scene``: an ``open3d.t.geometry.RaycastingScene`` of everything."""
+    """Trace shadows for one position of the sun."""
+    scene, ground, mesh, faces = world.scene, world.ground, world.mesh, world.faces
+    shine = weather.sun.any()
     n = int(np.ceil(2 * map_half_m / map_step_m))
     axis = -map_half_m + map_step_m * (np.arange(n) + 0.5)
     x, y = np.meshgrid(axis, axis)
     xy = np.column_stack([x.ravel(), y.ravel()])
     normal = ground.normals(xy)
     points = np.column_stack([xy, ground.height(xy)]) + 0.01 * normal
-    direct = gaussian_filter(_lit(scene, points, sun, rng, 2).reshape(n, n), 0.8)
+    lit = _lit(scene, points, sun, rng, weather.samples) if shine else np.zeros(len(points))
+    direct = gaussian_filter(lit.reshape(n, n), 0.8)
     facing = np.maximum(normal @ sun, 0).reshape(n, n)
     coarse = sky(points[:, :3]).reshape(n, n)
-    floor = (direct * facing)[..., None] * SUN_RGB + coarse[..., None] * SKY_RGB
+    floor = (direct * facing)[..., None] * weather.sun + coarse[..., None] * weather.sky
 
     cosine = mesh.normals @ sun
     bark = np.zeros(len(cosine))
-    towards = cosine > 0
+    towards = (cosine > 0) & shine
     # Start beyond the relief, so that plates do not shade the vertex that they are made of.
     start = mesh.vertices + 0.02 * mesh.normals
-    bark[towards] = _lit(scene, start[towards], sun, rng, 4)
+    bark[towards] = _lit(scene, start[towards], sun, rng, 2 * weather.samples)
     # A vertical wall sees half the sky, and the bright ground instead of the other half.
     open_sky = sky(mesh.vertices)
     around = 0.5 + 0.5 * mesh.normals[:, 2]
     stem_light = (
-        (bark * np.maximum(cosine, 0))[:, None] * SUN_RGB
-        + (open_sky * around)[:, None] * SKY_RGB
-        + (open_sky * (1 - around))[:, None] * 0.15 * SUN_RGB
+        (bark * np.maximum(cosine, 0))[:, None] * weather.sun
+        + (open_sky * around)[:, None] * weather.sky
+        + (open_sky * (1 - around))[:, None] * 0.15 * weather.bounce
     )
 
     centre = faces.corners.mean(axis=1).astype(np.float64)
     across = np.cross(faces.corners[:, 1] - faces.corners[:, 0], faces.corners[:, 2] - faces.corners[:, 0])
     across = across / np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
     tilt = np.abs(across @ sun)
-    lit = _lit(scene, centre + 0.004 * sun, sun, rng, 1)
+    leaf_rays = max(1, weather.samples // 2)
+    lit = _lit(scene, centre + 0.004 * sun, sun, rng, leaf_rays) if shine else np.zeros(len(centre))
     # Both sides of a leaf are seen: on average half of the light that comes through leaves by the far side.
     glow = lit * (tilt * (0.75 + 0.5 * faces.through) + 0.12)
-    leaf = faces.albedo * (glow[:, None] * SUN_RGB + (sky(centre) * 0.9)[:, None] * SKY_RGB)
+    leaf = faces.albedo * (glow[:, None] * weather.sun + (sky(centre) * 0.9)[:, None] * weather.sky)
     return Light(
         -map_half_m, map_step_m, floor.astype(np.float32), stem_light.astype(np.float32), leaf.astype(np.float32)
     )

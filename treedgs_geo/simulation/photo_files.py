@@ -11,22 +11,29 @@ from PIL import Image
 from ..reconstruction.cameras import Camera
 from .flight import Station
 
-JPEG_QUALITY = 92
-
 
 def _dms(angle_deg: float) -> tuple[float, float, float]:
     minutes, degrees = (abs(angle_deg) % 1) * 60, float(int(abs(angle_deg)))
     return degrees, float(int(minutes)), round(minutes % 1 * 60, 5)
 
 
-def exif_bytes(camera: Camera, plot: str, lon: float, lat: float, h: float, local_time: str, subsecond: str) -> bytes:
+def exif_bytes(
+    camera: Camera,
+    plot: str,
+    lon: float,
+    lat: float,
+    h: float,
+    local_time: str,
+    subsecond: str,
+    exposure_s: float = 0.00125,
+) -> bytes:
     """EXIF block with exposure, 35 mm focal length, local time and the single-point GPS position."""
     exif = Image.Exif()
     exif[270], exif[271], exif[272] = f"SYNTHETIC render {plot}", "DJI", "M3E"
     exif[274], exif[305], exif[306] = 1, "TreeDGS sim", local_time
     diagonal = np.hypot(camera.width, camera.height)
     exif[0x8769] = {
-        33434: 0.00125,
+        33434: exposure_s,
         33437: 2.8,
         34855: 110,
         36867: local_time,
@@ -60,6 +67,7 @@ def xmp_packet(
     relative_h: float,
     yaw_true: float,
     rng: np.random.Generator,
+    rtk_flag: str = "16",
 ) -> bytes:
     """drone-dji XMP: gimbal angles (true north, noisy), nominal focal length, UTC at exposure."""
     yaw = (yaw_true + rng.normal(0, 0.5) + 180) % 360 - 180
@@ -77,12 +85,18 @@ def xmp_packet(
         "FlightRollDegree": f"{rng.normal(0, 2):+.2f}",
         "FlightYawDegree": f"{body:+.2f}",
         "FlightPitchDegree": f"{rng.normal(-3, 2):+.2f}",
-        "RtkFlag": "16",
+        "RtkFlag": rtk_flag,
         "CalibratedFocalLength": f"{round(camera.fx * 0.99763):.6f}",
         "CalibratedOpticalCenterX": f"{camera.width / 2:.6f}",
         "CalibratedOpticalCenterY": f"{camera.height / 2:.6f}",
         "UTCAtExposure": f"{station.utc:%Y-%m-%dT%H:%M:%S.%f}",
     }
+    if not rtk_flag:
+        del fields["RtkFlag"]
+    if station.velocity.any():
+        # North, east, down; the drone writes decimetres a second.
+        east, north, up = station.velocity
+        fields |= {"FlightXSpeed": f"{north:+.1f}", "FlightYSpeed": f"{east:+.1f}", "FlightZSpeed": f"{-up:+.1f}"}
     body_text = "\n".join(f'   drone-dji:{name}="{value}"' for name, value in fields.items())
     text = (
         '<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?>\n<x:xmpmeta xmlns:x="adobe:ns:meta/">\n'
@@ -94,10 +108,10 @@ def xmp_packet(
     return text.encode("utf-8")
 
 
-def write_jpeg(path: Path, pixels: np.ndarray, exif: bytes, xmp: bytes) -> None:
-    """(H, W, 3) uint8 -> JPEG with the XMP packet as a second APP1 segment, right behind EXIF."""
+def write_jpeg(path: Path, pixels: np.ndarray, exif: bytes, xmp: bytes, quality: int = 92) -> None:
+    """(H, W, 3) uint8 -> JPEG (4:2:0) with the XMP packet as a second APP1 segment, right behind EXIF."""
     stream = io.BytesIO()
-    Image.fromarray(pixels).save(stream, "JPEG", quality=JPEG_QUALITY, exif=exif)
+    Image.fromarray(pixels).save(stream, "JPEG", quality=quality, exif=exif)
     data = stream.getvalue()
     position = 2
     # Behind JFIF and EXIF, wherever the encoder put them.

@@ -1,102 +1,64 @@
-"""Photos: primary rays through the lens, first hits by Embree, shading by table, then sensor and tone curve."""
+"""Photos: primary rays through the lens, first hits by Embree, shading by table."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-import cv2
 import numba
 import numpy as np
 
 from ..reconstruction.cameras import View
-from .casting import cast, make_scene
-from .foliage import Faces
+from .camera import STILL, Motion
+from .casting import cast
 from .light import Light
-from .scene import StemMesh
-from .terrain import Ground
-from .textures import GroundTexture
+from .world import World
 
 #: Rays a batch: bounds memory (about 80 bytes a ray).
 BATCH_RAYS = 600_000
 
 
-@dataclass(frozen=True)
-class World:
-    """Everything that rays can hit, in one scene; primitive ids run over ground, stems, then faces.
-
-    scene: ``open3d.t.geometry.RaycastingScene``. stem_owner: (F_stems,) stem index of each stem triangle.
-    """
-
-    scene: Any
-    ground: Ground
-    mesh: StemMesh
-    faces: Faces
-    texture: GroundTexture
-    bark: np.ndarray
-    bark_offset: np.ndarray
-    ground_faces: int
-    stem_faces: int
-
-    @property
-    def stem_owner(self) -> np.ndarray:
-        """(F,) stem of each face."""
-        return self.mesh.owner
-
-    def first_hits(self, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(N, 3) each -> distance (N,) in lengths of ``directions`` (inf = none), primitive id (N,) (-1 = none)."""
-        rays = np.concatenate([np.broadcast_to(origins, directions.shape), directions], axis=1)
-        distance, primitive, _ = cast(self.scene, rays)
-        return distance, np.where(np.isfinite(distance), primitive.astype(np.int64), -1)
-
-
-def build_world(
-    ground: Ground, mesh: StemMesh, faces: Faces, texture: GroundTexture, bark: np.ndarray, rng: np.random.Generator
-) -> World:
-    """One Embree scene of ground, stems and faces; per-stem shifts of the bark tile so that no two look alike."""
-    scene = scene_of(ground, mesh, faces)
-    count = len(mesh.first) - 1
-    shift = np.column_stack([rng.uniform(0, 1, count), rng.uniform(0, 30, count), rng.uniform(0.75, 1.3, count)])
-    return World(
-        scene,
-        ground,
-        mesh,
-        faces,
-        texture,
-        bark,
-        shift.astype(np.float32),
-        2 * (len(ground.z) - 1) ** 2,
-        len(mesh.triangles),
-    )
-
-
-def scene_of(ground: Ground, mesh: StemMesh, faces: Faces) -> Any:
-    """One ``open3d.t.geometry.RaycastingScene``; primitive ids run over ground, stems, then faces."""
-    ground_vertices, ground_triangles = ground.mesh()
-    leaves = faces.corners.reshape(-1, 3)
-    vertices = np.concatenate([ground_vertices, mesh.vertices, leaves])
-    triangles = np.concatenate(
-        [
-            ground_triangles,
-            mesh.triangles + len(ground_vertices),
-            np.arange(len(leaves)).reshape(-1, 3) + len(ground_vertices) + len(mesh.vertices),
-        ]
-    )
-    return make_scene(vertices, triangles)
-
-
 class _Lens(NamedTuple):
-    """A photo's camera: width and lens in pixels, (3, 3) rotation world -> camera, (3,) centre."""
+    """A photo's camera: width, height and lens in pixels, rounds of the inverse distortion, (3, 3) rotation world ->
+    camera, (3,) centre."""
 
     width: int
+    height: int
     fx: float
     fy: float
     cx: float
     cy: float
     k1: float
     k2: float
+    k3: float
+    p1: float
+    p2: float
+    rounds: int
     rotation: np.ndarray
     centre: np.ndarray
+
+
+def _lens(view: View) -> _Lens:
+    camera = view.camera
+    corner = np.array([camera.width / camera.fx, camera.height / camera.fy]) / 2
+    shift = np.subtract(camera.distort(corner[:1], corner[1:]), (corner[:1], corner[1:]))
+    # Each round leaves less than three times the distortion's share of what the round before left.
+    rounds = 4 if np.linalg.norm(shift) < 0.02 * np.linalg.norm(corner) else 20
+    return _Lens(
+        camera.width,
+        camera.height,
+        camera.fx,
+        camera.fy,
+        camera.cx,
+        camera.cy,
+        camera.k1,
+        camera.k2,
+        camera.k3,
+        camera.p1,
+        camera.p2,
+        rounds,
+        view.rotation,
+        view.centre,
+    )
 
 
 class _GroundLook(NamedTuple):
@@ -132,9 +94,11 @@ class _Hits(NamedTuple):
 
 
 @numba.njit(parallel=True, cache=True)
-def _primary_rays(first_row, rows, samples, lens, seed, rays):
-    """Rays of ``rows`` image rows, ``samples`` a pixel (a rank-1 lattice with a shift hashed from the pixel)."""
-    width, fx, fy, cx, cy, k1, k2, rotation, centre = lens
+def _primary_rays(first_row, rows, samples, lens, motion, seed, rays):
+    """Rays of ``rows`` image rows, ``samples`` a pixel (a rank-1 lattice with a shift hashed from the pixel). Each has
+    its own time: that of its row, and within the exposure."""
+    width, height, fx, fy, cx, cy, k1, k2, k3, p1, p2, rounds, rotation, centre = lens
+    travel, turn, blur, blur_turn = motion
     for r in numba.prange(rows):
         for c in range(width):
             key = np.uint32((first_row + r) * 73856093) ^ np.uint32(c * 19349663) ^ np.uint32(seed)
@@ -143,20 +107,30 @@ def _primary_rays(first_row, rows, samples, lens, seed, rays):
             key = key ^ (key >> np.uint32(16))
             shift_u = (key & np.uint32(0xFFFF)) / 65536.0
             shift_v = (key >> np.uint32(16)) / 65536.0
+            shift_t = (np.uint32(key * np.uint32(0x9E3779B1)) >> np.uint32(16)) / 65536.0
             for k in range(samples):
                 u = c + (shift_u + k * 0.7548776662) % 1.0
                 v = first_row + r + (shift_v + (k + 0.5) / samples) % 1.0
+                row_time = v / height - 0.5
+                open_time = (shift_t + k * 0.5698402910) % 1.0 - 0.5
                 xd = (u - cx) / fx
                 yd = (v - cy) / fy
                 x, y = xd, yd
-                for _ in range(4):
+                for _ in range(rounds):
                     r2 = x * x + y * y
-                    radial = 1.0 + r2 * (k1 + r2 * k2)
-                    x, y = xd / radial, yd / radial
+                    radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+                    dx = 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)
+                    dy = p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y
+                    x, y = (xd - dx) / radial, (yd - dy) / radial
+                # A small turn about the camera's axes: d + angle x d.
+                ax = turn[0] * row_time + blur_turn[0] * open_time
+                ay = turn[1] * row_time + blur_turn[1] * open_time
+                az = turn[2] * row_time + blur_turn[2] * open_time
+                tx, ty, tz = x + ay - az * y, y + az * x - ax, 1.0 + ax * y - ay * x
                 i = (r * width + c) * samples + k
                 for a in range(3):
-                    rays[i, a] = centre[a]
-                    rays[i, 3 + a] = x * rotation[0, a] + y * rotation[1, a] + rotation[2, a]
+                    rays[i, a] = centre[a] + travel[a] * row_time + blur[a] * open_time
+                    rays[i, 3 + a] = tx * rotation[0, a] + ty * rotation[1, a] + tz * rotation[2, a]
 
 
 @numba.njit(cache=True, inline="always")
@@ -242,11 +216,15 @@ def _shade(hits, samples, counts, ground, stems, faces, haze, out):
         out[p, 2] = blue / samples * (1 - haze) + haze * 0.29
 
 
-def radiance(world: World, light: Light, view: View, samples: int, seed: int, haze: float = 0.03) -> np.ndarray:
-    """(height, width, 3) float32 linear radiance through a perfect lens of the view's distortion."""
-    camera = view.camera
-    width, height = camera.width, camera.height
-    lens = _Lens(width, camera.fx, camera.fy, camera.cx, camera.cy, camera.k1, camera.k2, view.rotation, view.centre)
+def radiance(
+    world: World, light: Light, view: View, samples: int, seed: int, haze: float = 0.03, motion: Motion = STILL
+) -> np.ndarray:
+    """(height, width, 3) float32 linear radiance through a perfect lens of the view's distortion.
+
+    The pose is that of the middle row in the middle of its exposure; motion: what the camera does about it.
+    """
+    width, height = view.camera.width, view.camera.height
+    lens = _lens(view)
     mesh, texture = world.mesh, world.texture
     counts = (world.ground_faces, world.stem_faces)
     ground = _GroundLook(texture.colour, texture.low, texture.step, light.ground, light.low, light.step)
@@ -257,25 +235,8 @@ def radiance(world: World, light: Light, view: View, samples: int, seed: int, ha
     for row in range(0, height, rows_a_batch):
         rows = min(rows_a_batch, height - row)
         part = rays[: rows * width * samples]
-        _primary_rays(row, rows, samples, lens, seed & 0x7FFFFFFF, part)
+        _primary_rays(row, rows, samples, lens, motion, seed & 0x7FFFFFFF, part)
         distance, primitive, corner = cast(world.scene, part)
         pixels = image[row * width : (row + rows) * width]
         _shade(_Hits(part, distance, primitive, corner), samples, counts, ground, stems, light.faces, haze, pixels)
     return image.reshape(height, width, 3)
-
-
-def develop(
-    image: np.ndarray,
-    exposure: float,
-    white: np.ndarray,
-    rng: np.random.Generator,
-    blur_px: float = 0.55,
-    full_well: float = 7000.0,
-) -> np.ndarray:
-    """Linear radiance -> (height, width, 3) uint8 sRGB: lens blur, exposure and white balance, shot and read noise."""
-    sharp = cv2.GaussianBlur(image, (0, 0), blur_px) * (exposure * np.asarray(white, np.float32))
-    noise = rng.standard_normal(sharp.shape, dtype=np.float32)
-    noisy = sharp + noise * np.sqrt(np.maximum(sharp, 0) / full_well + 0.0015**2, dtype=np.float32)
-    linear = np.clip(noisy, 0, 1)
-    coded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return (255 * coded + 0.5).astype(np.uint8)

@@ -18,6 +18,7 @@ class PlantedStem:
     """One stem. axis: (K, 3) local points every ``AXIS_STEP`` metres of arc length from the ground at the stem's foot
     (index 0) upwards; radii: (K,) metres, mean, without relief.
 
+    detail: 2 in the plots, 1 about them, -1 in the photos but far off (grid flights), 0 in none.
     kind: normal, dead, fork_below, fork_above, touch, lean, sapling, or branch (the second leader above a fork, part of
     the tree ``tree_id``).
     """
@@ -36,6 +37,14 @@ class PlantedStem:
 
 
 AXIS_STEP = 0.05
+#: Crowns farther from the plots than this are made of larger needles, m.
+NEAR_PLOT_M = 36.0
+_ORIGIN = np.zeros((1, 2))
+
+
+def centre_distance(xy: np.ndarray, centres: np.ndarray) -> np.ndarray:
+    """(N, 2), (n, 2) -> (N,) metres to the nearest of the plots' centres."""
+    return np.min([np.hypot(*(xy - centre).T) for centre in centres], axis=0)
 
 
 def arc_index(stem: PlantedStem, s_m: np.ndarray) -> np.ndarray:
@@ -53,11 +62,17 @@ def axis_at(stem: PlantedStem, s_m: np.ndarray) -> tuple[np.ndarray, np.ndarray,
     return point, tangent / np.linalg.norm(tangent, axis=1, keepdims=True), np.interp(q, k, stem.radii)
 
 
-def plant(rng: np.random.Generator, stems_per_ha: float, radius_m: float, stand_radius_m: float) -> np.ndarray:
-    """(N, 2) stem positions in jittered rows; the count inside the plot is that of the density, +- 15 % or one."""
+def plant(
+    rng: np.random.Generator,
+    stems_per_ha: float,
+    radius_m: float,
+    stand_radius_m: float,
+    centres: np.ndarray = _ORIGIN,
+) -> np.ndarray:
+    """(N, 2) stem positions in jittered rows; the count inside the plots is that of the density, +- 15 % or one."""
     spacing = 3.4 * np.sqrt(700 / stems_per_ha)
     along = 1e4 / stems_per_ha / spacing * 0.94
-    expected = stems_per_ha / 1e4 * np.pi * radius_m**2
+    expected = len(centres) * stems_per_ha / 1e4 * np.pi * radius_m**2
     half = int(stand_radius_m / min(spacing, along)) + 3
     best = None
     for _ in range(60):
@@ -70,8 +85,10 @@ def plant(rng: np.random.Generator, stems_per_ha: float, radius_m: float, stand_
         xy = xy[np.hypot(*xy.T) < stand_radius_m]
         pairs = cKDTree(xy).query_pairs(min(1.5, 0.55 * along), output_type="ndarray")
         xy = np.delete(xy, np.unique(pairs[:, 1]) if len(pairs) else [], axis=0)
-        miss = abs((np.hypot(*xy.T) < radius_m - 0.05).sum() - expected)
-        edge = np.abs(np.hypot(*xy.T) - radius_m).min() < 0.05
+        away = centre_distance(xy, centres)
+        miss = abs((away < radius_m - 0.05).sum() - expected)
+        # Which of the trees on the rim of many plots are inside, the truth knows.
+        edge = np.abs(away - radius_m).min() < 0.05 and len(centres) == 1
         if not edge and (best is None or miss < best[0]):
             best = miss, xy
         if best is not None and best[0] <= max(1.0, 0.15 * expected):
@@ -141,22 +158,25 @@ def grow_stand(
     ground: Ground,
     near_m: float,
     stand_radius_m: float,
+    centres: np.ndarray = _ORIGIN,
 ) -> list[PlantedStem]:
-    """Every stem of the stand, the plot's own first (T001 is nearest the centre); saplings carry ids S001 ...
+    """Every stem of the stand, the plots' own first (T001 is nearest a centre); saplings carry ids S001 ...
 
-    near_m: beyond this distance from the centre no crown shows in a photo, and coarse ones will do.
+    near_m: beyond this distance from the origin no crown shows in a photo, and coarse ones will do.
+    centres: (n, 2) of the plots.
     """
-    xy = plant(rng, settings.stems_per_ha, sizes.radius_m, stand_radius_m)
-    xy = xy[np.argsort(np.hypot(*xy.T))]
+    xy = plant(rng, settings.stems_per_ha, sizes.radius_m, stand_radius_m, centres)
+    xy = xy[np.argsort(centre_distance(xy, centres))]
     if settings.clearing_m:
-        xy = xy[np.hypot(*xy.T) > settings.clearing_m]
+        xy = xy[centre_distance(xy, centres) > settings.clearing_m]
     count = len(xy)
     dbh = np.clip(rng.normal(settings.dbh_mean_cm, settings.dbh_sd_cm, count), 8.2, 56.0) / 100
     height = total_height(dbh) * rng.normal(1, 0.035, count)
     limit = np.radians(settings.lean_max_deg)
     lean = np.minimum(np.abs(rng.normal(0, np.radians(1.7), count)), limit)
     kinds = np.full(count, "normal", dtype=object)
-    inside = np.flatnonzero(np.hypot(*xy.T) < sizes.radius_m)
+    away = centre_distance(xy, centres)
+    inside = np.flatnonzero(away < sizes.radius_m)
     draw = iter(rng.permutation(inside))
     for kind, number in (
         ("fork_below", settings.forks_below_bh),
@@ -173,8 +193,9 @@ def grow_stand(
     lean[kinds == "lean"] = rng.uniform(0.75, 1.0, (kinds == "lean").sum()) * limit
     stems: list[PlantedStem] = []
     for k in range(count):
-        distance = float(np.hypot(*xy[k]))
-        detail = 2 if distance < sizes.radius_m + 5 else 1 if distance < near_m else 0
+        distance = float(away[k])
+        shown = 0 if np.hypot(*xy[k]) >= near_m else 1 if distance < NEAR_PLOT_M else -1
+        detail = 2 if distance < sizes.radius_m + 5 else shown
         common = {
             "tree_id": f"T{k + 1:03d}",
             "kind": kinds[k],
@@ -217,7 +238,7 @@ def grow_stand(
             point = axis_at(stem, np.array([BREAST_HEIGHT_M]))[0][0, :2]
             point = point + reach * np.array([np.cos(turn), np.sin(turn)])
             stems.append(_sapling(rng, ground, point, size, rng.uniform(4, 6), len(stems)))
-    reach = min(stand_radius_m, sizes.radius_m + 16)
+    reach = min(stand_radius_m, float(np.hypot(*centres.T).max()) + sizes.radius_m + 16)
     return stems + _saplings(rng, settings.saplings_per_m2, ground, xy, reach, len(stems))
 
 

@@ -8,13 +8,16 @@ from pathlib import Path
 
 from ..core.errors import InputError
 from ..core.settings import param
+from .options import CameraSettings, ControlSettings, FlightSettings, SensorSettings, WeatherSettings
 from .trouble import TroubleSettings
 
 PLOT_PRESETS = ("demo", "test", "plot", "micro")
 
 
 @dataclass(frozen=True, kw_only=True)
-class SimulateSettings(TroubleSettings):
+class SimulateSettings(
+    TroubleSettings, FlightSettings, ControlSettings, CameraSettings, SensorSettings, WeatherSettings
+):
     """Settings of ``simulate-plot``. ``None`` means: as the preset says (:data:`SIZES`)."""
 
     output: Path = param(
@@ -185,6 +188,21 @@ def resolve(settings: SimulateSettings) -> tuple[SimulateSettings, Sizes]:
     fields = ("radius_m", "image_width", "image_height", "photos", "samples", "lidar_density_m2")
     given = {field: value for field in fields if (value := getattr(settings, field)) is not None}
     sizes = dataclasses.replace(SIZES[settings.preset], name=name, **given)
+    if settings.flight == "grid":
+        if settings.photos is not None:
+            raise InputError("--photos: a grid flight has as many as its overlaps and height ask for; leave it out.")
+        # The record names no number that the flight does not have.
+        return dataclasses.replace(
+            settings, name=name, **{f: getattr(sizes, f) for f in fields if f != "photos"}
+        ), sizes
+    if settings.plots > 1 or settings.terrain_following:
+        raise InputError("--plots, --terrain-following: are for grid flights; give --flight grid.")
+    _check_rings(settings, sizes)
+    return dataclasses.replace(settings, name=name, **{field: getattr(sizes, field) for field in fields}), sizes
+
+
+def _check_rings(settings: SimulateSettings, sizes: Sizes) -> None:
+    """Photos of the rings hold the plot, and there are enough of them."""
     short_m = sizes.image_height * settings.gsd_cm / 100
     if short_m < 1.2 * sizes.radius_m:
         raise InputError(
@@ -196,4 +214,3 @@ def resolve(settings: SimulateSettings) -> tuple[SimulateSettings, Sizes]:
             f"--photos: found {sizes.photos}, expected at least {sizes.nadir + 6} for this preset "
             f"({sizes.nadir} nadir photos and the rings)."
         )
-    return dataclasses.replace(settings, name=name, **{field: getattr(sizes, field) for field in fields}), sizes

@@ -14,21 +14,28 @@ from ..core.errors import OutputError
 from ..core.files import atomic_folder
 from ..core.progress import Reporter
 from ..core.settings import to_json
-from ..reconstruction.cameras import View
-from . import files, flight, photo_files, tables
+from ..reconstruction.cameras import Camera, View
+from . import files, flight, tables
+from .camera import Motion, camera_of_flight, make_camera, motions
+from .control import Plates, cleared, lay_out, painted, write_control
 from .foliage import all_foliage
+from .grid import follow_terrain, grid_shots, survey_area
+from .layout import Layout, grid_layout, plot_centres, ring_layout
 from .lidar import scan
-from .light import Light, SkyField, bake, sun_direction
-from .render import World, build_world, develop, radiance
+from .light import SkyField
+from .photographs import Exposure, geotag_files, photograph
 from .scene import PlantedStem, grow_stand, mesh_stems
 from .settings import SimulateSettings, Sizes, resolve
 from .terrain import make_ground
 from .textures import bark, litter
-from .trouble import disturb, photo_troubles
-from .wind import windy_worlds
+from .world import World, build_world
 
 #: Where the synthetic stands grow (Arkansas), degrees; each seed shifts it by some hundred metres.
 LON_LAT = (-91.8, 33.6)
+#: Half side of the ground up to which it has 25 cm cells, m; wider grounds have 50 cm cells.
+FINE_GROUND_M = 120.0
+#: Texels of the litter along a side, at most: bounds memory on wide surveys.
+MOST_TEXELS = 9000
 
 
 def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) -> dict[str, Any]:
@@ -49,41 +56,65 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
         raise OutputError(f"{output}: is not empty and not a simulated plot; choose an empty or new folder.")
     began = time.monotonic()
     # One independent stream a part: changing the photos does not change the trees.
-    parts = ("site", "stand", "leaves", "textures", "flight", "sensor", "lidar", "field", "light", "trouble")
+    parts = (
+        "site",
+        "stand",
+        "leaves",
+        "textures",
+        "flight",
+        "sensor",
+        "lidar",
+        "field",
+        "light",
+        "trouble",
+        "camera",
+        "image",
+        "plots",
+        "wind",
+        "control",
+    )
     streams = dict(zip(parts, np.random.SeedSequence(settings.seed).spawn(len(parts)), strict=True))
     rng = {name: np.random.default_rng(stream) for name, stream in streams.items()}
     with reporter.stage("stand", 0.0, 0.12):
-        world, stems, reach = _grow(rng, settings, sizes, reporter)
+        camera = make_camera(settings, sizes)
+        shots, layout = _plan(rng, settings, sizes, camera)
+        world, stems, plates = _grow(rng, settings, sizes, layout, reporter)
     geo, start_utc = _site(rng["site"])
-    camera = flight.make_camera(settings.gsd_cm, sizes)
-    stations = flight.plan(rng["flight"], settings.sun_shift_min, sizes, start_utc)
-    views = [
-        View(s.name, output / "images" / s.name, camera, s.rotation, -s.rotation @ s.centre, s.flight) for s in stations
-    ]
+    if settings.terrain_following:
+        shots = follow_terrain(shots, world.ground)
+    stations = flight.fly(rng["flight"], shots, start_utc, settings.sun_shift_min, settings.flight_speed_m_s)
+    moves = motions(settings, np.array([s.velocity for s in stations]), rng["camera"])
+    views = _views(settings, camera, stations, moves)
     track = flight.ppk_track(rng["flight"], stations, start_utc, settings.float_epochs)
+    if settings.gnss == "consumer":
+        track = replace(track, floating=np.zeros(len(stations), bool))
     if settings.ppk_bias_m:
         track = replace(track, position=track.position + settings.ppk_bias_m)
     seconds: dict[str, float] = {"stand_s": time.monotonic() - began}
     with atomic_folder(output) as folder:
         for name in ("images", "truth"):
             (folder / name).mkdir()
-        tag = _geotag_files(folder, rng["field"], sizes.name, geo, stations, track, start_utc)
+        solved = track if settings.gnss == "ppk" else None
+        tag = geotag_files(folder, rng["field"], sizes.name, geo, stations, solved, start_utc)
         with reporter.stage("photos", 0.12, 0.9):
             clock = time.monotonic()
-            _photograph(folder, rng, settings, sizes, geo, world, stations, views, tag, reach, reporter)
+            exposures = [Exposure(*parts) for parts in zip(stations, views, moves, tag, strict=True)]
+            photograph(folder, rng, settings, sizes, geo, layout, world, stems, exposures, reporter)
             seconds["render_s_per_photo"] = (time.monotonic() - clock) / len(views)
         points = 0
         if sizes.lidar_density_m2 > 0:
             with reporter.stage("lidar", 0.9, 0.96):
                 (folder / "lidar").mkdir()
-                returns = scan(world, rng["lidar"], sizes.lidar_half_m, sizes.lidar_density_m2)
+                returns = scan(world, rng["lidar"], layout.lidar_half_m, sizes.lidar_density_m2)
                 files.write_laz(folder / "lidar" / f"{sizes.name}_uls.laz", returns, geo, start_utc)
                 points = len(returns.points)
         with reporter.stage("truth", 0.96, 1.0):
-            files.write_dtm(folder / "dtm.tif", world.ground, geo, min(20.0, -world.ground.low - 1))
-            summary = tables.write_truth(folder / "truth", world, stems, sizes, geo, views)
+            files.write_dtm(folder / "dtm.tif", world.ground, geo, min(layout.survey_half_m, -world.ground.low - 1))
+            summary = tables.write_truth(folder / "truth", world, stems, sizes, layout, geo, views)
+            if plates is not None:
+                write_control(folder, rng["control"], plates, world, geo, views)
             tables.write_cameras(folder / "truth" / "cameras.csv", geo, stations, views, track)
-            centre_error = tables.write_field_tables(folder, rng["field"], sizes, geo, summary)
+            centre_errors = tables.write_field_tables(folder, rng["field"], sizes, layout, geo, summary)
             seconds["total_s"] = time.monotonic() - began
             files.write_json_plain(folder / "truth" / "timing.json", {**seconds, "spp": sizes.samples})
             files.write_json_plain(
@@ -94,8 +125,9 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
                     "epsg": files.EPSG,
                     "height": "ellipsoidal NAD83(2011)",
                     "meridian_convergence_deg": geo.convergence_deg,
-                    "true_plot_centre": geo.origin[:2].tolist(),
-                    "plot_centre_error_m": centre_error,
+                    "true_plot_centre": (geo.origin[:2] + layout.centres[0]).tolist(),
+                    "plot_centre_error_m": centre_errors[0],
+                    "plot_centres_local_m": layout.centres.tolist(),
                     "ppk_float_photos": [s.name for s, bad in zip(stations, track.floating, strict=True) if bad],
                     "n_photos": len(views),
                     "n_trees_in_plot": summary["in_plot"],
@@ -118,22 +150,58 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
     }
 
 
+def _plan(
+    rng: dict[str, np.random.Generator], settings: SimulateSettings, sizes: Sizes, camera: Camera
+) -> tuple[list[flight.Shot], Layout]:
+    """The photos to take, heights above the origin, and what world they need."""
+    if settings.flight == "rings":
+        return flight.ring_shots(rng["flight"], sizes), ring_layout(settings, sizes)
+    centres = plot_centres(rng["plots"], settings.plots, sizes.radius_m)
+    area = survey_area(rng["plots"], centres, sizes.radius_m)
+    shots = grid_shots(rng["flight"], settings, camera, area)
+    return shots, grid_layout(centres, shots, camera, sizes)
+
+
 def _grow(
-    rng: dict[str, np.random.Generator], settings: SimulateSettings, sizes: Sizes, reporter: Reporter
-) -> tuple[World, list[PlantedStem], float]:
-    """The world, its stems, and the radius (m) within which ground detail matters."""
-    footprint = np.hypot(sizes.image_width, sizes.image_height) / 2 * settings.gsd_cm / 100 * 1.5
-    reach = footprint + sizes.target_off_m + 2
-    ground = make_ground(rng["site"], sizes.stand_radius_m + 12, settings.slope_pct, settings.roughness_m)
-    stems = grow_stand(rng["stand"], settings, sizes, ground, reach + 6, max(sizes.stand_radius_m, reach + 12))
+    rng: dict[str, np.random.Generator], settings: SimulateSettings, sizes: Sizes, layout: Layout, reporter: Reporter
+) -> tuple[World, list[PlantedStem], Plates | None]:
+    """The world, its stems, and the control points laid out in it."""
+    reach, half = layout.reach_m, layout.ground_half_m
+    step = 0.25 if half <= FINE_GROUND_M else 0.5
+    ground = make_ground(rng["site"], half, settings.slope_pct, settings.roughness_m, step)
+    stems = grow_stand(rng["stand"], settings, sizes, ground, reach + 6, layout.stand_radius_m, layout.centres)
     mesh = mesh_stems(rng["stand"], stems, settings.ellipticity_pct)
     reporter.progress(0.2)
     faces = all_foliage(rng["leaves"], settings, ground, stems, reach)
     reporter.progress(0.5)
-    texture = litter(rng["textures"], reach, 0.6 * settings.gsd_cm / 100)
+    texel = max(0.6 * settings.gsd_cm / 100, 2 * reach / MOST_TEXELS)
+    texture = litter(rng["textures"], reach, texel)
     reporter.progress(0.8)
+    plates = None
+    if settings.control_points:
+        sky = SkyField(faces, -ground.low)
+        plates = lay_out(rng["control"], settings.control_points, layout, sizes.radius_m, ground, stems, sky)
+        faces, texture = cleared(faces, plates), painted(texture, plates)
     world = build_world(ground, mesh, faces, texture, bark(rng["textures"]), rng["textures"])
-    return world, stems, reach
+    return world, stems, plates
+
+
+def _views(
+    settings: SimulateSettings, camera: Camera, stations: list[flight.Station], moves: list[Motion]
+) -> list[View]:
+    """The true views: pose of the middle row, travel over the readout, the flight's own focal length."""
+    return [
+        View(
+            s.name,
+            Path(settings.output) / "images" / s.name,
+            camera_of_flight(camera, settings.focal_drift, s.flight),
+            s.rotation,
+            -s.rotation @ s.centre,
+            s.flight,
+            move.readout_travel_m,
+        )
+        for s, move in zip(stations, moves, strict=True)
+    ]
 
 
 def _site(rng: np.random.Generator) -> tuple[files.Georeference, dt.datetime]:
@@ -146,86 +214,3 @@ def _site(rng: np.random.Generator) -> tuple[files.Georeference, dt.datetime]:
     origin = np.round([east, north, rng.uniform(30, 50)], 3)
     start = dt.datetime(2026, 3, 12, 14, 40) + dt.timedelta(seconds=round(float(rng.uniform(0, 2700)), 6))
     return files.Georeference(origin), start
-
-
-def _geotag_files(
-    folder: Path,
-    rng: np.random.Generator,
-    name: str,
-    geo: files.Georeference,
-    stations: list[flight.Station],
-    track: flight.Track,
-    start_utc: dt.datetime,
-) -> np.ndarray:
-    """MRK and .pos; returns the single-point tags (P, 3) lon, lat, h that EXIF repeats: metres off, drifting slowly."""
-    count = len(stations)
-    std = np.column_stack([rng.normal(1.5, 0.1, (count, 2)), rng.normal(2.9, 0.25, count)])
-    drift = rng.normal(0, 1, 3) * [1.3, 1.3, 2.5]
-    wander = np.cumsum(rng.normal(0, 0.12, (count, 3)), axis=0)
-    single = geo.lonlat(np.array([s.centre for s in stations]) + drift + wander)
-    local = start_utc - dt.timedelta(hours=5)
-    files.write_mrk(folder / f"DJI_{local:%Y%m%d%H%M}_001_{name}_Timestamp.MRK", stations, single, std)
-    files.write_pos(folder / f"{name}_ppk.pos", track, start_utc, geo, rng)
-    return single
-
-
-def _photograph(
-    folder: Path,
-    rng: dict[str, np.random.Generator],
-    settings: SimulateSettings,
-    sizes: Sizes,
-    geo: files.Georeference,
-    world: World,
-    stations: list[flight.Station],
-    views: list[View],
-    tags: np.ndarray,
-    reach: float,
-    reporter: Reporter,
-) -> None:
-    """Render, develop and write every photo; light is baked once a flight, or once in all under a still sun."""
-    lon, lat, _ = geo.lonlat(np.zeros(3))[0]
-    sky = SkyField(world.faces, -world.ground.low)
-    worlds = windy_worlds(world, settings.wind_sway_cm, rng["trouble"])
-    troubles = photo_troubles(settings, len(views), rng["trouble"])
-    troubled = any(
-        (settings.shaken_pct, settings.misexposed_pct, settings.exposure_drift_stops, settings.white_drift_pct)
-    )
-    lights: dict[tuple[int, int], Light] = {}
-    exposure, white = 1.0, np.ones(3)
-    for number, (station, view) in enumerate(zip(stations, views, strict=True)):
-        block = station.flight if settings.sun_shift_min > 0 else 0
-        phase = number % len(worlds)
-        here = worlds[phase]
-        if (block, phase) not in lights:
-            sun = sun_direction(station.utc, lon, lat, geo.convergence_deg)
-            baked = bake(here.scene, here.ground, here.mesh, here.faces, sky, sun, reach, rng["light"])
-            lights = {key: light for key, light in lights.items() if key[0] == block} | {(block, phase): baked}
-        if number == 0 or station.flight != stations[number - 1].flight:
-            exposure, white = 3.9 * float(np.exp(rng["sensor"].normal(0, 0.06))), 1 + rng["sensor"].normal(0, 0.02, 3)
-        image = radiance(here, lights[block, phase], view, sizes.samples, settings.seed * 7919 + number)
-        pixels = develop(image, exposure, white, rng["sensor"])
-        if troubled:
-            pixels = disturb(pixels, troubles[number])
-        tag_lon, tag_lat, tag_h = tags[number]
-        local = station.utc - dt.timedelta(hours=5)
-        exif = photo_files.exif_bytes(
-            view.camera,
-            sizes.name,
-            tag_lon,
-            tag_lat,
-            tag_h,
-            f"{local:%Y:%m:%d %H:%M:%S}",
-            f"{local.microsecond // 1000:03d}",
-        )
-        xmp = photo_files.xmp_packet(
-            station,
-            view.camera,
-            tag_lon,
-            tag_lat,
-            tag_h,
-            float(station.centre[2]),
-            station.yaw_deg + geo.convergence_deg,
-            rng["sensor"],
-        )
-        photo_files.write_jpeg(folder / "images" / station.name, pixels, exif, xmp)
-        reporter.progress((number + 1) / len(views), f"photo {number + 1} of {len(views)}")

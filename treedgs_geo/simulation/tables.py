@@ -9,9 +9,10 @@ import numpy as np
 
 from ..reconstruction.cameras import View
 from . import files, flight, truth
-from .render import World
+from .layout import Layout
 from .scene import PlantedStem
 from .settings import Sizes
+from .world import World
 
 TREE_COLUMNS = [
     "tree_id",
@@ -49,14 +50,24 @@ CAMERA_COLUMNS = [
     *(f"r{i}{j}" for i in range(3) for j in range(3)),
     *("tx", "ty", "tz", "fx", "fy", "cx", "cy", "k1", "k2", "width", "height"),
     *("yaw_grid_deg", "pitch_deg", "roll_deg", "utc", "ppk_float"),
+    *("p1", "p2", "k3", "travel_e_m", "travel_n_m", "travel_u_m"),
 ]
 
 
 def write_truth(
-    folder: Path, world: World, stems: list[PlantedStem], sizes: Sizes, geo: files.Georeference, views: list[View]
+    folder: Path,
+    world: World,
+    stems: list[PlantedStem],
+    sizes: Sizes,
+    layout: Layout,
+    geo: files.Georeference,
+    views: list[View],
 ) -> dict[str, Any]:
-    """trees.csv, visibility.csv and stems.json; returns what the field tables need."""
-    rows, profiles, saplings = truth.stem_table(world.mesh, stems, sizes.radius_m + 5)
+    """trees.csv (with the plot where there are several), visibility.csv and stems.json; returns what the field tables
+    need."""
+    rows, profiles, saplings = truth.stem_table(world.mesh, stems, sizes.radius_m + 5, layout.centres)
+    ids = layout.plot_ids(sizes.name)
+    columns = [*TREE_COLUMNS, "plot_id"] if len(ids) > 1 else TREE_COLUMNS
     table, seen = [], []
     for row in rows:
         stem = stems[row["index"]]
@@ -73,9 +84,10 @@ def write_truth(
             for view, r in zip(views, records, strict=True)
         ]
         row.update(truth.count_views(records))
+        row["plot_id"] = ids[layout.owner(row["base"][:2])]
         values = {**row, **_places(row, geo)}
-        table.append([f"{values[c]:.4f}" if isinstance(values[c], float) else values[c] for c in TREE_COLUMNS])
-    files.write_csv(folder / "trees.csv", TREE_COLUMNS, table)
+        table.append([f"{values[c]:.4f}" if isinstance(values[c], float) else values[c] for c in columns])
+    files.write_csv(folder / "trees.csv", columns, table)
     files.write_csv(folder / "visibility.csv", VISIBILITY_COLUMNS, seen)
     files.write_json_plain(
         folder / "stems.json",
@@ -123,27 +135,60 @@ def write_cameras(
                 f"{station.roll_deg:.4f}",
                 f"{station.utc:%Y-%m-%dT%H:%M:%S.%f}",
                 int(floating),
+                *(camera.p1, camera.p2, camera.k3),
+                *(f"{value:.6f}" for value in view.readout_travel_m),
             ]
         )
     files.write_csv(path, CAMERA_COLUMNS, cameras)
 
 
 def write_field_tables(
-    folder: Path, rng: np.random.Generator, sizes: Sizes, geo: files.Georeference, summary: dict[str, Any]
-) -> list[float]:
-    """plots.csv and field_trees.csv as a crew would bring them, and the key; returns the centre's error (2,), m."""
-    error = rng.normal(0, 0.3 / np.sqrt(2), 2)
-    surveyed = np.array([*error, 0.0])
-    lon, lat, _ = geo.lonlat(surveyed)[0]
-    e, n, _ = geo.project(surveyed)[0]
+    folder: Path,
+    rng: np.random.Generator,
+    sizes: Sizes,
+    layout: Layout,
+    geo: files.Georeference,
+    summary: dict[str, Any],
+) -> list[list[float]]:
+    """plots.csv and field_trees.csv as a crew would bring them, and the key; returns the centres' errors (n, 2), m."""
+    plots, tallies, key, errors = [], [], {}, []
+    for plot_id, centre in zip(layout.plot_ids(sizes.name), layout.centres, strict=True):
+        error = rng.normal(0, 0.3 / np.sqrt(2), 2)
+        surveyed = np.array([*(centre + error), 0.0])
+        lon, lat, _ = geo.lonlat(surveyed)[0]
+        e, n, _ = geo.project(surveyed)[0]
+        plots.append([plot_id, f"{lon:.8f}", f"{lat:.8f}", f"{e:.3f}", f"{n:.3f}", files.EPSG, f"{sizes.radius_m:.1f}"])
+        tally = _tally(rng, [row for row in summary["rows"] if row["plot_id"] == plot_id], centre, geo)
+        for k, (azimuth, distance, dbh, tall, status, tree) in enumerate(tally, start=1):
+            tallies.append(
+                [
+                    plot_id,
+                    k,
+                    round(azimuth) % 360,
+                    f"{max(distance, 0):.2f}",
+                    f"{dbh:.1f}",
+                    f"{tall:.1f}",
+                    status,
+                    "PITA",
+                ]
+            )
+            key[str(k) if len(layout.centres) == 1 else f"{plot_id}/{k}"] = tree
+        errors.append(error.tolist())
+    files.write_csv(folder / "plots.csv", ["plot_id", "lon", "lat", "easting", "northing", "epsg", "radius_m"], plots)
     files.write_csv(
-        folder / "plots.csv",
-        ["plot_id", "lon", "lat", "easting", "northing", "epsg", "radius_m"],
-        [[sizes.name, f"{lon:.8f}", f"{lat:.8f}", f"{e:.3f}", f"{n:.3f}", files.EPSG, f"{sizes.radius_m:.1f}"]],
+        folder / "field_trees.csv",
+        ["plot_id", "tree_id", "azimuth_deg", "distance_m", "dbh_cm", "height_m", "status", "species"],
+        tallies,
     )
+    files.write_json_plain(folder / "truth" / "field_key.json", {"field_tree_id_to_truth": key})
+    return errors
+
+
+def _tally(rng: np.random.Generator, rows: list[dict], centre: np.ndarray, geo: files.Georeference) -> list[list]:
+    """Azimuth (true north), distance, DBH, height, status and true tree of one plot's stems, by azimuth."""
     tally = []
-    for row in summary["rows"]:
-        x, y = row["bh"][:2]
+    for row in rows:
+        x, y = row["bh"][:2] - centre
         azimuth = (np.degrees(np.arctan2(x, y)) + geo.convergence_deg + rng.normal(0, 1)) % 360
         tally.append(
             [
@@ -155,17 +200,4 @@ def write_field_tables(
                 row["tree_id"],
             ]
         )
-    tally.sort()
-    files.write_csv(
-        folder / "field_trees.csv",
-        ["plot_id", "tree_id", "azimuth_deg", "distance_m", "dbh_cm", "height_m", "status", "species"],
-        [
-            [sizes.name, k, round(a) % 360, f"{max(d, 0):.2f}", f"{dbh:.1f}", f"{tall:.1f}", status, "PITA"]
-            for k, (a, d, dbh, tall, status, _) in enumerate(tally, start=1)
-        ],
-    )
-    files.write_json_plain(
-        folder / "truth" / "field_key.json",
-        {"field_tree_id_to_truth": {str(k): item[5] for k, item in enumerate(tally, start=1)}},
-    )
-    return error.tolist()
+    return sorted(tally)

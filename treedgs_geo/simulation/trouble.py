@@ -175,8 +175,9 @@ def disturb(pixels: np.ndarray, trouble: PhotoTrouble) -> np.ndarray:
     """A developed (H, W, 3) uint8 sRGB photo with its trouble, by way of linear light (what is blown out stays so)."""
     import numpy as np
 
+    from .sensor import srgb
+
     code = pixels.astype(np.float32) / 255
     linear = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4).astype(np.float32)
     linear = np.clip(shake(linear, trouble.shake_px, trouble.angle_rad) * (trouble.gain * trouble.white), 0, 1)
-    coded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return (255 * coded + 0.5).astype(np.uint8)
+    return (255 * srgb(linear) + 0.5).astype(np.uint8)

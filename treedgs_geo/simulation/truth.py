@@ -9,8 +9,8 @@ from scipy.spatial import ConvexHull
 
 from ..reconstruction.cameras import View
 from ..trees.priors import BREAST_HEIGHT_M
-from .render import World
-from .scene import PlantedStem, StemMesh, axis_at
+from .scene import PlantedStem, StemMesh, axis_at, centre_distance
+from .world import World
 
 #: The band of the stem whose visibility counts, m of arc length.
 BAND_M = (1.0, 1.8)
@@ -56,9 +56,12 @@ def section(mesh: StemMesh, index: int, stem: PlantedStem, s_m: float) -> Sectio
 
 
 def stem_table(
-    mesh: StemMesh, stems: list[PlantedStem], reach_m: float
+    mesh: StemMesh, stems: list[PlantedStem], reach_m: float, centres: np.ndarray
 ) -> tuple[list[dict], dict[str, list], list[list[float]]]:
-    """Rows of ``trees.csv`` (without the visibility columns), ``stems.json`` profiles, and saplings (x, y, DBH cm)."""
+    """Stems within ``reach_m`` of one of the ``centres`` (n, 2).
+
+    Rows of ``trees.csv`` (without the visibility columns), ``stems.json`` profiles, and saplings (x, y, DBH cm).
+    """
     rows, profiles, saplings = [], {}, []
     for index, stem in enumerate(stems):
         base = stem.axis[0]
@@ -66,7 +69,7 @@ def stem_table(
             diameter = section(mesh, index, stem, BREAST_HEIGHT_M).diameter
             saplings.append([float(base[0]), float(base[1]), 100 * diameter])
             continue
-        if stem.kind == "branch" or np.hypot(base[0], base[1]) > reach_m:
+        if stem.kind == "branch" or centre_distance(base[None, :2], centres)[0] > reach_m:
             continue
         cut = section(mesh, index, stem, BREAST_HEIGHT_M)
         profile = []
@@ -109,7 +112,9 @@ def visibility(world: World, stem: PlantedStem, index: int, dbh_m: float, view: 
     """
     s = np.linspace(*BAND_M, 12)
     point, tangent, radius = axis_at(stem, s)
-    to_camera = view.centre - point
+    middle, axis, _ = (part[0] for part in axis_at(stem, np.array([BREAST_HEIGHT_M])))
+    centre = view.at_point(middle).centre
+    to_camera = centre - point
     to_camera -= (to_camera * tangent).sum(1, keepdims=True) * tangent
     to_camera /= np.linalg.norm(to_camera, axis=1, keepdims=True)
     side = np.cross(tangent, to_camera)
@@ -119,15 +124,14 @@ def visibility(world: World, stem: PlantedStem, index: int, dbh_m: float, view: 
         + radius[:, None, None]
         * (np.cos(turn)[None, :, None] * to_camera[:, None] + np.sin(turn)[None, :, None] * side[:, None])
     ).reshape(-1, 3)
-    distance, primitive = world.first_hits(view.centre, surface - view.centre)
+    distance, primitive = world.first_hits(centre, surface - centre)
     on_stem = (primitive >= world.ground_faces) & (primitive < world.ground_faces + world.stem_faces)
     hit_owner = np.full(len(primitive), -1)
     hit_owner[on_stem] = world.stem_owner[primitive[on_stem] - world.ground_faces]
-    slack = 0.03 / np.linalg.norm(surface - view.centre, axis=1)
+    slack = 0.03 / np.linalg.norm(surface - centre, axis=1)
     seen = (hit_owner == index) | (distance > 1 - slack)
-    middle, axis, _ = (part[0] for part in axis_at(stem, np.array([BREAST_HEIGHT_M])))
     pixels, depth = view.project(np.vstack([surface, middle]))
-    ray = (middle - view.centre) / np.linalg.norm(middle - view.centre)
+    ray = (middle - centre) / np.linalg.norm(middle - centre)
     return {
         "visible_fraction": float(seen.mean()),
         "width_px": float(view.camera.fx * dbh_m / depth[-1]),
