@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from treedgs_geo.reconstruction.adjustment import Known
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
+from treedgs_geo.reconstruction.sensor import Sensor
 from treedgs_geo.reconstruction.tracks import Block
 
 CAMERA = Camera(1280, 960, 1900.0, 1900.0, 645.0, 476.0, -0.02, 0.01)
@@ -35,8 +38,10 @@ def block_of(views: list[View], points: np.ndarray, noise_px: float, rng: np.ran
         image.append(np.full(len(seen), i))
         key.append(np.arange(len(seen)))
         point.append(seen)
+    sensor = Sensor.fixed(views[0].camera, len(views))
+    travel = np.array([view.readout_travel_m for view in views])
     return Block(
-        views[0].camera,
+        replace(sensor, velocity_m_s=travel, readout_s=1.0) if travel.any() else sensor,
         np.array([v.rotation for v in views]),
         np.array([v.translation for v in views]),
         keypoints,
@@ -45,3 +50,13 @@ def block_of(views: list[View], points: np.ndarray, noise_px: float, rng: np.ran
         np.concatenate(key),
         np.concatenate(point),
     )
+
+
+#: Parts of the lens that obliques determine.
+LENS = frozenset({"focal", "principal_point", "radial", "tangential"})
+
+
+def known_of(tags: np.ndarray, sd: float | np.ndarray, camera: Camera = CAMERA, **more) -> Known:
+    """What holds a block: geotags with their standard errors, and a lens known to 2 % of its focal length."""
+    lens_sd = np.array([0.02, 2e-4, 13.0, 13.0, 0.3, 0.5, 2e-3, 2e-3, 1.0])
+    return Known(tags, np.broadcast_to(sd, tags.shape).astype(float), camera, lens_sd, **more)

@@ -42,7 +42,7 @@ def measure_photos(
         output: tree layer to write (.gpkg, .shp, .geojson, .csv); ``None`` = ``trees.gpkg`` in the workspace.
         reporter: where progress, warnings and results go; ``None`` = nowhere.
         settings: further fields of :class:`~treedgs_geo.chain.settings.PhotosToDbhSettings` by name (``plots``,
-            ``dtm``, ``preset``, ``fit``, ``bh_m``, ``seed``).
+            ``gcp``, ``dtm``, ``preset``, ``fit``, ``bh_m``, ``seed``).
 
     Returns:
         One row a stem found, in ``crs``: the columns of the tree layer (:class:`~treedgs_geo.trees.tree.Tree`), DBH and

@@ -16,7 +16,7 @@ import pytest
 from treedgs_geo.campaign.clusters import Shape, queue_arguments, shape_of
 from treedgs_geo.campaign.costs import CostModel, fit, makespan
 from treedgs_geo.campaign.engine_process import explain
-from treedgs_geo.campaign.inputs import input_files
+from treedgs_geo.campaign.inputs import content_key, input_files
 from treedgs_geo.campaign.record import MOST_INTERRUPTIONS, RETRIES, Record
 from treedgs_geo.core import lease as leases
 from treedgs_geo.core.errors import InputError
@@ -204,3 +204,17 @@ def test_geotags_in_subfolders_and_beside_the_photos_count_as_inputs(tmp_path):
             "photos/flight_Timestamp.MRK",
             "ppk/rover/flight.pos",
         }
+
+
+def test_control_points_and_calibration_count_as_inputs(tmp_path):
+    photos = tmp_path / "photos"
+    photos.mkdir()
+    values = {"photos": str(photos)}
+    for name, text in (("gcp", "EPSG:32615"), ("calibration", "{}")):
+        (tmp_path / name).write_text(text)
+        values[name] = str(tmp_path / name)
+    found = input_files("photos", values, "", "")
+    assert found == [tmp_path / "gcp", tmp_path / "calibration"]
+    before = content_key(found)
+    (tmp_path / "gcp").write_text("EPSG:32616")
+    assert content_key(found) != before

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pyproj
 import pytest
+from damaged import damage
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from shared_data import needs_shared
@@ -24,30 +25,6 @@ UTM = pyproj.CRS.from_epsg(32615)
 @pytest.fixture(scope="module")
 def scratch(tmp_path_factory) -> Path:
     return tmp_path_factory.mktemp("fuzz")
-
-
-def damage(text: str, rng: np.random.Generator) -> str:
-    """One to four of: a byte changed, a stretch lost, doubled or swapped, a line cut, lines shuffled."""
-    for _ in range(rng.integers(1, 5)):
-        if len(text) < 4:
-            break
-        a, b = sorted(rng.integers(0, len(text), 2))
-        b = min(b, a + 40)
-        match rng.integers(0, 6):
-            case 0:
-                text = text[:a] + chr(int(rng.integers(1, 256))) + text[a + 1 :]
-            case 1:
-                text = text[:a] + text[b:]
-            case 2:
-                text = text[:b] + text[a:]
-            case 3:
-                text = text[:a] + "".join(rng.permutation(list(text[a:b]))) + text[b:]
-            case 4:
-                text = text[:b]
-            case 5:
-                lines = text.splitlines(keepends=True)
-                text = "".join(rng.permutation(lines))
-    return text
 
 
 MRK = "".join(

@@ -8,24 +8,30 @@ import numpy as np
 import pyproj
 import pytest
 from shared_data import needs_shared
-from synthetic_block import CAMERA, block_of, ring
+from synthetic_block import CAMERA, LENS, block_of, known_of, ring
 
 from treedgs_geo.core.errors import ReconstructionError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags import read_stations
+from treedgs_geo.geotags.control import ControlPoints
 from treedgs_geo.geotags.photos import read_photo
+from treedgs_geo.geotags.readout import Readout
 from treedgs_geo.geotags.stations import Stations
+from treedgs_geo.reconstruction.adjustment import adjust
 from treedgs_geo.reconstruction.calibration import Calibration, calibration_of
-from treedgs_geo.reconstruction.checks import check_block, scale_error
+from treedgs_geo.reconstruction.checks import check_block
+from treedgs_geo.reconstruction.joining import Joined
 from treedgs_geo.reconstruction.model import load_points, load_views
 from treedgs_geo.reconstruction.pipeline import ReconstructOptions, reconstruct_photos
+from treedgs_geo.reconstruction.tracks import Block
 
-FREE = {"focal": True, "principal_point": True, "distortion": True}
+READOUT = Readout(0.0, 0.0, "test")
 
 
-def _case() -> tuple:
+def _case() -> tuple[Joined, Stations, Calibration]:
     rng = np.random.default_rng(0)
-    block = block_of(ring(), rng.uniform([-15, -15, 0], [15, 15, 3], (300, 3)), 0.2, rng)
+    views = ring() + ring(8, 80.0, -75.0)
+    block = block_of(views, rng.uniform([-15, -15, 0], [15, 15, 3], (300, 3)), 0.2, rng)
     count = len(block.keypoints)
     xyz = block.centres + rng.normal(0, 0.02, (count, 3))
     stations = Stations(
@@ -39,74 +45,80 @@ def _case() -> tuple:
         np.zeros(count),
         np.full(count, -60.0),
         np.zeros(count),
-        np.full(count, 60.0),
+        np.array([60.0] * 10 + [80.0] * 8),
         pyproj.CRS.from_epsg(6344),
     )
-    return block, stations, xyz, Calibration(CAMERA, "xmp", 0.04)
+    return _joined(block, xyz, stations.sd), stations, Calibration(CAMERA, "xmp", 0.04)
+
+
+def _joined(block: Block, xyz: np.ndarray, sd: np.ndarray) -> Joined:
+    known = known_of(xyz, sd)
+    return Joined(block, adjust(block, known, LENS, final=True), known, LENS, False)
 
 
 def test_a_good_block_passes() -> None:
-    block, stations, xyz, calibration = _case()
-    report = check_block(block, stations, xyz, calibration, FREE, Reporter())
-    assert report["registered"] == 10 and report["geotag_median_m"] < 0.06 and not report["warnings"]
-
-
-def test_the_scale_is_as_sure_as_geotags_make_it() -> None:
-    rng = np.random.default_rng(1)
-    centres = np.array([view.centre for view in ring()])
-    sd = np.tile([1.0, 1.0, 2.0], (len(centres), 1))
-    sd[0] = np.nan  # a photo without geotag
-    found = []
-    for _ in range(4000):  # scale by weighted least squares, the way the block is fitted to its geotags
-        tags = centres[1:] + rng.normal(0, sd[1:]) + [5.0, 0.0, 0.0]
-        weight = 1 / sd[1:] ** 2
-        a, b = (x - (weight * x).sum(axis=0) / weight.sum(axis=0) for x in (centres[1:], tags))
-        found.append((weight * a * b).sum() / (weight * a * a).sum())
-    assert np.mean(found) == pytest.approx(1, abs=0.01)
-    assert scale_error(centres, sd) == pytest.approx(np.std(found), rel=0.05)
-    assert scale_error(centres, sd / 100) == pytest.approx(scale_error(centres, sd) / 100)
-    assert np.isnan(scale_error(centres[:1], sd[1:2]))
+    joined, stations, calibration = _case()
+    report = check_block(joined, stations, calibration, READOUT, Reporter())
+    assert report["registered"] == 18 and report["geotag_median_m"] < 0.06 and not report["warnings"]
+    assert 0 < report["focal_sd_px"] < 10 and report["readout_s"] == 0 and report["readout_sd_s"] is None
 
 
 def test_poor_geotags_are_reported_and_precise_ones_are_not() -> None:
-    block, stations, xyz, calibration = _case()
-    good = check_block(block, stations, xyz, calibration, FREE, Reporter())
-    assert good["scale_sd"] < 0.001 and not good["warnings"]
-    poor = replace(stations, sd=np.full_like(stations.sd, 2.0), quality=["exif"] * len(stations))
-    reported = check_block(block, poor, xyz, calibration, FREE, Reporter())
-    assert reported["scale_sd"] > 0.005 and "RTK or PPK" in reported["warnings"][0]
+    joined, stations, calibration = _case()
+    good = check_block(joined, stations, calibration, READOUT, Reporter())
+    assert good["scale_sd"] < 0.002 and not good["warnings"]
+    sd = np.full_like(stations.sd, 2.0)
+    poor = replace(stations, sd=sd, quality=["exif"] * len(stations))
+    loose = _joined(joined.block, joined.known.xyz, sd)
+    reported = check_block(loose, poor, calibration, READOUT, Reporter())
+    assert reported["scale_sd"] > 0.01 and "RTK or PPK" in reported["warnings"][0]
+
+
+def test_geotags_worse_than_they_state_widen_the_scale() -> None:
+    joined, stations, calibration = _case()
+    honest = check_block(joined, stations, calibration, READOUT, Reporter())["scale_sd"]
+    xyz = joined.known.xyz + np.random.default_rng(5).normal(0, 0.12, joined.known.xyz.shape)
+    worse = _joined(joined.block, xyz, stations.sd)
+    assert check_block(worse, stations, calibration, READOUT, Reporter())["scale_sd"] > 1.2 * honest
 
 
 def test_a_photo_metres_from_its_geotag_is_named() -> None:
-    block, stations, xyz, calibration = _case()
-    xyz[4] += [0.0, 2.5, 0.0]
-    report = check_block(block, stations, xyz, calibration, FREE, Reporter())
+    joined, stations, calibration = _case()
+    joined.known.xyz[4] += [0.0, 2.5, 0.0]
+    report = check_block(joined, stations, calibration, READOUT, Reporter())
     assert len(report["warnings"]) == 1 and "1 photos stand up to 2.5 m" in report["warnings"][0]
     assert "4.jpg" in report["warnings"][0]
 
 
 def test_contradictions_are_refused() -> None:
-    block, stations, xyz, calibration = _case()
+    joined, stations, calibration = _case()
+    rough = joined.known.xyz + np.random.default_rng(1).normal(0, 0.4, joined.known.xyz.shape)
     with pytest.raises(ReconstructionError, match="from their geotags"):
-        check_block(
-            block,
-            stations,
-            xyz + np.random.default_rng(1).normal(0, 0.4, xyz.shape),
-            calibration,
-            FREE,
-            Reporter(),
-        )
+        check_block(joined._replace(known=replace(joined.known, xyz=rough)), stations, calibration, READOUT, Reporter())
     wrong = replace(calibration, camera=replace(CAMERA, fx=1700.0, fy=1700.0))
-    with pytest.raises(ReconstructionError, match="focal length came out as 1900 px"):
-        check_block(block, stations, xyz, wrong, FREE, Reporter())
+    with pytest.raises(ReconstructionError, match="focal length came out as 190. px"):
+        check_block(joined, stations, wrong, READOUT, Reporter())
     with pytest.raises(ReconstructionError, match="flying height"):
-        check_block(
-            block, replace(stations, relative_altitude_m=np.full(10, 100.0)), xyz, calibration, FREE, Reporter()
-        )
-    block.rotations[:5], block.translations[:5] = np.nan, np.nan
-    block.keep(block.image >= 5)
-    with pytest.raises(ReconstructionError, match="5 of 10 photos"):
-        check_block(block, stations, xyz, calibration, FREE, Reporter())
+        high = replace(stations, relative_altitude_m=np.full(18, 120.0))
+        check_block(joined, high, calibration, READOUT, Reporter())
+    joined.block.unpose(np.arange(18) < 9)
+    with pytest.raises(ReconstructionError, match="9 of 18 photos"):
+        check_block(joined, stations, calibration, READOUT, Reporter())
+
+
+def test_control_points_are_reported_and_a_wrong_one_is_refused() -> None:
+    joined, stations, calibration = _case()
+    places = np.array([[-12.0, -10, 0], [12, -9, 1], [10, 12, 0], [1, 2, 1.0]])
+    marks = [(k, i, *joined.block.project(i, places[k][None])[0]) for k in range(4) for i in (0, 3, 6)]
+    point, photo = np.array([mark[:2] for mark in marks], int).T
+    pixels = np.array([mark[2:] for mark in marks])
+    control = ControlPoints(list("ABCD"), places, np.full((4, 3), 0.02), np.arange(4) == 3, point, photo, pixels)
+    held = joined._replace(known=replace(joined.known, control=control))
+    report = check_block(held, stations, calibration, READOUT, Reporter())
+    assert [row["label"] for row in report["control"]] == list("ABCD") and max(report["check_rms_e_n_u_m"]) < 0.01
+    control.xyz[3] += [0.0, 0.0, 0.6]
+    with pytest.raises(ReconstructionError, match=r"0\.60 m from check point D, which claims 0\.03 m"):
+        check_block(held, stations, calibration, READOUT, Reporter())
 
 
 def test_calibration_sources(tmp_path: Path) -> None:

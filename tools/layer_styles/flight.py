@@ -34,6 +34,10 @@ STATIONS = {
     "roll_deg": ("double", "Roll [°]"),
     "rel_alt_m": ("double", "Height above take-off [m]"),
     "note": ("string", "Note"),
+    "v_e_m_s": ("double", "Velocity east [m/s]"),
+    "v_n_m_s": ("double", "Velocity north [m/s]"),
+    "v_u_m_s": ("double", "Velocity up [m/s]"),
+    "v_source": ("string", "Source of the velocity"),
 }
 
 

@@ -70,7 +70,7 @@ def look_at(route: str, values: dict[str, Any], plots: str, field: str, crs: str
 def input_files(route: str, values: dict[str, Any], plots: str, field: str) -> list[Path]:
     """Every file that decides the result, in a fixed order."""
     found: list[Path] = []
-    places = ("photos", "geotags", "dtm") if route == "photos" else ("input", "dtm")
+    places = ("photos", "geotags", "gcp", "calibration", "dtm") if route == "photos" else ("input", "dtm")
     for name in places:
         if values.get(name):
             found += _geotag_files(values) if name == "geotags" else _below(Path(values[name]), deep=name == "photos")

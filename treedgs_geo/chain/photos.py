@@ -18,6 +18,7 @@ from ..core.progress import Reporter
 from ..core.scale import zone_that_fits
 from ..core.settings import to_json
 from ..core.workspace import Workspace, peak_memory_mb
+from ..geotags.control import ControlPoints, read_control
 from ..geotags.photos import list_photos
 from ..geotags.reading import read_stations
 from ..geotags.sources import find_geotags
@@ -83,6 +84,7 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
 def _run(run: Run, photos: list[Path]) -> dict[str, Any]:
     settings, reporter = run.settings, run.steps.reporter
     stations = _geotag(run, photos)
+    control = _control(run, stations)
     run.space.record["crs"] = stations.crs.to_string()
     plots = read_plots(settings.plots, stations.crs) if settings.plots else []
     flight = Flight(stations, plots)
@@ -95,7 +97,7 @@ def _run(run: Run, photos: list[Path]) -> dict[str, Any]:
     announce_search(search, plots, reporter)
     run.steps.weigh("measure", measure_weight(search, len(stations)))
 
-    aligned = _reconstruct(run, stations)
+    aligned = _reconstruct(run, stations, control)
     area, nothing = _area(plots, aligned)
     dtm = _ground(run, given, aligned, area)
     trees: list[Tree] = []
@@ -147,15 +149,30 @@ def check_cover(settings: PhotosToDbhSettings, flight: Flight, dtm: Dtm | None) 
         require_coverage(dtm, where, str(settings.dtm))
 
 
-def _reconstruct(run: Run, stations: Stations) -> Aligned:
-    options, sfm = run.preset.reconstruct, run.path(names.SFM)
+def _control(run: Run, stations: Stations) -> ControlPoints | None:
+    """Ground control, read before anything expensive starts; its warnings are the run's."""
+    if run.settings.gcp is None:
+        return None
+    collector = Collector(run.steps.reporter)
+    control = read_control(run.settings.gcp, stations, collector)
+    run.steps.warnings += collector.warnings
+    return control
+
+
+def _reconstruct(run: Run, stations: Stations, control: ControlPoints | None) -> Aligned:
+    options, sfm, calibration = run.preset.reconstruct, run.path(names.SFM), run.settings.calibration
     outputs = [sfm / name for name in (*MODEL_FILES, FRAME, SFM_REPORT)]
+    used = {**to_json(options), "stations": stations.digest()}
+    if control is not None:
+        used["control"] = control.digest()
     report = run.steps.run(
         "reconstruct",
-        {**to_json(options), "stations": stations.digest()},
-        [],
+        used,
+        [calibration] if calibration else [],
         outputs,
-        lambda reporter: reconstruct_photos(stations, options, sfm, reporter),
+        lambda reporter: reconstruct_photos(
+            stations, options, sfm, reporter, control=control, calibration_file=calibration
+        ),
     )
     frame, views = load_views(sfm, run.settings.photos)
     return Aligned(frame, views, load_points(sfm).xyz, report)

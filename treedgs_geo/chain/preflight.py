@@ -44,6 +44,7 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     """
     from ..core.errors import ReconstructionError
     from ..core.plots import read_plots
+    from ..geotags.control import read_control
     from ..geotags.photos import list_photos, read_photo
     from ..geotags.reading import read_stations
     from ..reconstruction.calibration import calibration_of
@@ -69,12 +70,17 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
             check_cover(settings, Flight(stations, plots), dtm)
         except TreeDGSError as problem:
             findings.problem(str(problem))
+        try:
+            if settings.gcp:
+                read_control(settings.gcp, stations, reporter)
+        except TreeDGSError as problem:
+            findings.problem(str(problem))
     ground = planned_ground(stations, plots, dtm)
     options = CHAIN_PRESETS[settings.preset]
     nothing = only_nadir(stations)
     try:
-        calibration_of([read_photo(stations.paths[0])])
-    except ReconstructionError as problem:
+        calibration_of([read_photo(stations.paths[0])], settings.calibration)
+    except (ReconstructionError, InputError) as problem:
         findings.problem(str(problem))
     if nothing:
         findings.problem(f"{settings.photos}: no DBH can be measured: {nothing}.")

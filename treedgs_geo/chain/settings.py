@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ..core.settings import param
 from ..from_points.measuring.options import MeasureOptions
+from ..reconstruction.options import calibration_option, gcp_option
 from ..trees.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 
 
@@ -20,6 +21,8 @@ class PhotosToDbhSettings:
         kind="files",
         help="Folder or file with MRK and RTKLIB .pos (PPK), or a CSV; without it EXIF/XMP positions are used.",
     )
+    gcp: Path | None = gcp_option()
+    calibration: Path | None = calibration_option()
     dtm: Path | None = param(
         None,
         kind="file",

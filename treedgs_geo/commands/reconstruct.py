@@ -10,6 +10,7 @@ from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
 from ..core.workspace import DENSE, GEOTAGS, SFM, Workspace
+from ..reconstruction.options import calibration_option, gcp_option
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,6 +24,8 @@ class ReconstructSettings:
         help="Folder or file with MRK and RTKLIB .pos (PPK), or a CSV with name, lat, lon, h; "
         "without it EXIF/XMP positions are used.",
     )
+    gcp: Path | None = gcp_option()
+    calibration: Path | None = calibration_option()
     crs: str = param(kind="crs", help="Project CRS, projected and in metres, for example EPSG:6344.")
     dtm: Path | None = param(
         None,
@@ -67,6 +70,7 @@ def _run(settings: ReconstructSettings, workspace: Workspace, reporter: Reporter
     from ..core.files import fingerprint
     from ..core.plots import read_plots
     from ..geotags import read_stations, write_stations
+    from ..geotags.control import read_control
     from ..reconstruction.model import FRAME, MODEL_FILES, REPORT
     from ..reconstruction.pipeline import ReconstructOptions, reconstruct_photos
 
@@ -75,6 +79,7 @@ def _run(settings: ReconstructSettings, workspace: Workspace, reporter: Reporter
         stations = read_stations(settings.photos, settings.geotags, settings.crs, reporter=reporter)
         plots = read_plots(settings.plots, stations.crs) if settings.plots else []
         dtm = _read_dtm(settings, stations.crs, plots)
+        control = read_control(settings.gcp, stations, reporter) if settings.gcp else None
         write_stations(workspace.path(GEOTAGS), stations)
     workspace.record["crs"] = stations.crs.to_string()
     options = ReconstructOptions(max_features=settings.max_features, threads=settings.threads, seed=settings.seed)
@@ -82,6 +87,10 @@ def _run(settings: ReconstructSettings, workspace: Workspace, reporter: Reporter
     key = f"{fingerprint(stations.paths)}:{stations.digest()}:{to_json(options)}"
     if plugin:
         key += f":{fingerprint([plugin.code, plugin.weights])}"
+    if control:
+        key += f":{control.digest()}"
+    if settings.calibration:
+        key += f":{fingerprint([settings.calibration])}"
     with reporter.stage("reconstruct", 0.05, 0.75):
         outputs = [sfm / name for name in (*MODEL_FILES, FRAME, REPORT)]
         damage = workspace.damage("reconstruct", outputs) if workspace.ran("reconstruct", key) else ""
@@ -92,7 +101,9 @@ def _run(settings: ReconstructSettings, workspace: Workspace, reporter: Reporter
             if damage:
                 reporter.warn(f"{damage}; the stage reconstruct is done again.")
             with workspace.running("reconstruct", key, to_json(settings), outputs) as report:
-                report.update(reconstruct_photos(stations, options, sfm, reporter, plugin))
+                report.update(
+                    reconstruct_photos(stations, options, sfm, reporter, plugin, control, settings.calibration)
+                )
     result = {
         "workspace": str(settings.workspace),
         "sfm": str(sfm),

@@ -17,6 +17,7 @@ from .pairing import pair_photos
 from .photos import Photo, shorten
 from .rtklib import Trajectory, read_pos
 from .trajectory import Interpolated, interpolate
+from .velocity import turned_to_grid
 
 
 def note_spare(marks: Marks, used: np.ndarray, reporter: Reporter) -> None:
@@ -104,6 +105,7 @@ def antenna_at(
             lonlat_to_project(crs, track.lon_deg, track.lat_deg, track.height_m, source, decimal_year(track.gps_s)),
             gps,
             max_gap_s=np.inf if track.path.stem.lower().endswith("_events") else 1.0,
+            own=turned_to_grid(track.velocity_enu, _convergence(crs, track)),
         )
         for track in tracks
     ]
@@ -117,21 +119,13 @@ def antenna_at(
                 "keep only the one to use, or name it with --geotags."
             )
     xyz, sd, quality = np.full((len(rows), 3), np.nan), np.full((len(rows), 3), np.nan), ["none"] * len(rows)
-    off_m = np.zeros(len(rows))
+    off_m, velocity = np.zeros(len(rows)), np.full((len(rows), 3), np.nan)
     for solution, mask in zip(solutions, covered, strict=True):
         xyz[mask], sd[mask], off_m[mask] = solution.xyz[mask], solution.sd[mask], solution.off_m[mask]
+        velocity[mask] = solution.velocity[mask]
         quality = [new if use else old for new, old, use in zip(solution.quality, quality, mask, strict=True)]
-    convergence = np.radians(_convergence(crs, tracks[0]))
-    east, north, up = marks.offset_enu[rows].T
-    # The lever arm is in true east and north; the project grid is turned by the meridian convergence.
-    xyz += np.column_stack(
-        [
-            east * np.cos(convergence) - north * np.sin(convergence),
-            north * np.cos(convergence) + east * np.sin(convergence),
-            up,
-        ]
-    )
-    return Interpolated(xyz, sd, quality, off_m)
+    xyz += turned_to_grid(marks.offset_enu[rows], _convergence(crs, tracks[0]))
+    return Interpolated(xyz, sd, quality, off_m, velocity)
 
 
 def _convergence(crs: pyproj.CRS, track: Trajectory) -> float:

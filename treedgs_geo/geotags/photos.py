@@ -31,7 +31,8 @@ class Photo:
     local_time, utc: Unix seconds of the exposure, as the camera clock says and in UTC (when the zone is known).
     lon_deg, lat_deg, height_m: EXIF or XMP position. rtk_flag: DJI RtkFlag. sd: (3,) E, N, U metres from XMP RtkStd*.
     focal_mm, focal_35mm: EXIF. plane_px_mm: (K,) pixels a millimetre of the focal plane, as EXIF says and, where its
-    unit is uncertain, as it may mean. dji: the XMP ``drone-dji`` fields as text. pix4d: the XMP ``Camera`` fields.
+    unit is uncertain, as it may mean. exposure_s: exposure time. taken_px: (width, height) as the camera wrote it,
+    before the file was reduced. dji: the XMP ``drone-dji`` fields as text. pix4d: the XMP ``Camera`` fields.
     """
 
     name: str
@@ -56,6 +57,8 @@ class Photo:
     dji: dict[str, str]
     pix4d: dict[str, str] = field(default_factory=dict)
     plane_px_mm: tuple[float, ...] = ()
+    exposure_s: float = float("nan")
+    taken_px: tuple[int, int] = (0, 0)
 
     @property
     def has_position(self) -> bool:
@@ -97,6 +100,7 @@ def read_photo(path: Path, name: str | None = None) -> Photo:
     yaw, pitch, roll = (_number(dji.get(f"Gimbal{angle}Degree")) for angle in ("Yaw", "Pitch", "Roll"))
     if np.isnan(pitch):
         yaw, pitch, roll = gimbal_angles(pix4d, uses_dji_pitch([pix4d]))
+    taken = _taken_px(details, width, height)
     return Photo(
         name=name or path.name,
         path=path,
@@ -119,7 +123,9 @@ def read_photo(path: Path, name: str | None = None) -> Photo:
         focal_35mm=_number(details.get(41989)),
         dji=dji,
         pix4d=pix4d,
-        plane_px_mm=_plane_px_mm(details, max(width, height)),
+        plane_px_mm=_plane_px_mm(details, max(width, height) / max(taken)),
+        exposure_s=_number(details.get(33434)),
+        taken_px=taken,
     )
 
 
@@ -241,17 +247,24 @@ def _position(gps: dict, dji: dict[str, str]) -> tuple[float, float, float]:
     return lon, lat, height
 
 
-def _plane_px_mm(details: dict, longer_px: int) -> tuple[float, ...]:
-    """Pixels a millimetre from FocalPlaneXResolution; the unit is often written wrong, so the others follow."""
+def _plane_px_mm(details: dict, shrunk: float) -> tuple[float, ...]:
+    """Pixels a millimetre from FocalPlaneXResolution; the unit is often written wrong, so the others follow.
+
+    shrunk: pixels in the file for one that was taken; the tag belongs to the photo as it was taken.
+    """
     resolution = _number(details.get(41486))
     if not resolution > 0:
         return ()
     units = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
     stated = units.get(int(np.nan_to_num(_number(details.get(41488)), nan=2)), 25.4)
-    # The tag belongs to the photo as it was taken; a reduced copy has fewer pixels.
-    taken = np.nanmax([_number(details.get(40962)), _number(details.get(40963)), -1.0])
-    shrunk = longer_px / taken if taken > 0 else 1.0
     return tuple(resolution / mm * shrunk for mm in (stated, *(mm for mm in units.values() if mm != stated)))
+
+
+def _taken_px(details: dict, width: int, height: int) -> tuple[int, int]:
+    """Width and height by the longer side that EXIF says; those of the file where it says none."""
+    longer = np.nanmax([_number(details.get(40962)), _number(details.get(40963)), -1.0])
+    grown = longer / max(width, height) if longer > 0 else 1.0
+    return round(width * grown), round(height * grown)
 
 
 def _plausible(lon: float, lat: float) -> bool:

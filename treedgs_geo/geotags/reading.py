@@ -30,6 +30,7 @@ from .sources import GeotagFiles, find_geotags
 from .stations import Stations
 from .tables import NamedPositions, read_position_table
 from .trajectory import FIX_FLOOR_M, FLOAT_FLOOR_M, SINGLE_FLOOR_M
+from .velocity import with_velocities
 
 #: Standard deviation of a navigation-grade (EXIF) position, E, N, U metres.
 EXIF_SD_M = np.array([2.0, 2.0, 4.0])
@@ -93,9 +94,9 @@ def read_stations(
             )
         check_place(project, stations.xyz, "--crs", reporter, photos=True)
         _note_unplaced(stations, reporter)
-        return stations
+        return with_velocities(stations, found, np.full_like(stations.xyz, np.nan))
     files = find_geotags(Path(geotags), Path(photos))
-    written, track = stations, _Track(np.full_like(stations.xyz, np.nan), np.zeros(len(stations)))
+    written, track = stations, _Track.of_nothing(len(stations))
     if files.tables:
         stations = _from_table(stations, read_position_table(files.tables[0], project, source))
     else:
@@ -120,16 +121,21 @@ def read_stations(
             f"{geotags}: gives none of the {len(found)} photos a position; check that it belongs to this flight."
         )
     _note_unplaced(stations, reporter)
-    return stations
+    return with_velocities(stations, found, track.velocity)
 
 
 @dataclass(frozen=True)
 class _Track:
     """What marks and trajectory say beside the positions, filled photo by photo. marked: (N, 3) as the MRK has it,
-    NaN unknown. off_m: (N,) jump of the path there."""
+    NaN unknown. off_m: (N,) jump of the path there. velocity: (N, 3) along the path, project axes, m/s, NaN unknown."""
 
     marked: np.ndarray
     off_m: np.ndarray
+    velocity: np.ndarray
+
+    @staticmethod
+    def of_nothing(count: int) -> _Track:
+        return _Track(np.full((count, 3), np.nan), np.zeros(count), np.full((count, 3), np.nan))
 
 
 def _checked_crs(crs: str | pyproj.CRS, lon_lat: tuple[float, float] | None) -> pyproj.CRS:
@@ -294,6 +300,7 @@ def _from_marks(
         if tracks:
             solved = antenna_at(each, own, tracks, crs, source, delay_s)
             xyz[paired], sd[paired], track_says.off_m[paired] = solved.xyz, solved.sd, solved.off_m
+            track_says.velocity[paired] = solved.velocity
             seen = np.flatnonzero((each.flag[own] != 0) & (each.lat_deg[own] != 0))
             if files.mrk and len(seen):
                 lon, lat, height = (values[own[seen]] for values in (each.lon_deg, each.lat_deg, each.height_m))

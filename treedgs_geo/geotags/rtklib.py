@@ -8,7 +8,7 @@ tabs between columns. Geodetic heights (RTKLIB's own coarse geoid) are refused.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +18,8 @@ from ..core.errors import GeotagError
 from .gpstime import parse_datetime_unix, utc_to_gps, week_tow_to_gps
 
 FIX, FLOAT = 1, 2
+#: Columns of the velocity, E, N, U.
+_VELOCITY = ("ve(m/s)", "vn(m/s)", "vu(m/s)")
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,7 @@ class Trajectory:
 
     gps_s: (T,) GPS seconds. lon_deg, lat_deg, height_m: (T,), ellipsoidal. quality: (T,) int RTKLIB Q (1 fix, 2 float,
     3 sbas, 4 dgps, 5 single, 6 ppp). sd: (T, 3) E, N, U metres. datum: what the header says about the reference frame.
+    velocity_enu: (T, 3) true east, north, up, m/s (columns vn, ve, vu); (0, 3) in a file without them.
     """
 
     path: Path
@@ -36,6 +39,7 @@ class Trajectory:
     quality: np.ndarray
     sd: np.ndarray
     datum: str = ""
+    velocity_enu: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 def read_pos(path: Path) -> Trajectory:
@@ -98,8 +102,25 @@ def read_pos(path: Path) -> Trajectory:
     table = table[order]
     table = table[np.concatenate([[True], np.diff(table[:, 0]) > 1e-4])]  # doubled epochs: the better Q stays
     return Trajectory(
-        path, table[:, 0], table[:, 1], table[:, 2], table[:, 3], table[:, 4].astype(int), table[:, 5:8], datum
+        path,
+        table[:, 0],
+        table[:, 1],
+        table[:, 2],
+        table[:, 3],
+        table[:, 4].astype(int),
+        table[:, 5:8],
+        datum,
+        table[:, 8:11] if np.isfinite(table[:, 8:11]).all() else np.zeros((0, 3)),
     )
+
+
+def _velocity(values: list[float], header: str) -> list[float]:
+    """East, north, up (m/s) where the header has these columns; ``values`` begin with Q."""
+    columns = header.replace("%", " ").split()
+    if not all(name in columns for name in ("q", *_VELOCITY)):
+        return [np.nan] * 3
+    places = [columns.index(name) - columns.index("q") for name in _VELOCITY]
+    return [values[place] if place < len(values) else np.nan for place in places]
 
 
 class _Unsupported(Exception):
@@ -107,7 +128,7 @@ class _Unsupported(Exception):
 
 
 def _parse_row(line: str, header: str, base: np.ndarray | None) -> list[float]:
-    """gps_s, lon, lat, h, Q, sd E, N, U. base: (3,) ECEF of the reference station, for baselines."""
+    """gps_s, lon, lat, h, Q, sd E, N, U, velocity E, N, U. base: (3,) ECEF of the reference station, for baselines."""
     parts = re.split(r"[\s,;]+", line.strip())
     if "/" in parts[0] or "-" in parts[0][1:]:
         unix = parse_datetime_unix(f"{parts[0]} {parts[1]}")
@@ -146,7 +167,7 @@ def _parse_row(line: str, header: str, base: np.ndarray | None) -> list[float]:
         raise ValueError
     if not np.isfinite([gps, lat, lon, height]).all():
         raise ValueError
-    return [gps, lon, lat, height, quality, *sd]
+    return [gps, lon, lat, height, quality, *sd, *_velocity(values, lower)]
 
 
 def _enu_axes(lon_deg: float, lat_deg: float) -> np.ndarray:

@@ -6,6 +6,7 @@ import hashlib
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyproj
@@ -14,9 +15,15 @@ from ..core.errors import InputError
 from ..core.geopackage import atomic_geopackage, save_style
 from .gpstime import describe_utc
 
+if TYPE_CHECKING:
+    import geopandas
+
 #: How a position was found, best first.
 QUALITIES = ("fix", "float", "single", "exif", "none")
+#: How a velocity was found, best first: along the antenna's path, by the drone itself (XMP), from the photos beside it.
+VELOCITY_SOURCES = ("track", "xmp", "photos", "unknown")
 LAYER = "stations"
+_VELOCITY = ("v_e_m_s", "v_n_m_s", "v_u_m_s")
 #: The columns by which a layer of that name is known as ours.
 OWN_LAYERS = {LAYER: frozenset({"name", "path", "quality", "sd_e_m", "utc_unix"})}
 
@@ -30,7 +37,9 @@ class Stations:
     flight: (N,) int,
     0-based. yaw_deg (from TRUE north, clockwise), pitch_deg (-90 = straight down), roll_deg: (N,) gimbal, NaN unknown.
     relative_altitude_m: (N,) above take-off, NaN unknown. notes: why a photo's position is not what its geotag said,
-    empty text for the others; an empty list where nothing was checked.
+    empty text for the others; an empty list where nothing was checked. velocity_m_s: (N, 3) of the camera at the
+    exposure along E, N, U of the project CRS, NaN unknown (also when not given). velocity_source: where each comes
+    from, one of :data:`VELOCITY_SOURCES`; an empty list where nobody looked.
 
     Examples:
         >>> import treedgs_geo as tg
@@ -52,6 +61,12 @@ class Stations:
     relative_altitude_m: np.ndarray
     crs: pyproj.CRS
     notes: list[str] = field(default_factory=list)
+    velocity_m_s: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    velocity_source: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        if not len(self.velocity_m_s):
+            object.__setattr__(self, "velocity_m_s", np.full((len(self.names), 3), np.nan))
 
     def __len__(self) -> int:
         return len(self.names)
@@ -73,6 +88,7 @@ class Stations:
             self.pitch_deg,
             self.roll_deg,
             self.relative_altitude_m,
+            self.velocity_m_s,
         ):
             digest.update(np.ascontiguousarray(values, float).tobytes())
         return digest.hexdigest()[:16]
@@ -107,6 +123,8 @@ def write_stations(path: Path, stations: Stations) -> None:
             "roll_deg": stations.roll_deg,
             "rel_alt_m": stations.relative_altitude_m,
             "note": [note or None for note in stations.notes or [""] * len(stations)],
+            **{name: stations.velocity_m_s[:, axis] for axis, name in enumerate(_VELOCITY)},
+            "v_source": stations.velocity_source or ["unknown"] * len(stations),
         },
         geometry=geometry,
         crs=stations.crs,
@@ -165,5 +183,12 @@ def read_stations_layer(path: Path) -> Stations:
         column("roll_deg"),
         column("rel_alt_m"),
         pyproj.CRS(frame.crs),
-        [note if isinstance(note, str) else "" for note in frame["note"]] if "note" in frame.columns else [],
+        _texts(frame, "note", ""),
+        np.column_stack([column(name) if name in frame.columns else np.full(len(frame), np.nan) for name in _VELOCITY]),
+        _texts(frame, "v_source", "unknown"),
     )
+
+
+def _texts(frame: geopandas.GeoDataFrame, name: str, empty: str) -> list[str]:
+    """A column of texts; an empty list where the layer has none."""
+    return [text if isinstance(text, str) else empty for text in frame[name]] if name in frame.columns else []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,15 +15,16 @@ from ..core.errors import CRSError, GeotagError
 from ..core.frames import transform
 from ..core.scale import check_place
 
-_NAME = ("name", "photo", "filename", "file", "image", "image_name", "imagename", "label", "sourcefile", "#label")
-_LAT = ("lat", "latitude", "lat_deg", "latitude_deg", "gpslatitude")
-_LON = ("lon", "long", "longitude", "lon_deg", "longitude_deg", "gpslongitude")
-_HEIGHT = ("h", "height", "alt", "altitude", "ellh", "z", "elevation", "height_m", "ellipsoidal_height", "gpsaltitude")
-_EAST, _NORTH = ("x", "e", "east", "easting"), ("y", "n", "north", "northing")
-_SD = (
-    ("sd_e", "sde", "sde_m", "std_e", "acch", "h_acc"),
-    ("sd_n", "sdn", "sdn_m", "std_n", "acch", "h_acc"),
-    ("sd_u", "sdu", "sdu_m", "std_u", "accv", "v_acc"),
+#: Names of columns, lower case: photo, longitude and latitude, height, easting and northing.
+NAME = ("name", "photo", "filename", "file", "image", "image_name", "imagename", "label", "sourcefile", "#label")
+LAT = ("lat", "latitude", "lat_deg", "latitude_deg", "gpslatitude")
+LON = ("lon", "long", "longitude", "lon_deg", "longitude_deg", "gpslongitude")
+HEIGHT = ("h", "height", "alt", "altitude", "ellh", "z", "elevation", "height_m", "ellipsoidal_height", "gpsaltitude")
+EAST, NORTH = ("x", "e", "east", "easting"), ("y", "n", "north", "northing")
+SD = (
+    ("sd_e", "sde", "sde_m", "std_e", "sd_h_m", "acch", "h_acc"),
+    ("sd_n", "sdn", "sdn_m", "std_n", "sd_h_m", "acch", "h_acc"),
+    ("sd_u", "sdu", "sdu_m", "std_u", "sd_v_m", "accv", "v_acc"),
 )
 
 
@@ -44,10 +46,10 @@ def is_position_table(path: Path) -> bool:
         return True
     try:
         with open(path, newline="", encoding="utf-8-sig", errors="replace") as stream:
-            columns = {cell.strip().lower() for cell in _split(stream.readline())}
+            columns = {cell.strip().lower() for cell in split_row(stream.readline())}
     except (OSError, csv.Error):
         return False
-    return bool(columns & set(_NAME)) and bool(columns & set(_LAT + _NORTH)) and bool(columns & set(_LON + _EAST))
+    return bool(columns & set(NAME)) and bool(columns & set(LAT + NORTH)) and bool(columns & set(LON + EAST))
 
 
 def read_position_table(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None = None) -> NamedPositions:
@@ -81,33 +83,51 @@ def read_position_table(path: Path, crs: pyproj.CRS, frame: pyproj.CRS | None = 
     return NamedPositions(path, names, values[:, :3], values[:, 3:6])
 
 
-def _split(line: str) -> list[str]:
+def split_row(line: str) -> list[str]:
+    """Cells of one line, whichever of ; tab , or blanks parts them."""
     for separator in (";", "\t", ","):
         if separator in line:
             return next(csv.reader([line.strip()], delimiter=separator))
     return line.split()
 
 
+def find_column(columns: list[str], options: tuple[str, ...]) -> int:
+    """Number of the first of ``options`` among the columns (lower case), -1 without any."""
+    return next((columns.index(option) for option in options if option in columns), -1)
+
+
+def crs_of_line(text: str, where: str) -> pyproj.CRS:
+    """The CRS that the first line of ODM's files names: ``EPSG:32616``, a PROJ string, or ``WGS84 UTM 16N``.
+
+    Raises:
+        CRSError: it is none.
+    """
+    utm = re.fullmatch(r"WGS84\s+UTM\s+(\d{1,2})\s*([NS])", text.strip(), re.IGNORECASE)
+    if utm:
+        text = f"EPSG:{(32600 if utm[2].upper() == 'N' else 32700) + int(utm[1])}"
+    try:
+        return pyproj.CRS.from_user_input(text.strip())
+    except pyproj.exceptions.CRSError:
+        raise CRSError(f"{where}: {text.strip()!r} is not a CRS; expected for example EPSG:4326.") from None
+
+
 def _read_csv(path: Path, lines: list[str], crs: pyproj.CRS, frame: pyproj.CRS | None) -> list[tuple[str, list[float]]]:
-    columns = [cell.strip().lower() for cell in _split(lines[0])] if lines else []
+    columns = [cell.strip().lower() for cell in split_row(lines[0])] if lines else []
 
-    def place(options: tuple[str, ...]) -> int:
-        return next((columns.index(option) for option in options if option in columns), -1)
-
-    name, lat, lon, height = place(_NAME), place(_LAT), place(_LON), place(_HEIGHT)
-    east, north = place(_EAST), place(_NORTH)
+    name, lat, lon, height = (find_column(columns, options) for options in (NAME, LAT, LON, HEIGHT))
+    east, north = find_column(columns, EAST), find_column(columns, NORTH)
     geographic = lat >= 0 and lon >= 0
     if name < 0 or height < 0 or not (geographic or (east >= 0 and north >= 0)):
         raise GeotagError(
             f"{path}: found columns {', '.join(columns)}; expected name, lat, lon, h (ellipsoidal metres) "
             "or name, x, y, z in the project CRS."
         )
-    sd_places = [place(options) for options in _SD]
+    sd_places = [find_column(columns, options) for options in SD]
     rows = []
     for number, line in enumerate(lines[1:], start=2):
         if not line.strip():
             continue
-        cells = _split(line)
+        cells = split_row(line)
         try:
             first, second = float(cells[lon if geographic else east]), float(cells[lat if geographic else north])
             h = float(cells[height])
@@ -135,14 +155,7 @@ def _read_geo_txt(
     filled = [(number, line) for number, line in enumerate(lines, start=1) if line.strip() and not line.startswith("#")]
     if not filled:
         return []
-    text = filled[0][1].strip()
-    if text.upper().startswith("WGS84 UTM"):
-        zone = text.split()[-1]
-        text = f"EPSG:{(32600 if zone[-1].upper() == 'N' else 32700) + int(zone[:-1])}" if zone[:-1].isdigit() else text
-    try:
-        source = pyproj.CRS.from_user_input(text)
-    except pyproj.exceptions.CRSError:
-        raise CRSError(f"{path}, line {filled[0][0]}: {text!r} is not a CRS; expected for example EPSG:4326.") from None
+    source = crs_of_line(filled[0][1], f"{path}, line {filled[0][0]}")
     rows = []
     for number, line in filled[1:]:
         cells = line.split()

@@ -9,6 +9,7 @@ from scipy.interpolate import PchipInterpolator
 
 from .rtklib import FIX, FLOAT, Trajectory
 from .steps import path_offsets
+from .velocity import MOST_GAP_S, path_velocities
 
 #: Least standard deviation that is believed, metres (E, N, U): a fixed epoch; anything else.
 FIX_FLOOR_M = np.array([0.01, 0.01, 0.02])
@@ -24,15 +25,23 @@ LEAST_FIX_S = 5.0
 class Interpolated:
     """Antenna at N instants: xyz (N, 3) project metres (NaN = none), sd (N, 3) E, N, U metres, quality
     fix|float|single|none. off_m: (N,) how far the path jumps there in a way that no drone flies, 0 = it does not.
+    velocity: (N, 3) m/s on the axes of xyz, NaN = unknown.
     """
 
     xyz: np.ndarray
     sd: np.ndarray
     quality: list[str]
     off_m: np.ndarray
+    velocity: np.ndarray
 
 
-def interpolate(trajectory: Trajectory, xyz: np.ndarray, gps_s: np.ndarray, max_gap_s: float = 1.0) -> Interpolated:
+def interpolate(
+    trajectory: Trajectory,
+    xyz: np.ndarray,
+    gps_s: np.ndarray,
+    max_gap_s: float = 1.0,
+    own: np.ndarray | None = None,
+) -> Interpolated:
     """Monotone cubic (PCHIP) interpolation of the trajectory.
 
     A straight line between 5 Hz epochs errs by a centimetre when the drone brakes at 2 m/s2. The quality is the worse
@@ -42,6 +51,7 @@ def interpolate(trajectory: Trajectory, xyz: np.ndarray, gps_s: np.ndarray, max_
 
     Args:
         trajectory: T epochs. xyz: (T, 3) the same in project coordinates. gps_s: (N,) instants, GPS seconds.
+        own: (T, 3) the solution's own velocities on the axes of xyz, m/s.
     """
     times = trajectory.gps_s
     count = len(gps_s)
@@ -56,7 +66,7 @@ def interpolate(trajectory: Trajectory, xyz: np.ndarray, gps_s: np.ndarray, max_
     gap = times[right] - times[left]
     inside = (gps_s >= times[0]) & (gps_s <= times[-1]) & (gap <= 10.0)
     if not inside.any():
-        return Interpolated(position, sd, quality, np.zeros(count))
+        return Interpolated(position, sd, quality, np.zeros(count), np.full((count, 3), np.nan))
     # The rows of an _events.pos are too far apart to tell how long a fix was held.
     believed = trusted_quality(times, trajectory.quality) if np.isfinite(max_gap_s) else trajectory.quality
     offset = path_offsets(times, xyz, believed == FIX)
@@ -66,12 +76,12 @@ def interpolate(trajectory: Trajectory, xyz: np.ndarray, gps_s: np.ndarray, max_
     # overshoot on both sides.
     segment = np.concatenate([[0], np.cumsum((np.diff(times) > 10.0) | (jumps > 0))])
     for part in np.unique(segment[left[inside]]):
-        own = np.flatnonzero(segment == part)
+        epochs = np.flatnonzero(segment == part)
         wanted = inside & (segment[left] == part)
-        if len(own) == 1:
-            position[wanted] = xyz[own[0]]
+        if len(epochs) == 1:
+            position[wanted] = xyz[epochs[0]]
         else:
-            position[wanted] = PchipInterpolator(times[own], xyz[own])(gps_s[wanted])
+            position[wanted] = PchipInterpolator(times[epochs], xyz[epochs])(gps_s[wanted])
     for i in np.flatnonzero(inside):
         pair = [left[i], right[i]]
         worst = int(np.max(believed[pair])) if (believed[pair] > 0).all() else 5
@@ -84,7 +94,10 @@ def interpolate(trajectory: Trajectory, xyz: np.ndarray, gps_s: np.ndarray, max_
         else:
             quality[i], floor = "single", SINGLE_FLOOR_M
         sd[i] = np.maximum(own_sd, floor) + (0.0 if gap[i] <= max_gap_s else 0.1 * gap[i] ** 2)
-    return Interpolated(position, sd, quality, off_m)
+    velocity = np.full((count, 3), np.nan)
+    near = np.flatnonzero(inside & (gap <= MOST_GAP_S))
+    velocity[near] = path_velocities(times, xyz, trajectory.quality, segment, gps_s[near], own)
+    return Interpolated(position, sd, quality, off_m, velocity)
 
 
 def trusted_quality(times: np.ndarray, quality: np.ndarray) -> np.ndarray:

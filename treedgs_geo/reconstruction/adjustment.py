@@ -1,162 +1,198 @@
-"""Bundle adjustment with the geotags as priors (pycolmap / Ceres)."""
+"""Adjusting a block: what holds it, which of its numbers are freed, and how sharp its photos are."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from ..core.errors import ReconstructionError
+from ..geotags.control import ControlPoints
+from .bundle import Observations, Priors, Problem, State, camera_of, shared_of
+from .bundle_kernels import CX, CY, K1, K2, K3, LOG_ASPECT, LOG_F, P1, P2, READOUT
 from .cameras import Camera
-from .tracks import Block
+from .tracks import Block, widest_angle_deg
+
+#: Parts of lens and shutter that can be freed, with their shared parameters (:mod:`.bundle_kernels`).
+PARTS = {
+    "focal": (LOG_F,),
+    "aspect": (LOG_ASPECT,),
+    "principal_point": (CX, CY),
+    "radial": (K1, K2),
+    "tangential": (P1, P2),
+    "k3": (K3,),
+    "readout": (READOUT,),
+    "drift": (),
+    "travel": (),
+}
+#: Standard error of a mark of a control point, pixels.
+MARK_PX = 0.7
+#: A photo with fewer observations than this stays where it is.
+LEAST_OBSERVATIONS = 6
+#: Photos are never sharper than this, pixels.
+LEAST_SIGMA_PX = 0.05
+#: A geotag farther off than this many standard deviations pulls no harder.
+TAG_LOSS = 3.0
 
 
-def camera_to_colmap(camera: Camera):
-    """Our camera as a pycolmap camera with id 1: ``OPENCV``, or ``FULL_OPENCV`` where it has a k3."""
-    import pycolmap
+@dataclass(frozen=True)
+class Known:
+    """What holds a block, apart from its photos.
 
-    more = [camera.k3, 0.0, 0.0, 0.0] if camera.k3 else []
-    return pycolmap.Camera(
-        model="FULL_OPENCV" if more else "OPENCV",
-        width=camera.width,
-        height=camera.height,
-        camera_id=1,
-        has_prior_focal_length=True,
-        params=[camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion[:4], *more],
-    )
-
-
-def camera_from_colmap(camera) -> Camera:
-    """A pycolmap camera (pinhole or Brown models) as ours.
-
-    Raises:
-        ValueError: a model that has more than k1, k2, p1, p2, k3.
+    xyz: (N, 3) geotags in the local frame, metres, NaN unknown. sd: (N, 3) m. camera: intrinsics from the metadata.
+    lens_sd: (9,) standard deviations of the shared parameters (:mod:`.bundle_kernels`) before the readout time:
+    relative for focal length and fy / fx, pixels for the principal point, dimensionless for the distortion.
+    readout_sd_s: of ``sensor.readout_s`` before the adjustment, ``readout_s``. drift_sd: of the focal length's change
+    between flights, relative. travel_sd_m: of the readout travel that speed and readout time do not explain. control:
+    control and check points, in the local frame.
     """
-    size, p = (camera.width, camera.height), list(camera.params)
-    name = camera.model_name
-    if name == "OPENCV":
-        return Camera(*size, *p)
-    if name == "FULL_OPENCV" and not any(p[9:]):
-        return Camera(*size, *p[:9])
-    if name == "PINHOLE":
-        return Camera(*size, *p)
-    if name == "SIMPLE_PINHOLE":
-        return Camera(*size, p[0], p[0], p[1], p[2])
-    if name in ("SIMPLE_RADIAL", "RADIAL"):
-        return Camera(*size, p[0], p[0], p[1], p[2], *p[3:])
-    raise ValueError(f"camera model {name} is not supported, use OPENCV")
+
+    xyz: np.ndarray
+    sd: np.ndarray
+    camera: Camera
+    lens_sd: np.ndarray
+    readout_s: float = 0.0
+    readout_sd_s: float = 0.0
+    drift_sd: float = 5e-4
+    travel_sd_m: float = 0.0
+    control: ControlPoints | None = None
 
 
-def to_colmap(block: Block, names: list[str], colours: np.ndarray | None = None):
-    """The block as a pycolmap reconstruction: image ids 1..N in the order of ``names``, posed photos and observed
-    points only.
-    """
-    import pycolmap
+@dataclass(frozen=True)
+class Adjusted:
+    """An adjustment's end. sigma_px: standard error of a pixel coordinate, robust, redundancy taken into account."""
 
-    model = pycolmap.Reconstruction()
-    model.add_camera_with_trivial_rig(camera_to_colmap(block.camera))
-    order = np.argsort(block.image, kind="stable")
-    starts = np.searchsorted(block.image[order], np.arange(len(names) + 1))
-    place = np.empty(len(order), np.int64)
-    observed = block.observed()
-    for i in np.flatnonzero(block.is_posed):
-        rows = order[starts[i] : starts[i + 1]]
-        place[rows] = np.arange(len(rows))
-        image = pycolmap.Image(name=names[i], keypoints=observed[rows].reshape(-1, 2), camera_id=1, image_id=int(i) + 1)
-        pose = pycolmap.Rigid3d(np.column_stack([block.rotations[i], block.translations[i]]))
-        model.add_image_with_trivial_frame(image, pose)
-    by_point = np.argsort(block.point, kind="stable")
-    bounds = np.searchsorted(block.point[by_point], np.arange(len(block.points) + 1))
-    grey = np.full(3, 128, np.uint8)
-    for p, xyz in enumerate(block.points):
-        track = pycolmap.Track()
-        for row in by_point[bounds[p] : bounds[p + 1]]:
-            track.add_element(int(block.image[row]) + 1, int(place[row]))
-        model.add_point3D_with_id(
-            p + 1, pycolmap.Point3D(xyz=xyz, track=track, color=grey if colours is None else colours[p])
-        )
-    return model
+    problem: Problem
+    state: State
+    sigma_px: float
 
 
 def adjust(
     block: Block,
-    prior_xyz: np.ndarray,
-    prior_sd: np.ndarray,
+    known: Known,
+    free: frozenset[str],
     *,
-    free_focal: bool,
-    free_principal_point: bool,
-    free_distortion: bool,
-    loss_px: float = 1.0,
-    prior_factor: float = 6.0,
-    iterations: int = 60,
-    min_observations: int = 6,
-) -> float:
-    """Bundle-adjust the block in place; returns the RMS reprojection error in pixels.
+    iterations: int = 12,
+    tag_loss: float = TAG_LOSS,
+    least_sigma_px: float = LEAST_SIGMA_PX,
+    final: bool = False,
+) -> Adjusted:
+    """Adjust the block in place: poses, points and the freed parts (:data:`PARTS`) of lens and shutter.
 
-    SOFT_L1 on the image, CAUCHY on the geotags (a wrong one must not bend the block). The geotag standard deviations
-    are taken
-    ``prior_factor`` times larger than stated: image residuals are weighted as if 1 px, the true ones are smaller
-    (``docs/analyst/reconstruction.md``).
+    The photos' standard error follows from their own residuals, so geotags weigh as much as they are worth.
 
     Args:
-        prior_xyz: (N, 3) local metres, NaN = none. prior_sd: (N, 3) metres.
+        free: names of :data:`PARTS`. tag_loss: standard deviations from which a geotag pulls no harder. final: the
+        matches are clean; what is left of large residuals hardly counts.
 
     Raises:
         ReconstructionError: no point is left that two photos see alike.
     """
-    import pycolmap
-
-    if not len(block.points) or not np.isfinite(loss_px):
+    if not len(block.points):
         raise ReconstructionError(
             f"No point is left that two of the {int(block.is_posed.sum())} placed photos see alike; they overlap too "
             "little, show too little texture or have wrong geotags: use preset balanced, or fly with 80 % overlap."
         )
-    names = [str(i) for i in range(len(block.keypoints))]
-    model = to_colmap(block, names)
-    config = pycolmap.BundleAdjustmentConfig()
-    counts = np.bincount(block.image, minlength=len(names))
-    priors = []
-    for i in np.flatnonzero(block.is_posed):
-        config.add_image(int(i) + 1)
-        if counts[i] < min_observations:
-            config.set_constant_rig_from_world_pose(model.image(int(i) + 1).frame_id)
-        if np.isfinite(prior_xyz[i]).all():
-            prior = pycolmap.PosePrior()
-            prior.corr_data_id = model.image(int(i) + 1).data_id
-            prior.position = prior_xyz[i]
-            prior.position_covariance = np.diag((prior_factor * prior_sd[i]) ** 2)
-            prior.coordinate_system = pycolmap.PosePriorCoordinateSystem.CARTESIAN
-            priors.append(prior)
-    options = pycolmap.BundleAdjustmentOptions()
-    options.refine_focal_length = free_focal
-    options.refine_principal_point = free_principal_point
-    options.refine_extra_params = free_distortion
-    options.print_summary = False
-    options.ceres.loss_function_type = pycolmap.LossFunctionType.SOFT_L1
-    options.ceres.loss_function_scale = loss_px
-    options.ceres.use_gpu = False
-    options.ceres.solver_options.max_num_iterations = iterations
-    # One thread: several add up in another order each time, and a point at a limit then stays in one run and not in
-    # the next (cameras a centimetre apart). It costs some seconds a plot.
-    options.ceres.solver_options.num_threads = 1
-    options.ceres.solver_options.function_tolerance = 1e-7
-    prior_options = pycolmap.PosePriorBundleAdjustmentOptions()
-    prior_options.alignment_ransac.max_error = 1.0
-    prior_options.ceres.prior_position_loss_function_type = pycolmap.LossFunctionType.CAUCHY
-    if not (free_focal or free_principal_point or free_distortion):
-        config.set_constant_cam_intrinsics(1)
-    pycolmap.create_pose_prior_bundle_adjuster(options, prior_options, config, priors, model).solve()
-    block.camera = camera_from_colmap(model.camera(1))
-    for i in np.flatnonzero(block.is_posed):
-        pose = model.image(int(i) + 1).cam_from_world().matrix()
-        block.rotations[i], block.translations[i] = pose[:, :3], pose[:, 3]
-    block.points = np.array([model.point3D(p + 1).xyz for p in range(len(block.points))]).reshape(-1, 3)
-    error = block.residuals()
-    return float(np.sqrt(np.nanmean(np.sum(error**2, axis=1)))) if len(error) else float("nan")
+    problem, state = _problem(block, known, free, final)
+    sigma = max(typical_px(block) / _MEDIAN_OF_RAYLEIGH, least_sigma_px)
+    for rounds in (iterations // 3, iterations):
+        state = problem.solve(state, sigma, tag_loss, rounds)
+        sigma = max(_sigma_px(problem, state), least_sigma_px)
+    _apply(block, state)
+    return Adjusted(problem, state, sigma)
+
+
+#: Median length of a two-dimensional normal error of unit standard deviation.
+_MEDIAN_OF_RAYLEIGH = float(np.sqrt(2 * np.log(2)))
+
+
+def typical_px(block: Block) -> float:
+    """Median reprojection error, pixels; 0.3 when there is nothing to measure."""
+    error = np.linalg.norm(block.residuals(), axis=1)
+    error = error[np.isfinite(error)]
+    return float(np.median(error)) if len(error) else 0.3
+
+
+def _problem(block: Block, known: Known, free: frozenset[str], final: bool) -> tuple[Problem, State]:
+    sensor, posed = block.sensor, block.is_posed
+    centres = np.where(posed[:, None], block.centres, 0.0)
+    marks, places, place_sd = _control_rows(known.control, posed)
+    pixels = np.concatenate([block.observed(), marks.pixels])
+    seen = Observations(
+        np.concatenate([block.image, marks.photo]),
+        np.concatenate([block.point, len(block.points) + marks.point]),
+        pixels,
+        sensor.share(pixels[:, 1]),
+        np.concatenate([np.zeros(len(block.image)), np.full(len(marks.photo), MARK_PX)]),
+    )
+    points = np.concatenate([block.points, places])
+    count = np.bincount(block.image, minlength=len(posed))
+    priors = Priors(
+        shared=shared_of(known.camera, known.readout_s),
+        shared_sd=_shared_sd(known, free),
+        drift_sd=known.drift_sd if "drift" in free else 0.0,
+        centres=known.xyz,
+        centre_sd=known.sd,
+        travel_sd=np.full(len(posed), known.travel_sd_m if "travel" in free else 0.0),
+        held=~posed | (count < LEAST_OBSERVATIONS),
+        point_xyz=points,
+        point_sd=np.concatenate([np.full((len(block.points), 3), np.inf), place_sd]),
+    )
+    rotations = np.where(posed[:, None, None], block.rotations, np.eye(3))
+    shared = shared_of(block.camera, sensor.readout_s)
+    state = State(shared, sensor.drift, rotations, centres, sensor.extra_travel_m, points)
+    return Problem(seen, priors, sensor, len(points), final=final), state
+
+
+class _Marks(NamedTuple):
+    photo: np.ndarray
+    point: np.ndarray
+    pixels: np.ndarray
+
+
+def _control_rows(control: ControlPoints | None, posed: np.ndarray) -> tuple[_Marks, np.ndarray, np.ndarray]:
+    """Marks of control points in posed photos, and the points' places and standard errors, (K, 3)."""
+    if control is None:
+        return _Marks(np.zeros(0, int), np.zeros(0, int), np.zeros((0, 2))), np.zeros((0, 3)), np.zeros((0, 3))
+    use = posed[control.photo] & ~control.is_check[control.point]
+    kept, point = np.unique(control.point[use], return_inverse=True)
+    return _Marks(control.photo[use], point, control.pixels[use]), control.xyz[kept], control.sd_m[kept]
+
+
+def _shared_sd(known: Known, free: frozenset[str]) -> np.ndarray:
+    """(10,) standard deviations of the shared parameters, 0 where they are not free."""
+    chosen = [place for part in free for place in PARTS[part]]
+    sd = np.zeros(READOUT + 1)
+    sd[chosen] = np.append(known.lens_sd, known.readout_sd_s)[chosen]
+    return sd
+
+
+def _sigma_px(problem: Problem, state: State) -> float:
+    """Robust standard error of a pixel coordinate: the median residual over the share of it that the fit left."""
+    problem.linearise(state)
+    error = np.linalg.norm(problem.linear.residual[problem.seen.extra_px == 0], axis=1)
+    error = error[np.isfinite(error)]
+    left = 1 - (3 * problem.points + 6 * problem.photos) / max(2 * len(error), 1)
+    return float(np.median(error)) / _MEDIAN_OF_RAYLEIGH / float(np.sqrt(max(left, 0.2)))
+
+
+def _apply(block: Block, state: State) -> None:
+    posed = block.is_posed
+    block.sensor = replace(
+        block.sensor,
+        camera=camera_of(state.shared, block.camera),
+        drift=state.drift,
+        readout_s=float(state.shared[READOUT]),
+        extra_travel_m=state.travel,
+    )
+    block.rotations[posed] = state.rotations[posed]
+    block.translations[posed] = -np.einsum("nij,nj->ni", state.rotations, state.centres)[posed]
+    block.points = state.points[: len(block.points)]
 
 
 def prune(block: Block, limit_px: float, min_angle_deg: float = 1.5) -> None:
     """Drop observations beyond ``limit_px`` and points whose rays meet under too small an angle."""
-    from .tracks import widest_angle_deg
-
     error = np.linalg.norm(block.residuals(), axis=1)
     block.keep(np.isfinite(error) & (error <= limit_px))
     if len(block.point):

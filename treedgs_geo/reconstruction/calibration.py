@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from ..core.errors import ReconstructionError
+from ..core.errors import InputError, ReconstructionError
 from ..geotags.photos import Photo
 from .cameras import Camera
+from .sensor import Sensor
 
 #: Sensor widths in mm (maker's data sheets) and the nominal focal length that the entry holds for.
 SENSOR_WIDTHS_MM = {
@@ -30,18 +34,49 @@ SENSOR_WIDTHS_MM = {
 }
 
 
+#: What a calibration consists of, as the fields of :class:`~.cameras.Camera`.
+PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
+#: Prior standard deviations by source: focal length (share of it), principal point (share of the longer side), k1, k2,
+#: k3, p1 and p2. Chosen, not fitted: a factory calibration is of this very lens, but at another temperature and focus;
+#: nominal figures are of the design (those of real drones are 0.3 to 1.6 % from their factory calibration,
+#: ``xmp_samples``); a distortion that nobody stated may be that of any drone's lens.
+_UNKNOWN_LENS = (0.3, 0.5, 1.0, 0.002)
+_PRIOR_SD = {
+    # What an earlier flight could not determine was taken over from metadata: it is not worth more for standing there.
+    "file": (0.03, 0.01, *_UNKNOWN_LENS),
+    "dewarp": (0.005, 0.002, 0.02, 0.05, 0.1, 0.0005),
+    "xmp": (0.03, 0.01, *_UNKNOWN_LENS),
+    "pix4d": (0.03, 0.01, *_UNKNOWN_LENS),
+    "sensor": (0.03, 0.01, *_UNKNOWN_LENS),
+    "plane": (0.04, 0.01, *_UNKNOWN_LENS),
+    "exif35": (0.05, 0.015, *_UNKNOWN_LENS),
+}
+#: How much a lens changes from flight to flight (temperature, focus), beside what its own calibration is worth, in the
+#: same order. A focal length drifts by some 0.05 % (``plot_h`` is rendered with 0.06 % between two flights).
+_FLIGHT_DRIFT = (0.001, 0.0002, 0.002, 0.005, 0.01, 0.0002)
+
+
 @dataclass(frozen=True)
 class Calibration:
     """First guess of the intrinsics.
 
-    source: dewarp (factory calibration in XMP), xmp (nominal), pix4d (XMP Camera, millimetres), sensor (data sheet),
-    exif35 (35 mm equivalent), plane (FocalPlaneXResolution).
+    source: file (an earlier reconstruction with this camera), dewarp (factory calibration in XMP), xmp (nominal), pix4d
+    (XMP Camera, millimetres), sensor (data sheet), exif35 (35 mm equivalent), plane (FocalPlaneXResolution).
     tolerance: largest believable relative error of the focal length.
+    sd: prior standard deviation of each of :data:`PARAMETERS`; fx, fy, cx, cy in pixels, the others dimensionless; what
+    is not given is filled in by the source. readout_s, readout_sd_s: readout time of the photo that the file names, and
+    its standard deviation, NaN unknown.
     """
 
     camera: Camera
     source: str
     tolerance: float
+    sd: dict[str, float] = field(default_factory=dict)
+    readout_s: float = float("nan")
+    readout_sd_s: float = float("nan")
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "sd", {**_scaled(self.camera, _PRIOR_SD[self.source]), **self.sd})
 
     @property
     def focal_px(self) -> float:
@@ -49,23 +84,44 @@ class Calibration:
         return 0.5 * (self.camera.fx + self.camera.fy)
 
 
-def calibration_of(photos: list[Photo]) -> Calibration:
-    """The most trustworthy calibration that the photos' metadata hold.
+def _scaled(camera: Camera, shares: tuple[float, ...]) -> dict[str, float]:
+    """Standard deviations of the parameters from shares of the focal length and of the longer side."""
+    focal, centre, k1, k2, k3, tangential = shares
+    middle = centre * max(camera.width, camera.height)
+    return {
+        "fx": focal * camera.fx,
+        "fy": focal * camera.fy,
+        "cx": middle,
+        "cy": middle,
+        "k1": k1,
+        "k2": k2,
+        "p1": tangential,
+        "p2": tangential,
+        "k3": k3,
+    }
+
+
+def calibration_of(photos: list[Photo], file: Path | None = None) -> Calibration:
+    """The most trustworthy calibration that a file or the photos' metadata hold.
+
+    file: ``camera.json`` of an earlier reconstruction with the same camera; it goes before the metadata.
 
     Raises:
-        ReconstructionError: no hint at the focal length at all.
+        ReconstructionError: no hint at the focal length at all. InputError: a file that cannot be used.
     """
     photo = photos[0]
+    if file is not None:
+        return _from_file(Path(file), photo)
     width, height = photo.width, photo.height
     cx, cy = width / 2, height / 2
     dewarp = photo.dji.get("DewarpData", "").split(";")[-1].split(",")
     if len(dewarp) == 9 and photo.dji.get("DewarpFlag", "0").strip() != "1":
         try:
-            fx, fy, dx, dy, k1, k2, p1, p2, _ = (float(value) for value in dewarp)
+            fx, fy, dx, dy, k1, k2, p1, p2, k3 = (float(value) for value in dewarp)
         except ValueError:
             fx = 0.0
         if 0.3 * width < fx < 20 * width:
-            return Calibration(Camera(width, height, fx, fy, cx + dx, cy + dy, k1, k2, p1, p2), "dewarp", 0.03)
+            return Calibration(Camera(width, height, fx, fy, cx + dx, cy + dy, k1, k2, p1, p2, k3), "dewarp", 0.03)
     focal = _number(photo.dji.get("CalibratedFocalLength"))
     if 0.3 * width < focal < 20 * width:
         return Calibration(Camera(width, height, focal, focal, cx, cy), "xmp", 0.04)
@@ -82,8 +138,69 @@ def calibration_of(photos: list[Photo]) -> Calibration:
 
 #: Largest believable relative error of what EXIF and XMP say in millimetres, the most trustworthy first.
 _TOLERANCES = {"pix4d": 0.05, "sensor": 0.05, "exif35": 0.10, "plane": 0.07}
+#: The same of the same camera in another flight, at least.
+_FILE_TOLERANCE = 0.02
+_EXPECTED_FILE = (
+    "expected camera.json as reconstruct writes it (model, width, height, fx, fy, cx, cy, k1, k2, p1, p2, k3)"
+)
 #: No drone's sensor is smaller or wider, millimetres.
 _SENSOR_MM = (2.0, 60.0)
+
+
+def _from_file(path: Path, photo: Photo) -> Calibration:
+    """What an earlier reconstruction found, with its standard deviations widened by the drift between flights."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, ValueError) as problem:
+        raise InputError(f"{path}: cannot be read ({problem}); {_EXPECTED_FILE}.") from None
+    found = found if isinstance(found, dict) else {}
+    numbers = {name: _finite(found.get(name)) for name in ("width", "height", *PARAMETERS)}
+    lacking = [name for name, value in numbers.items() if np.isnan(value)]
+    if lacking:
+        raise InputError(f"{path}: has no {', '.join(lacking)}; {_EXPECTED_FILE}.")
+    width, height = int(numbers["width"]), int(numbers["height"])
+    if (width, height) != (photo.width, photo.height):
+        raise InputError(
+            f"{path}: is of photos of {width} x {height} px, these have {photo.width} x {photo.height} px; give the "
+            "calibration of the same camera with the same photo size."
+        )
+    model = str(found.get("model") or "")
+    if model.strip().lower() != photo.model.strip().lower():
+        raise InputError(
+            f"{path}: is of the camera {model or 'unknown'!r}, these photos are of {photo.model or 'unknown'!r}; give "
+            "the calibration of the same camera."
+        )
+    camera = Camera(width, height, *(numbers[name] for name in PARAMETERS))
+    longer = max(width, height)
+    if not (0.1 * longer < min(camera.fx, camera.fy) and max(camera.fx, camera.fy) < 20 * longer):
+        raise InputError(f"{path}: focal length {camera.fx:g}, {camera.fy:g} px cannot be; {_EXPECTED_FILE}.")
+    given = {name: _finite(found.get(f"{name}_sd")) for name in PARAMETERS}
+    drift = _scaled(camera, _FLIGHT_DRIFT)
+    own = {name: float(np.hypot(sd, drift[name])) for name, sd in given.items() if sd > 0}
+    readout, sd = _finite(found.get("readout_s")), _finite(found.get("readout_s_sd"))
+    focal_sd = own.get("fx", _PRIOR_SD["file"][0] * camera.fx) / camera.fx
+    return Calibration(camera, "file", max(_FILE_TOLERANCE, 3 * focal_sd), own, readout, sd)
+
+
+def calibration_record(model: str, sensor: Sensor, shared_sd: list[float | None]) -> dict[str, Any]:
+    """``camera.json`` of an adjusted camera: its numbers and, where they were estimated, their standard deviations.
+
+    shared_sd: of the shared parameters (:mod:`.bundle_kernels`), None where held.
+    """
+    camera = sensor.camera
+    sd = dict(zip(("fx", "", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "readout_s"), shared_sd, strict=False))
+    if sd["fx"] is not None:
+        sd["fy"] = sd["fx"] * camera.fy
+        sd["fx"] *= camera.fx
+    numbers: dict[str, Any] = {name: float(getattr(camera, name)) for name in ("width", "height", *PARAMETERS)}
+    record = {"model": model, **numbers, "readout_s": sensor.readout_s}
+    return record | {f"{name}_sd": value for name, value in sd.items() if name and value is not None}
+
+
+def _finite(value: object) -> float:
+    """A JSON number, NaN for anything else."""
+    known = isinstance(value, (int, float)) and not isinstance(value, bool) and np.isfinite(value)
+    return float(value) if known else float("nan")  # type: ignore[arg-type]
 
 
 def _from_sensor(photo: Photo) -> float:

@@ -10,8 +10,13 @@ import numpy as np
 from ..core.errors import ReconstructionError
 from ..core.progress import Reporter
 from ..geotags.photos import shorten
+from ..geotags.readout import Readout
 from ..geotags.stations import Stations
+from .bundle_kernels import CX, CY, READOUT
 from .calibration import Calibration
+from .control import control_residuals, rms_of
+from .joining import Joined
+from .posterior import posterior_of
 from .tracks import Block
 
 #: Refused below this share of registered photos; warned below the second.
@@ -19,6 +24,8 @@ REGISTERED_REFUSE, REGISTERED_WARN = 0.60, 0.95
 #: Refused when the median distance to the geotags exceeds this many stated standard deviations (plus the slack in
 #: metres).
 RESIDUAL_REFUSE_SD, RESIDUAL_SLACK_M = 5.0, 0.10
+#: Refused when the block lies further from a control or check point than this many of its standard deviations.
+CONTROL_REFUSE_SD = 6.0
 #: Height above ground over the flying height that the drone reports: refused outside, warned outside the second.
 HEIGHT_REFUSE, HEIGHT_WARN = 0.30, 0.08
 #: Warned when the standard error of the block's scale exceeds this (1.5 mm in 30 cm).
@@ -40,6 +47,16 @@ class _Geotags:
     stated_m: float
     away_m: np.ndarray
 
+    @property
+    def factor(self) -> float:
+        """How many times worse the geotags are than they state, by what the photos left of them; at least 1.
+
+        By the median, which a photo that is placed wrong does not move: of a normal error in three axes it is 0.89 of
+        the root of the summed variances.
+        """
+        found = self.median_m / (0.89 * self.stated_m) if self.stated_m > 0 else 1.0
+        return max(found, 1.0) if np.isfinite(found) else 1.0
+
 
 @dataclass(frozen=True)
 class _Ties:
@@ -51,36 +68,34 @@ class _Ties:
 
 
 def check_block(
-    block: Block,
-    stations: Stations,
-    xyz: np.ndarray,
-    calibration: Calibration,
-    free: dict[str, bool],
-    reporter: Reporter,
+    joined: Joined, stations: Stations, calibration: Calibration, readout: Readout, reporter: Reporter
 ) -> dict[str, Any]:
     """The report of a block, with warnings.
 
     Args:
-        xyz: (N, 3) local geotags. free: which parts of the camera were determined: ``focal``.
+        readout: what was known of the readout time.
 
     Raises:
-        ReconstructionError: too few photos, geotags contradicted, focal length or height that cannot be.
+        ReconstructionError: too few photos, geotags or control points contradicted, focal length or height that cannot
+            be.
     """
-    warnings: list[str] = []
+    block, xyz, warnings = joined.block, joined.known.xyz, list[str]()
     _check_registered(block, stations, warnings)
     geotags = _against_geotags(block, stations, xyz)
     _check_geotags(geotags, stations, warnings)
     focal = 0.5 * (block.camera.fx + block.camera.fy)
-    _check_focal(focal, calibration, free["focal"], warnings)
+    _check_focal(focal, calibration, "focal" in joined.free, warnings)
     height_ratio = _height_ratio(block, stations)
     _check_height(height_ratio, warnings)
     ties = _ties(block, len(stations))
     _check_ties(ties, warnings)
-    scale = _scale_of(block, stations, xyz, geotags)
+    posterior = posterior_of(joined.adjusted, geotags.factor)
+    scale = posterior.scale
+    control = _check_control(joined, warnings)
     if scale > SCALE_WARN:
         warnings.append(
-            f"The geotags fix the scale of the block, and so every diameter, to {scale:.1%} only (standard error); the "
-            f"trees' intervals are widened by it: use RTK or PPK positions."
+            f"Geotags and photos fix the scale of the block, and so every diameter, to {scale:.1%} only (standard "
+            f"error); the trees' intervals are widened by it: use RTK or PPK positions, or control points."
         )
     for warning in warnings:
         reporter.warn(warning)
@@ -102,8 +117,18 @@ def check_block(
         "focal_px": round(focal, 2),
         "focal_metadata_px": round(calibration.focal_px, 2),
         "focal_source": calibration.source,
-        "focal_free": free["focal"],
+        "focal_free": "focal" in joined.free,
+        "focal_sd_px": _rounded(posterior.focal * focal, 2),
+        "focal_drift": [round(float(value), 6) for value in np.expm1(block.sensor.drift)],
+        "lens_free": sorted(joined.free),
+        "shared_sd": [_rounded(float(value), 8) for value in posterior.shared_sd],
         "principal_point_px": [round(camera.cx, 2), round(camera.cy, 2)],
+        "principal_point_sd_px": [_rounded(float(value), 2) for value in posterior.shared_sd[[CX, CY]]],
+        "distortion_k1_k2_p1_p2_k3": [round(float(value), 6) for value in camera.distortion],
+        "readout_s": round(block.sensor.readout_s, 5),
+        "readout_sd_s": _rounded(float(posterior.shared_sd[READOUT]), 5),
+        "readout_source": _readout_source(joined, readout),
+        **control,
         "scale_sd": round(scale, 6) if np.isfinite(scale) else None,
         "height_over_relative_altitude": round(height_ratio, 4) if np.isfinite(height_ratio) else None,
         "flights_registered": {str(f): int((posed & (stations.flight == f)).sum()) for f in np.unique(stations.flight)},
@@ -229,25 +254,46 @@ def _check_ties(ties: _Ties, warnings: list[str]) -> None:
         warnings.append(f"Photos are tied by {np.median(ties.per_photo):.0f} points (median); 300 or more is healthy.")
 
 
-def _scale_of(block: Block, stations: Stations, xyz: np.ndarray, geotags: _Geotags) -> float:
-    """:func:`scale_error` by the geotags' own claim, or by what they were found to be off where that is more."""
-    centres = np.where(_known(block, xyz)[:, None], block.centres, np.nan)
-    return scale_error(centres, np.maximum(stations.sd, np.where(geotags.chosen[:, None], geotags.rms, 0.0)))
+def _check_control(joined: Joined, warnings: list[str]) -> dict[str, Any]:
+    """What is left at control and check points, for the report.
 
-
-def scale_error(centres: np.ndarray, sd: np.ndarray) -> float:
-    """Relative standard error of the scale of a block that geotags alone fix, and so of every length in it.
-
-    centres: (N, 3) projection centres, m. sd: (N, 3) standard errors of their geotags, m. Least squares of one factor
-    about the mean position, geotags independent of each other: sqrt(1 / sum(d^2 / sd^2)). An error that all of them
-    share moves the block and does not scale it. NaN without two geotags.
+    Raises:
+        ReconstructionError: control points contradict the block.
     """
-    known = np.isfinite(centres).all(axis=1) & np.isfinite(sd).all(axis=1)
-    if known.sum() < 2:
-        return float("nan")
-    weight = 1 / np.maximum(sd[known], 1e-3) ** 2
-    middle = (weight * centres[known]).sum(axis=0) / weight.sum(axis=0)
-    return float(1 / np.sqrt((weight * (centres[known] - middle) ** 2).sum()))
+    points = joined.known.control
+    if points is None:
+        return {}
+    rows = control_residuals(joined.block, points)
+    found = {"control": rows, "control_rms_e_n_u_m": rms_of(rows, False), "check_rms_e_n_u_m": rms_of(rows, True)}
+    for k, row in enumerate(rows):
+        if "px" not in row:
+            warnings.append(f"Point {row['label']}: fewer than two of the photos that show it were registered.")
+            continue
+        off, sd = np.array([row["e_m"], row["n_m"], row["u_m"]]), points.sd_m[k]
+        if np.linalg.norm(off) > CONTROL_REFUSE_SD * np.linalg.norm(sd) + RESIDUAL_SLACK_M:
+            kind = "check" if row["is_check"] else "control"
+            raise ReconstructionError(
+                f"The block is {np.linalg.norm(off):.2f} m from {kind} point {row['label']}, which claims "
+                f"{np.linalg.norm(sd):.2f} m: check its coordinates, their datum and height, and its marks."
+            )
+        if np.linalg.norm(off) > 3 * np.linalg.norm(sd) + 0.02:
+            warnings.append(f"The block is {100 * np.linalg.norm(off):.0f} cm from point {row['label']}.")
+    return found
+
+
+def _readout_source(joined: Joined, readout: Readout) -> str:
+    """How the readout time in use was found."""
+    if "readout" in joined.free:
+        return f"estimated from the photos ({readout.source})"
+    if "travel" in joined.free:
+        return "each photo's own movement, estimated"
+    if joined.block.sensor.readout_s:
+        return readout.source
+    return "none: the photos show no rolling shutter" if joined.tested_shutter else f"none ({readout.source})"
+
+
+def _rounded(value: float, digits: int) -> float | None:
+    return round(float(value), digits) if np.isfinite(value) else None
 
 
 def _height_ratio(block: Block, stations: Stations) -> float:

@@ -10,9 +10,9 @@ import numpy as np
 
 from ..core.progress import Reporter
 from ..geotags.stations import Stations
-from .adjustment import camera_from_colmap
 from .calibration import Calibration
 from .cameras import Camera
+from .colmap import camera_from_colmap
 from .features import run_task
 from .poses import fit_similarity_robust, nearest_rotation, rotation_angle_deg
 

@@ -48,15 +48,9 @@ def find_points(
         further off its seen directions.
     """
     camera = block.camera
-    local = block.points @ rotation.T + translation
-    with np.errstate(divide="ignore", invalid="ignore"):
-        x, y = local[:, 0] / local[:, 2], local[:, 1] / local[:, 2]
-        u, v = camera.distort(x, y)
-    pixels = np.column_stack([camera.fx * u + camera.cx, camera.fy * v + camera.cy])
-    inside = (
-        (local[:, 2] > 0)
-        & (pixels > -radius_px).all(axis=1)
-        & (pixels < [camera.width + radius_px, camera.height + radius_px]).all(axis=1)
+    pixels = block.view(i, rotation, translation).project(block.points)[0]
+    inside = (pixels > -radius_px).all(axis=1) & (pixels < [camera.width + radius_px, camera.height + radius_px]).all(
+        axis=1
     )
     # The observation from the nearest direction describes the point best.
     centre = -rotation.T @ translation

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,11 +11,14 @@ from ..core.errors import ReconstructionError
 from ..core.progress import Reporter
 from ..geotags.photos import shorten
 from ..geotags.stations import Stations
-from .adjustment import adjust, prune
-from .cameras import Camera
+from .adjustment import Adjusted, Known, adjust, prune, typical_px
+from .control import align_to_control
 from .features import FeatureStore
 from .georeference import Placement
 from .guided import find_points, turn_to_points
+from .posterior import posterior_of
+from .sensor import Sensor
+from .shutter import settle_lens, settle_shutter
 from .ties import GreyPhotos, Ties, ground_surface, tie_photo
 from .tracks import Block, build_tracks, triangulate
 
@@ -23,140 +26,208 @@ from .tracks import Block, build_tracks, triangulate
 MIN_OBSERVATIONS = 12
 #: The gimbal's angles are believed to this, degrees (half a degree stated; three times that and the yaw's compass).
 GIMBAL_REACH_DEG = 1.5
+#: A photo farther from a good geotag than this many standard deviations, and this many metres, is placed again.
+STRAY_SD, STRAY_M, MOST_STRAYS = 5.0, 0.15, 1 / 3
+
+
+class Joined(NamedTuple):
+    """A finished block, its last adjustment, what held it and was free in that, and whether a rolling shutter was
+    looked for.
+    """
+
+    block: Block
+    adjusted: Adjusted
+    known: Known
+    free: frozenset[str]
+    tested_shutter: bool
 
 
 def join_photos(
     placement: Placement,
     store: FeatureStore,
     stations: Stations,
-    xyz: np.ndarray,
-    free: dict[str, bool],
+    known: Known,
+    sensor: Sensor,
+    free: frozenset[str],
     reporter: Reporter,
-) -> Block:
+) -> Joined:
     """Adjust the mapped photos, tie in the others through predicted geometry, look for every point in every photo,
     adjust.
 
     Where shadows moved between two flights SIFT finds no match across them; the texture of the ground, looked for
-    where the geotags and the
-    gimbal predict it, does, and one adjustment makes them agree.
+    where the geotags and the gimbal predict it, does, and one adjustment makes them agree.
 
     Args:
-        xyz: (N, 3) local geotags, NaN unknown. free: which intrinsics are adjusted.
+        known: what holds the block. sensor: lens and shutter to begin with. free: parts of them that are adjusted.
+
+    Raises:
+        ReconstructionError: no three photos match each other.
     """
-    names, sd = stations.names, stations.sd
-    full: dict[str, Any] = {
-        "free_focal": free["focal"],
-        "free_principal_point": free["principal_point"],
-        "free_distortion": free["distortion"],
-    }
     rng = np.random.default_rng(1)
-    mapped = placement.mapped.copy()
-    if mapped.sum() < 3:
-        placement = from_gimbal(placement, store, xyz, sd)
-        mapped = placement.mapped.copy()
-        if mapped.any():
-            reporter.info(f"No mapper found a model; {mapped.sum()} photos start from their geotags and gimbal angles.")
-    if mapped.sum() < 3:
-        raise ReconstructionError(
-            f"No three of the {len(names)} photos could be matched with each other and their geotags; they overlap "
-            "too little, are blurred, or the geotags are wrong: look at the photos, fly with 80 % overlap."
-        )
+    tested = bool(free & {"readout", "travel"})
+    placement = _enough(placement, store, known, sensor, reporter)
+    mapped = placement.mapped
     loose = np.isfinite(placement.translations).all(axis=1) & ~mapped
     rotations = np.where(mapped[:, None, None], placement.rotations, np.nan)
     translations = np.where(mapped[:, None], placement.translations, np.nan)
-
-    block = from_matches(store, mapped, rotations, translations, placement.camera)
+    sensor = replace(sensor, camera=placement.camera)
+    block = from_matches(store, mapped, rotations, translations, sensor)
     triangulate(block, 15.0)
-    adjust(block, xyz, sd, loss_px=2.0, **full)
-    _refine(block, xyz, sd, 4.0, full)
+    if known.control is not None:
+        moved = align_to_control(block, known.control)
+        if moved is not None:
+            reporter.info(f"Control points moved the block by {np.linalg.norm(moved.apply(np.zeros((1, 3)))):.1f} m.")
+    # Mappers know neither geotags nor a shutter that rolls: the geotags pull first.
+    adjust(block, known, free, tag_loss=np.inf)
+    _refine(block, known, free, 4.0)
     reporter.progress(0.3)
     guess = placement.rotations.copy()
     greys = GreyPhotos(stations.paths)
+    loose |= _set_loose(block, known, guess)
+    _join_loose(block, store, loose, guess, known, free, greys, rng)
+    reporter.progress(0.6)
+    for radius in (4.0, 1.5):
+        # Noisier photos (wind, rolling shutter) need a wider search: six times the usual residual.
+        reach = max(radius, 6 * typical_px(block))
+        extend(block, store, reach)
+        triangulate(block, reach)
+        _refine(block, known, free, reach)
+        reporter.progress(0.75 if radius > 2 else 0.85)
+    loose = _set_loose(block, known, guess)
+    _join_loose(block, store, loose, guess, known, free, greys, rng)
+    if _strengthen(block, store, greys, rng):
+        _refine(block, known, free, 3.0)
+    # Two rays always meet somewhere along an epipolar line: a point needs three to prove itself, where that leaves
+    # every photo tied.
+    _keep_proven(block)
+    known, free = _settle(block, known, free)
+    adjusted = _refine(block, known, free, 2.0, strict=True)
+    names = stations.names
+    weak = block.is_posed & (np.bincount(block.image, minlength=len(names)) < MIN_OBSERVATIONS)
+    stray = strays(block, known)
+    if stray.any():
+        reporter.warn(
+            f"{stray.sum()} photos contradict their geotags and are left out: "
+            f"{shorten([names[i] for i in np.flatnonzero(stray)])}."
+        )
+    if (weak | stray).any():
+        block.unpose(weak | stray)
+        adjusted = adjust(block, known, free, final=True)
+    lost = [names[i] for i in np.flatnonzero(~block.is_posed)]
+    if lost:
+        reporter.warn(f"{len(lost)} photos could not be tied to the others: {shorten(lost)}.")
+    return Joined(block, adjusted, known, free, tested)
+
+
+def _settle(block: Block, known: Known, free: frozenset[str]) -> tuple[Known, frozenset[str]]:
+    """Which parts of lens and shutter stay free for the last adjustment."""
+    adjusted = adjust(block, known, free, final=True)
+    known, free = settle_shutter(block, known, free, posterior_of(adjusted))
+    return known, settle_lens(block, known, free)
+
+
+def _enough(placement: Placement, store: FeatureStore, known: Known, sensor: Sensor, reporter: Reporter) -> Placement:
+    """The placement, or one from geotags and gimbal angles where the mapper found no model."""
+    if placement.mapped.sum() < 3:
+        placement = from_gimbal(placement, store, known, sensor)
+        if placement.mapped.any():
+            reporter.info(
+                f"No mapper found a model; {placement.mapped.sum()} photos start from their geotags and gimbal angles."
+            )
+    if placement.mapped.sum() < 3:
+        raise ReconstructionError(
+            f"No three of the {len(placement.mapped)} photos could be matched with each other and their geotags; they "
+            "overlap too little, are blurred, or the geotags are wrong: look at the photos, fly with 80 % overlap."
+        )
+    return placement
+
+
+def _set_loose(block: Block, known: Known, guess: np.ndarray) -> np.ndarray:
+    """Take out the photos that stand far from a good geotag, to be placed again from there; (N,) bool which."""
+    stray = strays(block, known)
+    guess[stray] = block.rotations[stray]
+    block.unpose(stray)
+    return stray
+
+
+def strays(block: Block, known: Known) -> np.ndarray:
+    """(N,) bool: posed photos that contradict their geotag (:data:`STRAY_SD`, :data:`STRAY_M`); none where a third
+    would: then the geotags are not as good as they state.
+    """
+    off = np.where(block.is_posed[:, None], block.centres, np.nan) - known.xyz
+    with np.errstate(invalid="ignore"):
+        far = np.linalg.norm(off / known.sd, axis=1) > STRAY_SD * np.sqrt(3)
+        found = far & (np.linalg.norm(off, axis=1) > STRAY_M)
+    return found if found.sum() <= MOST_STRAYS * block.is_posed.sum() else np.zeros(len(found), bool)
+
+
+def _join_loose(
+    block: Block,
+    store: FeatureStore,
+    loose: np.ndarray,
+    guess: np.ndarray,
+    known: Known,
+    free: frozenset[str],
+    greys: GreyPhotos,
+    rng: np.random.Generator,
+) -> None:
+    """Tie the loose photos in, as many as can be, those that features tie first."""
+    loose = loose.copy()
     for _ in range(6):
         if not loose.any():
             break
-        joined = _resect(block, store, loose, guess, xyz, sd, rng)
+        joined = _resect(block, store, loose, guess, known, rng)
         if not joined.any():
-            joined = _tie(block, store, loose, guess, xyz, sd, greys, rng)
+            joined = _tie(block, store, loose, guess, known, greys, rng)
         if not joined.any():
             break
         loose &= ~joined
         _retriangulate(block, store)
-        adjust(block, xyz, sd, loss_px=2.0, **full)
-        _refine(block, xyz, sd, 4.0, full)
-    reporter.progress(0.6)
-    for radius in (4.0, 1.5):
-        # Noisier photos (wind, rolling shutter) need a wider search: six times the usual residual.
-        reach = max(radius, 6 * _typical_px(block))
-        extend(block, store, reach)
-        triangulate(block, reach)
-        _refine(block, xyz, sd, reach, full)
-        reporter.progress(0.75 if radius > 2 else 0.85)
-    if _strengthen(block, store, greys, rng):
-        _refine(block, xyz, sd, 3.0, full)
-    # Two rays always meet somewhere along an epipolar line: a point needs three to prove itself, where that leaves
-    # every photo tied.
-    _keep_proven(block)
-    _refine(block, xyz, sd, 2.0, full, strict=True)
-    weak = block.is_posed & (np.bincount(block.image, minlength=len(names)) < MIN_OBSERVATIONS)
-    block.rotations[weak], block.translations[weak] = np.nan, np.nan
-    block.keep(~weak[block.image])
-    lost = [names[i] for i in np.flatnonzero(~block.is_posed)]
-    if lost:
-        reporter.warn(f"{len(lost)} photos could not be tied to the others: {shorten(lost)}.")
-    return block
+        adjust(block, known, free)
+        _refine(block, known, free, 4.0)
 
 
-def from_gimbal(placement: Placement, store: FeatureStore, xyz: np.ndarray, sd: np.ndarray) -> Placement:
+def from_gimbal(placement: Placement, store: FeatureStore, known: Known, sensor: Sensor) -> Placement:
     """First poses from geotags and gimbal angles alone, brought together by their matches, intrinsics held.
 
     For photos with a narrow field of view: there the relative pose of two photos is nearly ambiguous (depth may be
     turned inside out), and mappers that start from pairs reject each other's rotations. Half a degree of gimbal error
     is tens of pixels, so the limit starts wide and closes.
     """
-    known = np.isfinite(placement.translations).all(axis=1) & np.isfinite(xyz).all(axis=1)
-    if known.sum() < 3:
+    placed = np.isfinite(placement.translations).all(axis=1) & np.isfinite(known.xyz).all(axis=1)
+    if placed.sum() < 3:
         return placement
+    sensor = replace(sensor, camera=placement.camera)
     reach_px = 2 * np.tan(np.radians(GIMBAL_REACH_DEG)) * placement.camera.fx
-    held: dict[str, Any] = {
-        "free_focal": False,
-        "free_principal_point": False,
-        "free_distortion": False,
-    }
     rotations, translations = placement.rotations.copy(), placement.translations.copy()
-    rotations[~known], translations[~known] = np.nan, np.nan
-    block = from_matches(store, known, rotations, translations, placement.camera)
+    rotations[~placed], translations[~placed] = np.nan, np.nan
+    block = from_matches(store, placed, rotations, translations, sensor)
     for share in (1.0, 0.3, 0.1):
         # Every match again: what was too far off before may fit now.
-        block = from_matches(store, block.is_posed, block.rotations, block.translations, block.camera)
+        block = from_matches(store, block.is_posed, block.rotations, block.translations, sensor)
         triangulate(block, share * reach_px)
-        adjust(block, xyz, sd, loss_px=max(0.1 * share * reach_px, 2.0), prior_factor=1.0, **held)
+        adjust(block, known, frozenset(), least_sigma_px=max(0.05 * share * reach_px, 1.0))
     triangulate(block, 0.05 * reach_px)
-    tied = block.is_posed & (np.bincount(block.image, minlength=len(known)) >= MIN_OBSERVATIONS)
+    tied = block.is_posed & (np.bincount(block.image, minlength=len(placed)) >= MIN_OBSERVATIONS)
     rotations = np.where(tied[:, None, None], block.rotations, placement.rotations)
     translations = np.where(tied[:, None], block.translations, placement.translations)
     return replace(placement, rotations=rotations, translations=translations, mapped=tied)
 
 
-def _typical_px(block: Block) -> float:
-    """Median reprojection error, pixels; 0.3 when there is nothing to measure."""
-    return float(np.median(np.linalg.norm(block.residuals(), axis=1))) if len(block.point) else 0.3
-
-
-def _refine(block: Block, xyz: np.ndarray, sd: np.ndarray, limit_px: float, full: dict, strict: bool = False) -> None:
-    """Adjust with a loss fitted to the residuals at hand: a few wrong matches at 1 px otherwise bend the focal length.
+def _refine(block: Block, known: Known, free: frozenset[str], limit_px: float, strict: bool = False) -> Adjusted:
+    """Prune by the residuals at hand, then adjust, twice: a few wrong matches otherwise bend the focal length.
 
     strict: for the last adjustment, when every pose is good: residuals beyond three times the median are wrong
-    matches. On ``plot_a`` it
-    took the scatter of breast-height points from 0.10 to 0.03 px.
+    matches. On ``plot_a`` it took the scatter of breast-height points from 0.10 to 0.03 px.
     """
-    gate, least, scale, floor = (3.0, 0.4, 0.9, 0.1) if strict else (6.0, 0.5, 1.5, 0.15)
-    typical = _typical_px(block)
+    gate, least = (3.0, 0.4) if strict else (6.0, 0.5)
+    typical = typical_px(block)
     for _ in range(2):
         limit = max(gate * typical, least)
         prune(block, limit if strict else min(limit_px, limit))
-        adjust(block, xyz, sd, loss_px=max(scale * typical, floor), **full)
-        typical = typical if strict else _typical_px(block)
+        adjusted = adjust(block, known, free, final=strict, iterations=30 if strict else 12)
+        typical = typical if strict else typical_px(block)
+    return adjusted
 
 
 def _keep_proven(block: Block, enough: int = 40) -> None:
@@ -170,12 +241,12 @@ def _keep_proven(block: Block, enough: int = 40) -> None:
 
 
 def from_matches(
-    store: FeatureStore, photos: np.ndarray, rotations: np.ndarray, translations: np.ndarray, camera: Camera
+    store: FeatureStore, photos: np.ndarray, rotations: np.ndarray, translations: np.ndarray, sensor: Sensor
 ) -> Block:
     """Block of the verified matches between these photos; points not placed yet."""
     image, key, track = build_tracks(store.keypoints, store.matches, photos)
     return Block(
-        camera,
+        sensor,
         rotations.copy(),
         translations.copy(),
         store.keypoints,
@@ -191,15 +262,14 @@ def _resect(
     store: FeatureStore,
     loose: np.ndarray,
     guess: np.ndarray,
-    xyz: np.ndarray,
-    sd: np.ndarray,
+    known: Known,
     rng: np.random.Generator,
 ) -> np.ndarray:
     """Turn each loose photo, standing at its geotag, until known points fall on its features; returns who succeeded."""
     joined = np.zeros(len(loose), bool)
     focal = block.camera.fx
     for i in np.flatnonzero(loose).tolist():
-        rotation, translation, inliers = guess[i], -guess[i] @ xyz[i], np.zeros(0, bool)
+        rotation, translation, inliers = guess[i], -guess[i] @ known.xyz[i], np.zeros(0, bool)
         # A strict ratio in the wide circle (few, mostly right), then a lax one in a narrow circle.
         for radius, ratio, tolerance_px, share in (
             (np.tan(np.radians(GIMBAL_REACH_DEG)) * focal, 0.75, 6.0, 0.3),
@@ -208,14 +278,12 @@ def _resect(
         ):
             found = find_points(block, store.descriptors, i, rotation, translation, radius, ratio)
             pixels = store.keypoints[i][found.key]
-            x, y = block.camera.undistort(pixels[:, 0], pixels[:, 1])
-            rays = np.column_stack([x, y, np.ones_like(x)])
-            rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-            tolerance = (tolerance_px + _slack_px(block, xyz[i], sd[i])) / focal
+            rays = block.sensor.directions(pixels, i)
+            tolerance = (tolerance_px + _slack_px(block, known, i)) / focal
             turned = turn_to_points(
-                block.points[found.point],
+                block.moved(i, block.points[found.point], pixels),
                 rays,
-                xyz[i],
+                known.xyz[i],
                 tolerance,
                 rng,
                 near=guess[i],
@@ -224,7 +292,7 @@ def _resect(
             inliers = np.zeros(0, bool) if turned is None else turned[1]
             if turned is None or inliers.sum() < 6 or inliers.mean() < share:
                 break
-            rotation, translation = turned[0], -turned[0] @ xyz[i]
+            rotation, translation = turned[0], -turned[0] @ known.xyz[i]
         else:
             if inliers.sum() >= MIN_OBSERVATIONS:
                 joined[i] = True
@@ -261,8 +329,7 @@ def _tie(
     store: FeatureStore,
     loose: np.ndarray,
     guess: np.ndarray,
-    xyz: np.ndarray,
-    sd: np.ndarray,
+    known: Known,
     greys: GreyPhotos,
     rng: np.random.Generator,
 ) -> np.ndarray:
@@ -274,13 +341,13 @@ def _tie(
     posed = np.flatnonzero(block.is_posed)
     for i in np.flatnonzero(loose).tolist():
         tied = tie_photo(
-            block, greys, i, guess[i], xyz[i], posed, ground, GIMBAL_REACH_DEG, _slack_px(block, xyz[i], sd[i]), rng
+            block, greys, i, guess[i], known.xyz[i], posed, ground, GIMBAL_REACH_DEG, _slack_px(block, known, i), rng
         )
         if tied is None:
             continue
         rotation, ties = tied
         joined[i] = True
-        block.rotations[i], block.translations[i] = rotation, -rotation @ xyz[i]
+        block.rotations[i], block.translations[i] = rotation, -rotation @ known.xyz[i]
         _add_ties(block, store, i, ties, rng)
     return joined
 
@@ -309,10 +376,10 @@ def _new_keypoints(store: FeatureStore, i: int, pixels: np.ndarray, rng: np.rand
     return first + np.arange(len(pixels))
 
 
-def _slack_px(block: Block, xyz: np.ndarray, sd: np.ndarray) -> float:
+def _slack_px(block: Block, known: Known, i: int) -> float:
     """Pixels by which an uncertain position moves the picture, beyond what a rotation takes up."""
-    distance = max(float(np.median(np.linalg.norm(block.points - xyz, axis=1))), 1.0)
-    return min(0.5 * block.camera.fx * float(np.linalg.norm(sd)) / distance, 30.0)
+    distance = max(float(np.median(np.linalg.norm(block.points - known.xyz[i], axis=1))), 1.0)
+    return min(0.5 * block.camera.fx * float(np.linalg.norm(known.sd[i])) / distance, 30.0)
 
 
 def _append(block: Block, other: Block) -> None:
@@ -332,7 +399,7 @@ def _add(block: Block, i: int, point: np.ndarray, key: np.ndarray) -> None:
 
 def _retriangulate(block: Block, store: FeatureStore) -> None:
     """Add the points that verified matches between posed photos give and the block does not have yet."""
-    fresh = from_matches(store, block.is_posed, block.rotations, block.translations, block.camera)
+    fresh = from_matches(store, block.is_posed, block.rotations, block.translations, block.sensor)
     used = _codes(block)
     taken = np.isin(_codes(fresh), used)
     # A track of which any keypoint is already known would only double it.

@@ -10,12 +10,13 @@ import numpy as np
 from ..core.crs import LocalFrame
 from ..core.errors import InputError
 from ..core.files import atomic_folder, read_json, write_json
-from .adjustment import camera_from_colmap, to_colmap
 from .cameras import View
+from .colmap import camera_from_colmap, to_colmap
 from .tracks import Block
 
 FRAME = "frame.json"
 REPORT = "report.json"
+CAMERA = "camera.json"
 #: COLMAP's files of a model.
 MODEL_FILES = ("cameras.bin", "images.bin", "points3D.bin", "rigs.bin", "frames.bin")
 
@@ -38,15 +39,24 @@ def save_model(
     flights: np.ndarray,
     frame: LocalFrame,
     report: dict,
+    calibration: dict,
 ) -> None:
-    """Write the folder as a whole: the old one is replaced only when the new one is complete."""
+    """Write the folder as a whole: the old one is replaced only when the new one is complete.
+
+    calibration: ``camera.json``, what :func:`.calibration.calibration_of` takes for another flight of the camera.
+    """
     model = to_colmap(block, names, point_colours(block, paths))
     model.update_point_3d_errors()
     with atomic_folder(sfm_folder) as temporary:
         model.write_binary(str(temporary))
         frame.save(temporary / FRAME)
+        write_json(temporary / CAMERA, calibration)
         posed = np.flatnonzero(block.is_posed)
-        write_json(temporary / REPORT, {**report, "flights": {names[i]: int(flights[i]) for i in posed}})
+        more: dict = {"flights": {names[i]: int(flights[i]) for i in posed}}
+        travel = block.sensor.travel_m
+        if travel.any():
+            more["readout_travel_m"] = {names[i]: [round(float(v), 5) for v in travel[i]] for i in posed}
+        write_json(temporary / REPORT, {**report, **more})
 
 
 def point_colours(block: Block, paths: list[Path]) -> np.ndarray:
@@ -90,7 +100,7 @@ def load_views(sfm_folder: Path, photos_folder: Path) -> tuple[LocalFrame, list[
     model = _open(sfm_folder)
     frame = LocalFrame.load(Path(sfm_folder) / FRAME)
     report = read_json(Path(sfm_folder) / REPORT) if (Path(sfm_folder) / REPORT).exists() else {}
-    flights = report.get("flights", {})
+    flights, travels = report.get("flights", {}), report.get("readout_travel_m", {})
     views = []
     for image in model.images.values():
         if not image.has_pose:
@@ -105,9 +115,8 @@ def load_views(sfm_folder: Path, photos_folder: Path) -> tuple[LocalFrame, list[
         except ValueError as problem:
             raise InputError(f"{sfm_folder}: {problem}.") from None
         pose = image.cam_from_world().matrix()
-        views.append(
-            View(image.name, path, camera, pose[:, :3].copy(), pose[:, 3].copy(), int(flights.get(image.name, 0)))
-        )
+        flight, travel = int(flights.get(image.name, 0)), np.array(travels.get(image.name, np.zeros(3)), float)
+        views.append(View(image.name, path, camera, pose[:, :3].copy(), pose[:, 3].copy(), flight, travel))
     return frame, sorted(views, key=lambda view: view.name)
 
 

@@ -17,9 +17,12 @@ from ..core.files import fingerprint
 from ..core.machine import available_threads
 from ..core.progress import Reporter
 from ..core.settings import param
+from ..geotags.control import ControlPoints
 from ..geotags.photos import read_photo
+from ..geotags.readout import Readout, readout_of
 from ..geotags.stations import Stations
-from .calibration import Calibration, calibration_of
+from .adjustment import Known
+from .calibration import Calibration, calibration_of, calibration_record
 from .checks import check_block
 from .features import FeatureStore, count_rows, run_task
 from .georeference import place_photos
@@ -30,6 +33,7 @@ from .matching import match_pairs
 from .model import save_model
 from .pairs import ground_below, select_pairs
 from .poses import rotation_from_gimbal
+from .shutter import free_shutter, lens_sd, sensor_of
 
 #: Photos with fewer pixels give too few features at their own size.
 SMALL_PHOTO_PX = 900_000
@@ -65,6 +69,8 @@ def reconstruct_photos(
     sfm_folder: Path,
     reporter: Reporter | None = None,
     plugin: Plugin | None = None,
+    control: ControlPoints | None = None,
+    calibration_file: Path | None = None,
 ) -> dict[str, Any]:
     """Structure from motion in the project CRS; writes ``sfm_folder`` and returns its report.
 
@@ -72,7 +78,8 @@ def reconstruct_photos(
         stations: from :func:`~treedgs_geo.geotags.reading.read_stations`. sfm_folder: replaced as a whole on success;
         features and matches are
             kept in ``cache/`` beside it while the work goes on, so that a stopped run resumes. plugin: a learned
-            matcher whose matches are used beside SIFT's.
+            matcher whose matches are used beside SIFT's. control: ground control and check points. calibration_file:
+            ``camera.json`` of an earlier reconstruction with this camera.
 
     Raises:
         ReconstructionError: too few photos register, or the result contradicts geotags, calibration or flying height.
@@ -87,7 +94,7 @@ def reconstruct_photos(
     sfm_folder = Path(sfm_folder)
     # A plug-in that cannot be loaded must not be found out after an hour of matching.
     matcher = load_matcher(plugin) if plugin else None
-    calibration = calibration_of([read_photo(stations.paths[0])])
+    calibration = calibration_of([read_photo(stations.paths[0])], calibration_file)
     frame = LocalFrame.around(stations.crs, stations.xyz[stations.is_placed])
     ground = ground_below(stations.xyz, stations.relative_altitude_m)
     if np.isfinite(ground):
@@ -111,7 +118,13 @@ def reconstruct_photos(
     timing["matching"] = time.monotonic() - began - sum(timing.values())
     store = FeatureStore(database, stations.names)
 
-    free = _free_parameters(rotations, xyz, stations)
+    free = _free_lens(rotations, xyz, stations, control)
+    readout = _readout(stations, calibration)
+    known = Known(xyz, stations.sd, calibration.camera, lens_sd(calibration), control=_local(control, frame))
+    height = np.nanmedian(xyz[:, 2]) - ground if np.isfinite(ground) else 80.0
+    known, sensor, shutter = free_shutter(
+        known, sensor_of(stations, calibration.camera), stations, readout, float(height)
+    )
     with reporter.stage("mapping", 0.75, 0.85):
         placement = place_photos(
             database,
@@ -120,23 +133,24 @@ def reconstruct_photos(
             calibration,
             xyz,
             rotations,
-            free["focal"],
+            "focal" in free,
             options.seed,
             reporter,
         )
     timing["mapping"] = time.monotonic() - began - sum(timing.values())
     with reporter.stage("adjustment", 0.85, 1.0):
-        block = join_photos(placement, store, stations, xyz, free, reporter)
+        joined = join_photos(placement, store, stations, known, sensor, free | shutter, reporter)
     timing["adjustment"] = time.monotonic() - began - sum(timing.values())
 
-    report = check_block(block, stations, xyz, calibration, free, reporter)
+    report = check_block(joined, stations, calibration, readout, reporter)
     report |= {
         "seconds": round(time.monotonic() - began, 1),
         "stage_seconds": {k: round(v, 1) for k, v in timing.items()},
         "pairs": len(pairs),
         "matches": int(sum(len(m) for m in store.matches.values())),
     }
-    save_model(sfm_folder, block, stations.names, stations.paths, stations.flight, frame, report)
+    record = calibration_record(read_photo(stations.paths[0]).model, joined.block.sensor, report["shared_sd"])
+    save_model(sfm_folder, joined.block, stations.names, stations.paths, stations.flight, frame, report, record)
     if not options.keep_cache:
         shutil.rmtree(cache, ignore_errors=True)
         if not any(cache.parent.iterdir()):
@@ -161,11 +175,13 @@ def gimbal_rotations(stations: Stations) -> np.ndarray:
     return rotations
 
 
-def _free_parameters(rotations: np.ndarray, xyz: np.ndarray, stations: Stations) -> dict[str, bool]:
-    """Which intrinsics the flight can determine.
+def _free_lens(
+    rotations: np.ndarray, xyz: np.ndarray, stations: Stations, control: ControlPoints | None
+) -> frozenset[str]:
+    """Which intrinsics the flight can determine (:data:`.adjustment.PARTS`).
 
     Nadir photos from one height cannot tell focal length from height (a 19 % error hid in 1 % of reprojection error,
-    ``docs/analyst/reconstruction.md``); obliques, or two heights with centimetre geotags, can.
+    ``docs/analyst/reconstruction.md``); obliques, two heights with centimetre geotags, or control points can.
     """
     axis = rotations[:, 2, 2]
     known = np.isfinite(axis)
@@ -177,8 +193,20 @@ def _free_parameters(rotations: np.ndarray, xyz: np.ndarray, stations: Stations)
         if np.isfinite(stations.relative_altitude_m).any()
         else False
     )
-    enough = bool(oblique.sum() >= 8 or (precise and two_heights))
-    return {"focal": enough, "principal_point": enough, "distortion": True}
+    surveyed = control is not None and int((~control.is_check).sum()) >= 3 and precise
+    enough = bool(oblique.sum() >= 8 or (precise and two_heights) or surveyed)
+    return frozenset({"radial", "tangential", *({"focal", "aspect", "principal_point", "drift"} if enough else ())})
+
+
+def _readout(stations: Stations, calibration: Calibration) -> Readout:
+    """Readout time by the camera's own calibration file, or by metadata and tables."""
+    if np.isfinite(calibration.readout_s) and calibration.readout_sd_s > 0:
+        return Readout(calibration.readout_s, calibration.readout_sd_s, "calibration file")
+    return readout_of([read_photo(path) for path in stations.paths[:: max(len(stations) // 5, 1)]])
+
+
+def _local(control: ControlPoints | None, frame: LocalFrame) -> ControlPoints | None:
+    return None if control is None else replace(control, xyz=frame.to_local(control.xyz))
 
 
 def _cache_folder(stations: Stations, options: ReconstructOptions, sfm_folder: Path, plugin: Plugin | None) -> Path:

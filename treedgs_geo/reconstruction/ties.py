@@ -100,13 +100,13 @@ def find_ties(
         for v in rows:
             # Ground below a coarse grid of the window; the warp between is smooth.
             du, dv = np.meshgrid(np.linspace(-HALF, HALF, 7), np.linspace(-HALF, HALF, 7))
-            surface = _on_ground(block, u + du.ravel(), v + dv.ravel(), rotation, centre, ground)
+            surface = _on_ground(block, i, np.column_stack([u + du.ravel(), v + dv.ravel()]), rotation, centre, ground)
             if surface is None:
                 continue
             left, top = int(round(u)) - HALF, int(round(v)) - HALF
             window = target[top : top + 2 * HALF + 2 * reach_px, left : left + 2 * HALF + 2 * reach_px]
             for r in references:
-                seen = _project(block, r, surface)
+                seen = block.project(r, surface)
                 if (
                     not np.isfinite(seen).all()
                     or seen.min() < 2
@@ -120,13 +120,13 @@ def find_ties(
                 if peak is None:
                     continue
                 centre_pixel = np.array([left + HALF, top + HALF], float)
-                spot = _on_ground(block, centre_pixel[:1], centre_pixel[1:], rotation, centre, ground)
+                spot = _on_ground(block, i, centre_pixel[None], rotation, centre, ground)
                 if spot is None:
                     continue
                 pixels.append(centre_pixel + peak - reach_px)
                 points.append(spot[0])
                 sources.append(r)
-                source_pixels.append(_project(block, r, spot)[0])
+                source_pixels.append(block.project(r, spot)[0])
     return Ties(
         np.array(pixels).reshape(-1, 2),
         np.array(points).reshape(-1, 3),
@@ -167,11 +167,9 @@ def tie_photo(
         ties = find_ties(block, greys, i, rotation, centre, references, ground, reach, sigmas)
         if len(ties.pixels) < least:
             return None
-        x, y = block.camera.undistort(ties.pixels[:, 0], ties.pixels[:, 1])
-        rays = np.column_stack([x, y, np.ones_like(x)])
-        rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+        rays, moved = block.sensor.directions(ties.pixels, i), block.moved(i, ties.points, ties.pixels)
         turned = turn_to_points(
-            ties.points, rays, centre, (tolerance + slack_px) / focal, rng, near=guess, max_turn_deg=2 * reach_deg
+            moved, rays, centre, (tolerance + slack_px) / focal, rng, near=guess, max_turn_deg=2 * reach_deg
         )
         if turned is None or turned[1].sum() < least or turned[1].mean() < 0.2:
             return None
@@ -180,25 +178,17 @@ def tie_photo(
 
 
 def _on_ground(
-    block: Block, u: np.ndarray, v: np.ndarray, rotation: np.ndarray, centre: np.ndarray, ground: Callable
+    block: Block, i: int, pixels: np.ndarray, rotation: np.ndarray, centre: np.ndarray, ground: Callable
 ) -> np.ndarray | None:
-    x, y = block.camera.undistort(np.asarray(u, float), np.asarray(v, float))
-    rays = np.column_stack([x, y, np.ones_like(x)]) @ rotation
+    rays = block.sensor.directions(pixels, i) @ rotation
     if (rays[:, 2] > -0.2).any():
         return None
+    origin = centre + block.sensor.share(pixels[:, 1])[:, None] * block.sensor.travel_m[i]
     z = np.full(len(rays), float(np.median(block.points[:, 2])))
     for _ in range(4):
-        spots = centre + ((z - centre[2]) / rays[:, 2])[:, None] * rays
+        spots = origin + ((z - origin[:, 2]) / rays[:, 2])[:, None] * rays
         z = ground(spots[:, :2])
-    return centre + ((z - centre[2]) / rays[:, 2])[:, None] * rays
-
-
-def _project(block: Block, i: int, points: np.ndarray) -> np.ndarray:
-    local = points @ block.rotations[i].T + block.translations[i]
-    x, y = block.camera.distort(local[:, 0] / local[:, 2], local[:, 1] / local[:, 2])
-    pixels = np.column_stack([block.camera.fx * x + block.camera.cx, block.camera.fy * y + block.camera.cy])
-    pixels[local[:, 2] <= 0] = np.nan
-    return pixels
+    return origin + ((z - origin[:, 2]) / rays[:, 2])[:, None] * rays
 
 
 def _fill(coarse: np.ndarray) -> np.ndarray:

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numba
 import numpy as np
 
-from .cameras import Camera
+from .cameras import Camera, View
+from .sensor import Sensor
 
 
 @dataclass
 class Block:
     """The photogrammetric block.
 
-    camera: shared intrinsics. rotations (N, 3, 3), translations (N, 3): world -> camera, NaN where a photo has no pose.
+    sensor: the lens and shutter of its photos. rotations (N, 3, 3), translations (N, 3): world -> camera at the middle
+    row, NaN where a photo has no pose.
     keypoints: per photo (K, 2) pixels. points: (P, 3) local metres. image, key, point: (M,) int, one row an
     observation.
     """
 
-    camera: Camera
+    sensor: Sensor
     rotations: np.ndarray
     translations: np.ndarray
     keypoints: list[np.ndarray]
@@ -27,6 +30,11 @@ class Block:
     image: np.ndarray
     key: np.ndarray
     point: np.ndarray
+
+    @property
+    def camera(self) -> Camera:
+        """Intrinsics of the first flight."""
+        return self.sensor.camera
 
     @property
     def is_posed(self) -> np.ndarray:
@@ -45,15 +53,49 @@ class Block:
 
     def residuals(self) -> np.ndarray:
         """(M, 2) predicted minus observed pixels; NaN behind the camera."""
-        local = (
-            np.einsum("mij,mj->mi", self.rotations[self.image], self.points[self.point]) + self.translations[self.image]
+        sensor, observed = self.sensor, self.observed()
+        share = sensor.share(observed[:, 1])
+        places = self.points[self.point] - share[:, None] * sensor.travel_m[self.image]
+        local = np.einsum("mij,mj->mi", self.rotations[self.image], places) + self.translations[self.image]
+        return sensor.to_pixels(local, self.image) - observed
+
+    def standing_still(self) -> np.ndarray:
+        """(M, 2) pixels by which observations would move if the cameras stood still while they were read."""
+        local = np.einsum("mij,mj->mi", self.rotations[self.image], self.points[self.point])
+        still = self.sensor.to_pixels(local + self.translations[self.image], self.image)
+        return still - self.observed() - self.residuals()
+
+    def rays(self) -> tuple[np.ndarray, np.ndarray]:
+        """(M, 3) where the camera stood when each observation was read, and (M, 3) unit directions."""
+        observed = self.observed()
+        rays = np.einsum("mji,mj->mi", self.rotations[self.image], self.sensor.directions(observed, self.image))
+        share = self.sensor.share(observed[:, 1])
+        return self.centres[self.image] + share[:, None] * self.sensor.travel_m[self.image], rays
+
+    def project(self, i: int, points: np.ndarray) -> np.ndarray:
+        """(K, 2) pixels of (K, 3) points in photo i; NaN behind the camera."""
+        return self.view(i).project(points)[0]
+
+    def moved(self, i: int, points: np.ndarray, pixels: np.ndarray) -> np.ndarray:
+        """(K, 3) points less what photo i moved when it read their rows: as a camera that stands still sees them."""
+        return points - self.sensor.share(pixels[:, 1])[:, None] * self.sensor.travel_m[i]
+
+    def view(self, i: int, rotation: np.ndarray | None = None, translation: np.ndarray | None = None) -> View:
+        """Photo i as a view, at its own or another pose."""
+        return View(
+            str(i),
+            Path(),
+            self.sensor.camera_of(i),
+            self.rotations[i] if rotation is None else rotation,
+            self.translations[i] if translation is None else translation,
+            int(self.sensor.flight[i]),
+            self.sensor.travel_m[i],
         )
-        with np.errstate(divide="ignore", invalid="ignore"):
-            x, y = self.camera.distort(local[:, 0] / local[:, 2], local[:, 1] / local[:, 2])
-        camera = self.camera
-        predicted = np.column_stack([camera.fx * x + camera.cx, camera.fy * y + camera.cy])
-        predicted[local[:, 2] <= 0] = np.nan
-        return predicted - self.observed()
+
+    def unpose(self, photos: np.ndarray) -> None:
+        """Take the poses and observations of some photos, (N,) bool, out of the block."""
+        self.rotations[photos], self.translations[photos] = np.nan, np.nan
+        self.keep(~photos[self.image])
 
     def keep(self, mask: np.ndarray, min_views: int = 2) -> None:
         """Keep these observations, then only points with ``min_views`` of them left; renumber the points."""
@@ -131,7 +173,7 @@ def triangulate(block: Block, limit_px: float, min_angle_deg: float = 1.5, round
     for _ in range(rounds):
         if not len(block.point):
             return
-        _intersect(block)
+        intersect(block)
         error = np.linalg.norm(block.residuals(), axis=1)
         error[~np.isfinite(error)] = 1e9
         worst = np.zeros(len(block.points))
@@ -142,21 +184,15 @@ def triangulate(block: Block, limit_px: float, min_angle_deg: float = 1.5, round
         block.keep(~bad)
     if not len(block.point):
         return
-    _intersect(block)
+    intersect(block)
     error = np.linalg.norm(block.residuals(), axis=1)
     block.keep(np.isfinite(error) & (error <= limit_px))
     block.keep(widest_angle_deg(block)[block.point] >= min_angle_deg)
 
 
-def _rays(block: Block) -> np.ndarray:
-    observed = block.observed()
-    x, y = block.camera.undistort(observed[:, 0], observed[:, 1])
-    rays = np.einsum("mji,mj->mi", block.rotations[block.image], np.column_stack([x, y, np.ones_like(x)]))
-    return rays / np.linalg.norm(rays, axis=1, keepdims=True)
-
-
-def _intersect(block: Block) -> None:
-    rays, centres = _rays(block), block.centres[block.image]
+def intersect(block: Block) -> None:
+    """Place the block's points where their rays pass nearest, weighted with 1 / range."""
+    centres, rays = block.rays()
     count = len(block.points)
     weight = np.ones(len(rays))
     for _ in range(2):
@@ -174,7 +210,7 @@ def widest_angle_deg(block: Block) -> np.ndarray:
     """(P,) twice the largest angle between a ray and the mean ray of its point: close to the widest angle of
     intersection.
     """
-    rays = _rays(block)
+    _, rays = block.rays()
     mean = np.zeros((len(block.points), 3))
     np.add.at(mean, block.point, rays)
     mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-12)

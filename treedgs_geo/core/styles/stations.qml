@@ -537,6 +537,34 @@
         </config>
       </editWidget>
     </field>
+    <field name="v_e_m_s" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
+    <field name="v_n_m_s" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
+    <field name="v_u_m_s" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
+    <field name="v_source" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Photo" field="name" index="0"/>
@@ -553,6 +581,10 @@
     <alias name="Roll [°]" field="roll_deg" index="11"/>
     <alias name="Height above take-off [m]" field="rel_alt_m" index="12"/>
     <alias name="Note" field="note" index="13"/>
+    <alias name="Velocity east [m/s]" field="v_e_m_s" index="14"/>
+    <alias name="Velocity north [m/s]" field="v_n_m_s" index="15"/>
+    <alias name="Velocity up [m/s]" field="v_u_m_s" index="16"/>
+    <alias name="Source of the velocity" field="v_source" index="17"/>
   </aliases>
   <defaults>
     <default expression="" field="name" applyOnUpdate="0"/>
@@ -569,6 +601,10 @@
     <default expression="" field="roll_deg" applyOnUpdate="0"/>
     <default expression="" field="rel_alt_m" applyOnUpdate="0"/>
     <default expression="" field="note" applyOnUpdate="0"/>
+    <default expression="" field="v_e_m_s" applyOnUpdate="0"/>
+    <default expression="" field="v_n_m_s" applyOnUpdate="0"/>
+    <default expression="" field="v_u_m_s" applyOnUpdate="0"/>
+    <default expression="" field="v_source" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="name" notnull_strength="0" constraints="0"/>
@@ -585,6 +621,10 @@
     <constraint unique_strength="0" exp_strength="0" field="roll_deg" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="rel_alt_m" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="note" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="v_e_m_s" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="v_n_m_s" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="v_u_m_s" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="v_source" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="name" exp=""/>
@@ -601,6 +641,10 @@
     <constraint desc="" field="roll_deg" exp=""/>
     <constraint desc="" field="rel_alt_m" exp=""/>
     <constraint desc="" field="note" exp=""/>
+    <constraint desc="" field="v_e_m_s" exp=""/>
+    <constraint desc="" field="v_n_m_s" exp=""/>
+    <constraint desc="" field="v_u_m_s" exp=""/>
+    <constraint desc="" field="v_source" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">

@@ -1,0 +1,295 @@
+"""The bundle adjustment on small exact blocks: lens, rolling shutter, control points, and what it claims to know."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from synthetic_block import CAMERA, LENS, block_of, known_of, ring
+
+from treedgs_geo.core.errors import ReconstructionError
+from treedgs_geo.geotags.control import ControlPoints
+from treedgs_geo.reconstruction import bundle_kernels as kernels
+from treedgs_geo.reconstruction.adjustment import adjust
+from treedgs_geo.reconstruction.bundle import State, camera_of, shared_of
+from treedgs_geo.reconstruction.cameras import Camera, View
+from treedgs_geo.reconstruction.control import align_to_control, control_residuals, rms_of
+from treedgs_geo.reconstruction.joining import strays
+from treedgs_geo.reconstruction.poses import rotation_from_gimbal
+from treedgs_geo.reconstruction.posterior import SYSTEMATIC, posterior_of
+from treedgs_geo.reconstruction.sensor import Sensor
+from treedgs_geo.reconstruction.tracks import Block
+
+SHUTTER = frozenset({"readout"})
+
+
+def _flight() -> list[View]:
+    return ring(12) + ring(9, 80.0, -75.0)
+
+
+def _scene(
+    seed: int, noise_px: float = 0.2, views: list[View] | None = None, points: int = 400
+) -> tuple[Block, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    block = block_of(views or _flight(), rng.uniform([-15, -15, 0], [15, 15, 6], (points, 3)), noise_px, rng)
+    return block, block.centres.copy()
+
+
+def _rolling(speed_m_s: float, readout_s: float, seed: int = 0) -> tuple[list[View], np.ndarray]:
+    """Views of a camera that flies while it reads, and their velocities."""
+    rng = np.random.default_rng(seed)
+    way = rng.normal(size=(21, 3)) * [1, 1, 0.1]
+    velocity = speed_m_s * way / np.linalg.norm(way, axis=1, keepdims=True)
+    views = [replace(view, readout_travel_m=readout_s * v) for view, v in zip(_flight(), velocity, strict=True)]
+    return views, velocity
+
+
+def test_derivatives_are_those_of_the_residuals() -> None:
+    rng = np.random.default_rng(7)
+    camera = Camera(1280, 960, 1900.0, 1905.0, 645.0, 476.0, -0.1, 0.05, 0.001, -0.0007, -0.02)
+    views, velocity = _rolling(4.0, 0.02)
+    views = [replace(view, camera=camera) for view in views]
+    block = block_of(views, rng.uniform([-15, -15, 0], [15, 15, 6], (30, 3)), 0.0, rng)
+    flight = np.arange(len(views)) % 2
+    image, point, pixels = block.image, block.point, block.observed()
+    seen = kernels.Seen(image, point, pixels, pixels[:, 1] / 960 - 0.5, flight)
+    # Off the solution, so that nothing cancels.
+    state = State(
+        shared_of(camera, 0.015),
+        np.array([0.0, 3e-3]),
+        block.rotations,
+        block.centres + rng.normal(0, 0.1, (len(views), 3)),
+        rng.normal(0, 0.02, (len(views), 3)),
+        block.points + rng.normal(0, 0.1, block.points.shape),
+    )
+
+    def linear(x: State) -> list[np.ndarray]:
+        out = [np.zeros((len(image), 2, *size)) for size in ((), (9,), (11,), (3,))]
+        kernels.linearise(
+            kernels.Model(x.shared, x.drift, x.rotations, x.centres, x.travel, x.points, velocity), seen, *out
+        )
+        return out
+
+    residual, by_pose, by_shared, by_point = linear(state)
+    step = 1e-6
+    for k in range(10):
+        moved = replace(state, shared=state.shared + step * (np.arange(10) == k))
+        np.testing.assert_allclose((linear(moved)[0] - residual) / step, by_shared[:, :, k], rtol=1e-4, atol=2e-2)
+    np.testing.assert_allclose(
+        (linear(replace(state, drift=state.drift + [0, step]))[0] - residual) / step, by_shared[:, :, 10], rtol=1e-4
+    )
+    for axis in range(3):
+        unit = step * (np.arange(3) == axis)
+        for name, place in (("centres", 3), ("travel", 6)):
+            moved = replace(state, **{name: getattr(state, name) + unit})
+            np.testing.assert_allclose(
+                (linear(moved)[0] - residual) / step, by_pose[:, :, place + axis], rtol=1e-4, atol=1e-3
+            )
+        turn = Rotation.from_rotvec(unit).as_matrix()
+        found = (linear(replace(state, rotations=turn @ state.rotations))[0] - residual) / step
+        np.testing.assert_allclose(found, by_pose[:, :, axis], rtol=1e-3, atol=0.5)
+        found = (linear(replace(state, points=state.points + unit))[0] - residual) / step
+        np.testing.assert_allclose(found, by_point[:, :, axis], rtol=1e-4, atol=1e-3)
+
+
+def test_shared_parameters_and_cameras_are_the_same() -> None:
+    camera = Camera(1280, 960, 1900.0, 1905.0, 645.0, 476.0, -0.1, 0.05, 0.001, -0.0007, -0.02)
+    again = camera_of(shared_of(camera, 0.01), camera)
+    np.testing.assert_allclose([again.fx, again.fy, *again.distortion], [1900, 1905, *camera.distortion], rtol=1e-12)
+
+
+def test_adjustment_frees_focal_and_principal_point() -> None:
+    rng = np.random.default_rng(1)
+    block, truth = _scene(1)
+    tags = truth + rng.normal(0, 0.02, truth.shape)
+    tags[3] += [1.5, 0, 0]
+    for i in range(len(truth)):
+        wobble = rotation_from_gimbal(*rng.normal(0, 0.2, 3)) @ rotation_from_gimbal(0, 0, 0).T
+        block.rotations[i] = wobble @ block.rotations[i]
+        block.translations[i] = -block.rotations[i] @ tags[i]
+    start = Camera(1280, 960, 1880.0, 1880.0, 640.0, 480.0)
+    block.sensor = replace(block.sensor, camera=start)
+    known = known_of(tags, 0.02, start)
+    for _ in range(2):
+        adjusted = adjust(block, known, LENS)
+    assert adjusted.sigma_px == pytest.approx(0.2, rel=0.1)
+    assert block.camera.fx == pytest.approx(1900, abs=1.5) and block.camera.cx == pytest.approx(645, abs=1.5)
+    error = np.linalg.norm(block.centres - truth, axis=1)
+    assert error[3] < 0.1 and np.sqrt(np.mean(error**2)) < 0.05
+    assert np.flatnonzero(strays(block, known)).tolist() == [3], "the wrong geotag is found, and only that"
+
+
+def test_adjustments_repeat_to_the_bit() -> None:
+    poses = []
+    for _ in range(2):
+        block, truth = _scene(1, 0.3, ring(30), 1500)
+        tags = truth + np.random.default_rng(2).normal(0, 0.05, truth.shape)
+        adjust(block, known_of(tags, 0.05), LENS, iterations=6)
+        assert len(block.image) > 25_000
+        poses.append(np.concatenate([block.translations.ravel(), block.rotations.ravel(), block.points.ravel()]))
+    np.testing.assert_array_equal(poses[0], poses[1])
+
+
+def test_a_block_without_points_is_refused_in_a_sentence() -> None:
+    block, truth = _scene(2, views=ring(6), points=40)
+    block.points, block.image, block.key, block.point = block.points[:0], *[np.zeros(0, int)] * 3
+    with pytest.raises(ReconstructionError, match="fly with 80 % overlap"):
+        adjust(block, known_of(truth, 0.02), frozenset())
+
+
+@pytest.mark.parametrize("readout_s", [0.0, 0.01, 0.03])
+def test_the_readout_time_is_found_and_without_it_the_block_is_wrong(readout_s: float) -> None:
+    views, velocity = _rolling(4.0, readout_s)
+    errors = {}
+    for name, free in (("found", LENS | SHUTTER), ("ignored", LENS)):
+        block, truth = _scene(3, 0.2, views)
+        tags = truth + np.random.default_rng(4).normal(0, 0.02, truth.shape)
+        count = len(views)
+        block.sensor = replace(Sensor.fixed(CAMERA, count), velocity_m_s=velocity)
+        known = known_of(tags, 0.02, readout_sd_s=0.02)
+        for _ in range(2):
+            adjusted = adjust(block, known, free, final=True)
+        errors[name] = float(np.sqrt(np.mean((block.centres - truth) ** 2)))
+        if name == "found":
+            posterior = posterior_of(adjusted)
+            off = block.sensor.readout_s - readout_s
+            assert abs(off) < max(2 * posterior.shared_sd[kernels.READOUT], 2e-4)
+            assert adjusted.sigma_px == pytest.approx(0.2, rel=0.1)
+    assert errors["found"] < 0.02
+    if readout_s >= 0.03:
+        assert errors["ignored"] > 1.5 * errors["found"]
+
+
+def test_movements_without_known_speeds_are_found_photo_by_photo() -> None:
+    views, _ = _rolling(4.0, 0.03)
+    block, truth = _scene(5, 0.2, views)
+    travel = block.sensor.travel_m.copy()
+    block.sensor = Sensor.fixed(CAMERA, len(views))
+    tags = truth + np.random.default_rng(6).normal(0, 0.02, truth.shape)
+    for _ in range(2):
+        adjust(block, known_of(tags, 0.02, travel_sd_m=0.1), LENS | {"travel"}, final=True)
+    assert np.sqrt(np.mean((block.sensor.travel_m - travel)[:, :2] ** 2)) < 0.25 * np.sqrt(np.mean(travel[:, :2] ** 2))
+    assert np.sqrt(np.mean((block.centres - truth) ** 2)) < 0.03
+
+
+def test_a_flight_may_have_a_focal_length_of_its_own() -> None:
+    views = [replace(view, camera=replace(CAMERA, fx=1902.0, fy=1902.0)) for view in ring(12, 90.0, -50.0)]
+    rng = np.random.default_rng(8)
+    block = block_of(ring(12) + views, rng.uniform([-15, -15, 0], [15, 15, 6], (400, 3)), 0.1, rng)
+    truth = block.centres.copy()
+    flight = np.repeat([0, 1], 12)
+    block.sensor = replace(Sensor.fixed(CAMERA, 24), flight=flight, drift=np.zeros(2))
+    tags = truth + rng.normal(0, 0.01, truth.shape)
+    adjust(block, known_of(tags, 0.01, drift_sd=2e-3), LENS | {"drift"}, final=True, iterations=30)
+    assert np.expm1(block.sensor.drift[1]) == pytest.approx(2 / 1900, abs=2.5e-4)
+    assert block.sensor.camera_of(20).fx == pytest.approx(block.camera.fx * np.exp(block.sensor.drift[1]))
+
+
+def test_the_posterior_is_as_wide_as_the_errors() -> None:
+    focal, claimed, scales, scale_claimed = [], [], [], []
+    for seed in range(16):
+        rng = np.random.default_rng(100 + seed)
+        block, truth = _scene(seed, 0.3, points=150)
+        points = block.points.copy()
+        tags = truth + rng.normal(0, 0.03, truth.shape)
+        adjusted = adjust(block, known_of(tags, 0.03), LENS, iterations=30, final=True)
+        posterior = posterior_of(adjusted)
+        focal.append(np.log(block.camera.fx / CAMERA.fx))
+        claimed.append(posterior.focal / SYSTEMATIC)
+        # The size of what stands there: the points' spread across the line of sight.
+        a, b = (p - p.mean(axis=0) for p in (points, block.points))
+        scales.append(np.sum(a * b) / np.sum(a * a) - 1)
+        scale_claimed.append(posterior.scale / SYSTEMATIC)
+    assert 0.6 < np.std(focal) / np.mean(claimed) < 1.6
+    assert 0.5 < np.std(scales) / np.mean(scale_claimed) < 1.7
+
+
+def _control(block: Block, truth: np.ndarray, places: np.ndarray, rng: np.random.Generator) -> ControlPoints:
+    marks = []
+    for k, place in enumerate(places):
+        for i in range(len(truth)):
+            pixels, _ = block.view(i).project(place[None])
+            if block.view(i).contains(pixels)[0]:
+                marks.append((k, i, *(pixels[0] + rng.normal(0, 0.4, 2))))
+    point, photo = np.array([mark[:2] for mark in marks], int).T
+    surveyed = places + rng.normal(0, 0.01, places.shape)
+    check = np.arange(len(places)) == len(places) - 1
+    labels = [f"P{k}" for k in range(len(places))]
+    return ControlPoints(
+        labels, surveyed, np.full(places.shape, 0.02), check, point, photo, np.array([mark[2:] for mark in marks])
+    )
+
+
+def _navigation_grade(block: Block, truth: np.ndarray) -> np.ndarray:
+    """Move the block to geotags that are metres off together and a metre each; the geotags."""
+    rng = np.random.default_rng(9)
+    tags = truth + [2.0, -1.5, 4.0] + rng.normal(0, 0.8, truth.shape)
+    block.translations -= np.einsum("nij,j->ni", block.rotations, np.array([2.0, -1.5, 4.0]))
+    block.points += [2.0, -1.5, 4.0]
+    return tags
+
+
+def test_control_points_hold_a_block_whose_geotags_are_metres_off() -> None:
+    places = np.array([[-12.0, -10, 0], [12, -9, 1], [10, 12, 0], [-11, 11, 2], [1, 2, 1.0]])
+    block, truth = _scene(10)
+    control = _control(block, truth, places, np.random.default_rng(11))
+    tags = _navigation_grade(block, truth)
+    assert align_to_control(block, control) is not None
+    known = known_of(tags, 2.0, control=control)
+    for _ in range(2):
+        adjusted = adjust(block, known, LENS, final=True)
+    assert np.sqrt(np.mean((block.centres - truth) ** 2)) < 0.06
+    rows = control_residuals(block, control)
+    assert [row["is_check"] for row in rows] == [False] * 4 + [True]
+    check = rms_of(rows, True)
+    assert check is not None and max(check) < 0.05 and rms_of(rows, False) is not None
+    with_control = posterior_of(adjusted).scale
+    alone, _ = _scene(10)
+    loose = adjust(alone, known_of(_navigation_grade(alone, truth), 2.0), LENS, final=True)
+    assert with_control < 0.003 < 0.01 < posterior_of(loose).scale, "geotags of 2 m do not fix a scale; control does"
+
+
+def test_a_wrong_control_point_stands_out() -> None:
+    places = np.array([[-12.0, -10, 0], [12, -9, 1], [10, 12, 0], [-11, 11, 2], [1, 2, 1.0]])
+    block, truth = _scene(12)
+    control = _control(block, truth, places, np.random.default_rng(13))
+    control.xyz[1] += [0.5, 0.0, 0.0]
+    known = known_of(truth + np.random.default_rng(1).normal(0, 0.02, truth.shape), 0.02, control=control)
+    for _ in range(2):
+        adjust(block, known, LENS, final=True)
+    rows = control_residuals(block, control)
+    off = [np.linalg.norm([row["e_m"], row["n_m"], row["u_m"]]) for row in rows]
+    assert np.argmax(off) == 1 and off[1] > 0.3 and max(np.delete(off, 1)) < 0.12
+
+
+def test_fewer_than_three_control_points_do_not_turn_the_block() -> None:
+    places = np.array([[-12.0, -10, 0], [12, -9, 1]])
+    block, truth = _scene(14)
+    control = _control(block, truth, places, np.random.default_rng(15))
+    _navigation_grade(block, truth)
+    assert align_to_control(block, control) is None
+
+
+def test_files_of_a_rolling_block_come_back(tmp_path: Path) -> None:
+    import cv2
+    import pyproj
+
+    from treedgs_geo.core.crs import LocalFrame
+    from treedgs_geo.reconstruction.model import load_points, load_views, save_model
+
+    views, velocity = _rolling(4.0, 0.02)
+    views = [replace(view, camera=replace(CAMERA, k3=-0.2)) for view in views[:6]]
+    block, _ = _scene(16, 0.0, views, 60)
+    names = [view.name for view in views]
+    for name in names:
+        cv2.imwrite(str(tmp_path / name), np.zeros((960, 1280, 3), np.uint8))
+    frame = LocalFrame(pyproj.CRS.from_epsg(6344), np.array([611337.0, 3718451.0, 38.0]))
+    paths = [tmp_path / name for name in names]
+    save_model(tmp_path / "sfm", block, names, paths, np.zeros(6, int), frame, {}, {"model": "X"})
+    _, loaded = load_views(tmp_path / "sfm", tmp_path)
+    assert loaded[2].camera.k3 == -0.2
+    np.testing.assert_allclose(loaded[3].readout_travel_m, 0.02 * velocity[3], atol=1e-5)
+    probe = block.points[:20]
+    np.testing.assert_allclose(loaded[3].project(probe)[0], views[3].project(probe)[0], atol=1e-3)
+    assert load_points(tmp_path / "sfm").error_px.max() < 1e-4, "COLMAP's own residuals are those of a still camera"

@@ -1,0 +1,160 @@
+"""How fast the camera moved at each exposure: what a rolling shutter turns into a shift between rows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pyproj
+
+from ..core.crs import grid_convergence_deg, horizontal
+from .photos import Photo
+from .stations import Stations
+from .steps import MOST_ACCELERATION_M_S2, MOST_SPEED_M_S
+
+#: Epochs this far on both sides of an exposure give its velocity, seconds: long enough to average the epochs' noise
+#: (1 cm at 5 Hz: 1 cm/s), short enough that a drone's acceleration is constant in it.
+HALF_WINDOW_S = 0.5
+#: Epochs further apart say nothing about the velocity between them, seconds.
+MOST_GAP_S = 1.0
+#: Epochs that a velocity needs, and the qualities (RTKLIB's Q: fix, float, PPP) whose errors change slowly enough.
+_LEAST_EPOCHS, _SMOOTH = 4, (1, 2, 6)
+#: Epochs that lie further (RMS) beside a parabola wander: an ambiguity changed, or nothing is fixed, metres.
+MOST_MISFIT_M = 0.1
+#: Photos further apart say nothing about the velocity between them: the drone may stop for each, seconds.
+MOST_PHOTO_GAP_S = 3.0
+#: Positions worse than this (E, N) are too rough for a velocity over seconds, metres.
+MOST_PHOTO_SD_M = 0.1
+#: Where the velocities between the photos around one differ by more, the drone turned or stopped: m/s, or share of the
+#: speed. Two intervals that agree are not enough: on ``plot_h`` they did by chance and were 1.4 m/s wrong.
+MOST_CHANGE_M_S, MOST_CHANGE = 0.3, 0.1
+
+
+def turned_to_grid(enu: np.ndarray, convergence_deg: float) -> np.ndarray:
+    """(N, 3) vectors in true east, north, up -> the axes of the project grid, which is turned by the meridian
+    convergence.
+    """
+    angle = np.radians(convergence_deg)
+    east, north, up = enu.T
+    return np.column_stack(
+        [east * np.cos(angle) - north * np.sin(angle), north * np.cos(angle) + east * np.sin(angle), up]
+    )
+
+
+def path_velocities(
+    times: np.ndarray,
+    xyz: np.ndarray,
+    quality: np.ndarray,
+    segment: np.ndarray,
+    at: np.ndarray,
+    own: np.ndarray | None = None,
+) -> np.ndarray:
+    """Velocity of the antenna at N instants within the path, from its epochs; the solution's own where those are few.
+
+    Args:
+        times: (T,) seconds, rising. xyz: (T, 3) metres. quality: (T,) int RTKLIB Q. segment: (T,) int, the number of
+            the uninterrupted piece of the path. at: (N,) seconds, none in a gap. own: (T, 3) the solution's own
+            velocities (Doppler) on the axes of xyz, m/s.
+
+    Returns:
+        (N, 3) m/s on the axes of xyz, NaN unknown.
+    """
+    velocity = np.array([_slope(times, xyz, quality, segment, instant) for instant in at]).reshape(-1, 3)
+    if own is not None and len(own) and own.any():
+        doppler = np.column_stack([np.interp(at, times, axis) for axis in own.T])
+        right = np.clip(np.searchsorted(times, at), 1, len(times) - 1)
+        change = np.linalg.norm(own[right] - own[right - 1], axis=1)
+        doppler[change > MOST_ACCELERATION_M_S2 * (times[right] - times[right - 1])] = np.nan
+        velocity = np.where(np.isfinite(velocity), velocity, doppler)
+    return velocity
+
+
+def _slope(times: np.ndarray, xyz: np.ndarray, quality: np.ndarray, segment: np.ndarray, at: float) -> np.ndarray:
+    """(3,) m/s: a parabola by least squares through the epochs around ``at``; NaN with too few of them.
+
+    Epochs of another quality may lie beside it by a constant, as a float solution does beside a fixed one. The slope of
+    the interpolating curve would be noisier, and zero at every small peak.
+    """
+    piece = segment[np.argmin(np.abs(times - at))]
+    for half in (HALF_WINDOW_S, MOST_GAP_S):
+        first, last = np.searchsorted(times, [at - half - 1e-6, at + half + 1e-6])
+        near = np.arange(first, last)
+        near = near[(segment[near] == piece) & np.isin(quality[near], _SMOOTH)]
+        if len(near) >= _LEAST_EPOCHS:
+            break
+    else:
+        return np.full(3, np.nan)
+    t = times[near] - at
+    kinds = np.unique(quality[near])
+    design = np.column_stack([t, t * t, quality[near][:, None] == kinds])
+    found, _, rank, _ = np.linalg.lstsq(design, xyz[near], rcond=None)
+    misfit = np.sqrt(np.mean(np.sum((design @ found - xyz[near]) ** 2, axis=1)))
+    hard = np.linalg.norm(2 * found[1]) > MOST_ACCELERATION_M_S2
+    return np.full(3, np.nan) if rank < design.shape[1] or misfit > MOST_MISFIT_M or hard else found[0]
+
+
+def with_velocities(stations: Stations, photos: list[Photo], track: np.ndarray) -> Stations:
+    """The stations with their velocities: by the antenna's path, else the drone's own (XMP), else neighbouring photos.
+
+    Args:
+        photos: those of the stations, in their order. track: (N, 3) from the antenna's path, m/s on the project's axes,
+            NaN unknown.
+    """
+    velocity, source = np.full((len(stations), 3), np.nan), ["unknown"] * len(stations)
+    believed = np.where(stations.is_placed[:, None], track, np.nan)
+    for name, found in (
+        ("track", believed),
+        ("xmp", _of_drone(photos, stations.crs)),
+        ("photos", _of_neighbours(stations)),
+    ):
+        new = np.isfinite(found).all(axis=1) & ~np.isfinite(velocity).all(axis=1)
+        velocity[new] = found[new]
+        source = [name if use else old for use, old in zip(new, source, strict=True)]
+    return replace(stations, velocity_m_s=velocity, velocity_source=source)
+
+
+def _of_drone(photos: list[Photo], crs: pyproj.CRS) -> np.ndarray:
+    """(N, 3) DJI's FlightXSpeed (north), FlightYSpeed (east), FlightZSpeed (down) on the project's axes, NaN unknown.
+
+    All zero in several photos means that nobody wrote them: a drone that stands in the air reads tenths.
+    """
+    ned = np.array([[_speed(photo, axis) for axis in "XYZ"] for photo in photos]).reshape(-1, 3)
+    ned[np.linalg.norm(ned, axis=1) > MOST_SPEED_M_S] = np.nan
+    known = np.isfinite(ned).all(axis=1)
+    placed = np.array([photo.has_position for photo in photos], bool)
+    if not placed.any() or known.sum() >= 3 and not ned[known].any():
+        return np.full_like(ned, np.nan)
+    lon, lat = np.median([(p.lon_deg, p.lat_deg) for p in photos if p.has_position], axis=0)
+    return turned_to_grid(ned[:, [1, 0, 2]] * [1.0, 1.0, -1.0], grid_convergence_deg(horizontal(crs), lon, lat))
+
+
+def _speed(photo: Photo, axis: str) -> float:
+    try:
+        return float(photo.dji.get(f"Flight{axis}Speed", "nan"))
+    except ValueError:
+        return float("nan")
+
+
+def _of_neighbours(stations: Stations) -> np.ndarray:
+    """(N, 3) velocity from the two photos before and after, NaN where they are far in time or rough, or the
+    drone did not fly straight on."""
+    velocity = np.full((len(stations), 3), np.nan)
+    # Times of whole seconds are no times: at 5 m/s they are metres.
+    sharp = np.isfinite(stations.utc) & (np.abs(stations.utc - np.round(stations.utc)) > 1e-6)
+    precise = stations.is_placed & (stations.sd[:, :2].max(axis=1) <= MOST_PHOTO_SD_M)
+    for flight in np.unique(stations.flight):
+        own = np.flatnonzero((stations.flight == flight) & np.isfinite(stations.utc))
+        if np.mean(sharp[own]) < 0.5:
+            continue
+        own = own[np.argsort(stations.utc[own], kind="stable")]
+        for middle in range(2, len(own) - 2):
+            five = own[middle - 2 : middle + 3]
+            dt = np.diff(stations.utc[five])
+            if not precise[five].all() or dt.min() < 0.1 or dt.max() >= MOST_PHOTO_GAP_S:
+                continue
+            between = np.diff(stations.xyz[five], axis=0) / dt[:, None]
+            mean = (between[1] * dt[2] + between[2] * dt[1]) / (dt[1] + dt[2])
+            away = np.linalg.norm(between - mean, axis=1).max()
+            if away <= max(MOST_CHANGE_M_S, MOST_CHANGE * np.linalg.norm(mean)):
+                velocity[own[middle]] = mean
+    return velocity

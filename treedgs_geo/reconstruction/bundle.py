@@ -1,0 +1,297 @@
+"""Bundle adjustment: photos, points, lens and shutter fitted to the pixels, with everything known as a normal prior.
+
+Own solver, because COLMAP's and Ceres' Python wheels have neither a rolling shutter nor priors on a lens, nor the full
+posterior of both. Levenberg-Marquardt on the reduced normal equations (points eliminated; Triggs et al. 2000, Bundle
+Adjustment - A Modern Synthesis), with a dense Cholesky factor: a thousand photos are 9,000 unknowns. Losses are soft
+L1, the pixels' Cauchy at the end.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.spatial.transform import Rotation
+
+from . import bundle_kernels as kernels
+from .bundle_kernels import CX, FIRST_FLIGHT, LOG_ASPECT, LOG_F, N_POSE, READOUT
+from .cameras import Camera
+from .sensor import Sensor
+
+#: Standard deviations at which a pixel's loss turns from a parabola: soft L1 on the way, Cauchy at the end, where the
+#: wrong matches are out and what is left moves in the wind, each point as much as its plant.
+PIXEL_LOSS = 2.0
+#: Relative gain of the cost below which an adjustment ends: on the way, and the last one.
+TOLERANCE = {False: 1e-4, True: 1e-8}
+_CENTRE, _TRAVEL = slice(3, 6), slice(6, 9)
+
+
+@dataclass(frozen=True)
+class Priors:
+    """What is known before the photos are looked at, as normal distributions.
+
+    A standard deviation of 0 holds a number, one of infinity leaves it to the photos.
+
+    shared, shared_sd: (10,) see :mod:`.bundle_kernels`. drift_sd: of the log of a later flight's focal length over the
+    first's. centres, centre_sd: (N, 3) m, NaN = no geotag. travel_sd: (N,) m, of ``Sensor.extra_travel_m``.
+    held: (N,) bool, photos whose pose stays. point_xyz, point_sd: (P, 3) m of points whose place is known (ground
+    control), infinite for the others.
+    """
+
+    shared: np.ndarray
+    shared_sd: np.ndarray
+    drift_sd: float
+    centres: np.ndarray
+    centre_sd: np.ndarray
+    travel_sd: np.ndarray
+    held: np.ndarray
+    point_xyz: np.ndarray
+    point_sd: np.ndarray
+
+
+class Observations(NamedTuple):
+    """M observations: photo, point, (M, 2) pixels, share of the readout (row / height - 0.5), and their own error
+    beside that of all, (M,) px."""
+
+    image: np.ndarray
+    point: np.ndarray
+    pixels: np.ndarray
+    share: np.ndarray
+    extra_px: np.ndarray
+
+
+@dataclass(frozen=True)
+class State:
+    """All unknowns: shared (10,), drift (F,), rotations (N, 3, 3), centres (N, 3), travel (N, 3), points (P, 3)."""
+
+    shared: np.ndarray
+    drift: np.ndarray
+    rotations: np.ndarray
+    centres: np.ndarray
+    travel: np.ndarray
+    points: np.ndarray
+
+
+class Weights(NamedTuple):
+    """cost: twice the negative log posterior. pixels: (M,) 1/px2. tags: (N,) share of a geotag that is believed."""
+
+    cost: float
+    pixels: np.ndarray
+    tags: np.ndarray
+
+
+class Linear(NamedTuple):
+    """Residuals (M, 2) px and their derivatives by pose (M, 2, 9), shared (M, 2, S) and point (M, 2, 3)."""
+
+    residual: np.ndarray
+    by_pose: np.ndarray
+    by_shared: np.ndarray
+    by_point: np.ndarray
+
+
+class PointNormals(NamedTuple):
+    """The points' normal equations: inverse (P, 3, 3), right side (P, 3), share in the shared parameters (P, S, 3)."""
+
+    inverse: np.ndarray
+    right: np.ndarray
+    mixed: np.ndarray
+
+
+def shared_of(camera: Camera, readout_s: float) -> np.ndarray:
+    """(10,) the shared parameters of a camera."""
+    first = [np.log(camera.fx), np.log(camera.fy / camera.fx), camera.cx, camera.cy]
+    return np.array([*first, *camera.distortion, readout_s])
+
+
+def camera_of(shared: np.ndarray, camera: Camera) -> Camera:
+    """The camera of (10,) shared parameters; its size is that of ``camera``."""
+    fx = float(np.exp(shared[LOG_F]))
+    fy = fx * float(np.exp(shared[LOG_ASPECT]))
+    return Camera(camera.width, camera.height, fx, fy, *(float(value) for value in shared[CX:READOUT]))
+
+
+def _rows_of(index: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Start of each number's rows in an order that sorts by number."""
+    order = np.argsort(index, kind="stable")
+    return np.searchsorted(index[order], np.arange(count + 1)), order
+
+
+def _soft_l1(square: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
+    """Loss and weight of squared normalised errors: linear far out, so that no error ever stops to pull."""
+    if not np.isfinite(scale):
+        return square, np.ones_like(square)
+    root = np.sqrt(1 + square / scale**2)
+    return 2 * scale**2 * (root - 1), 1 / root
+
+
+def _cauchy(square: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
+    """Loss and weight of squared normalised errors: what is far out hardly counts."""
+    return scale**2 * np.log1p(square / scale**2), 1 / (1 + square / scale**2)
+
+
+class Problem:
+    """One adjustment: observations, priors, and the numbers that stay as they are."""
+
+    def __init__(
+        self, observations: Observations, priors: Priors, sensor: Sensor, points: int, *, final: bool = False
+    ) -> None:
+        self.final = final
+        self.seen, self.priors, self.sensor = observations, priors, sensor
+        self.photos, self.points = len(priors.centres), points
+        self.shared = FIRST_FLIGHT + len(sensor.drift) - 1
+        self.by_image = _rows_of(observations.image, self.photos)
+        self.by_point = _rows_of(observations.point, points)
+        rows = len(observations.image)
+        self.linear = Linear(
+            np.zeros((rows, 2)),
+            np.zeros((rows, 2, N_POSE)),
+            np.zeros((rows, 2, self.shared)),
+            np.zeros((rows, 2, 3)),
+        )
+        used = ~priors.held
+        pose_sd = np.full((self.photos, N_POSE), np.inf)
+        pose_sd[:, _TRAVEL] = priors.travel_sd[:, None]
+        pose_sd[~used] = 0
+        sd = np.concatenate([pose_sd.ravel(), priors.shared_sd, np.full(self.shared - FIRST_FLIGHT, priors.drift_sd)])
+        self.free = np.flatnonzero(sd > 0)
+        self.weight = np.where(sd > 0, 1 / np.maximum(sd, 1e-12) ** 2, 0.0)
+        self.mean = np.concatenate(
+            [np.zeros(self.photos * N_POSE), priors.shared, np.zeros(self.shared - FIRST_FLIGHT)]
+        )
+        self.tagged = used & np.isfinite(priors.centres).all(axis=1) & np.isfinite(priors.centre_sd).all(axis=1)
+        # Errors of a flight's PPK hardly change within it: half of what is stated counts as common to all its geotags.
+        self.flight_sd = np.full((len(sensor.drift), 3), 1.0)
+        for flight in range(len(sensor.drift)):
+            own = self.tagged & (sensor.flight == flight)
+            if own.any():
+                self.flight_sd[flight] = np.median(priors.centre_sd[own], axis=0)
+        self.point_weight = np.where(np.isfinite(priors.point_sd), 1 / priors.point_sd**2, 0.0)
+        self.point_xyz = np.where(np.isfinite(priors.point_sd), priors.point_xyz, 0.0)
+
+    def linearise(self, x: State) -> None:
+        """Residuals and derivatives at ``x`` into :attr:`linear`."""
+        seen, sensor = self.seen, self.sensor
+        kernels.linearise(
+            kernels.Model(x.shared, x.drift, x.rotations, x.centres, x.travel, x.points, sensor.velocity_m_s),
+            kernels.Seen(seen.image, seen.point, seen.pixels, seen.share, sensor.flight),
+            *self.linear,
+        )
+
+    def weigh(self, x: State, sigma_px: float, tag_loss: float) -> Weights:
+        """Robust weights at the linearised state."""
+        variance = sigma_px**2 + self.seen.extra_px**2
+        square = np.einsum("mk,mk->m", self.linear.residual, self.linear.residual) / variance
+        lost = ~np.isfinite(square)
+        square[lost] = 1e6
+        loss, weight = (_cauchy if self.final else _soft_l1)(square, PIXEL_LOSS)
+        cost = float(loss.sum())
+        pixels = np.where(lost, 0.0, weight / variance)
+        self.linear.residual[lost] = 0
+        tags = self.tagged.astype(float)
+        for _ in range(2):
+            shift = self._flight_shift(x, tags)
+            off = (x.centres - shift[self.sensor.flight] - self.priors.centres) / self.priors.centre_sd
+            square = np.where(self.tagged, np.einsum("nk,nk->n", off, off), 0.0)
+            loss, weight = _soft_l1(square, tag_loss)
+            tags = np.where(self.tagged, weight, 0.0)
+        cost += float(loss.sum()) + float(np.sum((shift / self.flight_sd) ** 2))
+        cost += float(np.sum(self.weight * (self._numbers(x) - self.mean) ** 2))
+        cost += float(np.sum(self.point_weight * (x.points - self.point_xyz) ** 2))
+        return Weights(cost, pixels, tags)
+
+    def normal(self, x: State, weights: Weights, damping: float) -> tuple[np.ndarray, np.ndarray, PointNormals]:
+        """Reduced normal equations (upper triangle), right side, and the points' own."""
+        linear = self.linear
+        points = PointNormals(
+            np.zeros((self.points, 3, 3)), np.zeros((self.points, 3)), np.zeros((self.points, self.shared, 3))
+        )
+        prior = self.point_weight, x.points - self.point_xyz
+        kernels.eliminate(linear, weights.pixels, kernels.Rows(*self.by_point), prior, damping, *points)
+        size = self.photos * N_POSE + self.shared
+        matrix, right = np.zeros((size, size)), np.zeros(size)
+        rows = kernels.Rows(*self.by_image), kernels.Rows(*self.by_point)
+        kernels.reduce_photos(linear, weights.pixels, self.seen.image, self.seen.point, *rows, points, matrix, right)
+        kernels.reduce_shared(linear, weights.pixels, points, matrix, right)
+        self._add_tags(x, weights.tags, matrix, right)
+        diagonal = np.arange(size)
+        matrix[diagonal, diagonal] += self.weight
+        right -= self.weight * (self._numbers(x) - self.mean)
+        return matrix, right, points
+
+    def _flight_shift(self, x: State, tags: np.ndarray) -> np.ndarray:
+        """(F, 3) m: what the geotags of a flight are most likely off by together."""
+        weight = np.where(self.tagged[:, None], tags[:, None] / self.priors.centre_sd**2, 0.0)
+        pull = np.where(self.tagged[:, None], weight * (x.centres - self.priors.centres), 0.0)
+        total, sums = np.zeros_like(self.flight_sd), np.zeros_like(self.flight_sd)
+        np.add.at(total, self.sensor.flight, weight)
+        np.add.at(sums, self.sensor.flight, pull)
+        return sums / (total + 1 / self.flight_sd**2)
+
+    def _add_tags(self, x: State, tags: np.ndarray, matrix: np.ndarray, right: np.ndarray) -> None:
+        """The geotags in the normal equations, the error that a flight's geotags share marginalised."""
+        shift = self._flight_shift(x, tags)
+        for flight in range(len(self.flight_sd)):
+            own = np.flatnonzero(self.tagged & (self.sensor.flight == flight))
+            for axis in range(3):
+                at = own * N_POSE + 3 + axis
+                weight = tags[own] / self.priors.centre_sd[own, axis] ** 2
+                matrix[at, at] += weight
+                taken = 1 / (1 / self.flight_sd[flight, axis] ** 2 + weight.sum())
+                # Rows of a flight stand in their order: the upper triangle is filled with the lower.
+                matrix[np.ix_(at, at)] -= np.outer(weight, weight) * taken
+                right[at] -= weight * (x.centres[own, axis] - shift[flight, axis] - self.priors.centres[own, axis])
+
+    def solve(self, x: State, sigma_px: float, tag_loss: float, iterations: int) -> State:
+        """Levenberg-Marquardt from ``x``; ends when a step gains too little of the cost (:data:`TOLERANCE`)."""
+        # Principal point, p1 and p2 form a long flat valley: strong damping would end on its side.
+        damping = 1e-6
+        self.linearise(x)
+        weights = self.weigh(x, sigma_px, tag_loss)
+        for _ in range(iterations):
+            matrix, right, points = self.normal(x, weights, damping)
+            reduced = matrix[np.ix_(self.free, self.free)]
+            diagonal = np.arange(len(self.free))
+            reduced[diagonal, diagonal] *= 1 + damping
+            step = np.zeros(len(right))
+            step[self.free] = cho_solve(
+                cho_factor(reduced, lower=False, overwrite_a=True, check_finite=False), right[self.free]
+            )
+            trial = self._moved(x, weights, points, step)
+            self.linearise(trial)
+            found = self.weigh(trial, sigma_px, tag_loss)
+            if found.cost < weights.cost:
+                gain = weights.cost - found.cost
+                x, weights, damping = trial, found, max(damping / 10, 1e-10)
+                if gain < TOLERANCE[self.final] * found.cost:
+                    break
+            else:
+                damping *= 10
+                self.linearise(x)
+                self.weigh(x, sigma_px, tag_loss)
+                if damping > 1e4:
+                    break
+        return x
+
+    def _numbers(self, x: State) -> np.ndarray:
+        """The unknowns that have a prior mean, in the order of the normal equations."""
+        pose = np.zeros((self.photos, N_POSE))
+        pose[:, _TRAVEL] = x.travel
+        return np.concatenate([pose.ravel(), x.shared, x.drift[1:]])
+
+    def _moved(self, x: State, weights: Weights, points: PointNormals, step: np.ndarray) -> State:
+        move = np.zeros((self.points, 3))
+        kernels.move_points(
+            self.linear, weights.pixels, self.seen.image, kernels.Rows(*self.by_point), points, step, move
+        )
+        pose = step[: self.photos * N_POSE].reshape(self.photos, N_POSE)
+        shared = step[self.photos * N_POSE :]
+        return State(
+            x.shared + shared[:FIRST_FLIGHT],
+            x.drift + np.concatenate([[0.0], shared[FIRST_FLIGHT:]]),
+            Rotation.from_rotvec(pose[:, :3]).as_matrix() @ x.rotations,
+            x.centres + pose[:, _CENTRE],
+            x.travel + pose[:, _TRAVEL],
+            x.points + move,
+        )

@@ -1,0 +1,89 @@
+"""Ground control in a block: bringing a rough block to it, and what is left at control and check points."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..geotags.control import ControlPoints
+from .poses import Similarity, fit_similarity
+from .tracks import Block
+
+#: A block is moved as a whole before it is adjusted where its control points lie further off than this, metres.
+_FAR_M = 0.2
+
+
+def align_to_control(block: Block, control: ControlPoints) -> Similarity | None:
+    """Move, turn and scale the block onto three or more control points; None where it is close already or they are
+    too few.
+
+    Navigation-grade geotags are metres off together; the adjustment alone would have to walk there.
+    """
+    placed = _placed(block, control)
+    use = np.isfinite(placed).all(axis=1) & ~control.is_check
+    if use.sum() < 3 or np.median(np.linalg.norm(placed[use] - control.xyz[use], axis=1)) < _FAR_M:
+        return None
+    source, target = placed[use], control.xyz[use]
+    if np.linalg.svd(target - target.mean(axis=0), compute_uv=False)[1] < 2.0:
+        return None
+    fitted = fit_similarity(source, target, np.ones(len(source)))
+    centres = fitted.apply(block.centres)
+    block.rotations = block.rotations @ fitted.rotation.T
+    block.translations = -np.einsum("nij,nj->ni", block.rotations, centres)
+    block.points = fitted.apply(block.points)
+    return fitted
+
+
+def control_residuals(block: Block, control: ControlPoints) -> list[dict[str, Any]]:
+    """What the block says of each point, less what was surveyed: ``label, is_check, photos, e_m, n_m, u_m, px``.
+
+    px: RMS of its marks about the surveyed place. Points with fewer than two posed photos have no numbers.
+    """
+    placed = _placed(block, control)
+    rows = []
+    for k, label in enumerate(control.labels):
+        own = np.flatnonzero((control.point == k) & block.is_posed[control.photo])
+        row: dict[str, Any] = {"label": label, "is_check": bool(control.is_check[k]), "photos": len(own)}
+        if np.isfinite(placed[k]).all():
+            off = placed[k] - control.xyz[k]
+            seen = np.array([block.project(int(control.photo[m]), control.xyz[k][None])[0] for m in own])
+            error = np.linalg.norm(seen - control.pixels[own], axis=1)
+            row |= {name: round(float(value), 4) for name, value in zip(("e_m", "n_m", "u_m"), off, strict=True)}
+            row["px"] = round(float(np.sqrt(np.mean(error**2))), 2)
+        rows.append(row)
+    return rows
+
+
+def rms_of(rows: list[dict[str, Any]], is_check: bool) -> list[float] | None:
+    """RMS E, N, U of :func:`control_residuals`, metres; None without such points."""
+    off = np.array(
+        [[row["e_m"], row["n_m"], row["u_m"]] for row in rows if row["is_check"] == is_check and "px" in row]
+    )
+    return [round(float(value), 4) for value in np.sqrt(np.mean(off**2, axis=0))] if len(off) else None
+
+
+def in_frame(control: ControlPoints, xyz: np.ndarray) -> ControlPoints:
+    """The points at other coordinates, (K, 3): those of a local frame."""
+    return replace(control, xyz=xyz)
+
+
+def _placed(block: Block, control: ControlPoints) -> np.ndarray:
+    """(K, 3) places by the marks and the posed photos alone, NaN where fewer than two photos show a point."""
+    placed = np.full((len(control), 3), np.nan)
+    for k in range(len(control)):
+        own = np.flatnonzero((control.point == k) & block.is_posed[control.photo])
+        if len(own) < 2:
+            continue
+        normal, right = np.zeros((3, 3)), np.zeros(3)
+        for m in own:
+            i = int(control.photo[m])
+            pixel = control.pixels[m][None]
+            ray = (block.sensor.directions(pixel, i) @ block.rotations[i])[0]
+            centre = block.centres[i] + block.sensor.share(pixel[0, 1]) * block.sensor.travel_m[i]
+            across = np.eye(3) - np.outer(ray, ray)
+            normal += across
+            right += across @ centre
+        placed[k] = np.linalg.solve(normal, right)
+    return placed

@@ -1,0 +1,88 @@
+"""How sure an adjusted block is of its lens, its shutter, and the size of what stands on its ground."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from .adjustment import TAG_LOSS, Adjusted
+from .bundle import PointNormals
+from .bundle_kernels import FIRST_FLIGHT, LOG_F, N_POSE
+from .cameras import OBLIQUE_DEG
+
+#: Real errors over formal ones: within a photo the pixels' errors are not independent (wind, gimbal rates), and
+#: geotags of one flight share theirs. From focal lengths and principal points of blocks with truth
+#: (``docs/evidence/reconstruction.md``).
+SYSTEMATIC = 2.0
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Standard errors, :data:`SYSTEMATIC` included. NaN where a number was held.
+
+    scale: relative, of lengths across the line of sight at the ground (and so of diameters). focal: relative.
+    shared_sd: (S,) of the shared parameters (:mod:`.bundle_kernels`). centres_m: (N, 3), NaN without a pose.
+    """
+
+    scale: float
+    focal: float
+    shared_sd: np.ndarray
+    centres_m: np.ndarray
+
+
+def posterior_of(adjusted: Adjusted, geotag_factor: float = 1.0) -> Posterior:
+    """The posterior of an adjustment from its normal equations (Gauss-Newton), points and poses marginalised.
+
+    A width of w pixels is w * depth / f metres: the error of the scale is that of depth / f, averaged over what the
+    oblique photos see (all photos, where none is oblique).
+
+    Args:
+        geotag_factor: by how much the geotags are worse than they state, at least 1.
+    """
+    problem, state = adjusted.problem, adjusted.state
+    problem.linearise(state)
+    weights = problem.weigh(state, adjusted.sigma_px, TAG_LOSS)
+    weights = weights._replace(tags=weights.tags / max(geotag_factor, 1.0) ** 2)
+    matrix, _, points = problem.normal(state, weights, 0.0)
+    matrix = np.triu(matrix) + np.triu(matrix, 1).T
+    free = problem.free
+    factor = cho_factor(matrix[np.ix_(free, free)], check_finite=False)
+    gradient = _scale_gradient(adjusted, weights.pixels, points)[free]
+    inverse = cho_solve(factor, np.eye(len(free)))
+    sd = np.full(len(matrix), np.nan)
+    sd[free] = SYSTEMATIC * np.sqrt(np.maximum(np.diag(inverse), 0))
+    shared = sd[problem.photos * N_POSE :]
+    centres = sd[: problem.photos * N_POSE].reshape(-1, N_POSE)[:, 3:6]
+    scale = SYSTEMATIC * float(np.sqrt(max(gradient @ inverse @ gradient, 0.0)))
+    return Posterior(scale, float(shared[LOG_F]), shared, centres)
+
+
+def _scale_gradient(adjusted: Adjusted, weight: np.ndarray, points: PointNormals) -> np.ndarray:
+    """Derivative of the mean log(depth / f) by photos and shared parameters, the points following."""
+    problem, state = adjusted.problem, adjusted.state
+    seen, linear = problem.seen, problem.linear
+    rotations = state.rotations[seen.image]
+    offset = state.points[seen.point] - state.centres[seen.image]
+    local = np.einsum("mij,mj->mi", rotations, offset)
+    oblique = np.degrees(np.arccos(np.clip(-state.rotations[:, 2, 2], -1, 1))) > OBLIQUE_DEG
+    use = oblique[seen.image] if oblique[seen.image].any() else np.ones(len(local), bool)
+    use &= weight > 0
+    share = use / (use.sum() * np.maximum(local[:, 2], 0.1))
+    by_depth = share[:, None] * rotations[:, 2]
+    gradient = np.zeros(problem.photos * N_POSE + problem.shared)
+    pose = gradient[: problem.photos * N_POSE].reshape(-1, N_POSE)
+    np.add.at(pose[:, 3:6], seen.image, -by_depth)
+    np.add.at(pose[:, :2], seen.image, share[:, None] * np.column_stack([local[:, 1], -local[:, 0]]))
+    by_point = np.zeros((problem.points, 3))
+    np.add.at(by_point, seen.point, by_depth)
+    # The points move with photos and lens: less what elimination took out.
+    moved = np.einsum("pij,pj->pi", points.inverse, by_point)
+    gradient[problem.photos * N_POSE :] -= np.einsum("psj,pj->s", points.mixed, moved)
+    pull = weight[:, None] * np.einsum("mkj,mj->mk", linear.by_point, moved[seen.point])
+    np.add.at(pose, seen.image, -np.einsum("mkd,mk->md", linear.by_pose, pull))
+    gradient[problem.photos * N_POSE + LOG_F] -= 1.0
+    flights = np.bincount(problem.sensor.flight[seen.image[use]], minlength=len(state.drift)) / max(use.sum(), 1)
+    gradient[problem.photos * N_POSE + FIRST_FLIGHT :] -= flights[1:]
+    return gradient
