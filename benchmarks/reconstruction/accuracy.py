@@ -56,11 +56,10 @@ def score(plot: Path, workspace: Path) -> dict:
     true_views = {view.name: view for view in truth.views()}
     inside = truth.trees[truth.trees["in_plot"]]
     stems = frame.to_local(inside[["E_bh", "N_bh", "h_bh"]].to_numpy(float))
-    errors, differences, scatter = [], [], []
+    differences, scatter = [], []
     for view in views:
         true = true_views[view.name]
         true = replace(true, translation=-true.rotation @ places[view.name])
-        errors.append(view.centre - true.centre)
         ours, reference = view.project(stems)[0], true.project(stems)[0]
         seen = true.contains(reference)
         if seen.sum() < 3:
@@ -69,11 +68,25 @@ def score(plot: Path, workspace: Path) -> dict:
         differences.append(delta)
         scatter.append(delta - delta.mean(axis=0))
     raw, spread = np.concatenate(differences), np.concatenate(scatter)
-    lens = next(iter(true_views.values())).camera
-    return _of_centres(np.array(errors)) | {
+    return camera_errors(plot, workspace) | {
         "bh_raw_px_x_y": _round(np.sqrt(np.mean(raw**2, axis=0)), 3),
         "bh_scatter_px_x_y": _round(np.sqrt(np.mean(spread**2, axis=0)), 3),
         "bh_scatter_worst_view_px": _round(max(np.sqrt(np.mean(s**2, axis=0)).max() for s in scatter), 3),
+    }
+
+
+def camera_errors(plot: Path, workspace: Path) -> dict:
+    """Centres, focal length (of each flight) and principal point of ``workspace/sfm`` against ``plot/truth``."""
+    frame, views = load_views(workspace / "sfm", plot / "images")
+    truth = TruePlot.load(plot)
+    true_views = {view.name: view for view in truth.views()}
+    shift = truth.frame.origin - frame.origin
+    errors = np.array([view.centre - true_views[view.name].centre - shift for view in views])
+    flights = sorted({view.flight for view in views})
+    firsts = [next(view for view in views if view.flight == flight) for flight in flights]
+    lens = true_views[firsts[0].name].camera
+    return _of_centres(errors) | {
+        "focal_error_pct": [_round(100 * (view.camera.fx / true_views[view.name].camera.fx - 1), 4) for view in firsts],
         "true_focal_px": lens.fx,
         "true_principal_point_px": [lens.cx, lens.cy],
     }
