@@ -6,7 +6,8 @@
 ``--plots``: camera centres against ``truth/cameras.csv`` (E, N, U and 3-D RMS), and the breast-height points of the
 in-plot stems, projected with the estimated and with the true cameras: the difference per axis, raw and after taking out
 each view's mean (a shift of a whole view moves all stems alike and costs no diameter). Truth is used for scoring alone.
-``--photos``: folders without truth; camera centres against their EXIF positions. Each is reconstructed in WORK/NAME,
+``--stems``: the in-plot stems fitted with these cameras and with the true ones, on the true ground: what the block
+costs in diameter. ``--photos``: folders without truth; camera centres against their EXIF positions. Each is reconstructed in WORK/NAME,
 unless it has been.
 """
 
@@ -20,10 +21,14 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.photos.stems_from_photos import pair_up
 from benchmarks.records import write_record
+from benchmarks.rendered import local_places, plot_inputs, truth_rows
 from benchmarks.verbs import CRS, photo_inputs, run_verb
 from treedgs_geo.benchmarking.plot import TruePlot
 from treedgs_geo.core.files import read_json
+from treedgs_geo.from_photos.find import stems_from_photos
+from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.reconstruction.model import load_views
 
 SEED = 1
@@ -40,6 +45,7 @@ def reconstructed(place: Path, work: Path, inputs: list) -> dict:
 def of_report(report: dict) -> dict:
     """What a report says, with or without truth."""
     names = ("photos", "registered", "points", "track_length", "reprojection_rms_px", "focal_px", "focal_free")
+    names += ("focal_sd_px", "readout_s", "readout_sd_s", "scale_sd")
     return {name: report[name] for name in (*names, "principal_point_px", "seconds", "stage_seconds")} | {
         "geotag_rms_e_n_u_m": report["geotag_rms_e_n_u_m"]
     }
@@ -92,6 +98,28 @@ def camera_errors(plot: Path, workspace: Path) -> dict:
     }
 
 
+def of_stems(plot: Path, workspace: Path) -> dict:
+    """Diameters with the workspace's cameras minus those with the true ones, of the stems that both measure."""
+    rows = truth_rows(plot)
+    found = []
+    for source in (workspace, None):
+        views, frame, _, area = plot_inputs(plot, source)
+        ground = TruePlot.load(plot).dtm.local(frame).height
+        fits = stems_from_photos(views, ground, area, PhotoStemOptions(seed=SEED))
+        pairs = pair_up(local_places(rows, frame), fits)
+        found.append({k: 100 * fits[n].dbh_m for k, n in pairs.items() if fits[n].measured})
+    both = sorted(found[0].keys() & found[1].keys())
+    difference = np.array([found[0][k] - found[1][k] for k in both])
+    return {
+        "stems_both": len(both),
+        "stems_only_with_these_cameras": len(found[0]) - len(both),
+        "stems_only_with_true_cameras": len(found[1]) - len(both),
+        "dbh_minus_true_cameras_mean_cm": _round(difference.mean(), 3),
+        "dbh_minus_true_cameras_median_cm": _round(np.median(difference), 3),
+        "dbh_minus_true_cameras_rms_cm": _round(np.sqrt(np.mean(difference**2)), 3),
+    }
+
+
 def _of_centres(errors: np.ndarray) -> dict:
     """errors: (V, 3) of camera centres, metres."""
     return {
@@ -111,6 +139,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--plots", type=Path, nargs="*", default=[], help="rendered plots: images/, MRK, .pos, truth/")
     parser.add_argument("--photos", type=Path, nargs="*", default=[], help="folders with images/ and no truth")
+    parser.add_argument("--stems", action="store_true", help="fit the stems with these cameras and with the true ones")
     parser.add_argument("--work", type=Path, required=True, help="for the workspaces; what is there is scored as it is")
     parser.add_argument("--output", type=Path, help="write the figures as JSON")
     known = parser.parse_args()
@@ -118,6 +147,8 @@ def main() -> None:
     for plot in known.plots:
         report = reconstructed(plot, known.work, photo_inputs(plot))
         figures[plot.name] = of_report(report) | score(plot, known.work / plot.name)
+        if known.stems:
+            figures[plot.name] |= of_stems(plot, known.work / plot.name)
     for folder in known.photos:
         figures[folder.name] = of_report(
             reconstructed(folder, known.work, ["--photos", folder / "images", "--crs", CRS])
