@@ -7,6 +7,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from treedgs_geo.benchmarking.whole_chain import chain_inputs
+
 #: Of all rendered and simulated plots: NAD83(2011) / UTM 15N.
 CRS = "EPSG:6344"
 
@@ -17,8 +19,8 @@ def words(verb: str, *options: Any) -> list[str]:
 
 
 def photo_inputs(plot: Path) -> list[Any]:
-    """``--photos`` … of a plot's folder, all that may be known of it: never ``truth/``."""
-    return ["--photos", plot / "images", "--geotags", plot, "--crs", CRS, "--plots", plot / "plots.csv"]
+    """``--photos`` … of a plot's folder (:func:`treedgs_geo.benchmarking.whole_chain.chain_inputs`)."""
+    return chain_inputs(plot, CRS)
 
 
 def run_verb(verb: str, *options: Any, **how: Any) -> None:

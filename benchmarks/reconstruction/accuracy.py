@@ -25,6 +25,7 @@ from benchmarks.photos.stems_from_photos import pair_up
 from benchmarks.records import write_record
 from benchmarks.rendered import local_places, plot_inputs, truth_rows
 from benchmarks.verbs import CRS, photo_inputs, run_verb
+from treedgs_geo.benchmarking.blocks import camera_errors
 from treedgs_geo.benchmarking.plot import TruePlot
 from treedgs_geo.core.files import read_json
 from treedgs_geo.from_photos.find import stems_from_photos
@@ -74,27 +75,10 @@ def score(plot: Path, workspace: Path) -> dict:
         differences.append(delta)
         scatter.append(delta - delta.mean(axis=0))
     raw, spread = np.concatenate(differences), np.concatenate(scatter)
-    return camera_errors(plot, workspace) | {
+    return camera_errors(truth, workspace / "sfm") | {
         "bh_raw_px_x_y": _round(np.sqrt(np.mean(raw**2, axis=0)), 3),
         "bh_scatter_px_x_y": _round(np.sqrt(np.mean(spread**2, axis=0)), 3),
         "bh_scatter_worst_view_px": _round(max(np.sqrt(np.mean(s**2, axis=0)).max() for s in scatter), 3),
-    }
-
-
-def camera_errors(plot: Path, workspace: Path) -> dict:
-    """Centres, focal length (of each flight) and principal point of ``workspace/sfm`` against ``plot/truth``."""
-    frame, views = load_views(workspace / "sfm", plot / "images")
-    truth = TruePlot.load(plot)
-    true_views = {view.name: view for view in truth.views()}
-    shift = truth.frame.origin - frame.origin
-    errors = np.array([view.centre - true_views[view.name].centre - shift for view in views])
-    flights = sorted({view.flight for view in views})
-    firsts = [next(view for view in views if view.flight == flight) for flight in flights]
-    lens = true_views[firsts[0].name].camera
-    return _of_centres(errors) | {
-        "focal_error_pct": [_round(100 * (view.camera.fx / true_views[view.name].camera.fx - 1), 4) for view in firsts],
-        "true_focal_px": lens.fx,
-        "true_principal_point_px": [lens.cx, lens.cy],
     }
 
 
@@ -117,16 +101,6 @@ def of_stems(plot: Path, workspace: Path) -> dict:
         "dbh_minus_true_cameras_mean_cm": _round(difference.mean(), 3),
         "dbh_minus_true_cameras_median_cm": _round(np.median(difference), 3),
         "dbh_minus_true_cameras_rms_cm": _round(np.sqrt(np.mean(difference**2)), 3),
-    }
-
-
-def _of_centres(errors: np.ndarray) -> dict:
-    """errors: (V, 3) of camera centres, metres."""
-    return {
-        "centre_rms_e_n_u_cm": _round(100 * np.sqrt(np.mean(errors**2, axis=0))),
-        "centre_rms_3d_cm": _round(100 * np.sqrt(np.mean(np.sum(errors**2, axis=1)))),
-        "centre_max_cm": _round(100 * np.linalg.norm(errors, axis=1).max()),
-        "common_shift_cm": _round(100 * errors.mean(axis=0)),
     }
 
 

@@ -12,17 +12,19 @@ from __future__ import annotations
 import argparse
 import json
 import shlex
-import subprocess
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.reconstruction.accuracy import camera_errors
 from benchmarks.records import write_record
-from benchmarks.verbs import CRS, photo_inputs, run_verb, words
+from benchmarks.verbs import CRS, run_verb
+from treedgs_geo.benchmarking.blocks import wrong_scale
+from treedgs_geo.benchmarking.plot import TruePlot
+from treedgs_geo.benchmarking.whole_chain import ChainCrash, block_figures, placed_trees, run_photo_chain
+from treedgs_geo.core import workspace as names
 from treedgs_geo.core.files import read_json
 from treedgs_geo.evaluation.accuracy import score_against_truth
-from treedgs_geo.inventory.tree_reading import read_trees
+from treedgs_geo.reconstruction.model import REPORT
 
 _FLYING = "--flight-speed-m-s 4 --gimbal-rate-deg-s 0.4"
 _WIND = "--wind-smooth true --wind-sway-cm 10 --wind-flutter-cm 1.5"
@@ -50,48 +52,40 @@ CASES = {
 
 def run_case(name: str, seed: int, preset: str, work: Path) -> dict:
     """Simulate a case unless it is there, run the chain, and score it."""
-    plot = work / f"{name}_{preset}_{seed}"
-    if not (plot / "truth" / "config.json").exists():
+    folder = work / f"{name}_{preset}_{seed}"
+    if not (folder / "truth" / "config.json").exists():
         options = ["--preset", preset, "--seed", seed, "--lidar-density-m2", 0, *shlex.split(CASES[name])]
-        run_verb("simulate-plot", "--output", plot, *options, "--log-format", "quiet")
-    workspace = plot / "workspace"
-    trees = workspace / "trees.gpkg"
-    control = plot / "gcp_list.txt"
-    inputs = photo_inputs(plot)
-    if not list(plot.glob("*.MRK")) and not list(plot.glob("*.pos")):
-        inputs = ["--photos", plot / "images", "--crs", CRS, "--plots", plot / "plots.csv"]
-    if control.exists():
-        inputs += ["--gcp", control]
-    done = subprocess.run(
-        words("photos-to-dbh", *inputs, "--workspace", workspace, "--output", trees, "--log-format", "plain"),
-        capture_output=True,
-        text=True,
-    )
-    found: dict = {"case": name, "seed": seed, "exit_code": done.returncode}
-    if done.returncode:
-        return found | {"refused": (done.stderr or done.stdout).strip().splitlines()[-1][:300]}
-    report = read_json(workspace / "sfm" / "report.json")
-    return found | camera_errors(plot, workspace) | _of_report(report) | _of_trees(plot, trees)
+        run_verb("simulate-plot", "--output", folder, *options, "--log-format", "quiet")
+    plot, workspace = TruePlot.load(folder), folder / "workspace"
+    found: dict = {"case": name, "seed": seed}
+    try:
+        refused = run_photo_chain(folder, CRS, workspace)
+    except ChainCrash as problem:
+        return found | {"crashed": str(problem)}
+    if refused:
+        return found | {"refused": refused}
+    report = read_json(workspace / names.SFM / REPORT)
+    more = ("focal_sd_px", "readout_s", "readout_sd_s", "lens_free", "seconds")
+    figures = block_figures(plot, workspace / names.SFM) | {name: report[name] for name in more}
+    return found | figures | _of_trees(plot, workspace, report["scale_sd"])
 
 
-def _of_report(report: dict) -> dict:
-    names = ("photos", "registered", "focal_sd_px", "readout_s", "readout_sd_s", "scale_sd", "lens_free", "seconds")
-    return {name: report[name] for name in names} | {"warnings": report["warnings"]}
-
-
-def _of_trees(plot: Path, layer: Path) -> dict:
+def _of_trees(plot: TruePlot, workspace: Path, scale_sd: float | None) -> dict:
     """Error of the diameters, all and ``ok`` ones, and whether the scale that is stated covers the mean error."""
-    trees, truth = read_trees(layer), plot / "truth" / "trees.csv"
-    outcome = {}
+    trees = placed_trees(plot, workspace)
+    outcome: dict = {}
     for label, chosen in (("measured", trees), ("ok", trees[trees["qc_flag"] == "ok"])):
+        truth = plot.folder / "truth" / "trees.csv"
         accuracy, table = score_against_truth(chosen, truth, 3 if label == "measured" else 0)
         kept = accuracy.as_dict()
-        names = ("n_reference", "n_measured", "rmse_cm", "me_cm", "max_abs_cm", "n_false", "coverage_90")
-        outcome[label] = {key: round(kept[key], 3) if isinstance(kept[key], float) else kept[key] for key in names}
+        wanted = ("n_reference", "n_measured", "rmse_cm", "me_cm", "max_abs_cm", "n_false", "coverage_90")
+        outcome[label] = {key: round(kept[key], 3) if isinstance(kept[key], float) else kept[key] for key in wanted}
         if label == "ok" and len(table):
             error = table["error_cm"].to_numpy(float) / table["dbh_true_cm"].to_numpy(float)
             error = error[np.isfinite(error)]
-            outcome[label]["median_relative_error"] = round(float(np.median(error)), 5) if len(error) else None
+            median = float(np.median(error)) if len(error) else None
+            outcome[label]["median_relative_error"] = median
+            outcome[label]["wrong_scale"] = wrong_scale(median, scale_sd)
     return outcome
 
 

@@ -2,69 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any
+from .factor_type import CLOUD, PHOTOS, Factor, each, perturbed, rendered
+from .flight_factors import FLIGHT_FACTORS
 
-#: The plot that every factor starts from: small, stems well seen. Levels change one thing about it.
-BASE: dict[str, Any] = {
-    "preset": "micro",
-    "stems_per_ha": 1100.0,
-    "leaf_area_m2": 12.0,
-    "float_epochs": 0,
-    "shrubs_per_m2": 0.10,
-    "lean_max_deg": 3.0,
-}
-#: The same for what only the whole chain shows: two flights that it can join.
-FLIGHT: dict[str, Any] = {"preset": "test", "float_epochs": 0}
-PHOTOS, CLOUD, CHAIN = "photos", "cloud", "chain"
 #: Where splats (half a minute a case) are measured beside the photos: what hides a stem, blurs it or moves the views.
 SPLAT_FACTORS = frozenset(
     {"views", "hiding", "gsd", "understory", "wind", "lean", "touch", "sector", "poses", "exposure", "empty"}
 )
-
-
-@dataclass(frozen=True)
-class Factor:
-    """key: short name. title, unit: for the axis. levels: values, harmless first. render: the settings of
-    ``simulate-plot`` at a level (the plot is then rendered anew). perturb: name of what is done to the base plot
-    instead (:mod:`.stability`). inputs: which methods it concerns. about: one sentence for the page."""
-
-    key: str
-    title: str
-    unit: str
-    levels: tuple[float, ...]
-    about: str
-    render: dict[float, dict[str, Any]] = field(default_factory=dict)
-    perturb: str = ""
-    inputs: tuple[str, ...] = (PHOTOS, CLOUD)
-
-    @property
-    def base(self) -> dict[str, Any]:
-        """The untroubled plot."""
-        return FLIGHT if CHAIN in self.inputs else BASE
-
-
-def _each(name: str, levels: tuple[float, ...], **also: Any) -> dict[float, dict[str, Any]]:
-    return {level: {name: level, **also} for level in levels}
-
-
-def _rendered(
-    key: str,
-    title: str,
-    unit: str,
-    about: str,
-    render: dict[float, dict[str, Any]],
-    inputs: tuple[str, ...] = (PHOTOS, CLOUD),
-) -> Factor:
-    return Factor(key, title, unit, tuple(render), about, render, "", inputs)
-
-
-def _perturbed(key: str, title: str, unit: str, about: str, levels: tuple[float, ...], *inputs: str) -> Factor:
-    return Factor(key, title, unit, levels, about, {}, key, inputs)
-
-
-FACTORS: tuple[Factor, ...] = (
-    _perturbed(
+#: About the stand, the cloud, and photos whose cameras are known.
+STAND_FACTORS: tuple[Factor, ...] = (
+    perturbed(
         "views",
         "photos kept",
         "photos",
@@ -72,14 +19,14 @@ FACTORS: tuple[Factor, ...] = (
         (25, 16, 10, 6, 3),
         PHOTOS,
     ),
-    _rendered(
+    rendered(
         "hiding",
         "needle area a tree",
         "m2",
         "Crowns that hide the stems: clear views fall from a handful to none.",
-        _each("leaf_area_m2", (12.0, 30.0, 80.0)),
+        each("leaf_area_m2", (12.0, 30.0, 80.0)),
     ),
-    _rendered(
+    rendered(
         "gsd",
         "ground sample distance",
         "cm",
@@ -92,74 +39,74 @@ FACTORS: tuple[Factor, ...] = (
         },
         (PHOTOS,),
     ),
-    _rendered(
+    rendered(
         "understory",
         "shrubs",
         "1/m2",
         "Shrubs up to 2 m high about the stems.",
-        _each("shrubs_per_m2", (0.1, 0.5, 1.5)),
+        each("shrubs_per_m2", (0.1, 0.5, 1.5)),
     ),
-    _rendered(
+    rendered(
         "wind",
         "sway of the crowns between photos",
         "cm",
         "Crowns, and less the stems, stand elsewhere in every third photo.",
-        _each("wind_sway_cm", (0.0, 15.0, 60.0, 200.0)),
+        each("wind_sway_cm", (0.0, 15.0, 60.0, 200.0)),
         (PHOTOS,),
     ),
-    _rendered(
+    rendered(
         "lean",
         "lean",
         "deg",
         "Every stem of the plot leans.",
         {0.0: {}, **{a: {"lean_max_deg": a, "strong_leans": 10} for a in (10.0, 18.0, 25.0)}},
     ),
-    _rendered(
-        "sweep", "bow of the lowest 4 m", "cm", "Swept stems: no straight axis.", _each("sweep_cm", (0.0, 15.0, 40.0))
+    rendered(
+        "sweep", "bow of the lowest 4 m", "cm", "Swept stems: no straight axis.", each("sweep_cm", (0.0, 15.0, 40.0))
     ),
-    _rendered(
+    rendered(
         "fork_below",
         "trees forked below breast height",
         "count",
         "Two limbs from one foot.",
-        _each("forks_below_bh", (0, 3)),
+        each("forks_below_bh", (0, 3)),
     ),
-    _rendered(
+    rendered(
         "fork_above",
         "trees forked above breast height",
         "count",
         "One stem at breast height, two above.",
-        _each("forks_above_bh", (0, 3)),
+        each("forks_above_bh", (0, 3)),
     ),
-    _rendered(
+    rendered(
         "flare",
         "butt flare: height to a third",
         "m",
         "A butt that is still thick at breast height; truth is the tape's, flare included.",
         {0.22: {}, 0.7: {"butt_flare_m": 0.7}, 1.5: {"butt_flare_m": 1.5}},
     ),
-    _rendered(
+    rendered(
         "ellipse",
         "widest less narrowest width",
         "%",
         "Oval stems; truth is the tape's diameter.",
         {3.0: {}, 10.0: {"ellipticity_pct": 10.0}, 25.0: {"ellipticity_pct": 25.0}},
     ),
-    _rendered(
+    rendered(
         "touch",
         "stems touched by a sapling",
         "count",
         "A sapling of 4.5-7 cm against the bark.",
-        _each("touching_saplings", (0, 4)),
+        each("touching_saplings", (0, 4)),
     ),
-    _rendered(
+    rendered(
         "twins",
         "gap between two stems",
         "m",
         "A second full stem beside every stem.",
         {9.0: {}, **{gap: {"twins": 10, "twin_gap_m": gap, "stems_per_ha": 600.0} for gap in (0.4, 0.1, 0.01)}},
     ),
-    _perturbed(
+    perturbed(
         "sector",
         "photos from one side only",
         "deg",
@@ -167,7 +114,7 @@ FACTORS: tuple[Factor, ...] = (
         (360, 180, 90, 45),
         PHOTOS,
     ),
-    _perturbed(
+    perturbed(
         "arc",
         "bark hit by the scanner",
         "deg",
@@ -175,7 +122,7 @@ FACTORS: tuple[Factor, ...] = (
         (360, 180, 90, 45),
         CLOUD,
     ),
-    _perturbed(
+    perturbed(
         "clutter",
         "floating points about the stems",
         "1/m3",
@@ -183,7 +130,7 @@ FACTORS: tuple[Factor, ...] = (
         (0, 100, 400, 1500),
         CLOUD,
     ),
-    _perturbed(
+    perturbed(
         "poses",
         "pose noise",
         "px",
@@ -191,10 +138,10 @@ FACTORS: tuple[Factor, ...] = (
         (0, 0.5, 1.0, 2.0),
         PHOTOS,
     ),
-    _perturbed(
+    perturbed(
         "shaken", "motion blur of a tenth of the photos", "px", "A tenth of the photos is shaken.", (0, 6, 20), PHOTOS
     ),
-    _perturbed(
+    perturbed(
         "misexposed",
         "wrong exposure of a tenth of the photos",
         "stops",
@@ -202,7 +149,7 @@ FACTORS: tuple[Factor, ...] = (
         (0, 1.5, 3),
         PHOTOS,
     ),
-    _perturbed(
+    perturbed(
         "exposure",
         "exposure from photo to photo",
         "stops",
@@ -210,7 +157,7 @@ FACTORS: tuple[Factor, ...] = (
         (0, 0.3, 1.0),
         PHOTOS,
     ),
-    _perturbed(
+    perturbed(
         "white",
         "white balance from photo to photo",
         "%",
@@ -218,7 +165,7 @@ FACTORS: tuple[Factor, ...] = (
         (0, 5, 15),
         PHOTOS,
     ),
-    _perturbed(
+    perturbed(
         "dtm",
         "error of the ground height",
         "m",
@@ -228,7 +175,7 @@ FACTORS: tuple[Factor, ...] = (
         PHOTOS,
         CLOUD,
     ),
-    _perturbed(
+    perturbed(
         "scale",
         "standard error of the block's scale",
         "%",
@@ -237,8 +184,8 @@ FACTORS: tuple[Factor, ...] = (
         (0, 0.5, 1.0, 2.0),
         PHOTOS,
     ),
-    _perturbed("density", "points kept", "1/m2", "Pulses of the scanner, of 1400.", (1400, 500, 150, 50), CLOUD),
-    _perturbed(
+    perturbed("density", "points kept", "1/m2", "Pulses of the scanner, of 1400.", (1400, 500, 150, 50), CLOUD),
+    perturbed(
         "range_noise",
         "noise of the points",
         "cm",
@@ -246,25 +193,7 @@ FACTORS: tuple[Factor, ...] = (
         (0, 1.5, 3, 6),
         CLOUD,
     ),
-    _rendered(
-        "ppk_bias",
-        "wrong base coordinates",
-        "m",
-        "The whole PPK track lies this far off in east, north and "
-        "height alike. Trees and ground move together: places are wrong by that much and nothing but ground "
-        "control can show (they are paired with it taken out), diameters should not change.",
-        _each("ppk_bias_m", (0.0, 0.1, 1.0)),
-        (CHAIN,),
-    ),
-    _rendered(
-        "float",
-        "photos with float positions",
-        "count",
-        "Bursts of 2-3 s in which the geotags are some decimetres off, about this many photos.",
-        _each("float_epochs", (0, 4, 12)),
-        (CHAIN,),
-    ),
-    _rendered(
+    rendered(
         "empty",
         "clearing about the plot's centre",
         "m",
@@ -272,6 +201,9 @@ FACTORS: tuple[Factor, ...] = (
         {0.0: {}, 6.0: {"clearing_m": 6.0, "saplings_per_m2": 0.15, "shrubs_per_m2": 0.5, "logs": 12}},
     ),
 )
+
+
+FACTORS = STAND_FACTORS + FLIGHT_FACTORS
 
 
 def factor(key: str) -> Factor:

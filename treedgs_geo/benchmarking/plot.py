@@ -168,7 +168,8 @@ def score_trees(plot: TruePlot, trees: list[Tree], clear: dict[str, int] | None 
     """One row a true stem that counts, and one a tree with a DBH where nothing stands.
 
     Pairs are made by position alone, measured trees first. Rows: ``tree_id, kind, true_cm, read_cm, se_cm, lo_cm,
-    hi_cm, flag`` (``absent``: not found; ``false``: no such stem, ``true_cm`` None), ``reason, clear``.
+    hi_cm, flag`` (``absent``: not found; ``false``: no such stem, ``true_cm`` None), ``reason, clear`` and, of a flight
+    over several plots, ``plot_id``.
     """
     truth = plot.trees
     places = truth[["x_bh", "y_bh"]].to_numpy(float)
@@ -191,6 +192,7 @@ def score_trees(plot: TruePlot, trees: list[Tree], clear: dict[str, int] | None 
                 "true_cm": round(float(stem["dbh_cm"]), 3),
                 **_read(tree),
                 "clear": None if clear is None else clear.get(str(stem["tree_id"]), 0),
+                **({"plot_id": stem["plot_id"]} if "plot_id" in truth else {}),
             }
         )
     used = {id(tree) for tree in partner.values()}

@@ -13,7 +13,7 @@ from ..core.files import atomic_path, ensure_writable, write_json
 from ..core.progress import Reporter
 from ..core.tables import safe_frame
 from ..evaluation.charts import close, render
-from . import chart, chart_pictures, stability_report
+from . import chart, chart_pictures, stability_blocks, stability_report
 from .ladder import CONFIGS
 from .stability import METHODS, all_cases, code_digest, run_cases
 
@@ -84,7 +84,8 @@ def run_chart(
 def run_stability(
     output: Path, seeds: list[int], factors: list[str], fresh: bool, budget_min: float, reporter: Reporter
 ) -> dict[str, Any]:
-    """The stability suite. Files: ``stability.{csv,json,md,html}``, ``stability-<method>.{svg,png}``, curves."""
+    """The stability suite. Files: ``stability.{csv,json,md,html}``, ``stability-<method>.{svg,png}``, curves;
+    with factors that run the whole chain ``stability-blocks.csv`` and ``stability-reconstruction.{svg,png}``."""
     from .factors import FACTORS
 
     began = time.monotonic()
@@ -97,7 +98,7 @@ def run_stability(
         budget = 60 * budget_min if budget_min else float("inf")
         records = list(run_cases(cases, output, reporter, fresh, budget))
     if len(records) < len(cases):
-        reporter.warn(f"Out of time after {len(records)} of {len(cases)} cases; run again to go on.")
+        reporter.warn(f"{len(records)} of {len(cases)} cases are done (out of time, or crashed); run again to go on.")
     return {
         **write_stability(output, records, len(cases)),
         "n_cases": len(records),
@@ -111,7 +112,8 @@ def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str,
     if not records:
         raise TreeDGSError("No case was run, so there is nothing to report; give more time with --budget-min.")
     table = stability_report.tree_rows(records)
-    levels = stability_report.by_level(table)
+    blocks = stability_blocks.block_rows(records)
+    levels = stability_blocks.with_blocks(stability_report.by_level(table), blocks)
     claim = stability_report.verdict(table)
     codes = sorted({record["code"] for record in records})
     facts = {
@@ -121,27 +123,27 @@ def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str,
         "wanted": wanted,
         "measuring_code": codes,
     }
-    for name, frame in (("stability.csv", levels), ("stability-trees.csv", table)):
+    tables = {"stability.csv": levels, "stability-trees.csv": table}
+    if len(blocks):
+        tables["stability-blocks.csv"] = blocks
+    for name, frame in tables.items():
         with atomic_path(output / name) as path:
             safe_frame(frame).to_csv(path, index=False, float_format="%.4g")
     wrong = stability_report.lies(table)
-    write_json(output / "stability.json", {**facts, "verdict": claim, "lies": _plain(wrong), "levels": _plain(levels)})
-    text = stability_report.markdown(table, levels, facts)
+    write_json(
+        output / "stability.json",
+        {**facts, "verdict": claim, "lies": _plain(wrong), "levels": _plain(levels), "blocks": _plain(blocks)},
+    )
+    text = stability_report.markdown(table, levels, facts) + stability_blocks.block_markdown(blocks)
     _write(output / "stability.md", text.encode())
-    pictures = {}
-    for method in METHODS:
-        if (table["method"] == method).any():
-            figure = stability_report.draw_errors(table, method)
-            name = f"stability-{method.replace(' ', '-')}"
-            pictures[method] = render(figure, "svg")
-            _write(output / f"{name}.svg", pictures[method])
-            _write(output / f"{name}.png", render(figure, "png"))
-            close(figure)
-    figure = stability_report.draw_curves(levels)
-    pictures["every method"] = render(figure, "svg")
-    _write(output / "stability-curves.svg", pictures["every method"])
-    _write(output / "stability-curves.png", render(figure, "png"))
-    close(figure)
+    pictures = {
+        method: _drawn(output, f"stability-{method.replace(' ', '-')}", stability_report.draw_errors(table, method))
+        for method in METHODS
+        if (table["method"] == method).any()
+    }
+    if len(blocks):
+        pictures["reconstruction"] = _drawn(output, "stability-reconstruction", stability_blocks.draw_blocks(blocks))
+    pictures["every method"] = _drawn(output, "stability-curves", stability_report.draw_curves(levels))
     _write(output / "stability.html", stability_report.page(text, pictures).encode())
     own = claim.get("photos") or next(iter(claim.values()))
     return {
@@ -153,6 +155,15 @@ def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str,
         "coverage_90": own["coverage"],
         "claim_holds": bool(own["holds"]),
     }
+
+
+def _drawn(output: Path, name: str, figure: Any) -> bytes:
+    """The figure as NAME.svg and NAME.png in ``output``; returns the SVG."""
+    svg = render(figure, "svg")
+    _write(output / f"{name}.svg", svg)
+    _write(output / f"{name}.png", render(figure, "png"))
+    close(figure)
+    return svg
 
 
 def _plain(frame: pd.DataFrame) -> list[dict]:

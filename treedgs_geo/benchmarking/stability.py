@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
-import subprocess
 import tempfile
 import time
 from collections.abc import Iterator
@@ -14,10 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from .. import __version__
-from ..core.children import python_command
 from ..core.errors import TreeDGSError
 from ..core.files import write_json
 from ..core.machine import available_threads
@@ -32,7 +29,6 @@ from ..from_points.segmentation.segment import find_stems, label_points
 from ..gaussians.options import GaussianOptions
 from ..gaussians.train import fit_with_report
 from ..gaussians.trees import trees_of_primitives
-from ..inventory.tree_reading import read_trees
 from ..pointcloud.cloud import PointCloud
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
@@ -40,10 +36,12 @@ from ..simulation.settings import SimulateSettings
 from ..simulation.simulate import simulate_plot
 from ..simulation.trouble import TroubleSettings
 from ..terrain.dtm import Dtm
-from ..trees.tree import TREE_FIELDS, Tree, with_block_errors
+from ..trees.tree import Tree, with_block_errors
 from . import perturb
-from .factors import CHAIN, CLOUD, FACTORS, PHOTOS, SPLAT_FACTORS, Factor
+from .factor_type import CHAIN, CLOUD, PHOTOS, Factor
+from .factors import FACTORS, SPLAT_FACTORS
 from .plot import TruePlot, score_trees
+from .whole_chain import ChainCrash, through_chain
 
 #: Method -> what it reads. ``splats``: stem primitives among Gaussians, as ``photos-to-dbh --fit gaussians``.
 METHODS = {
@@ -71,7 +69,18 @@ PHOTO_TROUBLES = {
 #: How well photos see the ground, standard deviation of the height of a whole plot (``plot_a``: 1.4 cm off), metres.
 SEEN_GROUND_SD_M = 0.03
 #: Measured by these rooms: their source is part of what a kept result says about itself.
-ROOMS = ("stems", "measure", "reconstruction", "terrain", "pointcloud", "gaussians")
+ROOMS = (
+    "chain",
+    "from_photos",
+    "from_points",
+    "gaussians",
+    "geotags",
+    "pointcloud",
+    "reconstruction",
+    "shapes",
+    "terrain",
+    "trees",
+)
 
 
 @dataclass(frozen=True)
@@ -129,7 +138,8 @@ def run_cases(
     cases: list[Case], folder: Path, reporter: Reporter | None = None, fresh: bool = False, seconds: float = np.inf
 ) -> Iterator[dict]:
     """Records of the cases; what is kept in ``folder`` is not run again. ``fresh``: measured again where the measuring
-    code has changed since. Stops (without error) before a case that would begin after ``seconds``."""
+    code has changed since. Stops (without error) before a case that would begin after ``seconds``; a case whose process
+    crashes is left out with a warning."""
     reporter, began, code = reporter or Reporter(), time.monotonic(), code_digest()
     same: dict[tuple, dict] = {}
     memo: dict[str, Any] = {}
@@ -147,7 +157,11 @@ def run_cases(
         if key in same:
             record = {**same[key], "factor": case.factor.key, "level": case.level}
         else:
-            record = {"version": __version__, "code": code, **_run(case, folder, memo, reporter)}
+            try:
+                record = {"version": __version__, "code": code, **_run(case, folder, memo, reporter)}
+            except ChainCrash as problem:  # not kept: the next run tries it again
+                reporter.warn(f"{case.name}: {problem}")
+                continue
             same[key] = record
         write_json(kept, record)
         yield record
@@ -177,12 +191,14 @@ def _run(case: Case, folder: Path, memo: dict[str, Any], reporter: Reporter) -> 
     began = time.perf_counter()
     clear: dict[str, int] | None = None
     refused = ""
+    block: dict[str, Any] | None = None
     try:
         if METHODS[case.method] == PHOTOS:
             trees, images = photo_trees(case, plot, rng)
             clear = plot.clear_views(images)
         elif METHODS[case.method] == CHAIN:
-            trees = chain_trees(plot, case.plot_settings.get("ppk_bias_m", 0.0))
+            found = through_chain(plot)
+            trees, refused, block = found.trees, found.refused, found.block
             clear = plot.clear_views({view.name for view in plot.views()})
         else:
             trees = _from_cloud(case, plot, rng, memo)
@@ -195,6 +211,7 @@ def _run(case: Case, folder: Path, memo: dict[str, Any], reporter: Reporter) -> 
         "method": case.method,
         "seconds": round(time.perf_counter() - began, 2),
         "refused": refused,
+        **({} if block is None else {"block": block}),
         "rows": score_trees(plot, trees, clear),
     }
 
@@ -256,40 +273,6 @@ def _known_errors(case: Case, rng: np.random.Generator) -> tuple[float, float]:
     if case.factor.perturb == "dtm":
         return 0.0, case.level + SEEN_GROUND_SD_M * float(rng.standard_normal())
     return (case.level / 100 if case.factor.perturb == "scale" else 0.0), 0.0
-
-
-def chain_trees(plot: TruePlot, bias_m: float = 0.0) -> list[Tree]:
-    """Trees of the whole chain in a process of its own, nothing true; ``bias_m`` is taken out of east and north again.
-
-    Raises:
-        TreeDGSError: the chain refused.
-    """
-    with tempfile.TemporaryDirectory(prefix="treedgs-chain-") as scratch:
-        layer = Path(scratch) / "trees.gpkg"
-        inputs = {
-            "photos": plot.folder / "images",
-            "geotags": plot.folder,
-            "crs": plot.frame.crs.to_string(),
-            "plots": plot.folder / "plots.csv",
-            "workspace": Path(scratch) / "ws",
-            "output": layer,
-        }
-        words = [word for name, value in inputs.items() for word in (f"--{name}", str(value))]
-        child = subprocess.run(
-            python_command("treedgs_geo", "photos-to-dbh", *words, "--log-format", "plain"),
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-        )
-        if child.returncode:
-            last = (child.stderr.strip() or child.stdout.strip()).splitlines()[-1:] or ["no message"]
-            raise TreeDGSError(f"{plot.folder}: the chain ended with exit code {child.returncode}: {last[0]}")
-        table = read_trees(layer)
-    table[["x", "y"]] -= bias_m
-    return [
-        Tree(**{name: row[name] for name in TREE_FIELDS if name in row and not pd.isna(row[name])})
-        for row in table.drop(columns="geometry").to_dict("records")
-    ]
 
 
 def _from_cloud(case: Case, plot: TruePlot, rng: np.random.Generator, memo: dict[str, Any]) -> list[Tree]:

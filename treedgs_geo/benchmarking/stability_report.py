@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 
 from ..evaluation.charts import BLUE, VERMILION
-from .factors import FACTORS, Factor
+from .factor_type import Factor
+from .factors import FACTORS
 
 #: An accepted tree farther off than this is a lie.
 LIE_CM = 5.0
@@ -205,7 +206,7 @@ def _panel(axes: Any, part: pd.DataFrame, factor: Factor) -> None:
         found = figures(rows)
         cover = "–" if found["coverage"] is None else f"{100 * found['coverage']:.0f}"
         gone = "–" if found["refused"] is None else f"{100 * found['refused']:.0f}"
-        names.append(f"{level:g}\n{gone} %\n{cover} %")
+        names.append(f"{factor.label(level)}\n{gone} %\n{cover} %")
     axes.set_xticks(range(len(factor.levels)), names, fontsize=7)
     axes.set_ylim(-8.4, 8.4)
     axes.set_yticks([-5, 0, 5])
@@ -278,7 +279,7 @@ def _curves(parts: list[Any], levels: pd.DataFrame, factor: Factor) -> None:
         axes.set_yticks([0, 100], ["0", "100"], fontsize=7)
     for axes in (above, middle):
         axes.set_xticks(range(len(factor.levels)), [])
-    below.set_xticks(range(len(factor.levels)), [f"{level:g}" for level in factor.levels], fontsize=7)
+    below.set_xticks(range(len(factor.levels)), [factor.label(level) for level in factor.levels], fontsize=7)
     below.set_xlabel(factor.unit, fontsize=7, labelpad=1)
 
 
@@ -326,12 +327,14 @@ def markdown(table: pd.DataFrame, levels: pd.DataFrame, facts: dict[str, Any]) -
         "| factor | level | method | stems | refused | ok | RMSE of ok, cm | worst ok, cm | > 5 cm | in 90 % |",
         "|---|---|---|---|---|---|---|---|---|---|",
     ]
+    known = {one.key: one for one in FACTORS}
     for _, row in levels[levels["method"].isin(REPORTED)].iterrows():
         cells = ["–" if pd.isna(row[name]) else f"{row[name]:.2f}" for name in ("rmse_ok_cm", "worst_ok_cm")]
+        place = known[row["factor"]].label_with_unit(row["level"])
         gone = "–" if pd.isna(row["refused"]) else f"{100 * row['refused']:.0f} %"
         cover = "–" if pd.isna(row["coverage"]) else f"{100 * row['coverage']:.0f} %"
         lines.append(
-            f"| {row['factor']} | {row['level']:g} {row['unit']} | {row['method']} | {row['stems']} | "
+            f"| {row['factor']} | {place} | {row['method']} | {row['stems']} | "
             f"{gone} | {row['ok']} | {cells[0]} | {cells[1]} | {row['lies']} | {cover} |"
         )
     return "\n".join(lines) + "\n"
