@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from treedgs_geo.benchmarking.factors import CLOUD, Factor, factor
+from treedgs_geo.benchmarking import stability
+from treedgs_geo.benchmarking.factor_type import CLOUD, Factor
+from treedgs_geo.benchmarking.factors import factor
 from treedgs_geo.benchmarking.plot import TruePlot, score_trees
 from treedgs_geo.benchmarking.run import write_stability
-from treedgs_geo.benchmarking.stability import Case, all_cases, chain_trees, photo_trees, run_cases
+from treedgs_geo.benchmarking.stability import Case, all_cases, photo_trees, run_cases
 from treedgs_geo.benchmarking.stability_report import by_level, lies, tree_rows, verdict
+from treedgs_geo.benchmarking.whole_chain import ChainCrash, through_chain
 from treedgs_geo.core.errors import TreeDGSError
+from treedgs_geo.core.progress import Reporter
 
 
 def row(tree, true, read, flag="ok", half=1.0, **more):
@@ -135,13 +140,33 @@ def test_cases_are_kept_and_resumed(tmp_path):
     assert list(run_cases(cases[:1], tmp_path, fresh=True))[0]["code"] != "other"
 
 
-def test_the_whole_chain_is_scored_where_a_known_bias_is_taken_out(simulated_plot):
+def test_the_whole_chain_says_how_true_its_block_is(simulated_plot):
     plot = TruePlot.load(simulated_plot)
-    rows = score_trees(plot, chain_trees(plot))
+    found = through_chain(plot)
+    rows = score_trees(plot, found.trees)
     read = [row for row in rows if row["read_cm"] is not None]
     assert len(read) >= 2 and not any(row.get("false") for row in read)
     assert all(abs(row["read_cm"] - row["true_cm"]) < 5 for row in read if row["flag"] == "ok")
     assert {row["flag"] for row in score_trees(plot, [])} == {"absent"}
+    block = found.block
+    assert not found.refused and block["registered"] > 0.6 * block["photos"] and block["centre_rms_3d_cm"] < 50
+    assert abs(block["scale_error"]) < 2 * block["scale_sd"] + 0.005
+
+
+def test_a_crash_is_no_refusal_and_is_not_kept(tmp_path, monkeypatch):
+    def crash(*_):
+        raise ChainCrash("out of memory")
+
+    monkeypatch.setattr(stability, "_run", crash)
+    said = []
+    reporter = type("Quiet", (Reporter,), {"warn": lambda self, text: said.append(text)})()
+    assert list(run_cases(all_cases([1], ["readout"]), tmp_path, reporter)) == []
+    assert len(said) == 4 and "out of memory" in said[0] and not list(tmp_path.rglob("*.json"))
+
+
+def test_the_digest_reads_rooms_that_exist():
+    root = Path(stability.__file__).resolve().parents[1]
+    assert all(list((root / room).rglob("*.py")) for room in stability.ROOMS)
 
 
 def test_splats_measure_the_stems_that_the_photos_found(simulated_plot):
@@ -168,6 +193,7 @@ def test_selection():
     assert {case.method for case in all_cases([1], ["poses"])} == {"photos", "splats"}
     assert {case.method for case in all_cases([1], ["scale"])} == {"photos"}
     assert {case.method for case in all_cases([1], ["float"])} == {"whole chain"}
+    assert {case.method for case in all_cases([1], ["readout", "grid"])} == {"whole chain"}
     assert Case(factor("float"), 4, 1, "whole chain").plot_settings["float_epochs"] == 4
     assert [case.seed for case in all_cases([3, 5], ["poses"], ["photos"])] == [3] * 4 + [5] * 4
     base = Case(factor("lean"), 0.0, 1, "photos"), Case(factor("sweep"), 0.0, 1, "photos")

@@ -93,8 +93,8 @@ def through_chain(plot: TruePlot) -> ChainResult:
 
 
 def placed_trees(plot: TruePlot, workspace: Path) -> gpd.GeoDataFrame:
-    """The workspace's tree layer, ``x`` and ``y`` where the trees are in truth (:func:`.blocks.on_true_ground`): a block
-    that lies metres off has measured the same trees."""
+    """The workspace's tree layer, ``x`` and ``y`` where the trees are in truth (:func:`.blocks.on_true_ground`): a
+    block that lies metres off has measured the same trees."""
     table = read_trees(workspace / names.TREES)
     if len(table):
         up = table["z_ground"].fillna(plot.frame.origin[2]).to_numpy(float)
