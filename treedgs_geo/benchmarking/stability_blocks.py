@@ -23,8 +23,9 @@ def block_rows(records: list[dict]) -> pd.DataFrame:
     ``centre_rms_cm`` (3-D), ``focal_error_pct`` (of the worst flight), ``scale_sd_pct`` (stated), ``scale_error_pct``
     (of widths at breast height), ``ok_error_pct`` (median error of the ok trees, of their diameter), ``ok_trees``,
     ``wrong_scale`` and ``wrong_ok_scale``: ok trees although ``scale_error_pct``, or their own median error, is beyond
-    what is stated. ``by_plot``: stems measured in each plot, where there are several. ``base``: the untroubled flight, which is every factor's first level, in all but the first. NaN or
-    None where nothing was reconstructed or no tree is ok.
+    what is stated. ``by_plot``: stems measured in each plot, where there are several. ``base``: the untroubled flight,
+    which is every factor's first level, in all but the first. NaN or None where nothing was reconstructed or no tree is
+    ok.
     """
     firsts = {factor.key: factor.levels[0] for factor in FACTORS}
     seen: set[tuple] = set()
