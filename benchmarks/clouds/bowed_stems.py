@@ -15,7 +15,8 @@ from pathlib import Path
 from benchmarks.campaign.plots import FEW_PHOTOS
 from benchmarks.clouds.interval_coverage import figures, measure
 from benchmarks.records import write_record
-from treedgs_geo.benchmarking.factors import BASE, factor
+from treedgs_geo.benchmarking.factor_type import BASE
+from treedgs_geo.benchmarking.factors import factor
 from treedgs_geo.core.progress import make_reporter
 from treedgs_geo.simulation.settings import SimulateSettings
 from treedgs_geo.simulation.simulate import simulate_plot

@@ -27,7 +27,7 @@ from benchmarks.gaussians.route import read_out
 from benchmarks.gaussians.scene import Fit, Photos, band_db, near_stems, points_on_rays, primitive_in_scene, start
 from benchmarks.records import write_record
 from benchmarks.rendered import CLEAR_VIEWS, noisy_places, scene_of, truth_rows
-from treedgs_geo.benchmarking.factors import BASE
+from treedgs_geo.benchmarking.factor_type import BASE
 from treedgs_geo.core.files import read_json
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.workspace import peak_memory_mb

@@ -10,7 +10,7 @@ import pytest
 from photo_ring import ring
 
 from treedgs_geo.benchmarking import perturb
-from treedgs_geo.benchmarking.factors import BASE, FACTORS
+from treedgs_geo.benchmarking.factors import FACTORS
 from treedgs_geo.core.settings import build
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.simulation.settings import SIZES, SimulateSettings, resolve
@@ -114,5 +114,5 @@ def test_every_level_is_a_plot_that_can_be_made(tmp_path):
         assert len(factor.levels) >= 2 and bool(factor.render) != bool(factor.perturb), factor.key
         assert factor.inputs and factor.unit and factor.about.endswith("."), factor.key
         for change in factor.render.values():
-            settings = build(SimulateSettings, {**BASE, **change, "output": tmp_path, "seed": 1})
-            assert resolve(settings)[1].photos == SIZES["micro"].photos
+            settings = build(SimulateSettings, {**factor.base, **change, "output": tmp_path, "seed": 1})
+            assert resolve(settings)[1].photos == change.get("photos", SIZES[factor.base["preset"]].photos)
