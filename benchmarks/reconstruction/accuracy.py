@@ -6,7 +6,8 @@
 ``--plots``: camera centres against ``truth/cameras.csv`` (E, N, U and 3-D RMS), and the breast-height points of the
 in-plot stems, projected with the estimated and with the true cameras: the difference per axis, raw and after taking out
 each view's mean (a shift of a whole view moves all stems alike and costs no diameter). Truth is used for scoring alone.
-``--photos``: folders without truth; camera centres against their EXIF positions. Each is reconstructed in WORK/NAME,
+``--stems``: the in-plot stems fitted with these cameras and with the true ones, on the true ground: what the block
+costs in diameter. ``--photos``: folders without truth; camera centres against their EXIF positions. Each is reconstructed in WORK/NAME,
 unless it has been.
 """
 
@@ -20,10 +21,14 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.photos.stems_from_photos import pair_up
 from benchmarks.records import write_record
+from benchmarks.rendered import local_places, plot_inputs, truth_rows
 from benchmarks.verbs import CRS, photo_inputs, run_verb
 from treedgs_geo.benchmarking.plot import TruePlot
 from treedgs_geo.core.files import read_json
+from treedgs_geo.from_photos.find import stems_from_photos
+from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.reconstruction.model import load_views
 
 SEED = 1
@@ -40,6 +45,7 @@ def reconstructed(place: Path, work: Path, inputs: list) -> dict:
 def of_report(report: dict) -> dict:
     """What a report says, with or without truth."""
     names = ("photos", "registered", "points", "track_length", "reprojection_rms_px", "focal_px", "focal_free")
+    names += ("focal_sd_px", "readout_s", "readout_sd_s", "scale_sd")
     return {name: report[name] for name in (*names, "principal_point_px", "seconds", "stage_seconds")} | {
         "geotag_rms_e_n_u_m": report["geotag_rms_e_n_u_m"]
     }
@@ -56,11 +62,10 @@ def score(plot: Path, workspace: Path) -> dict:
     true_views = {view.name: view for view in truth.views()}
     inside = truth.trees[truth.trees["in_plot"]]
     stems = frame.to_local(inside[["E_bh", "N_bh", "h_bh"]].to_numpy(float))
-    errors, differences, scatter = [], [], []
+    differences, scatter = [], []
     for view in views:
         true = true_views[view.name]
         true = replace(true, translation=-true.rotation @ places[view.name])
-        errors.append(view.centre - true.centre)
         ours, reference = view.project(stems)[0], true.project(stems)[0]
         seen = true.contains(reference)
         if seen.sum() < 3:
@@ -69,13 +74,49 @@ def score(plot: Path, workspace: Path) -> dict:
         differences.append(delta)
         scatter.append(delta - delta.mean(axis=0))
     raw, spread = np.concatenate(differences), np.concatenate(scatter)
-    lens = next(iter(true_views.values())).camera
-    return _of_centres(np.array(errors)) | {
+    return camera_errors(plot, workspace) | {
         "bh_raw_px_x_y": _round(np.sqrt(np.mean(raw**2, axis=0)), 3),
         "bh_scatter_px_x_y": _round(np.sqrt(np.mean(spread**2, axis=0)), 3),
         "bh_scatter_worst_view_px": _round(max(np.sqrt(np.mean(s**2, axis=0)).max() for s in scatter), 3),
+    }
+
+
+def camera_errors(plot: Path, workspace: Path) -> dict:
+    """Centres, focal length (of each flight) and principal point of ``workspace/sfm`` against ``plot/truth``."""
+    frame, views = load_views(workspace / "sfm", plot / "images")
+    truth = TruePlot.load(plot)
+    true_views = {view.name: view for view in truth.views()}
+    shift = truth.frame.origin - frame.origin
+    errors = np.array([view.centre - true_views[view.name].centre - shift for view in views])
+    flights = sorted({view.flight for view in views})
+    firsts = [next(view for view in views if view.flight == flight) for flight in flights]
+    lens = true_views[firsts[0].name].camera
+    return _of_centres(errors) | {
+        "focal_error_pct": [_round(100 * (view.camera.fx / true_views[view.name].camera.fx - 1), 4) for view in firsts],
         "true_focal_px": lens.fx,
         "true_principal_point_px": [lens.cx, lens.cy],
+    }
+
+
+def of_stems(plot: Path, workspace: Path) -> dict:
+    """Diameters with the workspace's cameras minus those with the true ones, of the stems that both measure."""
+    rows = truth_rows(plot)
+    found = []
+    for source in (workspace, None):
+        views, frame, _, area = plot_inputs(plot, source)
+        ground = TruePlot.load(plot).dtm.local(frame).height
+        fits = stems_from_photos(views, ground, area, PhotoStemOptions(seed=SEED))
+        pairs = pair_up(local_places(rows, frame), fits)
+        found.append({k: 100 * fits[n].dbh_m for k, n in pairs.items() if fits[n].measured})
+    both = sorted(found[0].keys() & found[1].keys())
+    difference = np.array([found[0][k] - found[1][k] for k in both])
+    return {
+        "stems_both": len(both),
+        "stems_only_with_these_cameras": len(found[0]) - len(both),
+        "stems_only_with_true_cameras": len(found[1]) - len(both),
+        "dbh_minus_true_cameras_mean_cm": _round(difference.mean(), 3),
+        "dbh_minus_true_cameras_median_cm": _round(np.median(difference), 3),
+        "dbh_minus_true_cameras_rms_cm": _round(np.sqrt(np.mean(difference**2)), 3),
     }
 
 
@@ -98,6 +139,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--plots", type=Path, nargs="*", default=[], help="rendered plots: images/, MRK, .pos, truth/")
     parser.add_argument("--photos", type=Path, nargs="*", default=[], help="folders with images/ and no truth")
+    parser.add_argument("--stems", action="store_true", help="fit the stems with these cameras and with the true ones")
     parser.add_argument("--work", type=Path, required=True, help="for the workspaces; what is there is scored as it is")
     parser.add_argument("--output", type=Path, help="write the figures as JSON")
     known = parser.parse_args()
@@ -105,6 +147,8 @@ def main() -> None:
     for plot in known.plots:
         report = reconstructed(plot, known.work, photo_inputs(plot))
         figures[plot.name] = of_report(report) | score(plot, known.work / plot.name)
+        if known.stems:
+            figures[plot.name] |= of_stems(plot, known.work / plot.name)
     for folder in known.photos:
         figures[folder.name] = of_report(
             reconstructed(folder, known.work, ["--photos", folder / "images", "--crs", CRS])
