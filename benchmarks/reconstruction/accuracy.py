@@ -7,8 +7,8 @@
 in-plot stems, projected with the estimated and with the true cameras: the difference per axis, raw and after taking out
 each view's mean (a shift of a whole view moves all stems alike and costs no diameter). Truth is used for scoring alone.
 ``--stems``: the in-plot stems fitted with these cameras and with the true ones, on the true ground: what the block
-costs in diameter. ``--photos``: folders without truth; camera centres against their EXIF positions. Each is reconstructed in WORK/NAME,
-unless it has been.
+costs in diameter. ``--photos``: folders without truth; camera centres against their EXIF positions. Each is
+reconstructed in WORK/NAME, unless it has been.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ def of_stems(plot: Path, workspace: Path) -> dict:
         ground = TruePlot.load(plot).dtm.local(frame).height
         fits = stems_from_photos(views, ground, area, PhotoStemOptions(seed=SEED))
         pairs = pair_up(local_places(rows, frame), fits)
-        found.append({k: 100 * fits[n].dbh_m for k, n in pairs.items() if fits[n].measured})
+        found.append({k: fits[n].dbh_cm for k, n in pairs.items() if fits[n].measured})
     both = sorted(found[0].keys() & found[1].keys())
     difference = np.array([found[0][k] - found[1][k] for k in both])
     return {

@@ -12,6 +12,7 @@ from bare_stem import side_view, stem_world
 from PIL import Image
 
 from treedgs_geo.benchmarking.plot import TruePlot
+from treedgs_geo.geotags.control_files import read_control_rows
 from treedgs_geo.simulation import control
 from treedgs_geo.simulation.settings import SimulateSettings
 from treedgs_geo.simulation.simulate import simulate_plot
@@ -57,6 +58,12 @@ def test_survey_and_marks_have_their_noise(marked):
     assert np.std(off) == pytest.approx(control.MARK_SD_PX, rel=0.25)
     seen = {label: sum(mark[3] == label for mark in found) for label in points}
     assert seen == {label: int(row["n_photos"]) for label, row in points.items()}
+
+
+def test_the_chain_reads_the_list(marked):
+    crs, rows = read_control_rows(marked / "gcp_list.txt")
+    assert crs.to_epsg() == 6344
+    assert {row.label for row in rows} == set(true_points(marked)) and len(rows) == len(marks(marked))
 
 
 def test_the_photo_shows_the_plate_where_it_is_marked(marked):

@@ -121,9 +121,9 @@ def surveyed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("sim") / "two"
     simulate_plot(
         SimulateSettings(
-            output=folder, preset="micro", seed=6, flight="grid", plots=2, height_m=60.0, gsd_cm=4.0, samples=1,
-            image_width=480, image_height=360, front_overlap_pct=40.0, side_overlap_pct=20.0, slope_pct=20.0,
-            leaf_area_m2=0.0, shrubs_per_m2=0.02, saplings_per_m2=0.0, lidar_density_m2=20.0, terrain_following=True,
+            output=folder, preset="micro", seed=6, flight="grid", plots=2, height_m=60.0, gsd_cm=5.0, samples=1,
+            image_width=400, image_height=300, front_overlap_pct=20.0, side_overlap_pct=0.0, slope_pct=20.0,
+            leaf_area_m2=0.0, shrubs_per_m2=0.02, saplings_per_m2=0.0, lidar_density_m2=5.0, terrain_following=True,
         )
     )  # fmt: skip
     return folder

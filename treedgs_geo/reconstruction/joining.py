@@ -24,10 +24,14 @@ from .tracks import Block, build_tracks, triangulate
 
 #: A photo with fewer observations than this after the adjustment counts as not registered.
 MIN_OBSERVATIONS = 12
+#: Where the mapper places a smaller share of the photos, geotags and gimbal angles are tried.
+MAPPED_SHARE = 0.35
 #: The gimbal's angles are believed to this, degrees (half a degree stated; three times that and the yaw's compass).
 GIMBAL_REACH_DEG = 1.5
 #: A photo farther from a good geotag than this many standard deviations, and this many metres, is placed again.
 STRAY_SD, STRAY_M, MOST_STRAYS = 5.0, 0.15, 1 / 3
+#: A geotag is good with a standard error (three axes) below this, metres: PPK fixes, not float solutions.
+GOOD_GEOTAG_M = 0.15
 
 
 class Joined(NamedTuple):
@@ -127,13 +131,19 @@ def _settle(block: Block, known: Known, free: frozenset[str]) -> tuple[Known, fr
 
 
 def _enough(placement: Placement, store: FeatureStore, known: Known, sensor: Sensor, reporter: Reporter) -> Placement:
-    """The placement, or one from geotags and gimbal angles where the mapper found no model."""
-    if placement.mapped.sum() < 3:
-        placement = from_gimbal(placement, store, known, sensor)
-        if placement.mapped.any():
+    """The placement, or one from geotags and gimbal angles where the mapper placed too few photos and that places more.
+
+    Mappers know no rolling shutter: 8 cm between the first row and the last bend their models until few photos agree
+    with their geotags.
+    """
+    if placement.mapped.sum() < max(3, MAPPED_SHARE * len(placement.mapped)):
+        other = from_gimbal(placement, store, known, sensor)
+        if other.mapped.sum() > placement.mapped.sum():
             reporter.info(
-                f"No mapper found a model; {placement.mapped.sum()} photos start from their geotags and gimbal angles."
+                f"The mapper placed {placement.mapped.sum()} photos; {other.mapped.sum()} start from their geotags and "
+                "gimbal angles."
             )
+            placement = other
     if placement.mapped.sum() < 3:
         raise ReconstructionError(
             f"No three of the {len(placement.mapped)} photos could be matched with each other and their geotags; they "
@@ -151,12 +161,13 @@ def _set_loose(block: Block, known: Known, guess: np.ndarray) -> np.ndarray:
 
 
 def strays(block: Block, known: Known) -> np.ndarray:
-    """(N,) bool: posed photos that contradict their geotag (:data:`STRAY_SD`, :data:`STRAY_M`); none where a third
+    """(N,) bool: posed photos that contradict a good geotag (:data:`STRAY_SD`, :data:`STRAY_M`); none where a third
     would: then the geotags are not as good as they state.
     """
     off = np.where(block.is_posed[:, None], block.centres, np.nan) - known.xyz
     with np.errstate(invalid="ignore"):
         far = np.linalg.norm(off / known.sd, axis=1) > STRAY_SD * np.sqrt(3)
+        far &= np.linalg.norm(known.sd, axis=1) < GOOD_GEOTAG_M
         found = far & (np.linalg.norm(off, axis=1) > STRAY_M)
     return found if found.sum() <= MOST_STRAYS * block.is_posed.sum() else np.zeros(len(found), bool)
 
