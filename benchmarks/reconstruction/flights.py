@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.reconstruction.accuracy import camera_errors
+from benchmarks.reconstruction.accuracy import camera_errors, of_stems
 from benchmarks.records import write_record
 from benchmarks.verbs import CRS, photo_inputs, run_verb, words
 from treedgs_geo.core.files import read_json
@@ -71,7 +71,9 @@ def run_case(name: str, seed: int, preset: str, work: Path) -> dict:
     if done.returncode:
         return found | {"refused": (done.stderr or done.stdout).strip().splitlines()[-1][:300]}
     report = read_json(workspace / "sfm" / "report.json")
-    return found | camera_errors(plot, workspace) | _of_report(report) | _of_trees(plot, trees)
+    errors = camera_errors(plot, workspace)
+    found |= errors | _of_report(report) | _of_trees(plot, trees, np.array(errors["common_shift_cm"]) / 100)
+    return found | of_stems(plot, workspace)
 
 
 def _of_report(report: dict) -> dict:
@@ -79,9 +81,15 @@ def _of_report(report: dict) -> dict:
     return {name: report[name] for name in names} | {"warnings": report["warnings"]}
 
 
-def _of_trees(plot: Path, layer: Path) -> dict:
-    """Error of the diameters, all and ``ok`` ones, and whether the scale that is stated covers the mean error."""
+def _of_trees(plot: Path, layer: Path, shift_m: np.ndarray) -> dict:
+    """Error of the diameters, all and ``ok`` ones, against the scale that is stated.
+
+    shift_m: E, N, U by which the whole block is off (metres, with consumer GNSS): it is no error of a diameter, but
+    would pair trees with their neighbours.
+    """
     trees, truth = read_trees(layer), plot / "truth" / "trees.csv"
+    trees = trees.set_geometry(trees.geometry.translate(-shift_m[0], -shift_m[1]))
+    trees["x"], trees["y"] = trees.geometry.x, trees.geometry.y
     outcome = {}
     for label, chosen in (("measured", trees), ("ok", trees[trees["qc_flag"] == "ok"])):
         accuracy, table = score_against_truth(chosen, truth, 3 if label == "measured" else 0)
