@@ -28,6 +28,7 @@ WRITERS = {
     "demo-*": "benchmarks.evidence",
     "dense_clouds.json": "benchmarks.clouds.dense_clouds",
     "determinism*.json": "benchmarks.chain.determinism",
+    "flights*.json": "benchmarks.reconstruction.flights",
     "gaussian_band*.json": "benchmarks.gaussians.band",
     "gaussian_chain.json": "benchmarks.photos.photos_to_dbh",
     "gaussian_choices.json": "benchmarks.gaussians.choices",

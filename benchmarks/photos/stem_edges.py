@@ -21,6 +21,7 @@ import numpy as np
 from benchmarks.records import write_record
 from treedgs_geo.benchmarking.plot import TruePlot
 from treedgs_geo.reconstruction.cameras import View
+from treedgs_geo.reconstruction.images import load_image
 
 #: Only stems that are seen so free, from the side, and so wide.
 LEAST_SEEN, LEAST_FORESHORTENING, LEAST_WIDTH_PX = 0.9, 0.4, 8.0
@@ -58,7 +59,8 @@ def offsets(plot: Path) -> np.ndarray:
         view: View = views[row["image"]]
         if row["image"] != image:
             image = row["image"]
-            grey = cv2.GaussianBlur(cv2.imread(str(view.path), cv2.IMREAD_GRAYSCALE).astype(np.float32), (0, 0), 0.6)
+            read = cv2.cvtColor(load_image(view.path), cv2.COLOR_RGB2GRAY)
+            grey = np.asarray(cv2.GaussianBlur(read.astype(np.float32), (0, 0), 0.6), np.float32)
         profile = np.array(stems[row["tree_id"]])
         height = np.linspace(1.0, 1.8, 41)
         axis = np.column_stack([np.interp(height, profile[:, 0], profile[:, k]) for k in (2, 3, 4)])

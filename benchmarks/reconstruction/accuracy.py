@@ -46,10 +46,8 @@ def reconstructed(place: Path, work: Path, inputs: list) -> dict:
 def of_report(report: dict) -> dict:
     """What a report says, with or without truth."""
     names = ("photos", "registered", "points", "track_length", "reprojection_rms_px", "focal_px", "focal_free")
-    names += ("focal_sd_px", "readout_s", "readout_sd_s", "scale_sd")
-    return {name: report[name] for name in (*names, "principal_point_px", "seconds", "stage_seconds")} | {
-        "geotag_rms_e_n_u_m": report["geotag_rms_e_n_u_m"]
-    }
+    errors = ("focal_sd_px", "readout_s", "readout_sd_s", "scale_sd", "geotag_rms_e_n_u_m")
+    return {name: report[name] for name in (*names, *errors, "principal_point_px", "seconds", "stage_seconds")}
 
 
 def score(plot: Path, workspace: Path) -> dict:

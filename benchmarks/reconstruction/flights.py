@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.reconstruction.accuracy import of_stems
 from benchmarks.records import write_record
 from benchmarks.verbs import CRS, run_verb
 from treedgs_geo.benchmarking.blocks import wrong_scale
@@ -67,7 +68,7 @@ def run_case(name: str, seed: int, preset: str, work: Path) -> dict:
     report = read_json(workspace / names.SFM / REPORT)
     more = ("focal_sd_px", "readout_s", "readout_sd_s", "lens_free", "seconds")
     figures = block_figures(plot, workspace / names.SFM) | {name: report[name] for name in more}
-    return found | figures | _of_trees(plot, workspace, report["scale_sd"])
+    return found | figures | _of_trees(plot, workspace, report["scale_sd"]) | of_stems(folder, workspace)
 
 
 def _of_trees(plot: TruePlot, workspace: Path, scale_sd: float | None) -> dict:
