@@ -110,6 +110,24 @@ def test_a_block_that_lies_elsewhere_is_no_wrong_scale_and_its_trees_are_placed(
     assert FRAME.to_local(placed) == pytest.approx(tree, abs=1e-6)
 
 
+def test_a_photo_that_looks_elsewhere_is_counted_and_is_no_error_of_the_scale(monkeypatch):
+    views = PLOT.views()
+    centre, turned = views[3].centre, views[8].rotation
+    views[3] = replace(views[3], rotation=turned, translation=-turned @ centre)
+    block_of(monkeypatch, views)
+    found = camera_errors(PLOT, SFM)
+    assert found["turned_photos"] == 1 and found["centre_max_cm"] == 0
+    assert scale_error(PLOT, SFM) == pytest.approx(0, abs=1e-9)
+
+
+def test_photos_that_the_block_has_placed_wrong_do_not_move_its_trees(monkeypatch):
+    views = PLOT.views()
+    views[3] = replace(views[3], translation=views[3].translation - views[3].rotation @ [15.0, 8.0, 0.0])
+    block_of(monkeypatch, views)
+    tree = np.array([[1.0, 2.0, 0.5]])
+    assert FRAME.to_local(on_true_ground(PLOT, SFM, FRAME.to_project(tree))) == pytest.approx(tree, abs=1e-6)
+
+
 def test_what_counts_as_a_wrong_scale():
     assert wrong_scale(0.0069, 0.001) is False and wrong_scale(-0.0071, 0.001) is True
     assert wrong_scale(0.0051, None) is True and wrong_scale(None, 0.001) is None
@@ -155,6 +173,7 @@ def record(key, level, rows, seed=1, refused="", **block):
         "scale_sd": 0.001,
         "scale_error": 0.0005,
         "centre_rms_3d_cm": 3.0,
+        "turned_photos": 1,
         "focal_error_pct": [0.02, -0.05],
     }
     return {
@@ -212,7 +231,7 @@ def test_wrong_scales_and_refusals_are_counted_by_level():
     assert levels.loc[("grid", 70.0), "least_registered"] == 0.75
     text = block_markdown(rows)
     assert "6 cases, 1 refused, 1 with ok trees in a block" in text and "(1 by the median" in text
-    assert "| grid | 70 m | 1 | 0 | 75 % | 3.0 | -0.05 | 0.10 | +0.05 | +0.50 | 0 | 0 |" in text
+    assert "| grid | 70 m | 1 | 0 | 75 % | 1 | 3.0 | -0.05 | 0.10 | +0.05 | +0.50 | 0 | 0 |" in text
     assert "- `readout` 30 ms, seed 1: refused: 3 of 28 photos could be registered." in text
     assert "- `grid` 70 m, seed 1: measured in p_1: 1 of 1, p_2: 0 of 1." in text
 

@@ -16,6 +16,8 @@ from .plot import TruePlot
 
 #: A scale is wrong where it is off by more than so many of its stated standard errors and this share besides.
 WRONG_SCALE_SD, WRONG_SCALE_SHARE = 2.0, 0.005
+#: A photo whose axis is this far off its true one is placed wrong, wherever it stands.
+TURNED_DEG = 2.0
 #: Width whose length in the block is compared with its true one, m.
 _BAR_M = 0.3
 
@@ -25,7 +27,8 @@ def camera_errors(plot: TruePlot, sfm: Path) -> dict[str, Any]:
 
     Returns:
         ``centre_rms_e_n_u_cm, centre_rms_3d_cm, centre_max_cm, common_shift_cm, focal_error_pct`` (a list, by flight),
-        ``true_focal_px, true_principal_point_px``.
+        ``turned_photos`` (looking more than :data:`TURNED_DEG` elsewhere), ``true_focal_px``,
+        ``true_principal_point_px``.
     """
     frame, views = load_views(sfm, plot.folder / "images")
     true = {view.name: view for view in plot.views()}
@@ -33,12 +36,14 @@ def camera_errors(plot: TruePlot, sfm: Path) -> dict[str, Any]:
     flights = sorted({view.flight for view in views})
     firsts = [next(view for view in views if view.flight == flight) for flight in flights]
     lens = true[firsts[0].name].camera
+    towards = np.array([view.rotation[2] @ true[view.name].rotation[2] for view in views])
     return {
         "centre_rms_e_n_u_cm": _rounded(100 * np.sqrt(np.mean(errors**2, axis=0))),
         "centre_rms_3d_cm": _rounded(100 * np.sqrt(np.mean(np.sum(errors**2, axis=1)))),
         "centre_max_cm": _rounded(100 * np.linalg.norm(errors, axis=1).max()),
         "common_shift_cm": _rounded(100 * errors.mean(axis=0)),
         "focal_error_pct": [_rounded(100 * (view.camera.fx / true[view.name].camera.fx - 1), 4) for view in firsts],
+        "turned_photos": int((towards < np.cos(np.radians(TURNED_DEG))).sum()),
         "true_focal_px": lens.fx,
         "true_principal_point_px": [lens.cx, lens.cy],
     }
@@ -75,7 +80,13 @@ def _widths_of(stem: np.ndarray, pairs: list[tuple[View, View]]) -> np.ndarray:
             seen.append((view, true, pixels, depth))
     if len(seen) < 2:
         return np.zeros(0)
-    place = _intersection([view for view, *_ in seen], [pixels[0] for _, _, pixels, _ in seen])
+    # A photo that looks elsewhere shows no stem here: without those whose ray passes by far.
+    for _ in range(5):
+        place, away = _intersection([view for view, *_ in seen], [pixels[0] for _, _, pixels, _ in seen])
+        kept = [part for part, off in zip(seen, away, strict=True) if off <= max(3 * np.median(away), 0.05)]
+        if len(kept) in (len(seen), 0, 1):
+            break
+        seen = kept
     ratios = []
     for view, true, pixels, depth in seen:
         ours = (view.rotation @ (place - _centre_at_row(view, pixels[0])))[2]
@@ -94,15 +105,18 @@ def _centre_at_row(view: View, pixel: np.ndarray) -> np.ndarray:
     return view.centre + (pixel[1] / view.camera.height - 0.5) * view.readout_travel_m
 
 
-def _intersection(views: Sequence[View], pixels: Sequence[np.ndarray]) -> np.ndarray:
-    """(3,) point nearest to the rays of one pixel (2,) in each view, least squares."""
-    matrix, right = np.zeros((3, 3)), np.zeros(3)
+def _intersection(views: Sequence[View], pixels: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """(3,) point nearest to the rays of one pixel (2,) in each view, least squares, and its (V,) distances from them,
+    metres."""
+    matrix, right, rays = np.zeros((3, 3)), np.zeros(3), []
     for view, pixel in zip(views, pixels, strict=True):
         ray = view.rays(pixel[None])[0]
         across = np.eye(3) - np.outer(ray, ray)
         matrix += across
         right += across @ _centre_at_row(view, pixel)
-    return np.linalg.solve(matrix, right)
+        rays.append((across, _centre_at_row(view, pixel)))
+    place = np.linalg.solve(matrix, right)
+    return place, np.array([np.linalg.norm(across @ (place - centre)) for across, centre in rays])
 
 
 def on_true_ground(plot: TruePlot, sfm: Path, xyz: np.ndarray) -> np.ndarray:

@@ -19,7 +19,7 @@ _MOST_PCT = 3.0
 def block_rows(records: list[dict]) -> pd.DataFrame:
     """One row a case that ran the whole chain (records with ``block``).
 
-    Columns: ``factor, level, seed, method, refused`` (the message), ``registered`` (share of the photos),
+    Columns: ``factor, level, seed, method, refused`` (the message), ``registered`` (share of the photos), ``turned_photos``,
     ``centre_rms_cm`` (3-D), ``focal_error_pct`` (of the worst flight), ``scale_sd_pct`` (stated), ``scale_error_pct``
     (of widths at breast height), ``ok_error_pct`` (median error of the ok trees, of their diameter), ``ok_trees``,
     ``wrong_scale`` and ``wrong_ok_scale``: ok trees although ``scale_error_pct``, or their own median error, is beyond
@@ -47,6 +47,7 @@ def _block_row(record: dict) -> dict[str, Any]:
     return {
         **{name: record[name] for name in ("factor", "level", "seed", "method", "refused")},
         "registered": block["registered"] / block["photos"] if block else None,
+        "turned_photos": block.get("turned_photos"),
         "centre_rms_cm": block.get("centre_rms_3d_cm"),
         "focal_error_pct": max(block["focal_error_pct"], key=abs) if block else None,
         "scale_sd_pct": _pct(stated),
@@ -96,6 +97,7 @@ def by_block_level(blocks: pd.DataFrame) -> pd.DataFrame:
                     name: _worst(part[name])
                     for name in ("centre_rms_cm", "focal_error_pct", "scale_sd_pct", "scale_error_pct", "ok_error_pct")
                 },
+                "turned_photos": _worst(part["turned_photos"]),
                 **{name: _count(part[name]) for name in ("wrong_scale", "wrong_ok_scale")},
                 "by_plot": "; ".join(text for text in part["by_plot"] if text),
             }
@@ -127,9 +129,9 @@ def block_markdown(blocks: pd.DataFrame) -> str:
         f"stated standard errors and {100 * WRONG_SCALE_SHARE:g} % ({_count(once['wrong_ok_scale'])} by the median of "
         "the ok trees). By level, the worst of the seeds:",
         "",
-        "| factor | level | cases | refused | registered | centres, cm | focal length, % | stated scale error, % | "
-        "scale error, % | median ok tree, % | wrong scale: block | ok trees |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|",
+        "| factor | level | cases | refused | registered | turned | centres, cm | focal length, % | "
+        "stated scale error, % | scale error, % | median ok tree, % | wrong scale: block | ok trees |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     known = {factor.key: factor for factor in FACTORS}
     for row in by_block_level(blocks).to_dict("records"):
@@ -138,6 +140,7 @@ def block_markdown(blocks: pd.DataFrame) -> str:
             row["cases"],
             row["cases_refused"],
             _cell(row["least_registered"] * 100, "{:.0f} %"),
+            _cell(row["turned_photos"], "{:.0f}"),
             _cell(row["centre_rms_cm"], "{:.1f}"),
             *(
                 _cell(row[name], "{:.2f}" if name == "scale_sd_pct" else "{:+.2f}")
