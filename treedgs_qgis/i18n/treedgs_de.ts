@@ -700,6 +700,22 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Ordner oder Datei mit MRK und RTKLIB-.pos (PPK) oder eine CSV; sonst gelten die Positionen aus EXIF/XMP.</translation>
     </message>
     <message>
+      <source>Gcp</source>
+      <translation>Passpunkte</translation>
+    </message>
+    <message>
+      <source>Ground control and check points: gcp_list.txt of OpenDroneMap, or CSV with label, easting, northing, height (or lon, lat, height), photo, u, v; for drones without PPK, and to check any block.</source>
+      <translation>Pass- und Kontrollpunkte: gcp_list.txt von OpenDroneMap oder CSV mit label, easting, northing, height (oder lon, lat, height), photo, u, v; für Drohnen ohne PPK und zum Prüfen jedes Blocks.</translation>
+    </message>
+    <message>
+      <source>Calibration</source>
+      <translation>Kalibrierung</translation>
+    </message>
+    <message>
+      <source>camera.json of an earlier reconstruction with the same camera and photo size; without it the lens is taken from the photos' metadata.</source>
+      <translation>camera.json einer früheren Rekonstruktion mit derselben Kamera und Fotogröße; ohne sie gelten die Objektivdaten aus den Metadaten der Fotos.</translation>
+    </message>
+    <message>
       <source>DTM</source>
       <translation>Geländemodell (DGM)</translation>
     </message>
@@ -2452,8 +2468,252 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Eine künstliche Probefläche erzeugen: Drohnenfotos, PPK-Dateien, LiDAR, Feldtabelle und Wahrheit.</translation>
     </message>
     <message>
-      <source>Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what a flight plan would measure. Real photos are harder: no wind, no rolling shutter, no motion blur.</source>
-      <translation>Lässt einen Kiefernbestand auf unebenem Boden wachsen und fotografiert ihn durch Strahlverfolgung auf zwei Schrägflügen, mit verdeckenden Kronen, Sträuchern und Schlagschatten, Linsenverzeichnung und Sensorrauschen. Schreibt images/ (EXIF, GPS, DJI-XMP), die MRK- und .pos-Dateien, dtm.tif, plots.csv, field_trees.csv, lidar/ und truth/ (nur zum Bewerten). Koordinaten sind EPSG:6344, Höhen ellipsoidische Meter, BHD Zentimeter. Zum Ausprobieren der Kette, zum Testen oder um zu sehen, was ein Flugplan messen würde. Echte Fotos sind schwieriger: kein Wind, kein Rolling Shutter, keine Bewegungsunschärfe.</translation>
+      <source>Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what a flight plan would measure. Real photos are harder than the defaults: wind, rolling shutter, motion blur, a real lens and sensor, grid flights over several plots and ground control are advanced options.</source>
+      <translation>Lässt einen Kiefernbestand auf unebenem Boden wachsen und fotografiert ihn durch Strahlverfolgung auf zwei Schrägflügen, mit verdeckenden Kronen, Sträuchern und Schlagschatten, Linsenverzeichnung und Sensorrauschen. Schreibt images/ (EXIF, GPS, DJI-XMP), die MRK- und .pos-Dateien, dtm.tif, plots.csv, field_trees.csv, lidar/ und truth/ (nur zum Bewerten). Koordinaten sind EPSG:6344, Höhen ellipsoidische Meter, BHD Zentimeter. Zum Ausprobieren der Kette, zum Testen oder um zu sehen, was ein Flugplan messen würde. Echte Fotos sind schwieriger als die Voreinstellungen: Wind, Rolling Shutter, Bewegungsunschärfe, ein echtes Objektiv und ein echter Sensor, Rasterflüge über mehrere Probeflächen und Passpunkte sind erweiterte Optionen.</translation>
+    </message>
+    <message>
+      <source>Sky</source>
+      <translation>Himmel</translation>
+    </message>
+    <message>
+      <source>clear: sun with cast shadows; overcast: light from the whole sky, no cast shadows</source>
+      <translation>clear: Sonne mit Schlagschatten; overcast: Licht vom ganzen Himmel, keine Schlagschatten</translation>
+    </message>
+    <message>
+      <source>Sun elevation [deg]</source>
+      <translation>Sonnenhöhe [Grad]</translation>
+    </message>
+    <message>
+      <source>height of the sun above the horizon; default: by date, time and place (about 40-50)</source>
+      <translation>Höhe der Sonne über dem Horizont; Vorgabe: nach Datum, Zeit und Ort (etwa 40-50)</translation>
+    </message>
+    <message>
+      <source>Shadow samples</source>
+      <translation>Schattenstrahlen</translation>
+    </message>
+    <message>
+      <source>rays to the sun's disc from each spot; 16 and more make smooth penumbrae</source>
+      <translation>Strahlen von jeder Stelle zur Sonnenscheibe; ab 16 werden die Halbschatten glatt</translation>
+    </message>
+    <message>
+      <source>Wind smooth</source>
+      <translation>Wind stetig</translation>
+    </message>
+    <message>
+      <source>each photo has its own moment of the wind: every tree sways from its foot in its own period, its top by --wind-sway-cm; off = three positions in turn</source>
+      <translation>jedes Foto hat seinen eigenen Augenblick im Wind: Jeder Baum schwankt vom Stammfuß an in seiner eigenen Periode, sein Wipfel um --wind-sway-cm; aus = drei Stellungen im Wechsel</translation>
+    </message>
+    <message>
+      <source>Wind flutter [cm]</source>
+      <translation>Flattern im Wind [cm]</translation>
+    </message>
+    <message>
+      <source>twigs, leaves, shrubs and grass that move by themselves from photo to photo, standard deviation</source>
+      <translation>Zweige, Blätter, Sträucher und Gras, die sich von Foto zu Foto für sich bewegen, Standardabweichung</translation>
+    </message>
+    <message>
+      <source>Sensor</source>
+      <translation>Sensor</translation>
+    </message>
+    <message>
+      <source>clean: noise and JPEG only; drone: Bayer mosaic, denoising, sharpening, tone curve, colour noise, vignetting, drifting exposure and white balance, JPEG 88</source>
+      <translation>clean: nur Rauschen und JPEG; drone: Bayer-Mosaik, Entrauschen, Schärfen, Tonwertkurve, Farbrauschen, Vignettierung, schwankende Belichtung und schwankender Weißabgleich, JPEG 88</translation>
+    </message>
+    <message>
+      <source>Vignetting [%]</source>
+      <translation>Vignettierung [%]</translation>
+    </message>
+    <message>
+      <source>light lost in the corners</source>
+      <translation>Lichtabfall in den Ecken</translation>
+    </message>
+    <message>
+      <source>Chroma noise [%]</source>
+      <translation>Farbrauschen [%]</translation>
+    </message>
+    <message>
+      <source>colour noise, of full scale</source>
+      <translation>Farbrauschen, vom Vollausschlag</translation>
+    </message>
+    <message>
+      <source>Denoise [%]</source>
+      <translation>Entrauschen [%]</translation>
+    </message>
+    <message>
+      <source>noise that the camera's software smooths away, of full scale</source>
+      <translation>Rauschen, das die Software der Kamera glättet, vom Vollausschlag</translation>
+    </message>
+    <message>
+      <source>Contrast</source>
+      <translation>Kontrast</translation>
+    </message>
+    <message>
+      <source>strength of the S-shaped tone curve</source>
+      <translation>Stärke der S-förmigen Tonwertkurve</translation>
+    </message>
+    <message>
+      <source>Sharpening</source>
+      <translation>Schärfung</translation>
+    </message>
+    <message>
+      <source>strength of the camera's sharpening</source>
+      <translation>Stärke der Schärfung in der Kamera</translation>
+    </message>
+    <message>
+      <source>Jpeg quality</source>
+      <translation>JPEG-Qualität</translation>
+    </message>
+    <message>
+      <source>JPEG quality (colour at half resolution)</source>
+      <translation>JPEG-Qualität (Farbe in halber Auflösung)</translation>
+    </message>
+    <message>
+      <source>Readout [ms]</source>
+      <translation>Auslesezeit [ms]</translation>
+    </message>
+    <message>
+      <source>rolling shutter: time from reading the first row of a photo to the last</source>
+      <translation>Rolling Shutter: Zeit vom Auslesen der ersten Zeile eines Fotos bis zur letzten</translation>
+    </message>
+    <message>
+      <source>Exposure [ms]</source>
+      <translation>Belichtungszeit [ms]</translation>
+    </message>
+    <message>
+      <source>exposure time of a row: motion blur of a flying drone</source>
+      <translation>Belichtungszeit einer Zeile: Bewegungsunschärfe einer fliegenden Drohne</translation>
+    </message>
+    <message>
+      <source>Flight speed m [m/s]</source>
+      <translation>Fluggeschwindigkeit [m/s]</translation>
+    </message>
+    <message>
+      <source>speed of the drone at each photo; 0 = it hovers for a photo</source>
+      <translation>Geschwindigkeit der Drohne bei jedem Foto; 0 = sie schwebt für ein Foto</translation>
+    </message>
+    <message>
+      <source>Gimbal rate deg [deg/s]</source>
+      <translation>Drehrate der Kameraaufhängung [Grad/s]</translation>
+    </message>
+    <message>
+      <source>residual turning of the camera during a photo, standard deviation about each axis</source>
+      <translation>Restdrehung der Kamera während eines Fotos, Standardabweichung um jede Achse</translation>
+    </message>
+    <message>
+      <source>K1</source>
+      <translation>K1</translation>
+    </message>
+    <message>
+      <source>radial distortion, r^2</source>
+      <translation>radiale Verzeichnung, r^2</translation>
+    </message>
+    <message>
+      <source>K2</source>
+      <translation>K2</translation>
+    </message>
+    <message>
+      <source>radial distortion, r^4</source>
+      <translation>radiale Verzeichnung, r^4</translation>
+    </message>
+    <message>
+      <source>K3</source>
+      <translation>K3</translation>
+    </message>
+    <message>
+      <source>radial distortion, r^6</source>
+      <translation>radiale Verzeichnung, r^6</translation>
+    </message>
+    <message>
+      <source>P1</source>
+      <translation>P1</translation>
+    </message>
+    <message>
+      <source>decentring of the lens, p1</source>
+      <translation>Dezentrierung des Objektivs (tangentiale Verzeichnung), p1</translation>
+    </message>
+    <message>
+      <source>P2</source>
+      <translation>P2</translation>
+    </message>
+    <message>
+      <source>decentring of the lens, p2</source>
+      <translation>Dezentrierung des Objektivs (tangentiale Verzeichnung), p2</translation>
+    </message>
+    <message>
+      <source>Focal drift</source>
+      <translation>Drift der Brennweite</translation>
+    </message>
+    <message>
+      <source>relative change of the focal length from flight to flight (0.0006 = 0.06 %)</source>
+      <translation>relative Änderung der Brennweite von Flug zu Flug (0.0006 = 0,06 %)</translation>
+    </message>
+    <message>
+      <source>Gnss</source>
+      <translation>GNSS</translation>
+    </message>
+    <message>
+      <source>ppk: MRK and .pos; consumer: nothing but the positions in the photos, metres off</source>
+      <translation>ppk: MRK und .pos; consumer: nichts als die Positionen in den Fotos, um Meter daneben</translation>
+    </message>
+    <message>
+      <source>Control points</source>
+      <translation>Passpunkte</translation>
+    </message>
+    <message>
+      <source>surveyed plates on the ground, with their marks in the photos (gcp_list.txt)</source>
+      <translation>eingemessene Tafeln am Boden, mit ihren Marken in den Fotos (gcp_list.txt)</translation>
+    </message>
+    <message>
+      <source>Flight</source>
+      <translation>Flug</translation>
+    </message>
+    <message>
+      <source>rings: nadir photos and rings aimed at the plot; grid: parallel nadir lines and a crosshatch of oblique ones over an area, not aimed at any plot</source>
+      <translation>rings: Nadirfotos und auf die Probefläche gerichtete Ringe; grid: parallele Nadirstreifen und ein Kreuzraster schräger Streifen über einem Gebiet, auf keine Probefläche gerichtet</translation>
+    </message>
+    <message>
+      <source>Height [m]</source>
+      <translation>Höhe [m]</translation>
+    </message>
+    <message>
+      <source>height of a grid flight</source>
+      <translation>Höhe eines Rasterflugs</translation>
+    </message>
+    <message>
+      <source>Front overlap [%]</source>
+      <translation>Längsüberlappung [%]</translation>
+    </message>
+    <message>
+      <source>overlap of a grid flight along its lines</source>
+      <translation>Überlappung eines Rasterflugs entlang seiner Streifen</translation>
+    </message>
+    <message>
+      <source>Side overlap [%]</source>
+      <translation>Querüberlappung [%]</translation>
+    </message>
+    <message>
+      <source>overlap between the lines of a grid flight</source>
+      <translation>Überlappung zwischen den Streifen eines Rasterflugs</translation>
+    </message>
+    <message>
+      <source>Oblique [deg]</source>
+      <translation>Schrägwinkel [Grad]</translation>
+    </message>
+    <message>
+      <source>tilt from straight down of the oblique lines of a grid flight; 0 = nadir lines only</source>
+      <translation>Neigung der schrägen Streifen eines Rasterflugs aus der Senkrechten; 0 = nur Nadirstreifen</translation>
+    </message>
+    <message>
+      <source>Terrain following</source>
+      <translation>Geländefolge</translation>
+    </message>
+    <message>
+      <source>a grid flight keeps its height above the ground, not above its start</source>
+      <translation>ein Rasterflug hält seine Höhe über dem Boden, nicht über seinem Start</translation>
+    </message>
+    <message>
+      <source>plots that one grid flight covers</source>
+      <translation>Probeflächen, die ein Rasterflug abdeckt</translation>
     </message>
     <message>
       <source>Wind sway [cm]</source>
@@ -3268,10 +3528,6 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Zählt als</translation>
     </message>
     <message>
-      <source>Height [m]</source>
-      <translation>Höhe [m]</translation>
-    </message>
-    <message>
       <source>Height from</source>
       <translation>Höhe aus</translation>
     </message>
@@ -3340,10 +3596,6 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Auslösung (UTC) [s seit 1970]</translation>
     </message>
     <message>
-      <source>Flight</source>
-      <translation>Flug</translation>
-    </message>
-    <message>
       <source>Yaw [°]</source>
       <translation>Kurs [°]</translation>
     </message>
@@ -3358,6 +3610,22 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
     <message>
       <source>Height above take-off [m]</source>
       <translation>Höhe über Startpunkt [m]</translation>
+    </message>
+    <message>
+      <source>Velocity east [m/s]</source>
+      <translation>Geschwindigkeit Ost [m/s]</translation>
+    </message>
+    <message>
+      <source>Velocity north [m/s]</source>
+      <translation>Geschwindigkeit Nord [m/s]</translation>
+    </message>
+    <message>
+      <source>Velocity up [m/s]</source>
+      <translation>Vertikalgeschwindigkeit [m/s]</translation>
+    </message>
+    <message>
+      <source>Source of the velocity</source>
+      <translation>Herkunft der Geschwindigkeit</translation>
     </message>
     <message>
       <source>fixed (centimetres)</source>

@@ -700,6 +700,22 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Carpeta o archivo con MRK y .pos de RTKLIB (PPK), o un CSV; si falta, valen las posiciones EXIF/XMP.</translation>
     </message>
     <message>
+      <source>Gcp</source>
+      <translation>Puntos de control</translation>
+    </message>
+    <message>
+      <source>Ground control and check points: gcp_list.txt of OpenDroneMap, or CSV with label, easting, northing, height (or lon, lat, height), photo, u, v; for drones without PPK, and to check any block.</source>
+      <translation>Puntos de control y de comprobación: gcp_list.txt de OpenDroneMap, o CSV con label, easting, northing, height (o lon, lat, height), photo, u, v; para drones sin PPK y para comprobar cualquier bloque.</translation>
+    </message>
+    <message>
+      <source>Calibration</source>
+      <translation>Calibración</translation>
+    </message>
+    <message>
+      <source>camera.json of an earlier reconstruction with the same camera and photo size; without it the lens is taken from the photos' metadata.</source>
+      <translation>camera.json de una reconstrucción anterior con la misma cámara y tamaño de foto; si falta, valen los datos de la lente de los metadatos de las fotos.</translation>
+    </message>
+    <message>
       <source>DTM</source>
       <translation>MDT</translation>
     </message>
@@ -2452,8 +2468,252 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Crear una parcela sintética: fotos de dron, archivos PPK, LiDAR, tabla de campo y verdad.</translation>
     </message>
     <message>
-      <source>Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what a flight plan would measure. Real photos are harder: no wind, no rolling shutter, no motion blur.</source>
-      <translation>Hace crecer un pinar sobre terreno irregular y lo fotografía por trazado de rayos en dos vuelos oblicuos, con copas que tapan, arbustos y sombras, distorsión de la lente y ruido del sensor. Escribe images/ (EXIF, GPS, XMP de DJI), los archivos MRK y .pos, dtm.tif, plots.csv, field_trees.csv, lidar/ y truth/ (solo para puntuar). Las coordenadas son EPSG:6344, las alturas metros elipsoidales, los DAP centímetros. Sirve para probar la cadena, para los tests o para ver qué mediría un plan de vuelo. Las fotos reales son más difíciles: aquí no hay viento, ni obturador rodante, ni desenfoque de movimiento.</translation>
+      <source>Grows a pine stand on rough ground and photographs it by ray casting in two oblique flights, with occluding crowns, shrubs and cast shadows, lens distortion and sensor noise. Writes images/ (EXIF, GPS, DJI XMP), the MRK and .pos files, dtm.tif, plots.csv, field_trees.csv, lidar/ and truth/ (for scoring only). Coordinates are EPSG:6344, heights ellipsoidal metres, DBH centimetres. Use it to try the chain, to test, or to see what a flight plan would measure. Real photos are harder than the defaults: wind, rolling shutter, motion blur, a real lens and sensor, grid flights over several plots and ground control are advanced options.</source>
+      <translation>Hace crecer un pinar sobre terreno irregular y lo fotografía por trazado de rayos en dos vuelos oblicuos, con copas que tapan, arbustos y sombras, distorsión de la lente y ruido del sensor. Escribe images/ (EXIF, GPS, XMP de DJI), los archivos MRK y .pos, dtm.tif, plots.csv, field_trees.csv, lidar/ y truth/ (solo para puntuar). Las coordenadas son EPSG:6344, las alturas metros elipsoidales, los DAP centímetros. Sirve para probar la cadena, para los tests o para ver qué mediría un plan de vuelo. Las fotos reales son más difíciles que los valores predeterminados: viento, obturador rodante, desenfoque de movimiento, una lente y un sensor reales, vuelos en cuadrícula sobre varias parcelas y puntos de control son opciones avanzadas.</translation>
+    </message>
+    <message>
+      <source>Sky</source>
+      <translation>Cielo</translation>
+    </message>
+    <message>
+      <source>clear: sun with cast shadows; overcast: light from the whole sky, no cast shadows</source>
+      <translation>clear: sol con sombras proyectadas; overcast: luz de todo el cielo, sin sombras proyectadas</translation>
+    </message>
+    <message>
+      <source>Sun elevation [deg]</source>
+      <translation>Elevación del sol [grados]</translation>
+    </message>
+    <message>
+      <source>height of the sun above the horizon; default: by date, time and place (about 40-50)</source>
+      <translation>altura del sol sobre el horizonte; por defecto: según fecha, hora y lugar (unos 40-50)</translation>
+    </message>
+    <message>
+      <source>Shadow samples</source>
+      <translation>Muestras de sombra</translation>
+    </message>
+    <message>
+      <source>rays to the sun's disc from each spot; 16 and more make smooth penumbrae</source>
+      <translation>rayos desde cada punto al disco solar; con 16 o más las penumbras salen suaves</translation>
+    </message>
+    <message>
+      <source>Wind smooth</source>
+      <translation>Viento continuo</translation>
+    </message>
+    <message>
+      <source>each photo has its own moment of the wind: every tree sways from its foot in its own period, its top by --wind-sway-cm; off = three positions in turn</source>
+      <translation>cada foto tiene su propio instante del viento: cada árbol se balancea desde su pie con su propio periodo, su ápice en --wind-sway-cm; desactivado = tres posiciones por turno</translation>
+    </message>
+    <message>
+      <source>Wind flutter [cm]</source>
+      <translation>Agitación por viento [cm]</translation>
+    </message>
+    <message>
+      <source>twigs, leaves, shrubs and grass that move by themselves from photo to photo, standard deviation</source>
+      <translation>ramillas, hojas, arbustos y hierba que se mueven por su cuenta de foto a foto, desviación estándar</translation>
+    </message>
+    <message>
+      <source>Sensor</source>
+      <translation>Sensor</translation>
+    </message>
+    <message>
+      <source>clean: noise and JPEG only; drone: Bayer mosaic, denoising, sharpening, tone curve, colour noise, vignetting, drifting exposure and white balance, JPEG 88</source>
+      <translation>clean: solo ruido y JPEG; drone: mosaico de Bayer, reducción de ruido, enfoque, curva de tonos, ruido de color, viñeteado, deriva de la exposición y del balance de blancos, JPEG 88</translation>
+    </message>
+    <message>
+      <source>Vignetting [%]</source>
+      <translation>Viñeteado [%]</translation>
+    </message>
+    <message>
+      <source>light lost in the corners</source>
+      <translation>luz que se pierde en las esquinas</translation>
+    </message>
+    <message>
+      <source>Chroma noise [%]</source>
+      <translation>Ruido de color [%]</translation>
+    </message>
+    <message>
+      <source>colour noise, of full scale</source>
+      <translation>ruido de color, respecto a la escala completa</translation>
+    </message>
+    <message>
+      <source>Denoise [%]</source>
+      <translation>Reducción de ruido [%]</translation>
+    </message>
+    <message>
+      <source>noise that the camera's software smooths away, of full scale</source>
+      <translation>ruido que suaviza el software de la cámara, respecto a la escala completa</translation>
+    </message>
+    <message>
+      <source>Contrast</source>
+      <translation>Contraste</translation>
+    </message>
+    <message>
+      <source>strength of the S-shaped tone curve</source>
+      <translation>intensidad de la curva de tonos en forma de S</translation>
+    </message>
+    <message>
+      <source>Sharpening</source>
+      <translation>Enfoque</translation>
+    </message>
+    <message>
+      <source>strength of the camera's sharpening</source>
+      <translation>intensidad del enfoque que aplica la cámara</translation>
+    </message>
+    <message>
+      <source>Jpeg quality</source>
+      <translation>Calidad JPEG</translation>
+    </message>
+    <message>
+      <source>JPEG quality (colour at half resolution)</source>
+      <translation>calidad JPEG (color a media resolución)</translation>
+    </message>
+    <message>
+      <source>Readout [ms]</source>
+      <translation>Tiempo de lectura [ms]</translation>
+    </message>
+    <message>
+      <source>rolling shutter: time from reading the first row of a photo to the last</source>
+      <translation>obturador rodante: tiempo desde la lectura de la primera fila de una foto hasta la última</translation>
+    </message>
+    <message>
+      <source>Exposure [ms]</source>
+      <translation>Tiempo de exposición [ms]</translation>
+    </message>
+    <message>
+      <source>exposure time of a row: motion blur of a flying drone</source>
+      <translation>tiempo de exposición de una fila: desenfoque de movimiento de un dron en vuelo</translation>
+    </message>
+    <message>
+      <source>Flight speed m [m/s]</source>
+      <translation>Velocidad de vuelo [m/s]</translation>
+    </message>
+    <message>
+      <source>speed of the drone at each photo; 0 = it hovers for a photo</source>
+      <translation>velocidad del dron en cada foto; 0 = se detiene en el aire para cada foto</translation>
+    </message>
+    <message>
+      <source>Gimbal rate deg [deg/s]</source>
+      <translation>Velocidad de giro del cardán [grados/s]</translation>
+    </message>
+    <message>
+      <source>residual turning of the camera during a photo, standard deviation about each axis</source>
+      <translation>giro residual de la cámara durante una foto, desviación estándar en torno a cada eje</translation>
+    </message>
+    <message>
+      <source>K1</source>
+      <translation>K1</translation>
+    </message>
+    <message>
+      <source>radial distortion, r^2</source>
+      <translation>distorsión radial, r^2</translation>
+    </message>
+    <message>
+      <source>K2</source>
+      <translation>K2</translation>
+    </message>
+    <message>
+      <source>radial distortion, r^4</source>
+      <translation>distorsión radial, r^4</translation>
+    </message>
+    <message>
+      <source>K3</source>
+      <translation>K3</translation>
+    </message>
+    <message>
+      <source>radial distortion, r^6</source>
+      <translation>distorsión radial, r^6</translation>
+    </message>
+    <message>
+      <source>P1</source>
+      <translation>P1</translation>
+    </message>
+    <message>
+      <source>decentring of the lens, p1</source>
+      <translation>distorsión descentrada de la lente, p1</translation>
+    </message>
+    <message>
+      <source>P2</source>
+      <translation>P2</translation>
+    </message>
+    <message>
+      <source>decentring of the lens, p2</source>
+      <translation>distorsión descentrada de la lente, p2</translation>
+    </message>
+    <message>
+      <source>Focal drift</source>
+      <translation>Deriva de la focal</translation>
+    </message>
+    <message>
+      <source>relative change of the focal length from flight to flight (0.0006 = 0.06 %)</source>
+      <translation>cambio relativo de la distancia focal de vuelo a vuelo (0.0006 = 0,06 %)</translation>
+    </message>
+    <message>
+      <source>Gnss</source>
+      <translation>GNSS</translation>
+    </message>
+    <message>
+      <source>ppk: MRK and .pos; consumer: nothing but the positions in the photos, metres off</source>
+      <translation>ppk: MRK y .pos; consumer: solo las posiciones de las fotos, con metros de error</translation>
+    </message>
+    <message>
+      <source>Control points</source>
+      <translation>Puntos de control</translation>
+    </message>
+    <message>
+      <source>surveyed plates on the ground, with their marks in the photos (gcp_list.txt)</source>
+      <translation>placas en el suelo con coordenadas medidas, con sus marcas en las fotos (gcp_list.txt)</translation>
+    </message>
+    <message>
+      <source>Flight</source>
+      <translation>Vuelo</translation>
+    </message>
+    <message>
+      <source>rings: nadir photos and rings aimed at the plot; grid: parallel nadir lines and a crosshatch of oblique ones over an area, not aimed at any plot</source>
+      <translation>rings: fotos nadirales y anillos dirigidos a la parcela; grid: pasadas nadirales paralelas y una trama cruzada de oblicuas sobre un área, sin apuntar a ninguna parcela</translation>
+    </message>
+    <message>
+      <source>Height [m]</source>
+      <translation>Altura [m]</translation>
+    </message>
+    <message>
+      <source>height of a grid flight</source>
+      <translation>altura de un vuelo en cuadrícula</translation>
+    </message>
+    <message>
+      <source>Front overlap [%]</source>
+      <translation>Solape longitudinal [%]</translation>
+    </message>
+    <message>
+      <source>overlap of a grid flight along its lines</source>
+      <translation>solape de un vuelo en cuadrícula a lo largo de sus pasadas</translation>
+    </message>
+    <message>
+      <source>Side overlap [%]</source>
+      <translation>Solape transversal [%]</translation>
+    </message>
+    <message>
+      <source>overlap between the lines of a grid flight</source>
+      <translation>solape entre las pasadas de un vuelo en cuadrícula</translation>
+    </message>
+    <message>
+      <source>Oblique [deg]</source>
+      <translation>Oblicuidad [grados]</translation>
+    </message>
+    <message>
+      <source>tilt from straight down of the oblique lines of a grid flight; 0 = nadir lines only</source>
+      <translation>inclinación desde la vertical de las pasadas oblicuas de un vuelo en cuadrícula; 0 = solo pasadas nadirales</translation>
+    </message>
+    <message>
+      <source>Terrain following</source>
+      <translation>Seguimiento del terreno</translation>
+    </message>
+    <message>
+      <source>a grid flight keeps its height above the ground, not above its start</source>
+      <translation>un vuelo en cuadrícula mantiene su altura sobre el suelo, no sobre su despegue</translation>
+    </message>
+    <message>
+      <source>plots that one grid flight covers</source>
+      <translation>parcelas que cubre un vuelo en cuadrícula</translation>
     </message>
     <message>
       <source>Wind sway [cm]</source>
@@ -3268,10 +3528,6 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Cuenta como</translation>
     </message>
     <message>
-      <source>Height [m]</source>
-      <translation>Altura [m]</translation>
-    </message>
-    <message>
       <source>Height from</source>
       <translation>Origen de la altura</translation>
     </message>
@@ -3340,10 +3596,6 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Disparo (UTC) [s desde 1970]</translation>
     </message>
     <message>
-      <source>Flight</source>
-      <translation>Vuelo</translation>
-    </message>
-    <message>
       <source>Yaw [°]</source>
       <translation>Rumbo [°]</translation>
     </message>
@@ -3358,6 +3610,22 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
     <message>
       <source>Height above take-off [m]</source>
       <translation>Altura sobre el despegue [m]</translation>
+    </message>
+    <message>
+      <source>Velocity east [m/s]</source>
+      <translation>Velocidad este [m/s]</translation>
+    </message>
+    <message>
+      <source>Velocity north [m/s]</source>
+      <translation>Velocidad norte [m/s]</translation>
+    </message>
+    <message>
+      <source>Velocity up [m/s]</source>
+      <translation>Velocidad vertical [m/s]</translation>
+    </message>
+    <message>
+      <source>Source of the velocity</source>
+      <translation>Origen de la velocidad</translation>
     </message>
     <message>
       <source>fixed (centimetres)</source>
