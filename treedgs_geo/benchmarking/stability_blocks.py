@@ -19,7 +19,8 @@ _MOST_PCT = 3.0
 def block_rows(records: list[dict]) -> pd.DataFrame:
     """One row a case that ran the whole chain (records with ``block``).
 
-    Columns: ``factor, level, seed, method, refused`` (the message), ``registered`` (share of the photos), ``turned_photos``,
+    Columns: ``factor, level, seed, method, refused`` (the message), ``registered`` (share of the photos),
+    ``turned_photos`` (of them, looking elsewhere),
     ``centre_rms_cm`` (3-D), ``focal_error_pct`` (of the worst flight), ``scale_sd_pct`` (stated), ``scale_error_pct``
     (of widths at breast height), ``ok_error_pct`` (median error of the ok trees, of their diameter), ``ok_trees``,
     ``wrong_scale`` and ``wrong_ok_scale``: ok trees although ``scale_error_pct``, or their own median error, is beyond
