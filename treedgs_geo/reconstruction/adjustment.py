@@ -45,7 +45,7 @@ class Known:
     relative for focal length and fy / fx, pixels for the principal point, dimensionless for the distortion.
     readout_sd_s: of ``sensor.readout_s`` before the adjustment, ``readout_s``. drift_sd: of the focal length's change
     between flights, relative. travel_sd_m: of the readout travel that speed and readout time do not explain. control:
-    control and check points, in the local frame.
+    control and check points, in the local frame. gimbal: (N, 3, 3) world -> camera by the gimbal's angles, NaN unknown.
     """
 
     xyz: np.ndarray
@@ -57,6 +57,7 @@ class Known:
     drift_sd: float = 5e-4
     travel_sd_m: float = 0.0
     control: ControlPoints | None = None
+    gimbal: np.ndarray | None = None
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,9 @@ from ..geotags.stations import Stations
 from .adjustment import Adjusted, Known, adjust, prune, typical_px
 from .control import align_to_control
 from .features import FeatureStore
-from .georeference import Placement
+from .georeference import GIMBAL_GATE_DEG, Placement
 from .guided import find_points, turn_to_points
+from .poses import nearest_rotation, rotation_angle_deg
 from .posterior import posterior_of
 from .sensor import Sensor
 from .shutter import settle_lens, settle_shutter
@@ -25,7 +26,7 @@ from .tracks import Block, build_tracks, triangulate
 #: A photo with fewer observations than this after the adjustment counts as not registered.
 MIN_OBSERVATIONS = 12
 #: Where the mapper places a smaller share of the photos, geotags and gimbal angles are tried.
-MAPPED_SHARE = 0.35
+MAPPED_SHARE, PRECISE_GEOTAG_M = 0.35, 0.5
 #: The gimbal's angles are believed to this, degrees (half a degree stated; three times that and the yaw's compass).
 GIMBAL_REACH_DEG = 1.5
 #: A photo farther from a good geotag than this many standard deviations, and this many metres, is placed again.
@@ -136,7 +137,10 @@ def _enough(placement: Placement, store: FeatureStore, known: Known, sensor: Sen
     Mappers know no rolling shutter: 8 cm between the first row and the last bend their models until few photos agree
     with their geotags.
     """
-    if placement.mapped.sum() < max(3, MAPPED_SHARE * len(placement.mapped)):
+    placed = np.isfinite(known.xyz).all(axis=1)
+    precise = placed.any() and np.median(np.linalg.norm(known.sd[placed], axis=1)) < PRECISE_GEOTAG_M
+    # Geotags that are metres off would tear such a start apart.
+    if placement.mapped.sum() < max(3, MAPPED_SHARE * len(placement.mapped) if precise else 3):
         other = from_gimbal(placement, store, known, sensor)
         if other.mapped.sum() > placement.mapped.sum():
             reporter.info(
@@ -155,21 +159,44 @@ def _enough(placement: Placement, store: FeatureStore, known: Known, sensor: Sen
 def _set_loose(block: Block, known: Known, guess: np.ndarray) -> np.ndarray:
     """Take out the photos that stand far from a good geotag, to be placed again from there; (N,) bool which."""
     stray = strays(block, known)
-    guess[stray] = block.rotations[stray]
+    turned = _turned(block, known)
+    guess[stray & ~turned] = block.rotations[stray & ~turned]
     block.unpose(stray)
     return stray
 
 
 def strays(block: Block, known: Known) -> np.ndarray:
-    """(N,) bool: posed photos that contradict a good geotag (:data:`STRAY_SD`, :data:`STRAY_M`); none where a third
-    would: then the geotags are not as good as they state.
+    """(N,) bool: posed photos that contradict a good geotag (:data:`STRAY_SD`, :data:`STRAY_M`) or their gimbal; none
+    where a third would: then geotags or angles are not as good as they state.
     """
     off = np.where(block.is_posed[:, None], block.centres, np.nan) - known.xyz
     with np.errstate(invalid="ignore"):
         far = np.linalg.norm(off / known.sd, axis=1) > STRAY_SD * np.sqrt(3)
         far &= np.linalg.norm(known.sd, axis=1) < GOOD_GEOTAG_M
         found = far & (np.linalg.norm(off, axis=1) > STRAY_M)
+    found |= _turned(block, known)
     return found if found.sum() <= MOST_STRAYS * block.is_posed.sum() else np.zeros(len(found), bool)
+
+
+def _turned(block: Block, known: Known) -> np.ndarray:
+    """(N,) bool: posed photos that look elsewhere than their gimbal says, the mounting error that all share taken out.
+
+    Such a photo stands on its geotag and hangs on wrong matches alone: its centre does not show it.
+    """
+    found = np.zeros(len(block.translations), bool)
+    if known.gimbal is None:
+        return found
+    both = np.flatnonzero(block.is_posed & np.isfinite(known.gimbal).all(axis=(1, 2)))
+    if len(both) < 3:
+        return found
+    error = block.rotations[both] @ known.gimbal[both].transpose(0, 2, 1)
+    # Twice: the first mean still holds the turned ones.
+    near = np.ones(len(both), bool)
+    for _ in range(2):
+        away = rotation_angle_deg(error @ nearest_rotation(error[near].sum(axis=0)).T)
+        near = away <= max(GIMBAL_GATE_DEG, 3 * float(np.median(away)))
+    found[both[~near]] = True
+    return found
 
 
 def _join_loose(

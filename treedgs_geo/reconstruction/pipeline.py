@@ -120,7 +120,9 @@ def reconstruct_photos(
 
     free = _free_lens(rotations, xyz, stations, control)
     readout = _readout(stations, calibration)
-    known = Known(xyz, stations.sd, calibration.camera, lens_sd(calibration), control=_local(control, frame))
+    known = Known(
+        xyz, stations.sd, calibration.camera, lens_sd(calibration), control=_local(control, frame), gimbal=rotations
+    )
     height = np.nanmedian(xyz[:, 2]) - ground if np.isfinite(ground) else 80.0
     known, sensor, shutter = free_shutter(
         known, sensor_of(stations, calibration.camera), stations, readout, float(height)
