@@ -55,7 +55,7 @@ class Observations(NamedTuple):
     """M observations: photo, point, (M, 2) pixels, share of the readout (row / height - 0.5), and their own error
     beside that of all, (M,) px."""
 
-    image: np.ndarray
+    photo: np.ndarray
     point: np.ndarray
     pixels: np.ndarray
     share: np.ndarray
@@ -141,9 +141,9 @@ class Problem:
         self.seen, self.priors, self.sensor = observations, priors, sensor
         self.photos, self.points = len(priors.centres), points
         self.shared = FIRST_FLIGHT + len(sensor.drift) - 1
-        self.by_image = _rows_of(observations.image, self.photos)
+        self.by_image = _rows_of(observations.photo, self.photos)
         self.by_point = _rows_of(observations.point, points)
-        rows = len(observations.image)
+        rows = len(observations.photo)
         self.linear = Linear(
             np.zeros((rows, 2)),
             np.zeros((rows, 2, N_POSE)),
@@ -171,11 +171,11 @@ class Problem:
         self.point_xyz = np.where(np.isfinite(priors.point_sd), priors.point_xyz, 0.0)
 
     def linearise(self, x: State) -> None:
-        """Residuals and derivatives at ``x`` into :attr:`linear`."""
+        """Residuals and derivatives at ``x`` into ``linear``."""
         seen, sensor = self.seen, self.sensor
         kernels.linearise(
             kernels.Model(x.shared, x.drift, x.rotations, x.centres, x.travel, x.points, sensor.velocity_m_s),
-            kernels.Seen(seen.image, seen.point, seen.pixels, seen.share, sensor.flight),
+            kernels.Seen(seen.photo, seen.point, seen.pixels, seen.share, sensor.flight),
             *self.linear,
         )
 
@@ -212,7 +212,7 @@ class Problem:
         size = self.photos * N_POSE + self.shared
         matrix, right = np.zeros((size, size)), np.zeros(size)
         rows = kernels.Rows(*self.by_image), kernels.Rows(*self.by_point)
-        kernels.reduce_photos(linear, weights.pixels, self.seen.image, self.seen.point, *rows, points, matrix, right)
+        kernels.reduce_photos(linear, weights.pixels, self.seen.photo, self.seen.point, *rows, points, matrix, right)
         kernels.reduce_shared(linear, weights.pixels, points, matrix, right)
         self._add_tags(x, weights.tags, matrix, right)
         diagonal = np.arange(size)
@@ -283,7 +283,7 @@ class Problem:
     def _moved(self, x: State, weights: Weights, points: PointNormals, step: np.ndarray) -> State:
         move = np.zeros((self.points, 3))
         kernels.move_points(
-            self.linear, weights.pixels, self.seen.image, kernels.Rows(*self.by_point), points, step, move
+            self.linear, weights.pixels, self.seen.photo, kernels.Rows(*self.by_point), points, step, move
         )
         pose = step[: self.photos * N_POSE].reshape(self.photos, N_POSE)
         shared = step[self.photos * N_POSE :]

@@ -35,7 +35,7 @@ class Model(NamedTuple):
 class Seen(NamedTuple):
     """Observations: see :class:`.bundle.Observations`; flight (N,) of each photo."""
 
-    image: np.ndarray
+    photo: np.ndarray
     point: np.ndarray
     pixels: np.ndarray
     share: np.ndarray

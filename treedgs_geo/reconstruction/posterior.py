@@ -63,26 +63,26 @@ def _scale_gradient(adjusted: Adjusted, weight: np.ndarray, points: PointNormals
     """Derivative of the mean log(depth / f) by photos and shared parameters, the points following."""
     problem, state = adjusted.problem, adjusted.state
     seen, linear = problem.seen, problem.linear
-    rotations = state.rotations[seen.image]
-    offset = state.points[seen.point] - state.centres[seen.image]
+    rotations = state.rotations[seen.photo]
+    offset = state.points[seen.point] - state.centres[seen.photo]
     local = np.einsum("mij,mj->mi", rotations, offset)
     oblique = np.degrees(np.arccos(np.clip(-state.rotations[:, 2, 2], -1, 1))) > OBLIQUE_DEG
-    use = oblique[seen.image] if oblique[seen.image].any() else np.ones(len(local), bool)
+    use = oblique[seen.photo] if oblique[seen.photo].any() else np.ones(len(local), bool)
     use &= weight > 0
     share = use / (use.sum() * np.maximum(local[:, 2], 0.1))
     by_depth = share[:, None] * rotations[:, 2]
     gradient = np.zeros(problem.photos * N_POSE + problem.shared)
     pose = gradient[: problem.photos * N_POSE].reshape(-1, N_POSE)
-    np.add.at(pose[:, 3:6], seen.image, -by_depth)
-    np.add.at(pose[:, :2], seen.image, share[:, None] * np.column_stack([local[:, 1], -local[:, 0]]))
+    np.add.at(pose[:, 3:6], seen.photo, -by_depth)
+    np.add.at(pose[:, :2], seen.photo, share[:, None] * np.column_stack([local[:, 1], -local[:, 0]]))
     by_point = np.zeros((problem.points, 3))
     np.add.at(by_point, seen.point, by_depth)
     # The points move with photos and lens: less what elimination took out.
     moved = np.einsum("pij,pj->pi", points.inverse, by_point)
     gradient[problem.photos * N_POSE :] -= np.einsum("psj,pj->s", points.mixed, moved)
     pull = weight[:, None] * np.einsum("mkj,mj->mk", linear.by_point, moved[seen.point])
-    np.add.at(pose, seen.image, -np.einsum("mkd,mk->md", linear.by_pose, pull))
+    np.add.at(pose, seen.photo, -np.einsum("mkd,mk->md", linear.by_pose, pull))
     gradient[problem.photos * N_POSE + LOG_F] -= 1.0
-    flights = np.bincount(problem.sensor.flight[seen.image[use]], minlength=len(state.drift)) / max(use.sum(), 1)
+    flights = np.bincount(problem.sensor.flight[seen.photo[use]], minlength=len(state.drift)) / max(use.sum(), 1)
     gradient[problem.photos * N_POSE + FIRST_FLIGHT :] -= flights[1:]
     return gradient

@@ -47,7 +47,7 @@ def grid_shots(rng: np.random.Generator, settings: SimulateSettings, camera: Cam
     The photos' middles cover the area: oblique lines begin before it. Heights are above the origin.
 
     Raises:
-        InputError: more photos than :data:`MOST_PHOTOS`.
+        InputError: more photos than ``MOST_PHOTOS``.
     """
     passes = [(0, "nadir", 0.0, 0.0)]
     if settings.oblique_deg > 0:
