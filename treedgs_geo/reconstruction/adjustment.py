@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +32,8 @@ MARK_PX = 0.7
 LEAST_OBSERVATIONS = 6
 #: Photos are never sharper than this, pixels.
 LEAST_SIGMA_PX = 0.05
+#: Seconds between photos that have no time.
+PHOTO_GAP_S = 3.0
 #: A geotag farther off than this many standard deviations pulls no harder.
 TAG_LOSS = 3.0
 
@@ -46,6 +48,7 @@ class Known:
     readout_sd_s: of ``sensor.readout_s`` before the adjustment, ``readout_s``. drift_sd: of the focal length's change
     between flights, relative. travel_sd_m: of the readout travel that speed and readout time do not explain. control:
     control and check points, in the local frame. gimbal: (N, 3, 3) world -> camera by the gimbal's angles, NaN unknown.
+    taken_s: (N,) when each photo was taken, seconds from any instant, NaN unknown; empty where no time is known.
     """
 
     xyz: np.ndarray
@@ -58,6 +61,7 @@ class Known:
     travel_sd_m: float = 0.0
     control: ControlPoints | None = None
     gimbal: np.ndarray | None = None
+    taken_s: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -135,6 +139,7 @@ def _problem(block: Block, known: Known, free: frozenset[str], final: bool) -> t
         drift_sd=known.drift_sd if "drift" in free else 0.0,
         centres=known.xyz,
         centre_sd=known.sd,
+        taken_s=_times_s(known),
         travel_sd=np.full(len(posed), known.travel_sd_m if "travel" in free else 0.0),
         held=~posed | (count < LEAST_OBSERVATIONS),
         point_xyz=points,
@@ -161,6 +166,14 @@ def _control_rows(control: ControlPoints | None, posed: np.ndarray) -> tuple[_Ma
     return _Marks(control.photo[use], point, control.pixels[use]), control.xyz[kept], control.sd_m[kept]
 
 
+def _times_s(known: Known) -> np.ndarray:
+    """(N,) ``Known.taken_s``, one after the other where a photo has no time."""
+    order = PHOTO_GAP_S * np.arange(len(known.xyz))
+    if not np.isfinite(known.taken_s).any():
+        return order
+    return np.where(np.isfinite(known.taken_s), known.taken_s, np.nanmin(known.taken_s) + order)
+
+
 def _shared_sd(known: Known, free: frozenset[str]) -> np.ndarray:
     """(10,) standard deviations of the shared parameters, 0 where they are not free."""
     chosen = [place for part in free for place in PARTS[part]]
@@ -174,7 +187,8 @@ def _sigma_px(problem: Problem, state: State) -> float:
     problem.linearise(state)
     error = np.linalg.norm(problem.linear.residual[problem.seen.extra_px == 0], axis=1)
     error = error[np.isfinite(error)]
-    left = 1 - (3 * problem.points + 6 * problem.photos) / max(2 * len(error), 1)
+    adjusted = int((~problem.priors.held).sum())
+    left = 1 - (3 * problem.points + 6 * adjusted) / max(2 * len(error), 1)
     return float(np.median(error)) / _MEDIAN_OF_RAYLEIGH / float(np.sqrt(max(left, 0.2)))
 
 

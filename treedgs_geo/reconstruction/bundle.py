@@ -8,11 +8,12 @@ L1, the pixels' Cauchy at the end.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.spatial.transform import Rotation
 
 from . import bundle_kernels as kernels
@@ -26,6 +27,7 @@ PIXEL_LOSS = 2.0
 #: Relative gain of the cost below which an adjustment ends: on the way, and the last one.
 TOLERANCE = {False: 1e-4, True: 1e-8}
 _CENTRE, _TRAVEL = slice(3, 6), slice(6, 9)
+_MOST_DAMPING = 1e4
 
 
 @dataclass(frozen=True)
@@ -35,9 +37,9 @@ class Priors:
     A standard deviation of 0 holds a number, one of infinity leaves it to the photos.
 
     shared, shared_sd: (10,) see :mod:`.bundle_kernels`. drift_sd: of the log of a later flight's focal length over the
-    first's. centres, centre_sd: (N, 3) m, NaN = no geotag. travel_sd: (N,) m, of ``Sensor.extra_travel_m``.
-    held: (N,) bool, photos whose pose stays. point_xyz, point_sd: (P, 3) m of points whose place is known (ground
-    control), infinite for the others.
+    first's. centres, centre_sd: (N, 3) m, NaN = no geotag. taken_s: (N,) when, seconds. travel_sd: (N,) m, of
+    ``Sensor.extra_travel_m``. held: (N,) bool, photos whose pose stays. point_xyz, point_sd: (P, 3) m of points whose
+    place is known (ground control), infinite for the others.
     """
 
     shared: np.ndarray
@@ -45,6 +47,7 @@ class Priors:
     drift_sd: float
     centres: np.ndarray
     centre_sd: np.ndarray
+    taken_s: np.ndarray
     travel_sd: np.ndarray
     held: np.ndarray
     point_xyz: np.ndarray
@@ -129,6 +132,13 @@ def _soft_l1(square: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
 def _cauchy(square: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
     """Loss and weight of squared normalised errors: what is far out hardly counts."""
     return scale**2 * np.log1p(square / scale**2), 1 / (1 + square / scale**2)
+
+
+def _damped(matrix: np.ndarray, right: np.ndarray, damping: float) -> np.ndarray:
+    """Solution of the upper triangle of ``matrix`` (overwritten), its diagonal raised by a share ``damping``."""
+    diagonal = np.arange(len(matrix))
+    matrix[diagonal, diagonal] *= 1 + damping
+    return cho_solve(cho_factor(matrix, lower=False, overwrite_a=True, check_finite=False), right)
 
 
 class Problem:
@@ -232,16 +242,24 @@ class Problem:
     def _add_tags(self, x: State, tags: np.ndarray, matrix: np.ndarray, right: np.ndarray) -> None:
         """The geotags in the normal equations, the error that a flight's geotags share marginalised."""
         shift = self._flight_shift(x, tags)
+        for own, axis, weight, precision in self.tag_precisions(tags):
+            at = own * N_POSE + 3 + axis
+            # Rows of a flight stand in their order: the upper triangle is filled with the lower.
+            matrix[np.ix_(at, at)] += precision
+            off = x.centres[own, axis] - shift[self.sensor.flight[own], axis] - self.priors.centres[own, axis]
+            right[at] -= weight * off
+
+    def tag_precisions(self, tags: np.ndarray) -> Iterator[tuple[np.ndarray, int, np.ndarray, np.ndarray]]:
+        """By flight and axis: its K tagged photos, the axis, their weights (K,) and inverse covariance (K, K), 1/m2.
+
+        tags: (N,) share of each geotag that is believed.
+        """
         for flight in range(len(self.flight_sd)):
             own = np.flatnonzero(self.tagged & (self.sensor.flight == flight))
             for axis in range(3):
-                at = own * N_POSE + 3 + axis
                 weight = tags[own] / self.priors.centre_sd[own, axis] ** 2
-                matrix[at, at] += weight
                 taken = 1 / (1 / self.flight_sd[flight, axis] ** 2 + weight.sum())
-                # Rows of a flight stand in their order: the upper triangle is filled with the lower.
-                matrix[np.ix_(at, at)] -= np.outer(weight, weight) * taken
-                right[at] -= weight * (x.centres[own, axis] - shift[flight, axis] - self.priors.centres[own, axis])
+                yield own, axis, weight, np.diag(weight) - np.outer(weight, weight) * taken
 
     def solve(self, x: State, sigma_px: float, tag_loss: float, iterations: int) -> State:
         """Levenberg-Marquardt from ``x``; ends when a step gains too little of the cost (:data:`TOLERANCE`)."""
@@ -251,13 +269,15 @@ class Problem:
         weights = self.weigh(x, sigma_px, tag_loss)
         for _ in range(iterations):
             matrix, right, points = self.normal(x, weights, damping)
-            reduced = matrix[np.ix_(self.free, self.free)]
-            diagonal = np.arange(len(self.free))
-            reduced[diagonal, diagonal] *= 1 + damping
             step = np.zeros(len(right))
-            step[self.free] = cho_solve(
-                cho_factor(reduced, lower=False, overwrite_a=True, check_finite=False), right[self.free]
-            )
+            try:
+                step[self.free] = _damped(matrix[np.ix_(self.free, self.free)], right[self.free], damping)
+            except LinAlgError:
+                # What neither photos nor geotags hold (photos with few matches, no geotags): damping does.
+                damping = max(10 * damping, 1e-4)
+                if damping > _MOST_DAMPING:
+                    break
+                continue
             trial = self._moved(x, weights, points, step)
             self.linearise(trial)
             found = self.weigh(trial, sigma_px, tag_loss)
@@ -270,7 +290,7 @@ class Problem:
                 damping *= 10
                 self.linearise(x)
                 self.weigh(x, sigma_px, tag_loss)
-                if damping > 1e4:
+                if damping > _MOST_DAMPING:
                     break
         return x
 

@@ -182,19 +182,26 @@ def _from_file(path: Path, photo: Photo) -> Calibration:
     return Calibration(camera, "file", max(_FILE_TOLERANCE, 3 * focal_sd), own, readout, sd)
 
 
-def calibration_record(model: str, sensor: Sensor, shared_sd: list[float | None]) -> dict[str, Any]:
+def lens_sd_of(shared_sd: np.ndarray) -> dict[str, float]:
+    """Standard deviations of the estimated parameters by name, as a report states them (``fx``: relative).
+
+    shared_sd: (S,) of the shared parameters (:mod:`.bundle_kernels`), NaN where held.
+    """
+    named = zip(("fx", "", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "readout_s"), shared_sd.tolist(), strict=False)
+    return {name: round(sd, 8) for name, sd in named if name and np.isfinite(sd)}
+
+
+def calibration_record(model: str, sensor: Sensor, lens_sd: dict[str, float]) -> dict[str, Any]:
     """``camera.json`` of an adjusted camera: its numbers and, where they were estimated, their standard deviations.
 
-    shared_sd: of the shared parameters (:mod:`.bundle_kernels`), None where held.
+    lens_sd: :func:`lens_sd_of`.
     """
-    camera = sensor.camera
-    sd = dict(zip(("fx", "", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "readout_s"), shared_sd, strict=False))
-    if sd["fx"] is not None:
-        sd["fy"] = sd["fx"] * camera.fy
-        sd["fx"] *= camera.fx
+    camera, sd = sensor.camera, dict(lens_sd)
+    if "fx" in sd:
+        sd |= {"fx": lens_sd["fx"] * camera.fx, "fy": lens_sd["fx"] * camera.fy}
     numbers: dict[str, Any] = {name: float(getattr(camera, name)) for name in ("width", "height", *PARAMETERS)}
     record = {"model": model, **numbers, "readout_s": sensor.readout_s}
-    return record | {f"{name}_sd": value for name, value in sd.items() if name and value is not None}
+    return record | {f"{name}_sd": value for name, value in sd.items()}
 
 
 def _finite(value: object) -> float:

@@ -13,7 +13,7 @@ from ..geotags.photos import shorten
 from ..geotags.readout import Readout
 from ..geotags.stations import Stations
 from .bundle_kernels import CX, CY, READOUT
-from .calibration import Calibration
+from .calibration import Calibration, lens_sd_of
 from .control import control_residuals, rms_of
 from .joining import Joined
 from .posterior import posterior_of
@@ -121,7 +121,7 @@ def check_block(
         "focal_sd_px": _rounded(posterior.focal * focal, 2),
         "focal_drift": [round(float(value), 6) for value in np.expm1(block.sensor.drift)],
         "lens_free": sorted(joined.free),
-        "shared_sd": [_rounded(float(value), 8) for value in posterior.shared_sd],
+        "lens_sd": lens_sd_of(posterior.shared_sd),
         "principal_point_px": [round(camera.cx, 2), round(camera.cy, 2)],
         "principal_point_sd_px": [_rounded(float(value), 2) for value in posterior.shared_sd[[CX, CY]]],
         "distortion_k1_k2_p1_p2_k3": [round(float(value), 6) for value in camera.distortion],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -62,11 +61,6 @@ def rms_of(rows: list[dict[str, Any]], is_check: bool) -> list[float] | None:
         [[row["e_m"], row["n_m"], row["u_m"]] for row in rows if row["is_check"] == is_check and "px" in row]
     )
     return [round(float(value), 4) for value in np.sqrt(np.mean(off**2, axis=0))] if len(off) else None
-
-
-def in_frame(control: ControlPoints, xyz: np.ndarray) -> ControlPoints:
-    """The points at other coordinates, (K, 3): those of a local frame."""
-    return replace(control, xyz=xyz)
 
 
 def _placed(block: Block, control: ControlPoints) -> np.ndarray:

@@ -71,23 +71,11 @@ def join_photos(
     rng = np.random.default_rng(1)
     tested = bool(free & {"readout", "travel"})
     placement = _enough(placement, store, known, sensor, reporter)
-    mapped = placement.mapped
-    loose = np.isfinite(placement.translations).all(axis=1) & ~mapped
-    rotations = np.where(mapped[:, None, None], placement.rotations, np.nan)
-    translations = np.where(mapped[:, None], placement.translations, np.nan)
-    sensor = replace(sensor, camera=placement.camera)
-    block = from_matches(store, mapped, rotations, translations, sensor)
-    triangulate(block, 15.0)
-    if known.control is not None:
-        moved = align_to_control(block, known.control)
-        if moved is not None:
-            reporter.info(f"Control points moved the block by {np.linalg.norm(moved.apply(np.zeros((1, 3)))):.1f} m.")
-    # Mappers know neither geotags nor a shutter that rolls: the geotags pull first.
-    adjust(block, known, free, tag_loss=np.inf)
-    _refine(block, known, free, 4.0)
+    block = _first_block(placement, store, known, replace(sensor, camera=placement.camera), free, reporter)
     reporter.progress(0.3)
     guess = placement.rotations.copy()
     greys = GreyPhotos(stations.paths)
+    loose = np.isfinite(placement.translations).all(axis=1) & ~placement.mapped
     loose |= _set_loose(block, known, guess)
     _join_loose(block, store, loose, guess, known, free, greys, rng)
     reporter.progress(0.6)
@@ -107,21 +95,60 @@ def join_photos(
     _keep_proven(block)
     known, free = _settle(block, known, free)
     adjusted = _refine(block, known, free, 2.0, strict=True)
-    names = stations.names
+    if _leave_out(block, known, stations.names, reporter):
+        adjusted = adjust(block, known, free, final=True)
+    return Joined(block, adjusted, known, free, tested)
+
+
+def _first_block(
+    placement: Placement,
+    store: FeatureStore,
+    known: Known,
+    sensor: Sensor,
+    free: frozenset[str],
+    reporter: Reporter,
+) -> Block:
+    """The mapped photos, moved onto control points where they are far off, and adjusted."""
+    mapped = placement.mapped
+    rotations = np.where(mapped[:, None, None], placement.rotations, np.nan)
+    translations = np.where(mapped[:, None], placement.translations, np.nan)
+    block = from_matches(store, mapped, rotations, translations, sensor)
+    triangulate(block, 15.0)
+    if known.control is not None:
+        moved = align_to_control(block, known.control)
+        if moved is not None:
+            reporter.info(f"Control points moved the block by {np.linalg.norm(moved.apply(np.zeros((1, 3)))):.1f} m.")
+    # Mappers know neither geotags nor a shutter that rolls: the geotags pull first.
+    adjust(block, known, free, tag_loss=np.inf)
+    _refine(block, known, free, 4.0)
+    return block
+
+
+def _leave_out(block: Block, known: Known, names: list[str], reporter: Reporter) -> bool:
+    """Take out photos that few points tie and those that contradict what is known of them; whether there were any.
+
+    Raises:
+        ReconstructionError: so many contradict good geotags that block or geotags are wrong.
+    """
+    far, posed = _far(block, known), int(block.is_posed.sum())
+    if far.sum() > MOST_STRAYS * posed:
+        stated = np.median(np.linalg.norm(known.sd[far], axis=1))
+        raise ReconstructionError(
+            f"{far.sum()} of {posed} photos stand more than {STRAY_M * 100:.0f} cm and {STRAY_SD:.0f} standard "
+            f"deviations from geotags that claim {stated * 100:.0f} cm; the block is bent or the geotags are wrong: "
+            "check lever arm, datum, and that the geotags belong to these photos."
+        )
     weak = block.is_posed & (np.bincount(block.image, minlength=len(names)) < MIN_OBSERVATIONS)
     stray = strays(block, known)
-    if stray.any():
-        reporter.warn(
-            f"{stray.sum()} photos contradict their geotags and are left out: "
-            f"{shorten([names[i] for i in np.flatnonzero(stray)])}."
-        )
-    if (weak | stray).any():
-        block.unpose(weak | stray)
-        adjusted = adjust(block, known, free, final=True)
-    lost = [names[i] for i in np.flatnonzero(~block.is_posed)]
-    if lost:
-        reporter.warn(f"{len(lost)} photos could not be tied to the others: {shorten(lost)}.")
-    return Joined(block, adjusted, known, free, tested)
+    lost = ~block.is_posed | (weak & ~stray)
+    for chosen, why in (
+        (stray, "contradict their geotag or gimbal angles and are left out"),
+        (lost, "could not be tied to the others"),
+    ):
+        if chosen.any():
+            reporter.warn(f"{chosen.sum()} photos {why}: {shorten([names[i] for i in np.flatnonzero(chosen)])}.")
+    block.unpose(weak | stray)
+    return bool((weak | stray).any())
 
 
 def _settle(block: Block, known: Known, free: frozenset[str]) -> tuple[Known, frozenset[str]]:
@@ -157,25 +184,32 @@ def _enough(placement: Placement, store: FeatureStore, known: Known, sensor: Sen
 
 
 def _set_loose(block: Block, known: Known, guess: np.ndarray) -> np.ndarray:
-    """Take out the photos that stand far from a good geotag, to be placed again from there; (N,) bool which."""
+    """Take out the photos that contradict what is known of them, to be placed again from there; (N,) bool which.
+
+    Their gimbal is believed where it contradicts them, else their direction.
+    """
     stray = strays(block, known)
-    turned = _turned(block, known)
-    guess[stray & ~turned] = block.rotations[stray & ~turned]
+    kept = stray & ~_turned(block, known)
+    guess[kept] = block.rotations[kept]
     block.unpose(stray)
     return stray
 
 
 def strays(block: Block, known: Known) -> np.ndarray:
     """(N,) bool: posed photos that contradict a good geotag (:data:`STRAY_SD`, :data:`STRAY_M`) or their gimbal; none
-    where a third would: then geotags or angles are not as good as they state.
+    where a third would: then geotags or angles are not as good as they state, or the block is far from done.
     """
+    found = _far(block, known) | _turned(block, known)
+    return found if found.sum() <= MOST_STRAYS * block.is_posed.sum() else np.zeros(len(found), bool)
+
+
+def _far(block: Block, known: Known) -> np.ndarray:
+    """(N,) bool: posed photos that stand too far from a good geotag."""
     off = np.where(block.is_posed[:, None], block.centres, np.nan) - known.xyz
     with np.errstate(invalid="ignore"):
         far = np.linalg.norm(off / known.sd, axis=1) > STRAY_SD * np.sqrt(3)
         far &= np.linalg.norm(known.sd, axis=1) < GOOD_GEOTAG_M
-        found = far & (np.linalg.norm(off, axis=1) > STRAY_M)
-    found |= _turned(block, known)
-    return found if found.sum() <= MOST_STRAYS * block.is_posed.sum() else np.zeros(len(found), bool)
+        return far & (np.linalg.norm(off, axis=1) > STRAY_M)
 
 
 def _turned(block: Block, known: Known) -> np.ndarray:

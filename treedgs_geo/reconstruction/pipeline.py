@@ -94,7 +94,8 @@ def reconstruct_photos(
     sfm_folder = Path(sfm_folder)
     # A plug-in that cannot be loaded must not be found out after an hour of matching.
     matcher = load_matcher(plugin) if plugin else None
-    calibration = calibration_of([read_photo(stations.paths[0])], calibration_file)
+    first = read_photo(stations.paths[0])
+    calibration = calibration_of([first], calibration_file)
     frame = LocalFrame.around(stations.crs, stations.xyz[stations.is_placed])
     ground = ground_below(stations.xyz, stations.relative_altitude_m)
     if np.isfinite(ground):
@@ -121,7 +122,13 @@ def reconstruct_photos(
     free = _free_lens(rotations, xyz, stations, control)
     readout = _readout(stations, calibration)
     known = Known(
-        xyz, stations.sd, calibration.camera, lens_sd(calibration), control=_local(control, frame), gimbal=rotations
+        xyz,
+        stations.sd,
+        calibration.camera,
+        lens_sd(calibration),
+        control=_local(control, frame),
+        gimbal=rotations,
+        taken_s=stations.utc,
     )
     height = np.nanmedian(xyz[:, 2]) - ground if np.isfinite(ground) else 80.0
     known, sensor, shutter = free_shutter(
@@ -151,7 +158,7 @@ def reconstruct_photos(
         "pairs": len(pairs),
         "matches": int(sum(len(m) for m in store.matches.values())),
     }
-    record = calibration_record(read_photo(stations.paths[0]).model, joined.block.sensor, report["shared_sd"])
+    record = calibration_record(first.model, joined.block.sensor, report["lens_sd"])
     save_model(sfm_folder, joined.block, stations.names, stations.paths, stations.flight, frame, report, record)
     if not options.keep_cache:
         shutil.rmtree(cache, ignore_errors=True)

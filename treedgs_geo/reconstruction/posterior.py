@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from .adjustment import TAG_LOSS, Adjusted
-from .bundle import PointNormals
+from .bundle import PointNormals, Problem
 from .bundle_kernels import FIRST_FLIGHT, LOG_F, N_POSE
 from .cameras import OBLIQUE_DEG
 
@@ -16,6 +16,10 @@ from .cameras import OBLIQUE_DEG
 #: geotags of one flight share theirs. From focal lengths and principal points of blocks with truth
 #: (``docs/evidence/reconstruction.md``).
 SYSTEMATIC = 2.0
+#: Errors of a receiver at two instants so far apart, seconds, are alike by 1 / e (multipath, atmosphere: minutes).
+GEOTAG_DRIFT_S = 300.0
+#: Share of the normal equations' diagonal that is added to it.
+_LEAST_HELD = 1e-9
 
 
 @dataclass(frozen=True)
@@ -38,6 +42,8 @@ def posterior_of(adjusted: Adjusted, geotag_factor: float = 1.0) -> Posterior:
     A width of w pixels is w * depth / f metres: the error of the scale is that of depth / f, averaged over what the
     oblique photos see (all photos, where none is oblique).
 
+    Errors of geotags that change slowly (:func:`_drift_sd`) come on top, as large as the geotags state.
+
     Args:
         geotag_factor: by how much the geotags are worse than they state, at least 1.
     """
@@ -46,17 +52,42 @@ def posterior_of(adjusted: Adjusted, geotag_factor: float = 1.0) -> Posterior:
     weights = problem.weigh(state, adjusted.sigma_px, TAG_LOSS)
     weights = weights._replace(tags=weights.tags / max(geotag_factor, 1.0) ** 2)
     matrix, _, points = problem.normal(state, weights, 0.0)
-    matrix = np.triu(matrix) + np.triu(matrix, 1).T
+    # What nothing holds (a photo all of whose points lie in one place) stays unsure instead of ending the work.
+    matrix = np.triu(matrix) + np.triu(matrix, 1).T + np.diag(_LEAST_HELD * np.diag(matrix))
     free = problem.free
     factor = cho_factor(matrix[np.ix_(free, free)], check_finite=False)
     gradient = _scale_gradient(adjusted, weights.pixels, points)[free]
     inverse = cho_solve(factor, np.eye(len(free)))
     sd = np.full(len(matrix), np.nan)
     sd[free] = SYSTEMATIC * np.sqrt(np.maximum(np.diag(inverse), 0))
-    shared = sd[problem.photos * N_POSE :]
     centres = sd[: problem.photos * N_POSE].reshape(-1, N_POSE)[:, 3:6]
     scale = SYSTEMATIC * float(np.sqrt(max(gradient @ inverse @ gradient, 0.0)))
-    return Posterior(scale, float(shared[LOG_F]), shared, centres)
+    # How scale and shared parameters follow the cameras.
+    follow = np.zeros((len(matrix), 1 + problem.shared))
+    wanted = free[free >= problem.photos * N_POSE]
+    follow[free, 0] = inverse @ gradient
+    follow[np.ix_(free, 1 + wanted - problem.photos * N_POSE)] = inverse[:, np.searchsorted(free, wanted)]
+    drifting = _drift_sd(problem, weights.tags, follow) * max(geotag_factor, 1.0)
+    shared = np.hypot(sd[problem.photos * N_POSE :], drifting[1:])
+    return Posterior(float(np.hypot(scale, drifting[0])), float(shared[LOG_F]), shared, centres)
+
+
+def _drift_sd(problem: Problem, tags: np.ndarray, follow: np.ndarray) -> np.ndarray:
+    """(G,) standard errors by what the geotags of a flight err together for some minutes and then otherwise.
+
+    The adjustment takes the errors for independent but for a shift of the whole flight; a slow drift stretches a flight
+    and the more photos there are, the less of that would show.
+
+    Args:
+        follow: (S, G) products of the inverse normal matrix and the gradients of G numbers.
+    """
+    variance = np.zeros(follow.shape[1])
+    for own, axis, _, precision in problem.tag_precisions(tags):
+        pull = precision @ follow[own * N_POSE + 3 + axis]
+        apart_s = np.abs(np.subtract.outer(problem.priors.taken_s[own], problem.priors.taken_s[own]))
+        sd = problem.priors.centre_sd[own, axis]
+        variance += np.einsum("ig,ij,jg->g", pull, np.outer(sd, sd) * np.exp(-apart_s / GEOTAG_DRIFT_S), pull)
+    return np.sqrt(np.maximum(variance, 0))
 
 
 def _scale_gradient(adjusted: Adjusted, weight: np.ndarray, points: PointNormals) -> np.ndarray:

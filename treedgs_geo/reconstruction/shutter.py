@@ -32,8 +32,6 @@ _SPEED_SD_M_S = 3.0
 _KEPT_SD, _KEPT_S = 3.0, 0.001
 #: A part of the lens is freed when the photos that were held out fit better by this many standard errors.
 _ASKED_SD = 4.0
-
-
 #: Square pixels, to this: the standard deviation of log(fy / fx).
 _ASPECT_SD = 2e-4
 
@@ -99,7 +97,7 @@ def settle_lens(block: Block, known: Known, free: frozenset[str]) -> frozenset[s
     """Free k3 where points that were held out ask for it.
 
     p1 and p2 are always free, held by their prior: with a narrow field the principal point takes them up and held-out
-    points hardly differ, but without them the focal length went 0.1 % off (``plot_h``).
+    points hardly differ, but without them the focal length went 0.25 % off (``plot_h``).
     """
     if known.lens_sd[list(PARTS["k3"])].all() and asks_for(block, known, free, "k3"):
         free |= {"k3"}
