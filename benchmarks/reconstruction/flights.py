@@ -30,7 +30,7 @@ from treedgs_geo.reconstruction.model import REPORT
 _FLYING = "--flight-speed-m-s 4 --gimbal-rate-deg-s 0.4"
 _WIND = "--wind-smooth true --wind-sway-cm 10 --wind-flutter-cm 1.5"
 _LENS = "--k1 -0.11 --k2 0.12 --p1 0.0009 --p2 -0.0007 --k3 -0.3 --focal-drift 0.0006"
-_GRID = "--flight grid --plots 4"
+_GRID = "--flight grid --plots 4 --image-width 2560 --image-height 1920"
 #: Options of ``simulate-plot`` by case.
 CASES = {
     "readout_0": _FLYING,

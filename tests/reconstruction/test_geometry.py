@@ -157,7 +157,8 @@ def test_model_round_trip(tmp_path: Path) -> None:
     assert len(sparse.xyz) == len(points) and (sparse.rgb == [200, 20, 10]).all() and sparse.error_px.max() < 1e-6
 
 
-def test_dense_band_finds_a_textured_wall(tmp_path: Path) -> None:
+@pytest.mark.parametrize("travel_m", [0.0, 0.16])
+def test_dense_band_finds_a_textured_wall(tmp_path: Path, travel_m: float) -> None:
     rng = np.random.default_rng(4)
     camera = Camera(640, 480, 900.0, 900.0, 320.0, 240.0)
     texture = cv2.GaussianBlur(rng.uniform(0, 255, (700, 700)).astype(np.float32), (0, 0), 1.2)
@@ -167,11 +168,14 @@ def test_dense_band_finds_a_textured_wall(tmp_path: Path) -> None:
     for k, east in enumerate((-4.0, 0.0, 4.0)):
         rotation = rotation_from_gimbal(-east * 2, -55, 0)
         centre = np.array([east, -25.0, 36.0])
-        view = View(f"{k}.png", tmp_path / f"{k}.png", camera, rotation, -rotation @ centre)
+        # A rolling shutter, each photo flown through in a direction of its own.
+        travel = travel_m * np.array([[1, 0, 0], [0, -1, 0], [-0.7, 0.7, 0]][k])
+        view = View(f"{k}.png", tmp_path / f"{k}.png", camera, rotation, -rotation @ centre, 0, travel)
         u, v = np.meshgrid(np.arange(640) + 0.5, np.arange(480) + 0.5)
         rays = view.rays(np.column_stack([u.ravel(), v.ravel()]))
-        reach = (1 + 0.1 * centre[0] - centre[2]) / (rays[:, 2] - 0.1 * rays[:, 0])
-        spot = centre + reach[:, None] * rays
+        stood = centre + (v.ravel()[:, None] / 480 - 0.5) * travel
+        reach = (1 + 0.1 * stood[:, 0] - stood[:, 2]) / (rays[:, 2] - 0.1 * rays[:, 0])
+        spot = stood + reach[:, None] * rays
         maps = ((spot[:, :2] + 14) * 25).astype(np.float32).reshape(480, 640, 2)
         picture = cv2.remap(texture, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR)
         cv2.imwrite(str(view.path), np.repeat(picture.astype(np.uint8)[:, :, None], 3, axis=2))

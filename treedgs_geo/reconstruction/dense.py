@@ -160,11 +160,11 @@ def match_pair(
         return nothing
     focal = matrix[0, 0] * scale
     lefts = [(b[:, 0].min() - 4) * scale for b in boxes]
+    depth = np.concatenate([side[:, 2] for side in sides])
     crops = [
-        _rectified(view, image, rotation, focal, left, top * scale, size)
+        _rectified(view, image, rotation, focal, left, top * scale, size, float(np.median(depth)))
         for view, image, left in zip((first, second), (image_a, image_b), lefts, strict=True)
     ]
-    depth = np.concatenate([side[:, 2] for side in sides])
     # disparity = u_first - u_second = focal * baseline / z + (left_second - left_first)
     shift = lefts[1] - lefts[0]
     low = int(np.floor(focal * baseline / depth.max() + shift)) - 2
@@ -217,18 +217,24 @@ def rectify(first: View, second: View) -> tuple[np.ndarray | None, np.ndarray]:
 
 
 def _rectified(
-    view: View, image: np.ndarray, rotation: np.ndarray, focal: float, left: float, top: float, size: tuple[int, int]
+    view: View,
+    image: np.ndarray,
+    rotation: np.ndarray,
+    focal: float,
+    left: float,
+    top: float,
+    size: tuple[int, int],
+    depth_m: float,
 ) -> np.ndarray:
-    """Window of a photo resampled to the rectified plane, black outside."""
+    """Window of a photo resampled to the rectified plane, black outside.
+
+    depth_m: along the rectified axis, of what is looked for: a rolling shutter's travel moves near things more.
+    """
     u, v = np.meshgrid(np.arange(size[0]) + 0.5 + left, np.arange(size[1]) + 0.5 + top)
-    rays = np.stack([u / focal, v / focal, np.ones_like(u)], axis=-1) @ (rotation @ view.rotation.T)
-    behind = rays[..., 2] <= 0.1
-    x, y = view.camera.distort(
-        rays[..., 0] / np.where(behind, 1, rays[..., 2]), rays[..., 1] / np.where(behind, 1, rays[..., 2])
-    )
-    map_x = np.where(behind, -10, view.camera.fx * x + view.camera.cx - 0.5).astype(np.float32)
-    map_y = np.where(behind, -10, view.camera.fy * y + view.camera.cy - 0.5).astype(np.float32)
-    return cv2.remap(image, map_x, map_y, cv2.INTER_LINEAR)
+    rays = np.stack([u / focal, v / focal, np.ones_like(u)], axis=-1).reshape(-1, 3) @ rotation
+    pixels, ahead = view.project(view.centre + depth_m * rays)
+    pixels = np.where((ahead > 0.1)[:, None], pixels, -10.0).reshape(size[1], size[0], 2) - 0.5
+    return cv2.remap(image, pixels.astype(np.float32), None, cv2.INTER_LINEAR)
 
 
 def vote(
