@@ -81,12 +81,18 @@ def score(plot: Path, workspace: Path) -> dict:
 
 
 def of_stems(plot: Path, workspace: Path) -> dict:
-    """Diameters with the workspace's cameras minus those with the true ones, of the stems that both measure."""
-    rows = truth_rows(plot)
-    found = []
+    """Diameters with the workspace's cameras minus those with the true ones, of the stems that both measure.
+
+    A block that lies metres off as a whole (positions of a drone's own receiver) is moved back: the true ground lies
+    where it lies.
+    """
+    rows, truth, found = truth_rows(plot), TruePlot.load(plot), []
     for source in (workspace, None):
         views, frame, _, area = plot_inputs(plot, source)
-        ground = TruePlot.load(plot).dtm.local(frame).height
+        if source:
+            shift = np.array(camera_errors(truth, workspace / "sfm")["common_shift_cm"]) / 100
+            views = [replace(view, translation=view.translation + view.rotation @ shift) for view in views]
+        ground = truth.dtm.local(frame).height
         fits = stems_from_photos(views, ground, area, PhotoStemOptions(seed=SEED))
         pairs = pair_up(local_places(rows, frame), fits)
         found.append({k: fits[n].dbh_cm for k, n in pairs.items() if fits[n].measured})
