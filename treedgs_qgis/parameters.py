@@ -56,6 +56,8 @@ _WORDS = {
     "se": "standard error",
     "sd": "standard deviation",
     "ha": "hectare",
+    "gcp": "ground control points",
+    "gnss": "GNSS",
 }
 #: Endings of a name that only repeat the unit.
 _UNIT_WORDS = {"m", "cm", "mm", "deg", "s", "px", "gb", "pct", "m2", "ha", "min", "ms", "stops"}
@@ -83,10 +85,12 @@ def qgis_name(name: str) -> str:
 def label(entry: dict[str, Any]) -> str:
     """What stands beside the widget: words, with the unit in brackets."""
     words, unit = entry["name"].split("_"), entry.get("unit", "")
-    if unit and len(words) > 1 and words[-1] in _UNIT_WORDS:
-        words.pop()
-        if words[-1] == "per":
+    # A unit of two words is two endings: flight_speed_m_s, gimbal_rate_deg_s.
+    for _ in range(1 + unit.count("/")) if unit else ():
+        if len(words) > 1 and words[-1] in _UNIT_WORDS:
             words.pop()
+    if unit and words[-1] == "per":
+        words.pop()
     text = " ".join(_WORDS.get(word, word) for word in words)
     text = text[0].upper() + text[1:]
     return f"{text} [{unit}]" if unit else text

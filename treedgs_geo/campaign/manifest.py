@@ -266,8 +266,9 @@ class Checker:
         before = self._marks.setdefault(same, row.line)
         if before != row.line:
             raise InputError(
-                f"names the same {row.route} as line {before}: its trees would be counted twice; remove one row, or "
-                "name each row's plot_id in a plots table."
+                f"names the same {row.route} as line {before}: its trees would be counted twice; remove one row (one "
+                "row measures all circles of its plots table, from one reconstruction), or name each row's plot_id in "
+                "a plots table."
             )
 
 

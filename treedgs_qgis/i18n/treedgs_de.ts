@@ -700,7 +700,7 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Ordner oder Datei mit MRK und RTKLIB-.pos (PPK) oder eine CSV; sonst gelten die Positionen aus EXIF/XMP.</translation>
     </message>
     <message>
-      <source>Gcp</source>
+      <source>Ground control points</source>
       <translation>Passpunkte</translation>
     </message>
     <message>
@@ -2584,7 +2584,7 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Belichtungszeit einer Zeile: Bewegungsunschärfe einer fliegenden Drohne</translation>
     </message>
     <message>
-      <source>Flight speed m [m/s]</source>
+      <source>Flight speed [m/s]</source>
       <translation>Fluggeschwindigkeit [m/s]</translation>
     </message>
     <message>
@@ -2592,7 +2592,7 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Geschwindigkeit der Drohne bei jedem Foto; 0 = sie schwebt für ein Foto</translation>
     </message>
     <message>
-      <source>Gimbal rate deg [deg/s]</source>
+      <source>Gimbal rate [deg/s]</source>
       <translation>Drehrate der Kameraaufhängung [Grad/s]</translation>
     </message>
     <message>
@@ -2648,7 +2648,7 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>relative Änderung der Brennweite von Flug zu Flug (0.0006 = 0,06 %)</translation>
     </message>
     <message>
-      <source>Gnss</source>
+      <source>GNSS</source>
       <translation>GNSS</translation>
     </message>
     <message>

@@ -700,7 +700,7 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Carpeta o archivo con MRK y .pos de RTKLIB (PPK), o un CSV; si falta, valen las posiciones EXIF/XMP.</translation>
     </message>
     <message>
-      <source>Gcp</source>
+      <source>Ground control points</source>
       <translation>Puntos de control</translation>
     </message>
     <message>
@@ -2584,7 +2584,7 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>tiempo de exposición de una fila: desenfoque de movimiento de un dron en vuelo</translation>
     </message>
     <message>
-      <source>Flight speed m [m/s]</source>
+      <source>Flight speed [m/s]</source>
       <translation>Velocidad de vuelo [m/s]</translation>
     </message>
     <message>
@@ -2592,7 +2592,7 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>velocidad del dron en cada foto; 0 = se detiene en el aire para cada foto</translation>
     </message>
     <message>
-      <source>Gimbal rate deg [deg/s]</source>
+      <source>Gimbal rate [deg/s]</source>
       <translation>Velocidad de giro del cardán [grados/s]</translation>
     </message>
     <message>
@@ -2648,7 +2648,7 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>cambio relativo de la distancia focal de vuelo a vuelo (0.0006 = 0,06 %)</translation>
     </message>
     <message>
-      <source>Gnss</source>
+      <source>GNSS</source>
       <translation>GNSS</translation>
     </message>
     <message>
