@@ -234,7 +234,8 @@ def _rectified(
     rays = np.stack([u / focal, v / focal, np.ones_like(u)], axis=-1).reshape(-1, 3) @ rotation
     pixels, ahead = view.project(view.centre + depth_m * rays)
     pixels = np.where((ahead > 0.1)[:, None], pixels, -10.0).reshape(size[1], size[0], 2) - 0.5
-    return cv2.remap(image, pixels.astype(np.float32), None, cv2.INTER_LINEAR)
+    map_x, map_y = np.moveaxis(pixels.astype(np.float32), 2, 0)
+    return cv2.remap(image, map_x, map_y, cv2.INTER_LINEAR)
 
 
 def vote(
