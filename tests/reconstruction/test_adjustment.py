@@ -9,13 +9,14 @@ from scipy.spatial.transform import Rotation
 from synthetic_block import CAMERA, LENS, block_of, known_of, ring
 
 from treedgs_geo.core.errors import ReconstructionError
+from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags.control import ControlPoints
 from treedgs_geo.reconstruction import bundle_kernels as kernels
 from treedgs_geo.reconstruction.adjustment import PHOTO_GAP_S, adjust
 from treedgs_geo.reconstruction.bundle import State, camera_of, shared_of
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.control import align_to_control, control_residuals, rms_of
-from treedgs_geo.reconstruction.joining import strays
+from treedgs_geo.reconstruction.joining import _leave_out, strays
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
 from treedgs_geo.reconstruction.posterior import GEOTAG_DRIFT_S, posterior_of
 from treedgs_geo.reconstruction.sensor import Sensor
@@ -334,3 +335,32 @@ def test_a_photo_that_looks_elsewhere_than_its_gimbal_is_a_stray() -> None:
         block.rotations[photo] = turn @ block.rotations[photo]
         block.translations[photo] = -block.rotations[photo] @ truth[photo]
     assert np.flatnonzero(strays(block, known)).tolist() == [2, 11]
+
+
+class _Heard(Reporter):
+    def __init__(self) -> None:
+        super().__init__()
+        self.warnings: list[str] = []
+
+    def warn(self, text: str) -> None:
+        self.warnings.append(text)
+
+
+def test_photos_that_contradict_their_geotags_are_left_out_and_named_once() -> None:
+    block, truth = _scene(21)
+    tags = truth + np.random.default_rng(22).normal(0, 0.02, truth.shape)
+    tags[[3, 8]] += [0.0, 0.6, 0.0]
+    block.keep((block.image != 5) | (np.arange(len(block.image)) % 60 == 0))
+    heard, names = _Heard(), [f"{k:02d}.jpg" for k in range(21)]
+    assert _leave_out(block, known_of(tags, 0.02), names, heard)
+    assert np.flatnonzero(~block.is_posed).tolist() == [3, 5, 8]
+    assert [text.partition(":")[2] for text in heard.warnings] == [" 03.jpg, 08.jpg.", " 05.jpg."]
+    assert not _leave_out(block, known_of(tags, 0.02), names, heard), "nothing is left to take out"
+
+
+def test_a_block_most_of_whose_photos_contradict_good_geotags_is_refused() -> None:
+    block, truth = _scene(23)
+    tags = truth + np.random.default_rng(24).normal(0, 0.02, truth.shape)
+    tags[:8] += [0.3, 0.0, 0.0]
+    with pytest.raises(ReconstructionError, match="8 of 21 photos stand more than 15 cm .* claim 3 cm"):
+        _leave_out(block, known_of(tags, 0.02), [f"{k:02d}.jpg" for k in range(21)], Reporter())
