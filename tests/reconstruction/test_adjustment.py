@@ -16,6 +16,7 @@ from treedgs_geo.reconstruction.adjustment import PHOTO_GAP_S, adjust
 from treedgs_geo.reconstruction.bundle import State, camera_of, shared_of
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.control import align_to_control, control_residuals, rms_of
+from treedgs_geo.reconstruction.georeference import _turned_to_gimbals, as_stored
 from treedgs_geo.reconstruction.joining import _leave_out, strays
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
 from treedgs_geo.reconstruction.posterior import GEOTAG_DRIFT_S, posterior_of
@@ -330,8 +331,12 @@ def test_a_photo_that_looks_elsewhere_than_its_gimbal_is_a_stray() -> None:
     gimbal[7] = np.nan
     known = known_of(truth, 0.02, gimbal=gimbal)
     assert not strays(block, known).any(), "a common mounting error and half a degree of noise turn nobody out"
-    for photo, angle in ((2, 60.0), (11, 9.0)):
-        turn = Rotation.from_euler("z", angle, degrees=True).as_matrix()
+    # On the way back a real drone's compass was 5 degrees off.
+    east = np.arange(21) % 2 == 0
+    known.gimbal[east] = known.gimbal[east] @ Rotation.from_euler("z", 8, degrees=True).as_matrix()
+    assert not strays(block, known).any(), "a compass that errs by the heading turns nobody out"
+    for photo, axis, angle in ((2, "z", 60.0), (11, "x", 12.0)):
+        turn = Rotation.from_euler(axis, angle, degrees=True).as_matrix()
         block.rotations[photo] = turn @ block.rotations[photo]
         block.translations[photo] = -block.rotations[photo] @ truth[photo]
     assert np.flatnonzero(strays(block, known)).tolist() == [2, 11]
@@ -364,3 +369,46 @@ def test_a_block_most_of_whose_photos_contradict_good_geotags_is_refused() -> No
     tags[:8] += [0.3, 0.0, 0.0]
     with pytest.raises(ReconstructionError, match="8 of 21 photos stand more than 15 cm .* claim 3 cm"):
         _leave_out(block, known_of(tags, 0.02), [f"{k:02d}.jpg" for k in range(21)], Reporter())
+
+
+def _line_of_photos() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Eight nadir photos on one line: rotations, centres, what their gimbals say (half a degree of noise)."""
+    rng = np.random.default_rng(25)
+    rotations = np.array([rotation_from_gimbal(45, -90, 0)] * 8)
+    noise = Rotation.from_rotvec(np.radians(rng.normal(0, 0.3, (8, 3)))).as_matrix()
+    along = np.linspace(-35, 35, 8)
+    centres = np.column_stack([0.7 * along, 0.7 * along, np.full(8, 60.0)]) + rng.normal(0, 0.2, (8, 3))
+    return rotations, centres, noise @ rotations
+
+
+@pytest.mark.parametrize("on_its_head", [False, True])
+def test_a_line_of_photos_is_turned_as_its_gimbals_say(on_its_head: bool) -> None:
+    rotations, centres, gimbal = _line_of_photos()
+    stored = np.diag([-1.0, -1.0, 1.0]) @ rotations if on_its_head else rotations
+    tags = centres + np.random.default_rng(26).normal(0, 1.5, centres.shape)
+    # Positions on a line leave the turn about it open: 130 degrees off.
+    turn = Rotation.from_rotvec(np.radians(130) * np.array([1, 1, 0]) / np.sqrt(2)).as_matrix()
+    middle = centres.mean(axis=0)
+    found, moved = _turned_to_gimbals(stored @ turn.T, middle + (centres - middle) @ turn.T, gimbal, tags)
+    np.testing.assert_allclose(found, stored, atol=0.02)
+    np.testing.assert_allclose(moved, centres, atol=0.6)
+    np.testing.assert_allclose(as_stored(found, gimbal), found, atol=0.03)
+
+
+def test_gimbals_level_a_block_whose_geotags_are_metres_off() -> None:
+    tilts = []
+    for gimbals in (False, True):
+        block, truth = _scene(27, views=ring(4, 40.0, -80.0), points=200)
+        true = block.rotations.copy()
+        rng = np.random.default_rng(28)
+        tags = truth + rng.normal(0, 2.0, truth.shape)
+        noise = Rotation.from_rotvec(np.radians(rng.normal(0, 0.5, (4, 3)))).as_matrix()
+        turn = Rotation.from_euler("x", 6, degrees=True).as_matrix()
+        centres = block.centres @ turn.T
+        block.rotations, block.points = block.rotations @ turn.T, block.points @ turn.T
+        block.translations = -np.einsum("nij,nj->ni", block.rotations, centres)
+        for _ in range(3):
+            adjust(block, known_of(tags, 2.0, gimbal=noise @ true if gimbals else None), frozenset(), final=True)
+        cosine = np.einsum("nk,nk->n", block.rotations[:, :, 2], true[:, :, 2])
+        tilts.append(float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()))
+    assert tilts[1] < 1.0 < 3.0 < tilts[0]

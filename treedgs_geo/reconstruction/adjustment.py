@@ -12,6 +12,7 @@ from ..geotags.control import ControlPoints
 from .bundle import Observations, Priors, Problem, State, camera_of, shared_of
 from .bundle_kernels import CX, CY, K1, K2, K3, LOG_ASPECT, LOG_F, P1, P2, READOUT
 from .cameras import Camera
+from .georeference import PRECISE_GEOTAG_M
 from .tracks import Block, widest_angle_deg
 
 #: Parts of lens and shutter that can be freed, with their shared parameters (:mod:`.bundle_kernels`).
@@ -32,6 +33,8 @@ MARK_PX = 0.7
 LEAST_OBSERVATIONS = 6
 #: Photos are never sharper than this, pixels.
 LEAST_SIGMA_PX = 0.05
+#: A gimbal knows the vertical to this (half a degree stated, and how it is mounted), north as well as its compass.
+GIMBAL_SD_DEG, COMPASS_SD_DEG = 1.5, 10.0
 #: Seconds between photos that have no time.
 PHOTO_GAP_S = 3.0
 #: A geotag farther off than this many standard deviations pulls no harder.
@@ -141,6 +144,8 @@ def _problem(block: Block, known: Known, free: frozenset[str], final: bool) -> t
         centre_sd=known.sd,
         taken_s=_times_s(known),
         travel_sd=np.full(len(posed), known.travel_sd_m if "travel" in free else 0.0),
+        rotations=_aimed(known),
+        rotation_sd=np.radians([GIMBAL_SD_DEG, COMPASS_SD_DEG]),
         held=~posed | (count < LEAST_OBSERVATIONS),
         point_xyz=points,
         point_sd=np.concatenate([np.full((len(block.points), 3), np.inf), place_sd]),
@@ -164,6 +169,18 @@ def _control_rows(control: ControlPoints | None, posed: np.ndarray) -> tuple[_Ma
     use = posed[control.photo] & ~control.is_check[control.point]
     kept, point = np.unique(control.point[use], return_inverse=True)
     return _Marks(control.photo[use], point, control.pixels[use]), control.xyz[kept], control.sd_m[kept]
+
+
+def _aimed(known: Known) -> np.ndarray:
+    """(N, 3, 3) directions of the photos that count: those of the gimbals, where geotags do not level the block."""
+    none = np.full((len(known.xyz), 3, 3), np.nan)
+    return none if known.gimbal is None or geotags_are_precise(known) else known.gimbal
+
+
+def geotags_are_precise(known: Known) -> bool:
+    """Whether the geotags can level a block, or start one."""
+    placed = np.isfinite(known.xyz).all(axis=1)
+    return bool(placed.any() and np.median(np.linalg.norm(known.sd[placed], axis=1)) < PRECISE_GEOTAG_M)
 
 
 def _times_s(known: Known) -> np.ndarray:

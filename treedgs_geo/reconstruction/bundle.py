@@ -38,7 +38,8 @@ class Priors:
 
     shared, shared_sd: (10,) see :mod:`.bundle_kernels`. drift_sd: of the log of a later flight's focal length over the
     first's. centres, centre_sd: (N, 3) m, NaN = no geotag. taken_s: (N,) when, seconds. travel_sd: (N,) m, of
-    ``Sensor.extra_travel_m``. held: (N,) bool, photos whose pose stays. point_xyz, point_sd: (P, 3) m of points whose
+    ``Sensor.extra_travel_m``. rotations: (N, 3, 3) world -> camera, NaN = none; rotation_sd: (2,) radians, of their
+    vertical and of their north. held: (N,) bool, photos whose pose stays. point_xyz, point_sd: (P, 3) m of points whose
     place is known (ground control), infinite for the others.
     """
 
@@ -49,6 +50,8 @@ class Priors:
     centre_sd: np.ndarray
     taken_s: np.ndarray
     travel_sd: np.ndarray
+    rotations: np.ndarray
+    rotation_sd: np.ndarray
     held: np.ndarray
     point_xyz: np.ndarray
     point_sd: np.ndarray
@@ -177,6 +180,7 @@ class Problem:
             own = self.tagged & (sensor.flight == flight)
             if own.any():
                 self.flight_sd[flight] = np.median(priors.centre_sd[own], axis=0)
+        self.aimed = np.flatnonzero(used & np.isfinite(priors.rotations).all(axis=(1, 2)))
         self.point_weight = np.where(np.isfinite(priors.point_sd), 1 / priors.point_sd**2, 0.0)
         self.point_xyz = np.where(np.isfinite(priors.point_sd), priors.point_xyz, 0.0)
 
@@ -207,6 +211,8 @@ class Problem:
             loss, weight = _soft_l1(square, tag_loss)
             tags = np.where(self.tagged, weight, 0.0)
         cost += float(loss.sum()) + float(np.sum((shift / self.flight_sd) ** 2))
+        away, aim = self._aim(x)
+        cost += float(np.einsum("ni,nij,nj->", away, aim, away))
         cost += float(np.sum(self.weight * (self._numbers(x) - self.mean) ** 2))
         cost += float(np.sum(self.point_weight * (x.points - self.point_xyz) ** 2))
         return Weights(cost, pixels, tags)
@@ -225,10 +231,24 @@ class Problem:
         kernels.reduce_photos(linear, weights.pixels, self.seen.photo, self.seen.point, *rows, points, matrix, right)
         kernels.reduce_shared(linear, weights.pixels, points, matrix, right)
         self._add_tags(x, weights.tags, matrix, right)
+        for photo, away, aim in zip(self.aimed, *self._aim(x), strict=True):
+            at = slice(photo * N_POSE, photo * N_POSE + 3)
+            matrix[at, at] += aim
+            right[at] += aim @ away
         diagonal = np.arange(size)
         matrix[diagonal, diagonal] += self.weight
         right -= self.weight * (self._numbers(x) - self.mean)
         return matrix, right, points
+
+    def _aim(self, x: State) -> tuple[np.ndarray, np.ndarray]:
+        """Rotation vectors (K, 3) from the photos to what is known of their directions, camera frame, and their inverse
+        covariances (K, 3, 3), 1/rad2."""
+        rotations = x.rotations[self.aimed]
+        if not len(self.aimed):
+            return np.zeros((0, 3)), np.zeros((0, 3, 3))
+        away = Rotation.from_matrix(self.priors.rotations[self.aimed] @ rotations.transpose(0, 2, 1)).as_rotvec()
+        weight = 1 / self.priors.rotation_sd[[0, 0, 1]] ** 2
+        return away, np.einsum("nij,j,nkj->nik", rotations, weight, rotations)
 
     def _flight_shift(self, x: State, tags: np.ndarray) -> np.ndarray:
         """(F, 3) m: what the geotags of a flight are most likely off by together."""

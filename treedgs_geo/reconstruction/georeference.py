@@ -18,6 +18,10 @@ from .poses import fit_similarity_robust, nearest_rotation, rotation_angle_deg
 
 #: A mapped photo may differ this much from its gimbal angles (after the common mounting error), degrees.
 GIMBAL_GATE_DEG = 4.0
+#: Geotags with a standard error (three axes) below this level a block, and may start one, metres.
+PRECISE_GEOTAG_M = 0.5
+#: A photo on its head: half a turn about the camera's axis.
+_HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 
 
 @dataclass
@@ -162,11 +166,14 @@ def _fit_model(
     similarity = fitted[0]
     centres = similarity.apply(centres)
     rotations = rotations @ similarity.rotation.T
+    if np.median(spread[usable]) > PRECISE_GEOTAG_M:
+        rotations, centres = _turned_to_gimbals(rotations, centres, gimbal[ids], xyz[ids])
+    aimed = as_stored(rotations, gimbal[ids])
     off = np.linalg.norm(centres - xyz[ids], axis=1)
     good = ~placed | (off <= 5 * spread + 0.5)
-    known = np.isfinite(gimbal[ids]).all(axis=(1, 2))
+    known = np.isfinite(aimed).all(axis=(1, 2))
     if (known & good).sum() >= 3:
-        error = rotations[known] @ gimbal[ids][known].transpose(0, 2, 1)
+        error = rotations[known] @ aimed[known].transpose(0, 2, 1)
         bias = nearest_rotation(error[good[known]].sum(axis=0))
         away = rotation_angle_deg(error @ bias.T)
         good[np.flatnonzero(known)[away > GIMBAL_GATE_DEG + 3 * np.median(away)]] = False
@@ -181,12 +188,47 @@ def _fit_model(
     return int(keep.sum())
 
 
+def as_stored(rotations: np.ndarray, gimbal: np.ndarray) -> np.ndarray:
+    """(N, 3, 3) gimbal rotations; those of photos that stand on their head, half a turn about the axis further.
+
+    Programs turn photos and leave the gimbal's angles as they were (a whole line of ``drone_brighton_beach``).
+
+    Args:
+        rotations: (N, 3, 3) world -> camera as reconstructed, NaN unknown.
+    """
+    headlong = _HALF_TURN @ gimbal
+    near, far = (np.einsum("nij,nij->n", rotations, each) for each in (gimbal, headlong))
+    return np.where((far > near)[:, None, None], headlong, gimbal)
+
+
+def _turned_to_gimbals(
+    rotations: np.ndarray, centres: np.ndarray, gimbal: np.ndarray, xyz: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """A model turned about its middle as its gimbals say, unless those contradict each other.
+
+    Positions metres off (xyz: (N, 3), NaN unknown) do not level a model, and a single line of photos may lie on its
+    back; they say whether all its photos are stored on their head.
+    """
+    known = np.isfinite(gimbal).all(axis=(1, 2))
+    if known.sum() < 3:
+        return rotations, centres
+    middle, found = centres.mean(axis=0), []
+    for aimed in (gimbal[known], _HALF_TURN @ gimbal[known]):
+        turn = nearest_rotation((aimed.transpose(0, 2, 1) @ rotations[known]).sum(axis=0))
+        moved = middle + (centres - middle) @ turn.T
+        away = rotation_angle_deg(rotations[known] @ turn.T @ aimed.transpose(0, 2, 1))
+        found.append((float(np.nanmedian(np.linalg.norm(moved - xyz, axis=1))), np.median(away), turn, moved))
+    _, spread_deg, turn, moved = min(found, key=lambda each: each[0])
+    return (rotations, centres) if spread_deg > 2 * GIMBAL_GATE_DEG else (rotations @ turn.T, moved)
+
+
 def _fill_from_gimbal(placement: Placement, xyz: np.ndarray, gimbal: np.ndarray, known: np.ndarray) -> None:
     """Poses from geotag + gimbal, corrected by the common mounting error that the mapped photos show."""
     both = known & placement.mapped
     bias = np.eye(3)
     if both.sum() >= 5:
-        bias = nearest_rotation((placement.rotations[both] @ gimbal[both].transpose(0, 2, 1)).sum(axis=0))
+        aimed = as_stored(placement.rotations[both], gimbal[both])
+        bias = nearest_rotation((placement.rotations[both] @ aimed.transpose(0, 2, 1)).sum(axis=0))
     for i in np.flatnonzero(known & ~placement.mapped):
         placement.rotations[i] = bias @ gimbal[i]
         placement.translations[i] = -placement.rotations[i] @ xyz[i]

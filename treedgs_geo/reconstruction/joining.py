@@ -11,10 +11,10 @@ from ..core.errors import ReconstructionError
 from ..core.progress import Reporter
 from ..geotags.photos import shorten
 from ..geotags.stations import Stations
-from .adjustment import Adjusted, Known, adjust, prune, typical_px
+from .adjustment import Adjusted, Known, adjust, geotags_are_precise, prune, typical_px
 from .control import align_to_control
 from .features import FeatureStore
-from .georeference import GIMBAL_GATE_DEG, Placement
+from .georeference import GIMBAL_GATE_DEG, Placement, as_stored
 from .guided import find_points, turn_to_points
 from .poses import nearest_rotation, rotation_angle_deg
 from .posterior import posterior_of
@@ -26,9 +26,11 @@ from .tracks import Block, build_tracks, triangulate
 #: A photo with fewer observations than this after the adjustment counts as not registered.
 MIN_OBSERVATIONS = 12
 #: Where the mapper places a smaller share of the photos, geotags and gimbal angles are tried.
-MAPPED_SHARE, PRECISE_GEOTAG_M = 0.35, 0.5
+MAPPED_SHARE = 0.35
 #: The gimbal's angles are believed to this, degrees (half a degree stated; three times that and the yaw's compass).
 GIMBAL_REACH_DEG = 1.5
+#: A photo may be turned this much against its gimbal angles (its vertical: :data:`.georeference.GIMBAL_GATE_DEG`).
+COMPASS_GATE_DEG = 15.0
 #: A photo farther from a good geotag than this many standard deviations, and this many metres, is placed again.
 STRAY_SD, STRAY_M, MOST_STRAYS = 5.0, 0.15, 1 / 3
 #: A geotag is good with a standard error (three axes) below this, metres: PPK fixes, not float solutions.
@@ -71,6 +73,9 @@ def join_photos(
     rng = np.random.default_rng(1)
     tested = bool(free & {"readout", "travel"})
     placement = _enough(placement, store, known, sensor, reporter)
+    if known.gimbal is not None:
+        mapped = placement.mapped[:, None, None]
+        known = replace(known, gimbal=as_stored(np.where(mapped, placement.rotations, np.nan), known.gimbal))
     block = _first_block(placement, store, known, replace(sensor, camera=placement.camera), free, reporter)
     reporter.progress(0.3)
     guess = placement.rotations.copy()
@@ -164,10 +169,8 @@ def _enough(placement: Placement, store: FeatureStore, known: Known, sensor: Sen
     Mappers know no rolling shutter: 8 cm between the first row and the last bend their models until few photos agree
     with their geotags.
     """
-    placed = np.isfinite(known.xyz).all(axis=1)
-    precise = placed.any() and np.median(np.linalg.norm(known.sd[placed], axis=1)) < PRECISE_GEOTAG_M
     # Geotags that are metres off would tear such a start apart.
-    if placement.mapped.sum() < max(3, MAPPED_SHARE * len(placement.mapped) if precise else 3):
+    if placement.mapped.sum() < max(3, MAPPED_SHARE * len(placement.mapped) if geotags_are_precise(known) else 3):
         other = from_gimbal(placement, store, known, sensor)
         if other.mapped.sum() > placement.mapped.sum():
             reporter.info(
@@ -215,7 +218,9 @@ def _far(block: Block, known: Known) -> np.ndarray:
 def _turned(block: Block, known: Known) -> np.ndarray:
     """(N,) bool: posed photos that look elsewhere than their gimbal says, the mounting error that all share taken out.
 
-    Such a photo stands on its geotag and hangs on wrong matches alone: its centre does not show it.
+    Such a photo stands on its geotag and hangs on wrong matches alone: its centre does not show it. A gimbal knows the
+    vertical, but north only by a compass: on a real flight (``drone_brighton_beach``) the two directions of the lines
+    differ by 5 degrees.
     """
     found = np.zeros(len(block.translations), bool)
     if known.gimbal is None:
@@ -223,12 +228,17 @@ def _turned(block: Block, known: Known) -> np.ndarray:
     both = np.flatnonzero(block.is_posed & np.isfinite(known.gimbal).all(axis=(1, 2)))
     if len(both) < 3:
         return found
-    error = block.rotations[both] @ known.gimbal[both].transpose(0, 2, 1)
+    rotations, gimbal = block.rotations[both], known.gimbal[both]
+    error = rotations @ gimbal.transpose(0, 2, 1)
     # Twice: the first mean still holds the turned ones.
     near = np.ones(len(both), bool)
     for _ in range(2):
-        away = rotation_angle_deg(error @ nearest_rotation(error[near].sum(axis=0)).T)
-        near = away <= max(GIMBAL_GATE_DEG, 3 * float(np.median(away)))
+        mounting = nearest_rotation(error[near].sum(axis=0))
+        away = rotation_angle_deg(error @ mounting.T)
+        cosine = np.einsum("nk,nk->n", rotations[:, :, 2], gimbal[:, :, 2] @ mounting.T)
+        tilted = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+        near = away <= max(COMPASS_GATE_DEG, 3 * float(np.median(away)))
+        near &= tilted <= max(GIMBAL_GATE_DEG, 3 * float(np.median(tilted)))
     found[both[~near]] = True
     return found
 
