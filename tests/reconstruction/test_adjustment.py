@@ -17,10 +17,10 @@ from treedgs_geo.reconstruction.bundle import State, camera_of, shared_of
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.control import align_to_control, control_residuals, rms_of
 from treedgs_geo.reconstruction.georeference import _turned_to_gimbals, as_stored
-from treedgs_geo.reconstruction.joining import _leave_out, strays
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
 from treedgs_geo.reconstruction.posterior import GEOTAG_DRIFT_S, posterior_of
 from treedgs_geo.reconstruction.sensor import Sensor
+from treedgs_geo.reconstruction.strays import leave_out, strays
 from treedgs_geo.reconstruction.tracks import Block
 
 SHUTTER = frozenset({"readout"})
@@ -357,10 +357,10 @@ def test_photos_that_contradict_their_geotags_are_left_out_and_named_once() -> N
     tags[[3, 8]] += [0.0, 0.6, 0.0]
     block.keep((block.image != 5) | (np.arange(len(block.image)) % 60 == 0))
     heard, names = _Heard(), [f"{k:02d}.jpg" for k in range(21)]
-    assert _leave_out(block, known_of(tags, 0.02), names, heard)
+    assert leave_out(block, known_of(tags, 0.02), names, heard)
     assert np.flatnonzero(~block.is_posed).tolist() == [3, 5, 8]
     assert [text.partition(":")[2] for text in heard.warnings] == [" 03.jpg, 08.jpg.", " 05.jpg."]
-    assert not _leave_out(block, known_of(tags, 0.02), names, heard), "nothing is left to take out"
+    assert not leave_out(block, known_of(tags, 0.02), names, heard), "nothing is left to take out"
 
 
 def test_a_block_most_of_whose_photos_contradict_good_geotags_is_refused() -> None:
@@ -368,7 +368,7 @@ def test_a_block_most_of_whose_photos_contradict_good_geotags_is_refused() -> No
     tags = truth + np.random.default_rng(24).normal(0, 0.02, truth.shape)
     tags[:8] += [0.3, 0.0, 0.0]
     with pytest.raises(ReconstructionError, match="8 of 21 photos stand more than 15 cm .* claim 3 cm"):
-        _leave_out(block, known_of(tags, 0.02), [f"{k:02d}.jpg" for k in range(21)], Reporter())
+        leave_out(block, known_of(tags, 0.02), [f"{k:02d}.jpg" for k in range(21)], Reporter())
 
 
 def _line_of_photos() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
