@@ -38,6 +38,7 @@ WRITERS = {
     "gaussian_throughput.json": "benchmarks.gaussians.throughput",
     "geotags.json": "benchmarks.reconstruction.geotags",
     "ground_cut.json": "benchmarks.terrain.ground_cut",
+    "height_and_photos.*": "benchmarks.photos.height_and_photos",
     "interval_coverage.json": "benchmarks.clouds.interval_coverage",
     "large_cloud.json": "benchmarks.clouds.large_cloud",
     "large_photos.json": "benchmarks.photos.large_photos",
@@ -50,6 +51,7 @@ WRITERS = {
     "pointcloud_accuracy.json": "benchmarks.clouds.accuracy",
     "published.json": "benchmarks.evidence",
     "reconstruction.json": "benchmarks.reconstruction.accuracy",
+    "rolling_shutter.json": "benchmarks.reconstruction.rolling_shutter",
     "second_measurement.json": "benchmarks.photos.second_measurement",
     "segmentation.json": "benchmarks.clouds.segmentation",
     "side_by_side.json": "benchmarks.clouds.side_by_side",
@@ -60,7 +62,6 @@ WRITERS = {
 }
 #: Of these, none is kept so far: no page quotes them.
 NOT_KEPT = {
-    "flights*.json",
     "large_photos.json",
     "matching.json",
     "pointcloud_accuracy.json",
@@ -80,6 +81,7 @@ BEFORE_RECORDS = {
     "gaussian_choices.json": ("0.1.0", "2026-11-22"),
     "gaussian_free_seed_91.json": ("0.1.0", "2026-11-22"),
     "ground_cut.json": ("0.1.0", "2026-11-22"),
+    "height_and_photos.svg": ("0.2.0", "2026-11-22"),
     "photos_held_out.json": ("0.1.0", "2026-11-22"),
     "photos_to_dbh.json": ("0.2.0", "2026-11-22"),
     "side_by_side.json": ("0.1.0", "2026-11-22"),
