@@ -20,6 +20,7 @@ from treedgs_geo.reconstruction.georeference import _turned_to_gimbals, as_store
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
 from treedgs_geo.reconstruction.posterior import GEOTAG_DRIFT_S, posterior_of
 from treedgs_geo.reconstruction.sensor import Sensor
+from treedgs_geo.reconstruction.shutter import settle_lens, settle_shutter
 from treedgs_geo.reconstruction.strays import leave_out, strays
 from treedgs_geo.reconstruction.tracks import Block
 
@@ -412,3 +413,31 @@ def test_gimbals_level_a_block_whose_geotags_are_metres_off() -> None:
         cosine = np.einsum("nk,nk->n", block.rotations[:, :, 2], true[:, :, 2])
         tilts.append(float(np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()))
     assert tilts[1] < 1.0 < 3.0 < tilts[0]
+
+
+@pytest.mark.parametrize("readout_s", [0.0, 0.03])
+def test_held_out_points_ask_for_movements_only_where_the_camera_moved(readout_s: float) -> None:
+    views, _ = _rolling(4.0, readout_s)
+    block, truth = _scene(29, 0.2, views)
+    block.sensor = Sensor.fixed(CAMERA, len(views))
+    tags = truth + np.random.default_rng(30).normal(0, 0.02, truth.shape)
+    known, free = known_of(tags, 0.02, travel_sd_m=0.1), LENS | {"travel"}
+    for _ in range(2):
+        adjusted = adjust(block, known, free, final=True)
+    kept = settle_shutter(block, known, free, posterior_of(adjusted))[1]
+    assert ("travel" in kept) == (readout_s > 0)
+    assert block.sensor.extra_travel_m.any() == (readout_s > 0)
+
+
+@pytest.mark.parametrize("change", [0.0, 0.004])
+def test_flights_keep_focal_lengths_of_their_own_where_these_clearly_differ(change: float) -> None:
+    focal = 1900.0 * (1 + change)
+    views = [replace(view, camera=replace(CAMERA, fx=focal, fy=focal)) for view in ring(12, 90.0, -50.0)]
+    rng = np.random.default_rng(31)
+    block = block_of(ring(12) + views, rng.uniform([-15, -15, 0], [15, 15, 6], (400, 3)), 0.1, rng)
+    tags = block.centres + rng.normal(0, 0.01, block.centres.shape)
+    block.sensor = replace(Sensor.fixed(CAMERA, 24), flight=np.repeat([0, 1], 12), drift=np.zeros(2))
+    known, free = known_of(tags, 0.01, drift_sd=2e-3), LENS | {"drift"}
+    adjusted = adjust(block, known, free, final=True, iterations=30)
+    assert ("drift" in settle_lens(block, known, free, posterior_of(adjusted))) == (change > 0)
+    assert np.expm1(block.sensor.drift[1]) == pytest.approx(change, abs=4e-4)

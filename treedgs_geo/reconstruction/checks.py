@@ -90,7 +90,7 @@ def check_block(
     ties = _ties(block, len(stations))
     _check_ties(ties, warnings)
     posterior = posterior_of(joined.adjusted, geotags.factor)
-    scale = posterior.scale
+    scale = float(np.hypot(posterior.scale, _held_drift(joined)))
     control = _check_control(joined, warnings)
     if scale > SCALE_WARN:
         warnings.append(
@@ -141,6 +141,12 @@ def check_block(
         f"{e:.1f}/{n:.1f}/{u:.1f} cm ({geotags.quality})."
     )
     return report
+
+
+def _held_drift(joined: Joined) -> float:
+    """Share by which the scale may err as all flights have one focal length: half of what may lie between them."""
+    several = len(joined.block.sensor.drift) > 1 and "focal" in joined.free and "drift" not in joined.free
+    return 0.5 * joined.known.drift_sd if several else 0.0
 
 
 def _left_out(block: Block, stations: Stations) -> list[str]:

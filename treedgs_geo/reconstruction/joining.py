@@ -121,8 +121,9 @@ def _first_block(
 def _settle(block: Block, known: Known, free: frozenset[str]) -> tuple[Known, frozenset[str]]:
     """Which parts of lens and shutter stay free for the last adjustment."""
     adjusted = adjust(block, known, free, final=True)
-    known, free = settle_shutter(block, known, free, posterior_of(adjusted))
-    return known, settle_lens(block, known, free)
+    posterior = posterior_of(adjusted)
+    known, free = settle_shutter(block, known, free, posterior)
+    return known, settle_lens(block, known, free, posterior)
 
 
 def _enough(placement: Placement, store: FeatureStore, known: Known, sensor: Sensor, reporter: Reporter) -> Placement:

@@ -11,7 +11,7 @@ from ..geotags.readout import Readout
 from ..geotags.stations import Stations
 from .adjustment import PARTS, Known, adjust
 from .bundle import PIXEL_LOSS
-from .bundle_kernels import READOUT
+from .bundle_kernels import FIRST_FLIGHT, READOUT
 from .calibration import Calibration
 from .cameras import Camera
 from .posterior import Posterior
@@ -32,6 +32,8 @@ _SPEED_SD_M_S = 3.0
 _KEPT_SD, _KEPT_S = 3.0, 0.001
 #: A part of the lens is freed when the photos that were held out fit better by this many standard errors.
 _ASKED_SD = 4.0
+#: A flight has a focal length of its own when that differs from the first flight's by this many standard errors.
+_DRIFT_SD = 5.0
 #: Square pixels, to this: the standard deviation of log(fy / fx).
 _ASPECT_SD = 2e-4
 
@@ -88,20 +90,31 @@ def settle_shutter(
         known = replace(known, readout_s=0.0, readout_sd_s=0.0)
     elif "travel" not in free or asks_for(block, known, free - {"travel"}, "travel"):
         return known, free
-    still = np.zeros_like(block.sensor.extra_travel_m)
-    block.sensor = replace(block.sensor, readout_s=known.readout_s, extra_travel_m=still)
+    block.sensor = replace(_still(block.sensor), readout_s=known.readout_s)
     return known, free - {"readout", "travel"}
 
 
-def settle_lens(block: Block, known: Known, free: frozenset[str]) -> frozenset[str]:
-    """Free k3 where points that were held out ask for it.
+def settle_lens(block: Block, known: Known, free: frozenset[str], posterior: Posterior) -> frozenset[str]:
+    """Free k3 where points that were held out ask for it, and keep the flights' focal lengths apart where they clearly
+    differ.
 
+    A flight whose geotags are centimetres too high, tied to the others through moved shadows, wants a focal length of
+    its own that it does not have: three standard errors of it on ``plot_e``. Held-out points do not tell, geotags do.
     p1 and p2 are always free, held by their prior: with a narrow field the principal point takes them up and held-out
     points hardly differ, but without them the focal length went 0.25 % off (``plot_h``).
     """
     if known.lens_sd[list(PARTS["k3"])].all() and asks_for(block, known, free, "k3"):
         free |= {"k3"}
+    drift, sd = block.sensor.drift[1:], posterior.shared_sd[FIRST_FLIGHT:]
+    if "drift" in free and not (np.abs(drift) > _DRIFT_SD * sd).any():
+        block.sensor = replace(block.sensor, drift=np.zeros_like(block.sensor.drift))
+        free -= {"drift"}
     return free
+
+
+def _still(sensor: Sensor) -> Sensor:
+    """Lens and shutter without the movements that were estimated photo by photo."""
+    return replace(sensor, extra_travel_m=np.zeros_like(sensor.extra_travel_m))
 
 
 def asks_for(block: Block, known: Known, free: frozenset[str], part: str) -> bool:
@@ -113,7 +126,9 @@ def asks_for(block: Block, known: Known, free: frozenset[str], part: str) -> boo
         fitted.keep(~held)
         if not len(fitted.points):
             return False
-        found = adjust(fitted, known, parts, final=True, iterations=10)
+        if part == "travel" and part not in parts:
+            fitted.sensor = _still(fitted.sensor)
+        found = adjust(fitted, known, parts, final=True, iterations=20)
         sigma = sigma or found.sigma_px
         probe = copy.deepcopy(block)
         probe.keep(held)
