@@ -23,6 +23,8 @@ from treedgs_geo.reconstruction.checks import check_block
 from treedgs_geo.reconstruction.joining import Joined
 from treedgs_geo.reconstruction.model import load_points, load_views
 from treedgs_geo.reconstruction.pipeline import ReconstructOptions, reconstruct_photos
+from treedgs_geo.reconstruction.sensor import Sensor
+from treedgs_geo.reconstruction.shutter import free_shutter
 from treedgs_geo.reconstruction.tracks import Block
 
 READOUT = Readout(0.0, 0.0, "test")
@@ -88,6 +90,17 @@ def test_a_photo_metres_from_its_geotag_is_named() -> None:
     report = check_block(joined, stations, calibration, READOUT, Reporter())
     assert len(report["warnings"]) == 1 and "1 photos stand up to 2.5 m" in report["warnings"][0]
     assert "4.jpg" in report["warnings"][0]
+
+
+def test_movements_by_photo_need_geotags_that_hold_the_block() -> None:
+    joined, stations, calibration = _case()
+    rolling = Readout(0.033, 0.007, "table")
+    for sd_m, expected in ((0.02, {"travel"}), (2.0, set())):
+        known = known_of(joined.known.xyz, sd_m)
+        known, _, free = free_shutter(known, Sensor.fixed(CAMERA, 18), stations, rolling, 60.0)
+        assert set(free) == expected and (known.travel_sd_m > 0) == bool(expected)
+    report = check_block(joined, stations, calibration, rolling, Reporter())
+    assert "33 ms, table) is not taken into account" in report["warnings"][0]
 
 
 def test_contradictions_are_refused() -> None:

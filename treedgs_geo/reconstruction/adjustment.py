@@ -33,8 +33,9 @@ MARK_PX = 0.7
 LEAST_OBSERVATIONS = 6
 #: Photos are never sharper than this, pixels.
 LEAST_SIGMA_PX = 0.05
-#: A gimbal knows the vertical to this (half a degree stated, and how it is mounted), north as well as its compass.
-GIMBAL_SD_DEG, COMPASS_SD_DEG = 1.5, 10.0
+#: A gimbal knows the vertical to this, degrees (half a degree stated), north as well as its compass; and all its photos
+#: share how the camera is mounted.
+GIMBAL_SD_DEG, COMPASS_SD_DEG, MOUNTING_SD_DEG = 1.0, 10.0, 2.0
 #: Seconds between photos that have no time.
 PHOTO_GAP_S = 3.0
 #: A geotag farther off than this many standard deviations pulls no harder.
@@ -146,6 +147,7 @@ def _problem(block: Block, known: Known, free: frozenset[str], final: bool) -> t
         travel_sd=np.full(len(posed), known.travel_sd_m if "travel" in free else 0.0),
         rotations=_aimed(known),
         rotation_sd=np.radians([GIMBAL_SD_DEG, COMPASS_SD_DEG]),
+        mounting_sd=float(np.radians(MOUNTING_SD_DEG)),
         held=~posed | (count < LEAST_OBSERVATIONS),
         point_xyz=points,
         point_sd=np.concatenate([np.full((len(block.points), 3), np.inf), place_sd]),

@@ -39,8 +39,8 @@ class Priors:
     shared, shared_sd: (10,) see :mod:`.bundle_kernels`. drift_sd: of the log of a later flight's focal length over the
     first's. centres, centre_sd: (N, 3) m, NaN = no geotag. taken_s: (N,) when, seconds. travel_sd: (N,) m, of
     ``Sensor.extra_travel_m``. rotations: (N, 3, 3) world -> camera, NaN = none; rotation_sd: (2,) radians, of their
-    vertical and of their north. held: (N,) bool, photos whose pose stays. point_xyz, point_sd: (P, 3) m of points whose
-    place is known (ground control), infinite for the others.
+    vertical and of their north; mounting_sd: radians, of a turn that all photos share. held: (N,) bool, photos whose
+    pose stays. point_xyz, point_sd: (P, 3) m of points whose place is known (ground control), infinite for the others.
     """
 
     shared: np.ndarray
@@ -52,6 +52,7 @@ class Priors:
     travel_sd: np.ndarray
     rotations: np.ndarray
     rotation_sd: np.ndarray
+    mounting_sd: float
     held: np.ndarray
     point_xyz: np.ndarray
     point_sd: np.ndarray
@@ -211,8 +212,8 @@ class Problem:
             loss, weight = _soft_l1(square, tag_loss)
             tags = np.where(self.tagged, weight, 0.0)
         cost += float(loss.sum()) + float(np.sum((shift / self.flight_sd) ** 2))
-        away, aim = self._aim(x)
-        cost += float(np.einsum("ni,nij,nj->", away, aim, away))
+        away, aim, _, mounting = self._aim(x)
+        cost += float(np.einsum("ni,nij,nj->", away, aim, away) + np.sum((mounting / self.priors.mounting_sd) ** 2))
         cost += float(np.sum(self.weight * (self._numbers(x) - self.mean) ** 2))
         cost += float(np.sum(self.point_weight * (x.points - self.point_xyz) ** 2))
         return Weights(cost, pixels, tags)
@@ -231,24 +232,39 @@ class Problem:
         kernels.reduce_photos(linear, weights.pixels, self.seen.photo, self.seen.point, *rows, points, matrix, right)
         kernels.reduce_shared(linear, weights.pixels, points, matrix, right)
         self._add_tags(x, weights.tags, matrix, right)
-        for photo, away, aim in zip(self.aimed, *self._aim(x), strict=True):
-            at = slice(photo * N_POSE, photo * N_POSE + 3)
-            matrix[at, at] += aim
-            right[at] += aim @ away
+        self._add_aim(x, matrix, right)
         diagonal = np.arange(size)
         matrix[diagonal, diagonal] += self.weight
         right -= self.weight * (self._numbers(x) - self.mean)
         return matrix, right, points
 
-    def _aim(self, x: State) -> tuple[np.ndarray, np.ndarray]:
-        """Rotation vectors (K, 3) from the photos to what is known of their directions, camera frame, and their inverse
-        covariances (K, 3, 3), 1/rad2."""
+    def _aim(self, x: State) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Rotation vectors (K, 3) from the photos to what is known of their directions, camera frame, less what all
+        share (the camera's mounting); their inverse covariances (K, 3, 3), 1/rad2; the covariance (3, 3) of the
+        mounting, and itself (3,)."""
         rotations = x.rotations[self.aimed]
+        held = np.eye(3) / self.priors.mounting_sd**2
         if not len(self.aimed):
-            return np.zeros((0, 3)), np.zeros((0, 3, 3))
+            return np.zeros((0, 3)), np.zeros((0, 3, 3)), np.linalg.inv(held), np.zeros(3)
         away = Rotation.from_matrix(self.priors.rotations[self.aimed] @ rotations.transpose(0, 2, 1)).as_rotvec()
         weight = 1 / self.priors.rotation_sd[[0, 0, 1]] ** 2
-        return away, np.einsum("nij,j,nkj->nik", rotations, weight, rotations)
+        aim = np.einsum("nij,j,nkj->nik", rotations, weight, rotations)
+        covariance = np.linalg.inv(aim.sum(axis=0) + held)
+        mounting = covariance @ np.einsum("nij,nj->i", aim, away)
+        return away - mounting, aim, covariance, mounting
+
+    def _add_aim(self, x: State, matrix: np.ndarray, right: np.ndarray) -> None:
+        """The photos' known directions in the normal equations, the mounting that they share marginalised."""
+        away, aim, covariance, _ = self._aim(x)
+        if not len(self.aimed):
+            return
+        at = (self.aimed[:, None] * N_POSE + np.arange(3)).ravel()
+        stacked = aim.reshape(-1, 3)
+        matrix[np.ix_(at, at)] -= stacked @ covariance @ stacked.T
+        for photo, each, off in zip(self.aimed, aim, away, strict=True):
+            own = slice(photo * N_POSE, photo * N_POSE + 3)
+            matrix[own, own] += each
+            right[own] += each @ off
 
     def _flight_shift(self, x: State, tags: np.ndarray) -> np.ndarray:
         """(F, 3) m: what the geotags of a flight are most likely off by together."""

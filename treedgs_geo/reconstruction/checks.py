@@ -92,6 +92,12 @@ def check_block(
     posterior = posterior_of(joined.adjusted, geotags.factor)
     scale = float(np.hypot(posterior.scale, _held_drift(joined)))
     control = _check_control(joined, warnings)
+    if readout.is_known and readout.seconds > 0 and not joined.tested_shutter and not block.sensor.readout_s:
+        warnings.append(
+            f"The rolling shutter ({1000 * readout.seconds:.0f} ms, {readout.source}) is not taken into account: "
+            "neither the drone's speed nor precise geotags say how the camera moved; hover for the photos, or use RTK "
+            "or PPK."
+        )
     if scale > SCALE_WARN:
         warnings.append(
             f"Geotags and photos fix the scale of the block, and so every diameter, to {scale:.1%} only (standard "
