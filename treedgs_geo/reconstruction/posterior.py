@@ -42,7 +42,7 @@ def posterior_of(adjusted: Adjusted, geotag_factor: float = 1.0) -> Posterior:
     A width of w pixels is w * depth / f metres: the error of the scale is that of depth / f, averaged over what the
     oblique photos see (all photos, where none is oblique).
 
-    Errors of geotags that change slowly (:func:`_drift_sd`) come on top, as large as the geotags state.
+    Errors of geotags that change in minutes come on top, as large as the geotags state.
 
     Args:
         geotag_factor: by how much the geotags are worse than they state, at least 1.
