@@ -23,7 +23,7 @@ import numpy as np
 from benchmarks.photos.stems_from_photos import pair_up
 from benchmarks.records import write_record
 from benchmarks.rendered import local_places, plot_inputs, truth_rows
-from treedgs_geo.evaluation.charts import close, new_axes, render
+from treedgs_geo.evaluation.charts import BLUE, GREY, VERMILION, close, new_axes, render
 from treedgs_geo.from_photos.find import stems_from_photos
 from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.reconstruction.cameras import View
@@ -35,8 +35,8 @@ EVERY = (1, 2, 3, 5)
 FREE, LEAST_SINE = 0.7, 0.35
 WANTED_CM = (0.5, 1.0, 2.0)
 PHOTOS = (3, 6, 12)
-#: Okabe-Ito colours and marks, by plot.
-STYLE = (("#0072B2", "o"), ("#D55E00", "s"), ("#009E73", "^"), ("#CC79A7", "D"))
+#: Colours and marks, by plot.
+STYLE = ((BLUE, "o"), (VERMILION, "s"), (GREY, "^"))
 
 
 def free_views(plot: Path) -> dict[str, set[str]]:
@@ -134,7 +134,7 @@ def draw(stems: list[dict], law: dict[str, Any]) -> bytes:
             n = np.geomspace(1, max(places[0]), 50)
             axes.plot(n, law["c"] * gsd ** law["a"] / n ** law["b"], color=colour, lw=1.6)
     for wanted in WANTED_CM:
-        axes.axhline(wanted, color="#555555", lw=0.8, ls=":")
+        axes.axhline(wanted, color=GREY, lw=0.8, ls=":")
     axes.set(xscale="log", yscale="log", ylabel="standard error of the DBH, cm")
     axes.set_xlabel("photos that show breast height free")
     for axis, ticks in ((axes.xaxis, (1, 2, 4, 8, 16, 32, 64)), (axes.yaxis, (0.2, 0.5, 1, 2, 5))):

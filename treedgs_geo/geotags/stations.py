@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 QUALITIES = ("fix", "float", "single", "exif", "none")
 #: How a velocity was found, best first: along the antenna's path, by the drone itself (XMP), from the photos beside it.
 VELOCITY_SOURCES = ("track", "xmp", "photos", "unknown")
+#: Geotags with a standard error (three axes) below this level a block, and may start one, metres.
+PRECISE_GEOTAG_M = 0.5
 LAYER = "stations"
 _VELOCITY = ("v_e_m_s", "v_n_m_s", "v_u_m_s")
 #: The columns by which a layer of that name is known as ours.

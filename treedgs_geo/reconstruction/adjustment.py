@@ -9,10 +9,10 @@ import numpy as np
 
 from ..core.errors import ReconstructionError
 from ..geotags.control import ControlPoints
+from ..geotags.stations import PRECISE_GEOTAG_M
 from .bundle import Observations, Priors, Problem, State, camera_of, shared_of
 from .bundle_kernels import CX, CY, K1, K2, K3, LOG_ASPECT, LOG_F, P1, P2, READOUT
 from .cameras import Camera
-from .georeference import PRECISE_GEOTAG_M
 from .tracks import Block, widest_angle_deg
 
 #: Parts of lens and shutter that can be freed, with their shared parameters (:mod:`.bundle_kernels`).

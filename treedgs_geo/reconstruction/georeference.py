@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..core.progress import Reporter
-from ..geotags.stations import Stations
+from ..geotags.stations import PRECISE_GEOTAG_M, Stations
 from .calibration import Calibration
 from .cameras import Camera
 from .colmap import camera_from_colmap
@@ -18,8 +18,6 @@ from .poses import fit_similarity_robust, nearest_rotation, rotation_angle_deg
 
 #: A mapped photo may differ this much from its gimbal angles (after the common mounting error), degrees.
 GIMBAL_GATE_DEG = 4.0
-#: Geotags with a standard error (three axes) below this level a block, and may start one, metres.
-PRECISE_GEOTAG_M = 0.5
 #: A photo on its head: half a turn about the camera's axis.
 _HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 

@@ -190,7 +190,7 @@ def _free_lens(
     """Which intrinsics the flight can determine (:data:`.adjustment.PARTS`).
 
     Nadir photos from one height cannot tell focal length from height (a 19 % error hid in 1 % of reprojection error,
-    ``docs/analyst/reconstruction.md``); obliques, two heights with centimetre geotags, or control points can.
+    ``docs/analyst/reconstruction.md``); obliques can, and with precise geotags two heights or control points.
     """
     axis = rotations[:, 2, 2]
     known = np.isfinite(axis)

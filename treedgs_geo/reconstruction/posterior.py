@@ -52,8 +52,9 @@ def posterior_of(adjusted: Adjusted, geotag_factor: float = 1.0) -> Posterior:
     weights = problem.weigh(state, adjusted.sigma_px, TAG_LOSS)
     weights = weights._replace(tags=weights.tags / max(geotag_factor, 1.0) ** 2)
     matrix, _, points = problem.normal(state, weights, 0.0)
+    matrix = np.triu(matrix) + np.triu(matrix, 1).T
     # What nothing holds (a photo all of whose points lie in one place) stays unsure instead of ending the work.
-    matrix = np.triu(matrix) + np.triu(matrix, 1).T + np.diag(_LEAST_HELD * np.diag(matrix))
+    matrix[np.diag_indices_from(matrix)] *= 1 + _LEAST_HELD
     free = problem.free
     factor = cho_factor(matrix[np.ix_(free, free)], check_finite=False)
     gradient = _scale_gradient(adjusted, weights.pixels, points)[free]
