@@ -26,7 +26,7 @@ def stem_world() -> tuple[World, Light, np.ndarray]:
     up = scene.AXIS_STEP * np.arange(len(stem.axis))
     stem = dataclasses.replace(stem, axis=np.column_stack([0 * up, 0 * up, up]))
     mesh = scene.mesh_stems(np.random.default_rng(1), [stem])
-    faces = Faces(*(np.zeros(shape, np.float32) for shape in ((0, 3, 3), (0, 3), (0,))))
+    faces = Faces.none()
     texture = GroundTexture(-40.0, 1.0, np.full((80, 80, 3), 255, np.uint8))
     dark = np.zeros((8, 8, 3), np.uint8)
     light = Light(

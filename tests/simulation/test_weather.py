@@ -9,7 +9,7 @@ import pytest
 from bare_stem import stem_world
 
 from treedgs_geo.simulation import light, scene, terrain
-from treedgs_geo.simulation.foliage import LYING, ROOTED, Faces, all_foliage
+from treedgs_geo.simulation.foliage import LYING, ROOTED, Faces, Material, all_foliage
 from treedgs_geo.simulation.settings import SIZES, SimulateSettings
 from treedgs_geo.simulation.textures import GroundTexture
 from treedgs_geo.simulation.wind import Sway, Wind, flutter
@@ -112,6 +112,9 @@ def test_every_face_has_its_owner(windy):
     faces = world.faces
     assert len(faces.owner) == len(faces.corners)
     assert {ROOTED, LYING} < set(faces.owner) and faces.owner.max() < len(stems)
+    assert faces.kind.dtype == np.uint8 and set(faces.kind[faces.owner == LYING]) == {Material.WOOD}
+    assert set(faces.kind[faces.owner >= 0]) == {Material.WOOD, Material.FOLIAGE}
+    assert set(faces.kind[faces.owner == ROOTED]) == {Material.SHRUB, Material.GRASS}
     for k in range(0, len(stems), 5):
         own = faces.corners[faces.owner == k].mean(axis=1)
         if len(own):

@@ -7,6 +7,7 @@ made of fewer, larger needles of the same total area (they only cast shadows and
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from enum import IntEnum
 
 import numpy as np
 
@@ -18,23 +19,51 @@ from .terrain import Ground
 ROOTED, LYING = -1, -2
 
 
+class Material(IntEnum):
+    """What a face is. WOOD: branches and twigs, sticks and logs (not the stems, which are a mesh of their own)."""
+
+    FOLIAGE = 1
+    SHRUB = 2
+    GRASS = 3
+    WOOD = 4
+    IVY = 5
+
+
 @dataclass(frozen=True)
 class Faces:
-    """corners (F, 3, 3) float32; albedo (F, 3) float32 linear; through (F,) float32 share of light let through; owner
-    (F,) index of the stem that a face grows on, :data:`ROOTED` or :data:`LYING` (only of :func:`all_foliage`)."""
+    """corners (F, 3, 3) float32; albedo (F, 3) float32 linear; through (F,) float32 share of light let through; kind
+    (F,) uint8 :class:`Material`; owner (F,) index of the stem that a face grows on, :data:`ROOTED` or :data:`LYING`
+    (only of :func:`all_foliage`)."""
 
     corners: np.ndarray
     albedo: np.ndarray
     through: np.ndarray
+    kind: np.ndarray
     owner: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int32))
 
     @staticmethod
+    def of(kind: Material, corners: np.ndarray, albedo: np.ndarray, through: float) -> Faces:
+        """Faces that are all of one material and let the same share of light through."""
+        count = len(corners)
+        return Faces(corners, albedo, np.full(count, through), np.full(count, kind, np.uint8))
+
+    @staticmethod
+    def none() -> Faces:
+        """No face."""
+        return Faces.of(Material.FOLIAGE, np.zeros((0, 3, 3)), np.zeros((0, 3)), 0.0)
+
+    @staticmethod
     def join(parts: list[Faces]) -> Faces:
-        """Concatenate."""
+        """Concatenate (without owners)."""
         return Faces(
             *(
-                np.concatenate([getattr(part, field) for part in parts]).astype(np.float32)
-                for field in ("corners", "albedo", "through")
+                np.concatenate([getattr(part, name) for part in parts]).astype(dtype)
+                for name, dtype in (
+                    ("corners", np.float32),
+                    ("albedo", np.float32),
+                    ("through", np.float32),
+                    ("kind", np.uint8),
+                )
             )
         )
 
@@ -125,12 +154,12 @@ def crown(rng: np.random.Generator, stem: PlantedStem, leaf_area_m2: float) -> l
     albedo = _green(rng, tufts, tuple(tone), 0.20)[owner] * np.exp(rng.normal(0, 0.12, (len(owner), 1)))
     brown = (rng.random(tufts) < 0.012)[owner]
     albedo[brown] = np.array([0.40, 0.22, 0.09])
-    parts.append(Faces(blades, albedo, np.full(len(blades), 0.25)))
+    parts.append(Faces.of(Material.FOLIAGE, blades, albedo, 0.25))
     return parts
 
 
 def _wood(rng: np.random.Generator, faces: np.ndarray, tone: tuple[float, float, float]) -> Faces:
-    return Faces(faces, np.array(tone) * np.exp(rng.normal(0, 0.25, (len(faces), 1))), np.zeros(len(faces)))
+    return Faces.of(Material.WOOD, faces, np.array(tone) * np.exp(rng.normal(0, 0.25, (len(faces), 1))), 0.0)
 
 
 def _scatter(rng: np.random.Generator, reach_m: float, per_m2: float) -> np.ndarray:
@@ -158,8 +187,8 @@ def shrubs(rng: np.random.Generator, ground: Ground, reach_m: float, per_m2: flo
         )
         tone = rng.choice(3)
         base = ((0.11, 0.17, 0.05), (0.16, 0.20, 0.07), (0.20, 0.16, 0.09))[tone]
-        parts.append(Faces(blades, _green(rng, count, base, 0.28), np.full(count, 0.25)))
-    return Faces.join(parts) if parts else Faces(np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0))
+        parts.append(Faces.of(Material.SHRUB, blades, _green(rng, count, base, 0.28), 0.25))
+    return Faces.join(parts) if parts else Faces.none()
 
 
 def grass(rng: np.random.Generator, ground: Ground, reach_m: float, per_m2: float = 4.0) -> Faces:
@@ -174,7 +203,7 @@ def grass(rng: np.random.Generator, ground: Ground, reach_m: float, per_m2: floa
         rng.uniform(0.12, 0.35, len(spot)),
         np.full(len(spot), 0.014),
     )
-    return Faces(blades, _green(rng, len(spot), (0.26, 0.25, 0.11), 0.3), np.full(len(spot), 0.2))
+    return Faces.of(Material.GRASS, blades, _green(rng, len(spot), (0.26, 0.25, 0.11), 0.3), 0.2)
 
 
 def sticks_and_logs(
