@@ -12,6 +12,7 @@ from ..core.progress import Reporter
 from ..reconstruction.cameras import Camera, View
 from . import files, flight, photo_files
 from .camera import Motion
+from .labels import Labels, write_labels
 from .layout import Layout
 from .light import Light, SkyField, bake, held_at, sun_direction, weather_of
 from .render import radiance
@@ -101,7 +102,12 @@ def photograph(
             exposure, white = 3.9 * float(np.exp(rng["sensor"].normal(0, 0.06))), 1 + rng["sensor"].normal(0, 0.02, 3)
         before = station.flight
         seed = settings.seed * 7919 + number
-        image = radiance(here, lights[block, phase], taken.view, sizes.samples, seed, motion=taken.motion)
+        labels = Labels(here, taken.view, sizes.samples) if settings.labels else None
+        image = radiance(
+            here, lights[block, phase], taken.view, sizes.samples, seed, motion=taken.motion, looked=labels
+        )
+        if labels is not None:
+            write_labels(folder / "truth" / "labels" / Path(station.name).with_suffix(".png").name, labels.shares)
         pixels = develop(image, exposure * weather.exposure, white, rng["sensor"], sensor, rng["image"])
         if troubled:
             pixels = disturb(pixels, troubles[number])

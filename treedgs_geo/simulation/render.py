@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numba
@@ -84,7 +85,7 @@ class _StemLook(NamedTuple):
     offset: np.ndarray
 
 
-class _Hits(NamedTuple):
+class Hits(NamedTuple):
     """What (N, 6) rays met first: (N,) distance, (N,) primitive id (over ground, stems, then faces), (N, 2) place."""
 
     rays: np.ndarray
@@ -217,26 +218,42 @@ def _shade(hits, samples, counts, ground, stems, faces, haze, out):
 
 
 def radiance(
-    world: World, light: Light, view: View, samples: int, seed: int, haze: float = 0.03, motion: Motion = STILL
+    world: World,
+    light: Light,
+    view: View,
+    samples: int,
+    seed: int,
+    haze: float = 0.03,
+    motion: Motion = STILL,
+    looked: Callable[[slice, Hits], None] | None = None,
 ) -> np.ndarray:
     """(height, width, 3) float32 linear radiance through a perfect lens of the view's distortion.
 
-    The pose is that of the middle row in the middle of its exposure; motion: what the camera does about it.
+    The pose is that of the middle row in the middle of its exposure; motion: what the camera does about it. looked: is
+    given the rays' hits, as of :func:`first_hits`.
     """
     width, height = view.camera.width, view.camera.height
-    lens = _lens(view)
     mesh, texture = world.mesh, world.texture
     counts = (world.ground_faces, world.stem_faces)
     ground = _GroundLook(texture.colour, texture.low, texture.step, light.ground, light.low, light.step)
     stems = _StemLook(mesh.triangles, mesh.uv, light.stems, mesh.owner, world.bark, world.bark_offset)
     image = np.empty((height * width, 3), np.float32)
+    for pixels, hits in first_hits(world, view, samples, seed, motion):
+        _shade(hits, samples, counts, ground, stems, light.faces, haze, image[pixels])
+        if looked is not None:
+            looked(pixels, hits)
+    return image.reshape(height, width, 3)
+
+
+def first_hits(world: World, view: View, samples: int, seed: int, motion: Motion) -> Iterator[tuple[slice, Hits]]:
+    """What the rays of a photo meet first, ``samples`` a pixel: the pixels (row-major) and their hits, part by part.
+    Each part's arrays are good until the next."""
+    width, height = view.camera.width, view.camera.height
+    lens = _lens(view)
     rows_a_batch = max(1, BATCH_RAYS // (width * samples))
     rays = np.empty((rows_a_batch * width * samples, 6), np.float32)
     for row in range(0, height, rows_a_batch):
         rows = min(rows_a_batch, height - row)
         part = rays[: rows * width * samples]
         _primary_rays(row, rows, samples, lens, motion, seed & 0x7FFFFFFF, part)
-        distance, primitive, corner = cast(world.scene, part)
-        pixels = image[row * width : (row + rows) * width]
-        _shade(_Hits(part, distance, primitive, corner), samples, counts, ground, stems, light.faces, haze, pixels)
-    return image.reshape(height, width, 3)
+        yield slice(row * width, (row + rows) * width), Hits(part, *cast(world.scene, part))

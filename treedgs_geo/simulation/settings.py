@@ -109,6 +109,9 @@ class SimulateSettings(
         maximum=20,
         help="photos that fall into a burst of PPK float solutions (0.3 m error)",
     )
+    labels: bool = param(
+        False, kind="flag", help="write truth/labels: what every pixel of every photo shows", advanced=True
+    )
     lidar_density_m2: float | None = param(
         None, kind="number", unit="1/m2", minimum=0, maximum=5000, help="LiDAR pulses per square metre; 0 = no cloud"
     )

@@ -1,0 +1,61 @@
+"""The network: a U-Net of some 10,000 multiplications a pixel, and its export."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import torch
+from torch import nn
+
+from treedgs_geo.from_photos.stem_net import CLASSES
+
+#: Channels at half, a quarter, an eighth and a sixteenth of the size.
+WIDTHS = (24, 40, 64, 96)
+
+
+def _block(inputs: int, outputs: int, stride: int = 1) -> nn.Sequential:
+    return nn.Sequential(
+        nn.Conv2d(inputs, outputs, 3, stride, 1, bias=False), nn.BatchNorm2d(outputs), nn.ReLU(inplace=True)
+    )
+
+
+class StemNet(nn.Module):
+    """(N, 3, H, W) normalised photos -> (N, 4, H, W) scores of the classes; H, W multiples of 16."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        a, b, c, d = WIDTHS
+        self.to_half = nn.Sequential(nn.Conv2d(3, a, 4, 2, 1), nn.ReLU(inplace=True), _block(a, a))
+        self.to_quarter = nn.Sequential(_block(a, b, 2), _block(b, b), _block(b, b))
+        self.to_eighth = nn.Sequential(_block(b, c, 2), _block(c, c), _block(c, c))
+        self.to_sixteenth = nn.Sequential(_block(c, d, 2), _block(d, d), _block(d, d))
+        self.wider = nn.Upsample(scale_factor=2, mode="nearest")
+        self.up_eighth = _block(c + d, c)
+        self.up_quarter = _block(b + c, b)
+        self.up_half = _block(a + b, a)
+        self.head = nn.Sequential(nn.Conv2d(a, 4 * len(CLASSES), 1), nn.PixelShuffle(2))
+
+    def forward(self, image: torch.Tensor) -> torch.Tensor:
+        """Scores."""
+        half = self.to_half(image)
+        quarter = self.to_quarter(half)
+        eighth = self.to_eighth(quarter)
+        deep = self.to_sixteenth(eighth)
+        deep = self.up_eighth(torch.cat([self.wider(deep), eighth], 1))
+        deep = self.up_quarter(torch.cat([self.wider(deep), quarter], 1))
+        return self.head(self.up_half(torch.cat([self.wider(deep), half], 1)))
+
+
+def export(network: StemNet, path: Path) -> None:
+    """Write the network as ONNX for any image size (needs the package onnx)."""
+    network.eval()
+    torch.onnx.export(
+        network,
+        torch.zeros(1, 3, 64, 64),
+        str(path),
+        input_names=["photo"],
+        output_names=["scores"],
+        dynamic_axes={"photo": {2: "rows", 3: "columns"}, "scores": {2: "rows", 3: "columns"}},
+        opset_version=17,
+        dynamo=False,
+    )

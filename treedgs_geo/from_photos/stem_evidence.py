@@ -1,0 +1,114 @@
+"""The network's word on a place: silhouettes against its maps, and what it alone finds (:mod:`.stem_net`)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, prange
+
+from .backdrop import BAND, Silhouette
+from .backdrop_kernels import BLOCK_ROWS, REACH_M, ROW_M, STEP_M
+from .stem_net import OUTSIDE, STEPS, OddsMaps
+from .strips import BH_M, C_X, C_Y, GROUND_Z, P_X, P_Y, S_X, S_Y, StemAxis
+
+_FAST = {"nogil": True, "cache": True, "fastmath": True}
+#: Log odds of stem at an average pixel, and the share of photos that see a stem at a height.
+PRIOR_ODDS, SEEN = -2.5, 0.35
+
+
+@njit(inline="always", **_FAST)
+def odds_at(maps, v, x, y, z):
+    """Log odds at a point, bilinear; NaN where the photo shows nothing."""
+    dx, dy, dz = x - maps.centre[v, 0], y - maps.centre[v, 1], z - maps.centre[v, 2]
+    flat = np.sqrt(dx * dx + dy * dy)
+    swing = np.arctan2(dy, dx) - maps.grid[v, 0]
+    swing -= 2 * np.pi * np.floor((swing + 0.2) / (2 * np.pi))
+    column = swing / maps.grid[v, 1]
+    row = (np.arctan2(flat, -dz) - maps.grid[v, 2]) / maps.grid[v, 3]
+    rows, columns = maps.shape[v, 0], maps.shape[v, 1]
+    if row < 0 or column < 0 or row > rows - 1 or column > columns - 1:
+        return np.nan
+    i, j = min(int(row), rows - 2), min(int(column), columns - 2)
+    a, b = row - i, column - j
+    at = maps.start[v] + i * columns + j
+    p, q, s, t = maps.odds[at], maps.odds[at + 1], maps.odds[at + columns], maps.odds[at + columns + 1]
+    if p == OUTSIDE or q == OUTSIDE or s == OUTSIDE or t == OUTSIDE:
+        return np.nan
+    return ((p * (1 - b) + q * b) * (1 - a) + (s * (1 - b) + t * b) * a) / STEPS
+
+
+@njit(parallel=True, **_FAST)
+def _cut(maps, axis, heights, us, outline):
+    """Fill ``outline`` (a :class:`.backdrop.Silhouette`) with the log odds of "no stem"."""
+    total, normal, widen, blind = outline.total, outline.normal, outline.widen, outline.blind
+    per_block = heights.size // total.shape[1]
+    for v in prange(maps.centre.shape[0]):
+        sums = np.zeros(us.size)
+        dx, dy = axis[P_X] - maps.centre[v, 0], axis[P_Y] - maps.centre[v, 1]
+        flat = np.sqrt(dx * dx + dy * dy)
+        if flat < 1.0:
+            blind[v] = True
+            continue
+        nx, ny = -dy / flat, dx / flat
+        normal[v, 0], normal[v, 1] = nx, ny
+        dz = axis[GROUND_Z] + axis[BH_M] - maps.centre[v, 2]
+        far = np.sqrt(flat * flat + dz * dz)
+        along = (axis[S_X] * dx + axis[S_Y] * dy + dz) / far
+        a2 = axis[S_X] * axis[S_X] + axis[S_Y] * axis[S_Y] + 1.0 - along * along
+        across = axis[S_X] * nx + axis[S_Y] * ny
+        widen[v] = np.sqrt(a2 / max(a2 - across * across, 1e-9))
+        for i in range(heights.size):
+            q = heights[i] - axis[BH_M]
+            ax = axis[P_X] + axis[S_X] * q + axis[C_X] * q * q
+            ay = axis[P_Y] + axis[S_Y] * q + axis[C_Y] * q * q
+            for j in range(us.size):
+                value = odds_at(maps, v, ax + us[j] * nx, ay + us[j] * ny, axis[GROUND_Z] + heights[i])
+                if not (value > -99.0):
+                    blind[v] = True
+                    break
+                sums[j] -= value
+            if blind[v]:
+                break
+            if (i + 1) % per_block == 0:
+                block = i // per_block
+                running = 0.0
+                for j in range(us.size):
+                    running += sums[j] / per_block
+                    total[v, block, j + 1] = running
+                    sums[j] = 0.0
+
+
+def cut_bark(maps: OddsMaps, axis: StemAxis) -> Silhouette:
+    """How little stem the network sees around an axis, in every photo: as a silhouette, so that contrast and peaks are
+    those of the ground's (:mod:`.backdrop`)."""
+    heights = np.arange(BAND[0], BAND[1], ROW_M)
+    heights = heights[: len(heights) // BLOCK_ROWS * BLOCK_ROWS]
+    u = np.arange(-REACH_M, REACH_M + STEP_M / 2, STEP_M)
+    blocks = len(heights) // BLOCK_ROWS
+    q = heights.reshape(blocks, BLOCK_ROWS).mean(axis=1) - axis.bh_m
+    n = len(maps.centre)
+    total, blind = np.zeros((n, blocks, len(u) + 1)), np.zeros(n, np.bool_)
+    outline = Silhouette(total, float(u[0]), q, np.zeros((n, 2)), np.ones(n), blind)
+    _cut(maps, axis.row, heights, u, outline)
+    return outline
+
+
+@njit(parallel=True, **_FAST)
+def _sum_layers(maps, x0, y0, cell, z, heights, total):
+    for i in prange(total.shape[1]):
+        for j in range(total.shape[2]):
+            x, y = x0 + j * cell, y0 + i * cell
+            for m in range(heights.size):
+                found = 0.0
+                for v in range(maps.centre.shape[0]):
+                    value = odds_at(maps, v, x, y, z[i, j] + heights[m])
+                    if value > -99.0:
+                        found += np.log(1.0 - SEEN + SEEN * np.exp(value - PRIOR_ODDS))
+                total[m, i, j] = found
+
+
+def bark_layers(maps: OddsMaps, x0: float, y0: float, cell: float, z: np.ndarray, heights: np.ndarray) -> np.ndarray:
+    """(layers, rows, columns) float32 log likelihood ratio of "a stem is here", summed over the photos: each sees it with
+    probability :data:`SEEN`. z: (rows, columns) ground; rows from ``y0``, columns from ``x0``."""
+    total = np.zeros((len(heights), *z.shape), np.float32)
+    _sum_layers(maps, x0, y0, cell, z, heights, total)
+    return total

@@ -1,0 +1,135 @@
+"""What each pixel of a photo shows, by a small network: stem, foliage, other wood or ground.
+
+The network sees the photos as plumb maps (:mod:`.plumb`): every vertical line is a column, so that a stem stands upright
+wherever the camera was. It was trained on simulated photos only; how, and what it brings, is in
+``docs/evidence/stem-network.md``. OpenCV runs it: no other library is needed.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from .plumb import PlumbMap
+from .stack import PhotoArrays, PhotoStack
+from .strips import project
+
+_FAST = {"nogil": True, "cache": True, "fastmath": True}
+
+#: Classes of the network, in the order of its outputs.
+CLASSES = ("ground", "stem", "foliage", "wood")
+STEM = CLASSES.index("stem")
+#: Rows and columns of a map are multiples of this for the network.
+MULTIPLE = 16
+#: The network's file.
+WEIGHTS = Path(__file__).with_name("stem_net.onnx")
+#: Log odds are kept within this: the network knows no more.
+MOST_ODDS = 5.0
+#: Log odds are stored in this part of a unit, and this for a place outside of the photo.
+STEPS, OUTSIDE = 25.0, -128
+
+
+class OddsMaps(NamedTuple):
+    """Log odds that a pixel shows a stem, for V photos as plumb maps; the compiled kernels take it as it is.
+
+    odds: (N,) int8, all maps one after the other, row-major, in units of 1 / :data:`STEPS`; :data:`OUTSIDE` where the
+    photo shows nothing. start: (V,) int64 first entry. shape: (V, 2) int64 rows and columns. grid: (V, 4) float64
+    azimuth of column 0, column width, nadir angle of row 0, row height, rad. centre: (V, 3) cameras.
+    """
+
+    odds: np.ndarray
+    start: np.ndarray
+    shape: np.ndarray
+    grid: np.ndarray
+    centre: np.ndarray
+
+
+@njit(parallel=True, **_FAST)
+def _resample(photos, view, azimuth0, step_a, nadir0, step_n, colour, good):
+    cam, corner, shape = photos.camera[view], photos.corner[view], photos.shape[view]
+    pixels, start, centre = photos.pixels, photos.start[view], photos.centre[view]
+    rows, columns = shape[0], shape[1]
+    n_rows, n_cols = good.shape
+    for i in prange(n_rows):
+        angle = nadir0 + i * step_n
+        sn, cn = np.sin(angle), np.cos(angle)
+        n_knots = n_cols // 16 + 2
+        ku, kv = np.empty(n_knots), np.empty(n_knots)
+        for k in range(n_knots):
+            a = azimuth0 + k * 16 * step_a
+            u, v, _ = project(
+                cam, centre[0] + 50 * sn * np.cos(a), centre[1] + 50 * sn * np.sin(a), centre[2] - 50 * cn
+            )
+            ku[k], kv[k] = u - 0.5 - corner[1], v - 0.5 - corner[0]
+        for j in range(n_cols):
+            k = j // 16
+            t = (j - k * 16) / 16.0
+            u = ku[k] + t * (ku[k + 1] - ku[k])
+            v = kv[k] + t * (kv[k + 1] - kv[k])
+            if u < 0 or v < 0 or u > columns - 1 or v > rows - 1:
+                continue
+            good[i, j] = True
+            top, left = min(int(v), rows - 2), min(int(u), columns - 2)
+            down, across = v - top, u - left
+            at = start + (top * columns + left) * 3
+            below = at + columns * 3
+            for channel in range(3):
+                value = (pixels[at + channel] * (1 - across) + pixels[at + 3 + channel] * across) * (1 - down) + (
+                    pixels[below + channel] * (1 - across) + pixels[below + 3 + channel] * across
+                ) * down
+                colour[i, j, 2 - channel] = np.uint8(value + 0.5)
+
+
+def plumb_colours(photos: PhotoArrays, view: int, plumb: PlumbMap) -> tuple[np.ndarray, np.ndarray]:
+    """(rows, columns, 3) uint8 RGB of one photo on the grid of a plumb map, and (rows, columns) bool: inside it."""
+    rows, columns = (-(-n // MULTIPLE) * MULTIPLE for n in plumb.ridge.shape)
+    colour, good = np.zeros((rows, columns, 3), np.uint8), np.zeros((rows, columns), np.bool_)
+    _resample(photos, view, plumb.azimuth0, plumb.step_a, plumb.nadir0, plumb.step_n, colour, good)
+    return colour, good
+
+
+def normalised(colour: np.ndarray, good: np.ndarray) -> np.ndarray:
+    """(rows, columns, 3) uint8 -> (3, rows, columns) float32 that exposure and white balance hardly change: each channel
+    about its mean, over the spread of the brightness; 0 outside."""
+    image = colour.astype(np.float32) / 255
+    inside = image[good]
+    if not len(inside):
+        return np.zeros((3, *good.shape), np.float32)
+    spread = max(float(inside.mean(axis=1).std()), 0.02)
+    image = (image - inside.mean(axis=0)) / spread
+    image[~good] = 0
+    return np.ascontiguousarray(image.transpose(2, 0, 1))
+
+
+@lru_cache(maxsize=1)
+def _network(path: Path) -> Any:
+    import cv2
+
+    return cv2.dnn.readNetFromONNX(str(path))
+
+
+def stem_odds(scores: np.ndarray) -> np.ndarray:
+    """(4, rows, columns) scores of the network -> (rows, columns) log odds of stem against all else."""
+    top = scores.max(axis=0)
+    share = np.exp(scores - top)
+    others = np.log(np.maximum(share.sum(axis=0) - share[STEM], 1e-12)) + top
+    return np.clip(scores[STEM] - others, -MOST_ODDS, MOST_ODDS)
+
+
+def odds_maps(stack: PhotoStack, plumbs: list[PlumbMap]) -> OddsMaps:
+    """Log odds of stem in every photo of a stack, on the grids of its plumb maps."""
+    network = _network(WEIGHTS)
+    maps = []
+    for view, plumb in enumerate(plumbs):
+        colour, good = plumb_colours(stack.arrays, view, plumb)
+        network.setInput(normalised(colour, good)[None])
+        odds = np.round(STEPS * stem_odds(network.forward()[0])).astype(np.int8)
+        maps.append(np.where(good, odds, np.int8(OUTSIDE)))
+    shape = np.array([each.shape for each in maps], np.int64).reshape(-1, 2)
+    start = np.concatenate([[0], np.cumsum(shape.prod(axis=1))[:-1]]).astype(np.int64)
+    grid = np.array([(p.azimuth0, p.step_a, p.nadir0, p.step_n) for p in plumbs], float).reshape(-1, 4)
+    return OddsMaps(np.concatenate([each.ravel() for each in maps]), start, shape, grid, stack.centre)
