@@ -7,7 +7,8 @@ import dataclasses
 import numpy as np
 
 from treedgs_geo.reconstruction.cameras import Camera, View
-from treedgs_geo.simulation import scene, terrain
+from treedgs_geo.simulation import scene, stem_mesh, terrain
+from treedgs_geo.simulation.barks import Barks
 from treedgs_geo.simulation.flight import rotation_from_angles
 from treedgs_geo.simulation.foliage import Faces
 from treedgs_geo.simulation.light import Light
@@ -25,10 +26,10 @@ def stem_world() -> tuple[World, Light, np.ndarray]:
     stem = scene.grow_stem(rng, ground, np.zeros(2), 0.30, 12.0, 0.0, 0.0, **fields)
     up = scene.AXIS_STEP * np.arange(len(stem.axis))
     stem = dataclasses.replace(stem, axis=np.column_stack([0 * up, 0 * up, up]))
-    mesh = scene.mesh_stems(np.random.default_rng(1), [stem])
+    mesh = stem_mesh.mesh_stems(np.random.default_rng(1), [stem])
     faces = Faces.none()
     texture = GroundTexture(-40.0, 1.0, np.full((80, 80, 3), 255, np.uint8))
-    dark = np.zeros((8, 8, 3), np.uint8)
+    dark = Barks.plain(np.zeros((8, 8, 3), np.uint8), 1)
     light = Light(
         -40.0,
         1.0,

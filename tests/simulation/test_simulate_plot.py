@@ -19,7 +19,7 @@ from PIL import Image
 from treedgs_geo.core.errors import InputError, OutputError
 from treedgs_geo.core.settings import build
 from treedgs_geo.reconstruction.cameras import Camera, View
-from treedgs_geo.simulation import flight, light, scene, terrain, truth
+from treedgs_geo.simulation import flight, light, scene, stem_mesh, terrain, truth
 from treedgs_geo.simulation.settings import SimulateSettings, resolve
 from treedgs_geo.simulation.simulate import simulate_plot
 
@@ -343,7 +343,7 @@ def test_section_of_a_tilted_cone_is_its_diameter():
         detail=2,
         crown_base_m=10.0,
     )
-    mesh = scene.mesh_stems(np.random.default_rng(1), [stem])
+    mesh = stem_mesh.mesh_stems(np.random.default_rng(1), [stem])
     cut = truth.section(mesh, 0, stem, 1.37)
     nominal = 2 * scene.axis_at(stem, np.array([1.37]))[2][0]
     assert cut.diameter == pytest.approx(nominal, rel=0.03)

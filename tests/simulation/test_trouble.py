@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from treedgs_geo.simulation import scene, terrain, truth
+from treedgs_geo.simulation import scene, stem_mesh, terrain, truth
 from treedgs_geo.simulation.settings import SIZES, SimulateSettings
 from treedgs_geo.simulation.trouble import TroubleSettings
 from treedgs_geo.simulation.wind import SWAY_HEIGHT_M, sway
@@ -19,7 +19,7 @@ def stand(**more):
     sizes = SIZES["micro"]
     ground = terrain.make_ground(np.random.default_rng(0), 30, 0.0, 0.0)
     stems = scene.grow_stand(np.random.default_rng(1), settings, sizes, ground, 12.0, 18.0)
-    return stems, scene.mesh_stems(np.random.default_rng(2), stems, settings.ellipticity_pct)
+    return stems, stem_mesh.mesh_stems(np.random.default_rng(2), stems, settings.ellipticity_pct)
 
 
 def test_nothing_asked_for_changes_nothing():

@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 from bare_stem import stem_world
 
-from treedgs_geo.simulation import light, scene, terrain
-from treedgs_geo.simulation.foliage import LYING, ROOTED, Faces, Material, all_foliage
+from treedgs_geo.simulation import light, scene, stem_mesh, terrain
+from treedgs_geo.simulation.barks import Barks
+from treedgs_geo.simulation.foliage import LYING, ROOTED, Faces, Material
 from treedgs_geo.simulation.settings import SIZES, SimulateSettings
 from treedgs_geo.simulation.textures import GroundTexture
+from treedgs_geo.simulation.vegetation import all_foliage
 from treedgs_geo.simulation.wind import Sway, Wind, flutter
 from treedgs_geo.simulation.world import build_world
 
@@ -89,10 +91,10 @@ def stand():
     )
     ground = terrain.make_ground(np.random.default_rng(0), 30, 5.0, 0.1)
     stems = scene.grow_stand(np.random.default_rng(1), wanted, SIZES["micro"], ground, 12.0, 14.0)
-    mesh = scene.mesh_stems(np.random.default_rng(2), stems)
+    mesh = stem_mesh.mesh_stems(np.random.default_rng(2), stems)
     faces = all_foliage(np.random.default_rng(3), wanted, ground, stems, 10.0)
     texture = GroundTexture(-10.0, 1.0, np.zeros((20, 20, 3), np.uint8))
-    bark = np.zeros((8, 8, 3), np.uint8)
+    bark = Barks.plain(np.zeros((8, 8, 3), np.uint8), len(stems))
     return wanted, stems, build_world(ground, mesh, faces, texture, bark, np.random.default_rng(4))
 
 

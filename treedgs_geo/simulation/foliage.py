@@ -6,13 +6,12 @@ made of fewer, larger needles of the same total area (they only cast shadows and
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import IntEnum
 
 import numpy as np
 
 from .scene import PlantedStem, axis_at
-from .settings import SimulateSettings
 from .terrain import Ground
 
 #: Owner of shrubs and grass, and of sticks and logs.
@@ -68,22 +67,25 @@ class Faces:
         )
 
 
-def _unit(vectors: np.ndarray) -> np.ndarray:
+def unit(vectors: np.ndarray) -> np.ndarray:
+    """(..., 3) vectors at length 1."""
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
 
 
-def _blades(
+def blades_at(
     rng: np.random.Generator, start: np.ndarray, direction: np.ndarray, length: np.ndarray, width: np.ndarray
 ) -> np.ndarray:
     """(N, 3, 3) pointed blades: base edge of ``width`` at ``start``, tip ``length`` along ``direction``."""
-    across = _unit(np.cross(direction, rng.standard_normal(direction.shape))) * (width / 2)[:, None]
+    across = unit(np.cross(direction, rng.standard_normal(direction.shape))) * (width / 2)[:, None]
     return np.stack([start - across, start + across, start + direction * length[:, None]], axis=1)
 
 
-def _sticks(rng: np.random.Generator, start: np.ndarray, end: np.ndarray, r0: np.ndarray, r1: np.ndarray) -> np.ndarray:
+def sticks_between(
+    rng: np.random.Generator, start: np.ndarray, end: np.ndarray, r0: np.ndarray, r1: np.ndarray
+) -> np.ndarray:
     """(4 N, 3, 3): each stick is two crossed tapering quads."""
-    axis = _unit(end - start)
-    first = _unit(np.cross(axis, rng.standard_normal(axis.shape)))
+    axis = unit(end - start)
+    first = unit(np.cross(axis, rng.standard_normal(axis.shape)))
     second = np.cross(axis, first)
     faces = []
     for side in (first, second):
@@ -93,7 +95,8 @@ def _sticks(rng: np.random.Generator, start: np.ndarray, end: np.ndarray, r0: np
     return np.concatenate(faces)
 
 
-def _green(rng: np.random.Generator, count: int, base: tuple[float, float, float], spread: float) -> np.ndarray:
+def tones(rng: np.random.Generator, count: int, base: tuple[float, float, float], spread: float) -> np.ndarray:
+    """(count, 3) linear albedos about ``base``; ``spread``: of the logarithm of their brightness."""
     return np.clip(
         np.array(base) * np.exp(rng.normal(0, spread, (count, 1))) * np.exp(rng.normal(0, 0.10, (count, 3))), 0.004, 0.9
     )
@@ -119,19 +122,19 @@ def crown(rng: np.random.Generator, stem: PlantedStem, leaf_area_m2: float) -> l
     direction = np.column_stack([np.cos(azimuth) * np.cos(rise), np.sin(azimuth) * np.cos(rise), np.sin(rise)])
     foot = axis_at(stem, height)[0]
     tip = foot + direction * reach[:, None]
-    wood = _sticks(rng, foot, tip, np.maximum(0.010, 0.011 * reach), np.full(len(reach), 0.003))
-    parts.append(_wood(rng, wood, (0.15, 0.115, 0.085)))
+    wood = sticks_between(rng, foot, tip, np.maximum(0.010, 0.011 * reach), np.full(len(reach), 0.003))
+    parts.append(wooden(rng, wood, (0.15, 0.115, 0.085)))
     stubs = rng.poisson(9 if stem.detail else 2)
     if stubs and stem.kind != "sapling":
         s = rng.uniform(0.16, 1.0, stubs) * stem.crown_base_m
         turn, drop = rng.uniform(0, 2 * np.pi, stubs), rng.normal(-0.05, 0.25, stubs)
-        way = _unit(np.column_stack([np.cos(turn), np.sin(turn), drop]))
+        way = unit(np.column_stack([np.cos(turn), np.sin(turn), drop]))
         start = axis_at(stem, s)[0]
         stub = rng.uniform(0.3, 1.5, (stubs, 1))
         parts.append(
-            _wood(
+            wooden(
                 rng,
-                _sticks(rng, start, start + way * stub, np.full(stubs, 0.011), np.full(stubs, 0.005)),
+                sticks_between(rng, start, start + way * stub, np.full(stubs, 0.011), np.full(stubs, 0.005)),
                 (0.24, 0.215, 0.19),
             )
         )
@@ -146,115 +149,98 @@ def crown(rng: np.random.Generator, stem: PlantedStem, leaf_area_m2: float) -> l
     along = np.sqrt(rng.uniform(0.10, 1.0, tufts))
     twig = rng.normal(0, 1, (tufts, 3)) * (0.16 * reach[branch] * (1.15 - along) + 0.05)[:, None] * [1, 1, 0.55]
     centre = foot[branch] + direction[branch] * (reach[branch] * along)[:, None] + twig
-    way = _unit(direction[branch] + 0.5 * rng.standard_normal((tufts, 3)) + [0, 0, 0.25])
+    way = unit(direction[branch] + 0.5 * rng.standard_normal((tufts, 3)) + [0, 0, 0.25])
     owner = np.repeat(np.arange(tufts), per_tuft)
-    needle = _unit(way[owner] + 0.75 * rng.standard_normal((len(owner), 3)))
-    blades = _blades(rng, centre[owner], needle, length * rng.uniform(0.7, 1.2, len(owner)), np.full(len(owner), width))
+    needle = unit(way[owner] + 0.75 * rng.standard_normal((len(owner), 3)))
+    blades = blades_at(
+        rng, centre[owner], needle, length * rng.uniform(0.7, 1.2, len(owner)), np.full(len(owner), width)
+    )
     tone = np.exp(rng.normal(0, 0.08)) * np.array([0.100, 0.150, 0.058]) * np.array([rng.uniform(0.88, 1.2), 1, 1])
-    albedo = _green(rng, tufts, tuple(tone), 0.20)[owner] * np.exp(rng.normal(0, 0.12, (len(owner), 1)))
+    albedo = tones(rng, tufts, tuple(tone), 0.20)[owner] * np.exp(rng.normal(0, 0.12, (len(owner), 1)))
     brown = (rng.random(tufts) < 0.012)[owner]
     albedo[brown] = np.array([0.40, 0.22, 0.09])
     parts.append(Faces.of(Material.FOLIAGE, blades, albedo, 0.25))
     return parts
 
 
-def _wood(rng: np.random.Generator, faces: np.ndarray, tone: tuple[float, float, float]) -> Faces:
+def wooden(rng: np.random.Generator, faces: np.ndarray, tone: tuple[float, float, float]) -> Faces:
+    """(F, 3, 3) triangles of wood of about that albedo."""
     return Faces.of(Material.WOOD, faces, np.array(tone) * np.exp(rng.normal(0, 0.25, (len(faces), 1))), 0.0)
 
 
-def _scatter(rng: np.random.Generator, reach_m: float, per_m2: float) -> np.ndarray:
+def scatter(rng: np.random.Generator, reach_m: float, per_m2: float) -> np.ndarray:
+    """(N, 2) places at random within ``reach_m`` of the origin."""
     count = rng.poisson(per_m2 * np.pi * reach_m**2)
     radius, turn = reach_m * np.sqrt(rng.random(count)), rng.uniform(0, 2 * np.pi, count)
     return np.column_stack([radius * np.cos(turn), radius * np.sin(turn)])
 
 
-def shrubs(rng: np.random.Generator, ground: Ground, reach_m: float, per_m2: float) -> Faces:
-    """Leafy balls of 0.3-2 m height, 150-700 leaves each."""
-    spot = _scatter(rng, reach_m, per_m2)
+def shrubs(rng: np.random.Generator, ground: Ground, reach_m: float, per_m2: float, tallest_m: float = 2.0) -> Faces:
+    """Leafy balls of 0.25 m up to ``tallest_m``, usually a third of it; 260 leaves a metre of height."""
+    spot = scatter(rng, reach_m, per_m2)
     parts = []
     for xy in spot:
-        tall = float(np.clip(rng.lognormal(np.log(0.75), 0.5), 0.25, 2.0))
+        tall = float(np.clip(rng.lognormal(np.log(0.375 * tallest_m), 0.5), 0.25, tallest_m))
         count = int(260 * tall * rng.uniform(0.6, 1.5))
-        shell = _unit(rng.standard_normal((count, 3))) * rng.uniform(0.35, 1.0, (count, 1)) ** 0.6
+        shell = unit(rng.standard_normal((count, 3))) * rng.uniform(0.35, 1.0, (count, 1)) ** 0.6
         wide = tall * rng.uniform(0.35, 0.6)
         centre = np.array([*xy, float(ground.height(xy[None])[0]) + 0.52 * tall]) + shell * [wide, wide, 0.5 * tall]
-        blades = _blades(
+        blades = blades_at(
             rng,
             centre,
-            _unit(shell + rng.standard_normal((count, 3))),
+            unit(shell + rng.standard_normal((count, 3))),
             rng.uniform(0.05, 0.11, count),
             rng.uniform(0.03, 0.06, count),
         )
         tone = rng.choice(3)
         base = ((0.11, 0.17, 0.05), (0.16, 0.20, 0.07), (0.20, 0.16, 0.09))[tone]
-        parts.append(Faces.of(Material.SHRUB, blades, _green(rng, count, base, 0.28), 0.25))
+        parts.append(Faces.of(Material.SHRUB, blades, tones(rng, count, base, 0.28), 0.25))
     return Faces.join(parts) if parts else Faces.none()
 
 
 def grass(rng: np.random.Generator, ground: Ground, reach_m: float, per_m2: float = 4.0) -> Faces:
     """Tufts of six blades, 12-35 cm."""
-    spot = np.repeat(_scatter(rng, reach_m, per_m2), 6, axis=0)
+    spot = np.repeat(scatter(rng, reach_m, per_m2), 6, axis=0)
     spot += rng.normal(0, 0.03, spot.shape)
-    way = _unit(rng.normal(0, 0.5, (len(spot), 3)) + [0, 0, 1])
-    blades = _blades(
+    way = unit(rng.normal(0, 0.5, (len(spot), 3)) + [0, 0, 1])
+    blades = blades_at(
         rng,
         np.column_stack([spot, ground.height(spot)]),
         way,
         rng.uniform(0.12, 0.35, len(spot)),
         np.full(len(spot), 0.014),
     )
-    return Faces.of(Material.GRASS, blades, _green(rng, len(spot), (0.26, 0.25, 0.11), 0.3), 0.2)
+    return Faces.of(Material.GRASS, blades, tones(rng, len(spot), (0.26, 0.25, 0.11), 0.3), 0.2)
 
 
 def sticks_and_logs(
     rng: np.random.Generator, ground: Ground, reach_m: float, logs: int, sticks_per_m2: float = 0.22
 ) -> Faces:
     """Fallen branches (grey, 0.5-2.5 m) and logs of 10-25 cm."""
-    foot = _scatter(rng, reach_m, sticks_per_m2)
+    foot = scatter(rng, reach_m, sticks_per_m2)
     turn, length = rng.uniform(0, 2 * np.pi, len(foot)), rng.uniform(0.5, 2.5, len(foot))
     end = foot + length[:, None] * np.column_stack([np.cos(turn), np.sin(turn)])
     lift = rng.uniform(0.01, 0.10, (2, len(foot)))
-    faces = _sticks(
+    faces = sticks_between(
         rng,
         np.column_stack([foot, ground.height(foot) + lift[0]]),
         np.column_stack([end, ground.height(end) + lift[1]]),
         rng.uniform(0.008, 0.022, len(foot)),
         np.full(len(foot), 0.006),
     )
-    parts = [_wood(rng, faces, (0.33, 0.31, 0.28))]
+    parts = [wooden(rng, faces, (0.33, 0.31, 0.28))]
     for _ in range(logs):
         xy = rng.uniform(-0.8, 0.8, 2) * reach_m
         heading, long, radius = rng.uniform(0, 2 * np.pi), rng.uniform(2, 6), rng.uniform(0.05, 0.12)
         ends = np.stack([xy, xy + long * np.array([np.cos(heading), np.sin(heading)])])
         axis = np.column_stack([ends, ground.height(ends) + 0.7 * radius])
         points = np.linspace(axis[0], axis[1], 12)
-        way = _unit(axis[1] - axis[0])
-        side = _unit(np.cross(way, [0, 0, 1.0]))
+        way = unit(axis[1] - axis[0])
+        side = unit(np.cross(way, [0, 0, 1.0]))
         up = np.cross(side, way)
         theta = 2 * np.pi * np.arange(11) / 10
         ring = points[:, None] + radius * (np.cos(theta)[None, :, None] * side + np.sin(theta)[None, :, None] * up)
         a, b, c, d = ring[:-1, :-1], ring[:-1, 1:], ring[1:, :-1], ring[1:, 1:]
         tube = np.concatenate([np.stack([a, b, d], 2).reshape(-1, 3, 3), np.stack([a, d, c], 2).reshape(-1, 3, 3)])
-        parts.append(_wood(rng, tube, (0.22, 0.18, 0.145)))
+        parts.append(wooden(rng, tube, (0.22, 0.18, 0.145)))
     return Faces.join(parts)
-
-
-def all_foliage(
-    rng: np.random.Generator, settings: SimulateSettings, ground: Ground, stems: list[PlantedStem], reach_m: float
-) -> Faces:
-    """Everything but ground and stems. Needle area of a tree goes with the square of its DBH, about the mean's."""
-    parts: list[Faces] = []
-    owner: list[int] = []
-    for index, stem in enumerate(stems):
-        if stem.kind == "sapling":
-            area = 0.035 * settings.leaf_area_m2 * stem.height_m / 4
-        else:
-            area = settings.leaf_area_m2 * (stem.dbh_m * 100 / settings.dbh_mean_cm) ** 1.6
-            area *= 0.55 if stem.kind in ("branch", "fork_above") else 1.0
-        parts += crown(rng, stem, area)
-        owner += [index] * (len(parts) - len(owner))
-    parts.append(shrubs(rng, ground, reach_m, settings.shrubs_per_m2))
-    parts.append(grass(rng, ground, reach_m))
-    parts.append(sticks_and_logs(rng, ground, reach_m, settings.logs))
-    owner += [ROOTED, ROOTED, LYING]
-    return replace(Faces.join(parts), owner=np.repeat(np.array(owner, np.int32), [len(part.corners) for part in parts]))

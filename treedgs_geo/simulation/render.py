@@ -16,6 +16,8 @@ from .world import World
 
 #: Rays a batch: bounds memory (about 80 bytes a ray).
 BATCH_RAYS = 600_000
+#: Linear albedo of moss and lichen on bark.
+MOSS, LICHEN = (0.11, 0.17, 0.04), (0.42, 0.46, 0.37)
 
 
 class _Lens(NamedTuple):
@@ -75,13 +77,16 @@ class _GroundLook(NamedTuple):
 
 class _StemLook(NamedTuple):
     """Stem triangles with their (vertices, 2) place on the bark and (vertices, 3) light; owner: stem of each triangle;
-    bark: the tile; offset: (stems, 3) its shifts and brightness."""
+    bark, tile, cover, masks: as :class:`.barks.Barks` has them; offset: (stems, 3) shifts and brightness."""
 
     triangles: np.ndarray
     place: np.ndarray
     light: np.ndarray
     owner: np.ndarray
     bark: np.ndarray
+    tile: np.ndarray
+    cover: np.ndarray
+    masks: np.ndarray
     offset: np.ndarray
 
 
@@ -167,10 +172,16 @@ def _ground_light(x, y, ground):
 
 
 @numba.njit(cache=True, inline="always")
+def _covered(share, rank):
+    """How much of a texel is under moss or lichen: its rank of 255 against the share of the bark that is."""
+    return min(max((share - rank / 255.0) / 0.12 + 0.5, 0.0), 1.0) * 0.9
+
+
+@numba.njit(cache=True, inline="always")
 def _bark_light(f, b1, b2, stems):
     """Red, green and blue radiance of stem triangle f at barycentric b1, b2."""
-    triangles, place, light, owner, bark, offset = stems
-    bark_h, bark_w = bark.shape[0], bark.shape[1]
+    triangles, place, light, owner, bark, tile, cover, masks, offset = stems
+    bark_h, bark_w = bark.shape[1], bark.shape[2]
     i0, i1, i2 = triangles[f, 0], triangles[f, 1], triangles[f, 2]
     b0 = 1.0 - b1 - b2
     s = owner[f]
@@ -181,11 +192,25 @@ def _bark_light(f, b1, b2, stems):
     if row < 0:
         row += bark_h
     c0, r0 = int(col) % bark_w, int(row) % bark_h
-    red, green, blue = bark[r0, c0, 0] / 255.0, bark[r0, c0, 1] / 255.0, bark[r0, c0, 2] / 255.0
+    t = tile[s]
+    red, green, blue = bark[t, r0, c0, 0] / 255.0, bark[t, r0, c0, 1] / 255.0, bark[t, r0, c0, 2] / 255.0
+    red, green, blue = red * red, green * green, blue * blue
+    if cover[s, 0] > 0:
+        # Most of it on the lowest metre and a half, and on the north side (a quarter turn).
+        share = cover[s, 0] * 1.81 * np.exp(-max(along, 0.0) / 1.5) * (1 + 0.8 * np.sin(2 * np.pi * around))
+        share = _covered(share, masks[0, r0, c0])
+        red += share * (MOSS[0] - red)
+        green += share * (MOSS[1] - green)
+        blue += share * (MOSS[2] - blue)
+    if cover[s, 1] > 0:
+        share = _covered(cover[s, 1], masks[1, r0, c0])
+        red += share * (LICHEN[0] - red)
+        green += share * (LICHEN[1] - green)
+        blue += share * (LICHEN[2] - blue)
     return (
-        red * red * (light[i0, 0] * b0 + light[i1, 0] * b1 + light[i2, 0] * b2) * offset[s, 2],
-        green * green * (light[i0, 1] * b0 + light[i1, 1] * b1 + light[i2, 1] * b2) * offset[s, 2],
-        blue * blue * (light[i0, 2] * b0 + light[i1, 2] * b1 + light[i2, 2] * b2) * offset[s, 2],
+        red * (light[i0, 0] * b0 + light[i1, 0] * b1 + light[i2, 0] * b2) * offset[s, 2],
+        green * (light[i0, 1] * b0 + light[i1, 1] * b1 + light[i2, 1] * b2) * offset[s, 2],
+        blue * (light[i0, 2] * b0 + light[i1, 2] * b1 + light[i2, 2] * b2) * offset[s, 2],
     )
 
 
@@ -236,7 +261,18 @@ def radiance(
     mesh, texture = world.mesh, world.texture
     counts = (world.ground_faces, world.stem_faces)
     ground = _GroundLook(texture.colour, texture.low, texture.step, light.ground, light.low, light.step)
-    stems = _StemLook(mesh.triangles, mesh.uv, light.stems, mesh.owner, world.bark, world.bark_offset)
+    look = world.barks
+    stems = _StemLook(
+        mesh.triangles,
+        mesh.uv,
+        light.stems,
+        mesh.owner,
+        look.tiles,
+        look.tile,
+        look.cover,
+        look.masks,
+        world.bark_offset,
+    )
     image = np.empty((height * width, 3), np.float32)
     for pixels, hits in first_hits(world, view, samples, seed, motion):
         _shade(hits, samples, counts, ground, stems, light.faces, haze, image[pixels])

@@ -1,16 +1,48 @@
-"""Trees of the synthetic plot: where they stand, their curved axes, and their bark-covered triangle meshes."""
+"""Trees of the synthetic plot: their curved axes, radii and kinds."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter
 from scipy.spatial import cKDTree
 
 from ..trees.priors import BREAST_HEIGHT_M
 from .settings import SimulateSettings, Sizes
+from .spacing import ORIGIN, centre_distance, natural, plant
 from .terrain import Ground
+
+
+@dataclass(frozen=True)
+class Lobes:
+    """Lobes of a stem's section. flute: depth of the hollows between them, share of the radius; butt: height of the
+    buttresses at the ground, share of the radius, falling to a third over ``butt_m``."""
+
+    number: int
+    phase_rad: float
+    flute: float = 0.0
+    butt: float = 0.0
+    butt_m: float = 1.0
+
+    def share(self, theta_rad: np.ndarray, s_m: np.ndarray) -> np.ndarray:
+        """(S, T) what they add to the radius, as a share of it, at arc lengths (S,) and directions (T,)."""
+        wave = np.cos(self.number * theta_rad - self.phase_rad)
+        fall = np.exp(-np.log(3) * np.maximum(s_m, 0) / self.butt_m)
+        return self.flute / 2 * wave + self.butt * fall[:, None] * (0.5 + 0.5 * wave) ** 2
+
+
+@dataclass(frozen=True)
+class StemLook:
+    """What a stem looks like. bark: its tile (:data:`.textures.BARKS`); moss, lichen: shares of the bark under them;
+    ivy_m, wrap_m: height up to which ivy grows on it and shrubs about it, 0 = none."""
+
+    bark: int = 0
+    moss: float = 0.0
+    lichen: float = 0.0
+    hardwood: bool = False
+    ivy_m: float = 0.0
+    wrap_m: float = 0.0
+    lobes: Lobes | None = None
 
 
 @dataclass(frozen=True)
@@ -19,8 +51,8 @@ class PlantedStem:
     (index 0) upwards; radii: (K,) metres, mean, without relief.
 
     detail: 2 in the plots, 1 about them, -1 in the photos but far off (grid flights), 0 in none.
-    kind: normal, dead, fork_below, fork_above, touch, lean, sapling, or branch (the second leader above a fork, part of
-    the tree ``tree_id``).
+    kind: normal, dead, snag, fork_below, fork_above, touch, lean, sapling, or branch (the second leader above a fork,
+    part of the tree ``tree_id``).
     """
 
     tree_id: str
@@ -34,17 +66,12 @@ class PlantedStem:
     crown_base_m: float
     lean_az_rad: float
     detail: int
+    look: StemLook = StemLook()
 
 
 AXIS_STEP = 0.05
 #: Crowns in the photos that stand farther outside the plots than this are made of larger needles, m.
 NEAR_PLOT_M = {"rings": 24.0, "grid": 12.0}
-_ORIGIN = np.zeros((1, 2))
-
-
-def centre_distance(xy: np.ndarray, centres: np.ndarray) -> np.ndarray:
-    """(N, 2), (n, 2) -> (N,) metres to the nearest of the plots' centres."""
-    return np.min([np.hypot(*(xy - centre).T) for centre in centres], axis=0)
 
 
 def arc_index(stem: PlantedStem, s_m: np.ndarray) -> np.ndarray:
@@ -60,41 +87,6 @@ def axis_at(stem: PlantedStem, s_m: np.ndarray) -> tuple[np.ndarray, np.ndarray,
     slope = np.gradient(stem.axis, axis=0)
     tangent = np.column_stack([np.interp(q, k, slope[:, c]) for c in range(3)])
     return point, tangent / np.linalg.norm(tangent, axis=1, keepdims=True), np.interp(q, k, stem.radii)
-
-
-def plant(
-    rng: np.random.Generator,
-    stems_per_ha: float,
-    radius_m: float,
-    stand_radius_m: float,
-    centres: np.ndarray = _ORIGIN,
-) -> np.ndarray:
-    """(N, 2) stem positions in jittered rows; the count inside the plots is that of the density, +- 15 % or one."""
-    spacing = 3.4 * np.sqrt(700 / stems_per_ha)
-    along = 1e4 / stems_per_ha / spacing * 0.94
-    expected = len(centres) * stems_per_ha / 1e4 * np.pi * radius_m**2
-    half = int(stand_radius_m / min(spacing, along)) + 3
-    best = None
-    for _ in range(60):
-        azimuth, shift = rng.uniform(0, np.pi), rng.uniform(-0.5, 0.5, 2)
-        steps = np.arange(-half, half + 1)
-        u, v = np.meshgrid((steps + shift[0]) * spacing, (steps + shift[1]) * along)
-        q = np.column_stack([u.ravel(), v.ravel()]) + rng.normal(0, 0.32, (u.size, 2)) * [1.0, 1.4]
-        q = q[rng.random(len(q)) < 0.94]
-        xy = q @ np.array([[np.cos(azimuth), np.sin(azimuth)], [-np.sin(azimuth), np.cos(azimuth)]])
-        xy = xy[np.hypot(*xy.T) < stand_radius_m]
-        pairs = cKDTree(xy).query_pairs(min(1.5, 0.55 * along), output_type="ndarray")
-        xy = np.delete(xy, np.unique(pairs[:, 1]) if len(pairs) else [], axis=0)
-        away = centre_distance(xy, centres)
-        miss = abs((away < radius_m - 0.05).sum() - expected)
-        # Which of the trees on the rim of many plots are inside, the truth knows.
-        edge = np.abs(away - radius_m).min() < 0.05 and len(centres) == 1
-        if not edge and (best is None or miss < best[0]):
-            best = miss, xy
-        if best is not None and best[0] <= max(1.0, 0.15 * expected):
-            break
-    assert best is not None
-    return best[1]
 
 
 def total_height(dbh_m: np.ndarray) -> np.ndarray:
@@ -151,6 +143,15 @@ def grow_stem(
     )
 
 
+def _diameters(rng: np.random.Generator, settings: SimulateSettings, count: int) -> np.ndarray:
+    """(count,) DBH, m; at most 56 cm where they are normal, 90 cm where a lognormal has its long tail."""
+    mean, sd = settings.dbh_mean_cm, settings.dbh_sd_cm
+    if settings.dbh_distribution == "normal":
+        return np.clip(rng.normal(mean, sd, count), 8.2, 56.0) / 100
+    spread = np.sqrt(np.log1p((sd / mean) ** 2))
+    return np.clip(rng.lognormal(np.log(mean) - spread**2 / 2, spread, count), 8.2, 90.0) / 100
+
+
 def grow_stand(
     rng: np.random.Generator,
     settings: SimulateSettings,
@@ -158,19 +159,23 @@ def grow_stand(
     ground: Ground,
     near_m: float,
     stand_radius_m: float,
-    centres: np.ndarray = _ORIGIN,
+    centres: np.ndarray = ORIGIN,
+    own: np.random.Generator | None = None,
 ) -> list[PlantedStem]:
     """Every stem of the stand, the plots' own first (T001 is nearest a centre); saplings carry ids S001 ...
 
     near_m: beyond this distance from the origin no crown shows in a photo, and coarse ones will do.
-    centres: (n, 2) of the plots.
+    centres: (n, 2) of the plots. own: the stream of natural spacing (``None`` = ``rng``).
     """
-    xy = plant(rng, settings.stems_per_ha, sizes.radius_m, stand_radius_m, centres)
+    if settings.spacing == "natural":
+        xy = plant(own or rng, settings.stems_per_ha, sizes.radius_m, stand_radius_m, centres, natural)
+    else:
+        xy = plant(rng, settings.stems_per_ha, sizes.radius_m, stand_radius_m, centres)
     xy = xy[np.argsort(centre_distance(xy, centres))]
     if settings.clearing_m:
         xy = xy[centre_distance(xy, centres) > settings.clearing_m]
     count = len(xy)
-    dbh = np.clip(rng.normal(settings.dbh_mean_cm, settings.dbh_sd_cm, count), 8.2, 56.0) / 100
+    dbh = _diameters(rng, settings, count)
     height = total_height(dbh) * rng.normal(1, 0.035, count)
     limit = np.radians(settings.lean_max_deg)
     lean = np.minimum(np.abs(rng.normal(0, np.radians(1.7), count)), limit)
@@ -314,75 +319,3 @@ def _saplings(
         _sapling(rng, ground, point, rng.uniform(0.02, 0.07), rng.uniform(2, 6), number + k)
         for k, point in enumerate(xy)
     ]
-
-
-@dataclass(frozen=True)
-class StemMesh:
-    """vertices (V, 3) float64; triangles (F, 3) int64; uv (V, 2): around (turns) and along (m); owner (F,) stem index;
-    normals (V, 3) outward; first (S + 1,) first triangle of each stem."""
-
-    vertices: np.ndarray
-    triangles: np.ndarray
-    uv: np.ndarray
-    normals: np.ndarray
-    owner: np.ndarray
-    first: np.ndarray
-
-
-def mesh_stems(rng: np.random.Generator, stems: list[PlantedStem], ellipticity_pct: float = 0.0) -> StemMesh:
-    """Tubes around the axes with ellipticity (0 = drawn), bark relief (plates of some millimetres) and a lobed butt."""
-    parts: list[tuple] = []
-    offset, faces = 0, [0]
-    for index, stem in enumerate(stems):
-        length = AXIS_STEP * (len(stem.axis) - 1)
-        if stem.detail == 2:
-            sides, s = (
-                36,
-                np.concatenate([np.arange(0, min(5.0, length), 0.06), np.arange(5.0, max(length, 5.0), 0.25)]),
-            )
-        elif stem.detail == 1:
-            sides, s = 16, np.concatenate([np.arange(0, 0.6, 0.15), np.arange(0.6, length, 0.4)])
-        else:
-            sides, s = 8, np.concatenate([[0.0, 0.4], np.arange(1.0, length, 1.2)])
-        s = np.append(s[s < length - 0.01], length)
-        point, tangent, radius = axis_at(stem, s)
-        if stem.kind != "branch":
-            # A root end below the ground, so that no gap shows on the downhill side.
-            s, radius = np.concatenate([[-0.35], s]), np.concatenate([[radius[0] * 1.25], radius])
-            point, tangent = np.vstack([point[0] - 0.35 * tangent[0], point]), np.vstack([tangent[:1], tangent])
-        theta = 2 * np.pi * np.arange(sides) / sides
-        e1 = np.cross(np.array([0.0, 1.0, 0.0]), tangent)
-        e1 /= np.linalg.norm(e1, axis=1, keepdims=True)
-        e2 = np.cross(tangent, e1)
-        relief = gaussian_filter(rng.standard_normal((len(s), sides)), (0.9, 0.8), mode=("nearest", "wrap"))
-        relief *= (0.011 * radius + 0.0012)[:, None] / max(relief.std(), 1e-9)
-        oval = rng.uniform(0.002, 0.03)
-        ellipse = (ellipticity_pct / 200 or oval) * np.cos(2 * (theta - rng.uniform(0, np.pi)))
-        lobes = 0.16 * np.cos(rng.integers(3, 6) * theta + rng.uniform(0, 6.28))
-        lobes = lobes * np.exp(-np.maximum(s, 0) / 0.22)[:, None]
-        shape = radius[:, None] * (1 + ellipse + lobes) + relief
-        outward = np.cos(theta)[None, :, None] * e1[:, None] + np.sin(theta)[None, :, None] * e2[:, None]
-        # One column more than sides: the seam has its own texture coordinate.
-        ring = np.concatenate(
-            [point[:, None] + shape[..., None] * outward, (point[:, None] + shape[..., None] * outward)[:, :1]], axis=1
-        )
-        normal = np.concatenate([outward, outward[:, :1]], axis=1)
-        rows, columns = ring.shape[:2]
-        u = np.broadcast_to(np.arange(columns) / sides, (rows, columns))
-        v = np.broadcast_to(s[:, None], (rows, columns))
-        node = np.arange(rows * columns).reshape(rows, columns) + offset
-        a, b, c, d = node[:-1, :-1], node[:-1, 1:], node[1:, :-1], node[1:, 1:]
-        triangles = np.concatenate([np.stack([a, b, d], -1).reshape(-1, 3), np.stack([a, d, c], -1).reshape(-1, 3)])
-        parts.append(
-            (
-                ring.reshape(-1, 3),
-                triangles,
-                np.stack([u, v], -1).reshape(-1, 2),
-                normal.reshape(-1, 3),
-                np.full(len(triangles), index),
-            )
-        )
-        offset += rows * columns
-        faces.append(faces[-1] + len(triangles))
-    vertices, triangles, uv, normals, owner = (np.concatenate([part[k] for part in parts]) for k in range(5))
-    return StemMesh(vertices, triangles, uv, normals, owner, np.array(faces))

@@ -9,6 +9,7 @@ from pathlib import Path
 from ..core.errors import InputError
 from ..core.settings import param
 from .options import CameraSettings, ControlSettings, FlightSettings, SensorSettings, WeatherSettings
+from .stand_options import StandSettings
 from .trouble import TroubleSettings
 
 PLOT_PRESETS = ("demo", "test", "plot", "micro")
@@ -16,7 +17,7 @@ PLOT_PRESETS = ("demo", "test", "plot", "micro")
 
 @dataclass(frozen=True, kw_only=True)
 class SimulateSettings(
-    TroubleSettings, FlightSettings, ControlSettings, CameraSettings, SensorSettings, WeatherSettings
+    TroubleSettings, StandSettings, FlightSettings, ControlSettings, CameraSettings, SensorSettings, WeatherSettings
 ):
     """Settings of ``simulate-plot``. ``None`` means: as the preset says (:data:`SIZES`)."""
 
@@ -69,7 +70,9 @@ class SimulateSettings(
         maximum=200,
         help="one-sided needle area of a tree of mean DBH; what hides the stems",
     )
-    shrubs_per_m2: float = param(0.13, kind="number", unit="1/m2", minimum=0, maximum=2, help="shrubs, up to 2 m high")
+    shrubs_per_m2: float = param(
+        0.13, kind="number", unit="1/m2", minimum=0, maximum=2, help="shrubs, up to --shrub-height-m"
+    )
     saplings_per_m2: float = param(
         0.025, kind="number", unit="1/m2", minimum=0, maximum=1, help="saplings below 7.5 cm DBH"
     )

@@ -16,18 +16,21 @@ from ..core.progress import Reporter
 from ..core.settings import to_json
 from ..reconstruction.cameras import Camera, View
 from . import files, flight, tables
+from .barks import make_barks
 from .camera import Motion, camera_of_flight, make_camera, motions
 from .control import Plates, cleared, lay_out, painted, write_control
-from .foliage import all_foliage
+from .dress import dressed
 from .grid import follow_terrain, grid_shots, survey_area
 from .layout import Layout, grid_layout, plot_centres, ring_layout
 from .lidar import scan
 from .light import SkyField
 from .photographs import Exposure, geotag_files, photograph
-from .scene import PlantedStem, grow_stand, mesh_stems
+from .scene import PlantedStem, grow_stand
 from .settings import SimulateSettings, Sizes, resolve
+from .stem_mesh import mesh_stems
 from .terrain import make_ground
-from .textures import bark, litter
+from .textures import litter
+from .vegetation import all_foliage, overgrown
 from .world import World, build_world
 
 #: Where the synthetic stands grow (Arkansas), degrees; each seed shifts it by some hundred metres.
@@ -72,6 +75,14 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
         "plots",
         "wind",
         "control",
+        "spacing",
+        "snags",
+        "hardwoods",
+        "barks",
+        "ivy",
+        "wrap",
+        "sections",
+        "shrubs",
     )
     streams = dict(zip(parts, np.random.SeedSequence(settings.seed).spawn(len(parts)), strict=True))
     rng = {name: np.random.default_rng(stream) for name, stream in streams.items()}
@@ -169,10 +180,14 @@ def _grow(
     reach, half = layout.reach_m, layout.ground_half_m
     step = 0.25 if half <= FINE_GROUND_M else 0.5
     ground = make_ground(rng["site"], half, settings.slope_pct, settings.roughness_m, step)
-    stems = grow_stand(rng["stand"], settings, sizes, ground, reach + 6, layout.stand_radius_m, layout.centres)
+    around = layout.stand_radius_m, layout.centres
+    stems = dressed(
+        rng, settings, grow_stand(rng["stand"], settings, sizes, ground, reach + 6, *around, rng["spacing"])
+    )
     mesh = mesh_stems(rng["stand"], stems, settings.ellipticity_pct)
     reporter.progress(0.2)
-    faces = all_foliage(rng["leaves"], settings, ground, stems, reach)
+    faces = all_foliage(rng["leaves"], settings, ground, stems, reach, rng)
+    faces = overgrown(faces, rng, settings, ground, stems, mesh, reach)
     reporter.progress(0.5)
     texel = max(0.6 * settings.gsd_cm / 100, 2 * reach / MOST_TEXELS)
     texture = litter(rng["textures"], reach, texel)
@@ -182,7 +197,7 @@ def _grow(
         sky = SkyField(faces, -ground.low)
         plates = lay_out(rng["control"], settings.control_points, layout, sizes.radius_m, ground, stems, sky)
         faces, texture = cleared(faces, plates), painted(texture, plates)
-    world = build_world(ground, mesh, faces, texture, bark(rng["textures"]), rng["textures"])
+    world = build_world(ground, mesh, faces, texture, make_barks(rng["textures"], rng["barks"], stems), rng["textures"])
     return world, stems, plates
 
 

@@ -9,7 +9,9 @@ from scipy.spatial import ConvexHull
 
 from ..reconstruction.cameras import View
 from ..trees.priors import BREAST_HEIGHT_M
-from .scene import PlantedStem, StemMesh, axis_at, centre_distance
+from .scene import PlantedStem, axis_at
+from .spacing import centre_distance
+from .stem_mesh import StemMesh
 from .world import World
 
 #: The band of the stem whose visibility counts, m of arc length.

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from .barks import Barks
 from .casting import cast, make_scene
 from .foliage import Faces
-from .scene import StemMesh
+from .stem_mesh import StemMesh
 from .terrain import Ground
 from .textures import GroundTexture
 
@@ -18,7 +19,8 @@ from .textures import GroundTexture
 class World:
     """Everything that rays can hit, in one scene; primitive ids run over ground, stems, then faces.
 
-    scene: ``open3d.t.geometry.RaycastingScene``. stem_owner: (F_stems,) stem index of each stem triangle.
+    scene: ``open3d.t.geometry.RaycastingScene``. bark_offset: (S, 3) float32 shifts of each stem on its bark tile,
+    around (turns) and along (m), and its brightness. stem_owner: (F_stems,) stem index of each stem triangle.
     """
 
     scene: Any
@@ -26,7 +28,7 @@ class World:
     mesh: StemMesh
     faces: Faces
     texture: GroundTexture
-    bark: np.ndarray
+    barks: Barks
     bark_offset: np.ndarray
     ground_faces: int
     stem_faces: int
@@ -44,9 +46,9 @@ class World:
 
 
 def build_world(
-    ground: Ground, mesh: StemMesh, faces: Faces, texture: GroundTexture, bark: np.ndarray, rng: np.random.Generator
+    ground: Ground, mesh: StemMesh, faces: Faces, texture: GroundTexture, barks: Barks, rng: np.random.Generator
 ) -> World:
-    """One Embree scene of ground, stems and faces; per-stem shifts of the bark tile so that no two look alike."""
+    """One Embree scene of ground, stems and faces; per-stem shifts of the bark tiles so that no two look alike."""
     scene = scene_of(ground, mesh, faces)
     count = len(mesh.first) - 1
     shift = np.column_stack([rng.uniform(0, 1, count), rng.uniform(0, 30, count), rng.uniform(0.75, 1.3, count)])
@@ -56,7 +58,7 @@ def build_world(
         mesh,
         faces,
         texture,
-        bark,
+        barks,
         shift.astype(np.float32),
         2 * (len(ground.z) - 1) ** 2,
         len(mesh.triangles),
