@@ -70,6 +70,22 @@ def random_options(seed: int) -> list[str]:
         "exposure-drift-stops": sometimes(0.5, 0.05, 0.4),
         "white-drift-pct": sometimes(0.5, 1, 6),
     }
+    options |= {
+        "bark-variety": "true",
+        "moss-pct": sometimes(0.5, 2, 40),
+        "lichen-pct": sometimes(0.5, 2, 40),
+        "ivy-stems": int(rng.integers(0, 3)),
+        "wrapped-stems": int(rng.integers(0, 3)),
+        "flute-pct": sometimes(0.3, 1, 8),
+        "buttress-m": sometimes(0.3, 0.2, 0.8),
+        "snags": int(rng.integers(0, 2)),
+        "hardwood-pct": sometimes(0.5, 10, 100),
+        "leaf-off": str(rng.random() < 0.5).lower(),
+        "spacing": str(rng.choice(["rows", "natural"])),
+        "shrub-height-m": between(0.5, 3),
+        "shrub-variety": "true",
+        "undergrowth-per-m2": sometimes(0.4, 0.02, 0.4),
+    }
     options |= {"sky": "overcast"} if rng.random() < 0.25 else {}
     options |= {"sun-elevation-deg": between(15, 70)} if rng.random() < 0.5 else {}
     return [f"--{key}={value}" for key, value in options.items()]

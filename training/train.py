@@ -2,13 +2,14 @@
 
     python -m training.train --work WORK --minutes 60 --output treedgs_geo/from_photos/stem_net.onnx [--resume]
 
-Every fifteenth scene is held out; the cross entropy there and the intersection over union of stems are printed.
+Scenes whose seed is a multiple of 15 are held out; the cross entropy there and the intersection over union of stems are printed.
 """
 
 from __future__ import annotations
 
 import argparse
 import time
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import cv2
@@ -21,19 +22,27 @@ from .network import StemNet, export
 
 #: Patches a batch, and their rows and columns.
 BATCH, PATCH = 16, 160
-#: One scene in so many is held out.
+#: Seeds that are a multiple of this are held out.
 HELD_OUT = 15
 RATE, DECAY = 3e-3, 1e-4
 
 
-def load(folder: Path) -> list[list[tuple[np.ndarray, np.ndarray]]]:
-    """Maps of every scene, by seed."""
-    scenes = []
-    for path in sorted(folder.glob("*.npz")):
-        with np.load(path) as data:
-            count = len(data.files) // 2
-            scenes.append([(data[f"colour_{k}"], data[f"label_{k}"]) for k in range(count)])
-    return scenes
+@dataclass
+class Scenes:
+    """Maps of the scenes in a folder: (colour, label) by photo. Scenes that are made meanwhile join in."""
+
+    folder: Path
+    kept: list = field(default_factory=list)
+    held_out: list = field(default_factory=list)
+    seen: set = field(default_factory=set)
+
+    def read(self) -> None:
+        """Take what is new."""
+        for path in sorted(set(self.folder.glob("*.npz")) - self.seen):
+            with np.load(path) as data:
+                maps = [(data[f"colour_{k}"], data[f"label_{k}"]) for k in range(len(data.files) // 2)]
+            (self.kept if int(path.stem) % HELD_OUT else self.held_out).append(maps)
+            self.seen.add(path)
 
 
 def patch(rng: np.random.Generator, colour: np.ndarray, label: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -133,28 +142,27 @@ def main() -> None:
     network, checkpoint = StemNet(), args.work / "stem_net.pt"
     if args.resume:
         network.load_state_dict(torch.load(checkpoint, weights_only=True))
-    scenes = load(args.work / "maps")
-    kept, out = [s for k, s in enumerate(scenes) if k % HELD_OUT], scenes[::HELD_OUT]
-    print(f"{len(kept)} scenes, {len(out)} held out", flush=True)
+    scenes = Scenes(args.work / "maps")
+    scenes.read()
     optimiser = torch.optim.AdamW(network.parameters(), RATE, weight_decay=DECAY)
     began, step, mean = time.monotonic(), 0, 0.0
     while (part := (time.monotonic() - began) / (60 * args.minutes)) < 1:
         for group in optimiser.param_groups:
             group["lr"] = RATE * min(1.0, (step + 1) / 50) * 0.5 * (1 + np.cos(np.pi * part)) + 1e-5
-        images, target = batch(rng, kept)
+        images, target = batch(rng, scenes.kept)
         loss = loss_of(network(images), target)
         optimiser.zero_grad()
         loss.backward()
         optimiser.step()
         step, mean = step + 1, 0.98 * mean + 0.02 * float(loss.detach())
         if step % 100 == 0:
-            out_loss, union = held_out(network, out)
+            out_loss, union = held_out(network, scenes.held_out)
             print(
                 f"{step} {part:.2f} {mean / (1 - 0.98**step):.4f} held out {out_loss:.4f} iou {union:.3f}", flush=True
             )
             torch.save(network.state_dict(), checkpoint)
     torch.save(network.state_dict(), checkpoint)
-    print("held out", held_out(network, out))
+    print("held out", held_out(network, scenes.held_out))
     export(network, args.output)
 
 

@@ -10,11 +10,13 @@ for the scene's colours and sums for hard decisions.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numba import njit, prange
 
 from ..reconstruction.area import Area
-from .backdrop import Backdrop, Silhouette, cut_silhouette
+from .backdrop import Backdrop, Silhouette
 from .backdrop_kernels import TONES, UNKNOWN, contrast_of, ground_ratio
 from .detect import Seed, lean_grid
 from .options import PhotoStemOptions
@@ -120,23 +122,23 @@ def _clearest(outline, p, r_low, r_high):
 
 
 def carved_seeds(
-    stack: PhotoStack,
-    grid: GroundGrid,
-    backdrop: Backdrop,
+    layers: np.ndarray,
+    corner: tuple[float, float],
+    ground: GroundGrid,
+    outline_of: Callable[[StemAxis], Silhouette],
     area: Area,
-    box: tuple[float, float, float, float],
     options: PhotoStemOptions,
     known: np.ndarray,
     chance: float,
 ) -> list[Seed]:
     """Seeds of stems whose silhouette stands out, clearest first; their score is in units of what chance reaches.
 
-    box: x0, y0, x1, y1 of the ground searched. known: (K, 10) rows of found stems, which are left out. chance: contrast
-    that places without a stem reach.
+    layers: (layers, rows, columns) of evidence at :data:`HEIGHTS`, changed in place; corner: x and y of the first cell.
+    outline_of: an axis -> its silhouette. known: (K, 10) rows of found stems, which are left out. chance: contrast that
+    places without a stem reach.
     """
-    x0, y0 = box[0] - EDGE_M, box[1] - EDGE_M
-    columns, rows = (int((box[k + 2] - box[k] + 2 * EDGE_M) / CELL_M) + 1 for k in (0, 1))
-    layers = hidden_ground(stack, grid, backdrop, x0, y0, rows, columns)
+    x0, y0 = corner
+    rows, columns = layers.shape[1:]
     clear_known(layers, known, x0, y0, options.bh_m)
     leans = lean_grid(options.max_lean_deg + LEAN_MARGIN_DEG, LEAN_STEP)
     best, which = np.full((rows, columns), -np.inf, np.float32), np.zeros((rows, columns), np.int64)
@@ -151,13 +153,19 @@ def carved_seeds(
     order = order[score[order] > STANDS_OUT * np.median(score)][:MOST_LINES] if len(score) else order
     seeds = []
     for place, lean in zip(places[order], leans[which[tuple(peaks[order].T)]], strict=True):
-        foot = float(grid.at(place[:1], place[1:])[0])
+        foot = float(ground.at(place[:1], place[1:])[0])
         axis = StemAxis(place, lean, np.zeros(2), foot, options.bh_m)
-        seeds.append(clearest(cut_silhouette(stack, backdrop, grid, axis), axis, chance))
+        seeds.append(clearest(outline_of(axis), axis, chance))
     steepest = np.tan(np.radians(options.max_lean_deg + LEAN_MARGIN_DEG))
     seeds = [seed for seed in seeds if np.hypot(seed.lx, seed.ly) < steepest]
     seeds = [seed for seed in seeds if seed.score > max(LEAST_CONTRAST, CONTRAST_A_M * seed.r)]
     return sorted(seeds, key=lambda seed: -seed.score)[:MOST_SEEDS]
+
+
+def searched(box: tuple[float, float, float, float]) -> tuple[float, float, int, int]:
+    """x and y of the first cell of the grid that is searched about a box (x0, y0, x1, y1), and its rows and columns."""
+    columns, rows = (int((box[k + 2] - box[k] + 2 * EDGE_M) / CELL_M) + 1 for k in (0, 1))
+    return box[0] - EDGE_M, box[1] - EDGE_M, rows, columns
 
 
 def hidden_ground(

@@ -12,14 +12,16 @@ from ..core.progress import Reporter
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
 from ..trees.limits import judge
-from .backdrop import Backdrop, cut_silhouette, make_backdrop
-from .carving import carved_seeds
+from .backdrop import make_backdrop
+from .carving import CELL_M, HEIGHTS, carved_seeds, hidden_ground, searched
 from .detect import Detector, Seed, lean_grid
 from .fine import NO_STEMS
 from .fit import Fitter, PhotoFit, Prior, build_null
 from .options import PhotoStemOptions
 from .plumb import make_map
 from .stack import GroundGrid, PhotoStack, load_stack
+from .stem_evidence import bark_layers
+from .stem_net import OddsMaps, odds_maps
 from .strips import StemAxis
 from .sun import sun_azimuths
 from .verdict import GAIN_MERGED
@@ -161,7 +163,8 @@ def _tile(
     gate = max(8.0, decoys[0].score + 3.0 if decoys else 0.0)
     near = area.contains(np.array([(seed.x, seed.y) for seed in seeds]).reshape(-1, 2), options.margin_m + 0.1)
     seeds = [seed for seed, keep in zip(seeds, near, strict=True) if keep]
-    fitter = _first_look(stack, grid, tile, seeds, gate, rng, options)
+    bark = odds_maps(stack, detector.maps) if options.network else None
+    fitter = _first_look(stack, grid, tile, seeds, gate, rng, options, bark)
     reporter.progress(0.6)
     with reporter.stage("fit stems", 0.6, 0.85):
         fits = _pursue(fitter, seeds, gate, reporter)
@@ -172,13 +175,25 @@ def _tile(
 
 
 def _carved(fitter: Fitter, area: Area, box: tuple, fits: list[PhotoFit], reporter: Reporter) -> list[PhotoFit]:
-    """Stems that the search for edges missed, above all leaning ones (:mod:`.carving`)."""
+    """Stems that the search for edges missed: what hides the ground (:mod:`.carving`), above all leaning ones, and what
+    the network takes for a stem."""
     if fitter.backdrop is None:
         return []
-    known = known_rows(fits)
-    seeds = carved_seeds(fitter.stack, fitter.ground, fitter.backdrop, area, box, fitter.options, known, fitter.chance)
-    refused = [fit for fit in fits if not fit.measured]
-    return looked_at_twice(_pursue(fitter, seeds, 1.0, reporter, known), refused)
+    x0, y0, rows, columns = searched(box)
+    layers = [hidden_ground(fitter.stack, fitter.ground, fitter.backdrop, x0, y0, rows, columns)]
+    if fitter.bark is not None:
+        x, y = np.meshgrid(x0 + CELL_M * np.arange(columns), y0 + CELL_M * np.arange(rows))
+        z = fitter.ground.at(x.ravel(), y.ravel()).reshape(x.shape)
+        layers.insert(0, bark_layers(fitter.bark, x0, y0, CELL_M, z, HEIGHTS))
+    found: list[PhotoFit] = []
+    for evidence in layers:
+        known = known_rows(fits + found)
+        seeds = carved_seeds(
+            evidence, (x0, y0), fitter.ground, fitter.outline, area, fitter.options, known, fitter.chance
+        )
+        refused = [fit for fit in fits + found if not fit.measured]
+        found += looked_at_twice(_pursue(fitter, seeds, 1.0, reporter, known), refused)
+    return found
 
 
 def looked_at_twice(found: list[PhotoFit], refused: list[PhotoFit]) -> list[PhotoFit]:
@@ -226,6 +241,7 @@ def _first_look(
     gate: float,
     rng: np.random.Generator,
     options: PhotoStemOptions,
+    bark: OddsMaps | None,
 ) -> Fitter:
     """Fit the clearest stems once to learn where the sun stood and how thick the stand's stems are."""
     places = _random_places(tile, rng)
@@ -243,20 +259,19 @@ def _first_look(
         prior = Prior(r=float(np.median(radii)), r_sd=float(max(2.0 * radii.std(), 0.06)))
     null = build_null(stack, grid, places, options, sun) if np.isfinite(sun).any() else fitter.null
     backdrop = make_backdrop(stack, grid, tile.bounds(options.margin_m + BACKDROP_MARGIN_M))
-    chance = chance_contrast(stack, grid, backdrop, places, null.radii, options.bh_m) if backdrop else np.inf
-    return Fitter(stack, grid, options, null, sun, prior, backdrop, chance)
+    fitter = Fitter(stack, grid, options, null, sun, prior, backdrop, bark=bark)
+    return replace(fitter, chance=chance_contrast(fitter, places)) if backdrop else fitter
 
 
-def chance_contrast(
-    stack: PhotoStack, grid: GroundGrid, backdrop: Backdrop, places: np.ndarray, radii: np.ndarray, bh_m: float
-) -> float:
+def chance_contrast(fitter: Fitter, places: np.ndarray) -> float:
     """Silhouette contrast that a place without a stem hardly reaches: twice the median of the best at (N, 2) random
     places (a few of which may well hold a stem)."""
     best = []
     for place in places:
-        axis = StemAxis(place, np.zeros(2), np.zeros(2), float(grid.at(place[:1], place[1:])[0]), bh_m)
-        outline = cut_silhouette(stack, backdrop, grid, axis)
-        best.append(max((outline.contrast(shape) for shape in outline.peaks(radii, most=1)), default=0.0))
+        foot = float(fitter.ground.at(place[:1], place[1:])[0])
+        outline = fitter.outline(StemAxis(place, np.zeros(2), np.zeros(2), foot, fitter.options.bh_m))
+        shapes = outline.peaks(fitter.null.radii, most=1)
+        best.append(max((outline.contrast(shape) for shape in shapes), default=0.0))
     return 2.0 * max(float(np.median(best)), 1e-6)
 
 

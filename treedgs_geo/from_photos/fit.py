@@ -20,6 +20,8 @@ from .mixture import PAIR_SE_CM, UNSURE, Others
 from .options import PhotoStemOptions
 from .outline import moved_to_edges
 from .stack import FX, GroundGrid, PhotoStack
+from .stem_evidence import cut_bark, with_bark
+from .stem_net import OddsMaps
 from .strips import StemAxis, StripLayout, cut_strips, draw_ridges, hide_known
 from .touching import Pair, crowded, find_companion, pair_contrast, pair_z
 from .verdict import GAIN_MERGED, GAIN_WEIGHED, FitQuality, verdict
@@ -114,6 +116,13 @@ class Fitter:
     prior: Prior = Prior()
     backdrop: Backdrop | None = None
     chance: float = np.inf
+    bark: OddsMaps | None = None
+
+    def outline(self, axis: StemAxis) -> Silhouette:
+        """Silhouettes about an axis: where no ground is seen and, with ``bark``, where the network sees a stem."""
+        assert self.backdrop is not None
+        outline = cut_silhouette(self.stack, self.backdrop, self.ground, axis)
+        return outline if self.bark is None else with_bark(outline, cut_bark(self.bark, axis))
 
     def fit(self, seed: Seed, known: np.ndarray = NO_STEMS, quick: bool = False) -> PhotoFit | None:
         """Fit a seed. known: (K, 10) stems found before, whose edges are not this one's (:func:`.strips.hide_known`).
@@ -127,7 +136,7 @@ class Fitter:
         )
         strips, ridge, unit, border = _coarse_strips(self.stack, start, self.options, self.sun, known)
         search = Search(strips, ridge, unit, border, self.null, self.prior)
-        outline = None if self.backdrop is None else cut_silhouette(self.stack, self.backdrop, self.ground, start)
+        outline = None if self.backdrop is None else self.outline(start)
         shapes = [] if outline is None or quick else outline.peaks(self.null.radii)
         stands_out = outline is not None and bool(shapes) and outline.contrast(shapes[0]) > self.chance
         raw = search.modes(0.24)

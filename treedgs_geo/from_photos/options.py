@@ -47,6 +47,7 @@ class PhotoStemOptions:
         maximum=3,
         advanced=True,
     )
+    network: bool = param(False, kind="flag", help="ask the network that tells stems in photos", advanced=True)
     seed: int = param(
         7, kind="integer", help="seed of the random places that chance is measured at", minimum=0, advanced=True
     )

@@ -13,6 +13,8 @@ from .strips import BH_M, C_X, C_Y, GROUND_Z, P_X, P_Y, S_X, S_Y, StemAxis
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 #: Log odds of stem at an average pixel, and the share of photos that see a stem at a height.
 PRIOR_ODDS, SEEN = -2.5, 0.35
+SHARE_WEIGHT = 4.0
+GROUND_WEIGHT, BARK_WEIGHT = 1.0, 1.0
 
 
 @njit(inline="always", **_FAST)
@@ -65,7 +67,7 @@ def _cut(maps, axis, heights, us, outline):
                 if not (value > -99.0):
                     blind[v] = True
                     break
-                sums[j] -= value
+                sums[j] -= SHARE_WEIGHT / (1.0 + np.exp(-value))
             if blind[v]:
                 break
             if (i + 1) % per_block == 0:
@@ -92,6 +94,12 @@ def cut_bark(maps: OddsMaps, axis: StemAxis) -> Silhouette:
     return outline
 
 
+def with_bark(ground: Silhouette, bark: Silhouette) -> Silhouette:
+    """Both silhouettes as one: their log likelihood ratios are added, the network's times :data:`BARK_WEIGHT`."""
+    total = GROUND_WEIGHT * ground.total + BARK_WEIGHT * bark.total
+    return ground._replace(total=total, blind=ground.blind | bark.blind)
+
+
 @njit(parallel=True, **_FAST)
 def _sum_layers(maps, x0, y0, cell, z, heights, total):
     for i in prange(total.shape[1]):
@@ -107,8 +115,8 @@ def _sum_layers(maps, x0, y0, cell, z, heights, total):
 
 
 def bark_layers(maps: OddsMaps, x0: float, y0: float, cell: float, z: np.ndarray, heights: np.ndarray) -> np.ndarray:
-    """(layers, rows, columns) float32 log likelihood ratio of "a stem is here", summed over the photos: each sees it with
-    probability :data:`SEEN`. z: (rows, columns) ground; rows from ``y0``, columns from ``x0``."""
+    """(layers, rows, columns) float32 log likelihood ratio of "a stem is here", summed over the photos: each sees it
+    with probability :data:`SEEN`. z: (rows, columns) ground; rows from ``y0``, columns from ``x0``."""
     total = np.zeros((len(heights), *z.shape), np.float32)
     _sum_layers(maps, x0, y0, cell, z, heights, total)
     return total

@@ -1,6 +1,6 @@
 """What each pixel of a photo shows, by a small network: stem, foliage, other wood or ground.
 
-The network sees the photos as plumb maps (:mod:`.plumb`): every vertical line is a column, so that a stem stands upright
+The network sees photos as plumb maps (:mod:`.plumb`): every vertical line is a column, so that a stem stands upright
 wherever the camera was. It was trained on simulated photos only; how, and what it brings, is in
 ``docs/evidence/stem-network.md``. OpenCV runs it: no other library is needed.
 """
@@ -93,8 +93,8 @@ def plumb_colours(photos: PhotoArrays, view: int, plumb: PlumbMap) -> tuple[np.n
 
 
 def normalised(colour: np.ndarray, good: np.ndarray) -> np.ndarray:
-    """(rows, columns, 3) uint8 -> (3, rows, columns) float32 that exposure and white balance hardly change: each channel
-    about its mean, over the spread of the brightness; 0 outside."""
+    """(rows, columns, 3) uint8 -> (3, rows, columns) float32 that exposure and white balance hardly change: each
+    channel about its mean, over the spread of the brightness; 0 outside."""
     image = colour.astype(np.float32) / 255
     inside = image[good]
     if not len(inside):
