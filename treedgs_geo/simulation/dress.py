@@ -20,7 +20,8 @@ Streams = dict[str, np.random.Generator]
 
 def dressed(own: Streams, settings: SimulateSettings, stems: list[PlantedStem]) -> list[PlantedStem]:
     """The stems with the looks that the settings ask for; as they are with the defaults. own: a stream a part."""
-    stems = _broken(own["snags"], settings.snags, stems)
+    if settings.snags:
+        stems = _broken(own["snags"], settings.snags, stems)
     # A second leader looks like the tree that it is part of.
     trees = {stem.tree_id: stem for stem in stems if stem.kind != "branch"}
     looks = {tree_id: stem.look for tree_id, stem in trees.items()}
@@ -40,8 +41,9 @@ def dressed(own: Streams, settings: SimulateSettings, stems: list[PlantedStem]) 
         if share:
             change(alive, lambda name=name, share=share: {name: share * rng.uniform(0.3, 1.7)})
     for name, count, heights in (("ivy", settings.ivy_stems, IVY_M), ("wrap", settings.wrapped_stems, WRAP_M)):
-        chosen = [inside[k] for k in own[name].permutation(len(inside))[:count]]
-        change(chosen, lambda name=name, heights=heights: {f"{name}_m": own[name].uniform(*heights)})
+        if count:
+            chosen = [inside[k] for k in own[name].permutation(len(inside))[:count]]
+            change(chosen, lambda name=name, heights=heights: {f"{name}_m": own[name].uniform(*heights)})
     if settings.flute_pct or settings.buttress_m:
         change(list(trees), lambda: {"lobes": _lobes(own["sections"], settings)})
     return [replace(stem, look=looks[stem.tree_id]) for stem in stems]
