@@ -63,7 +63,7 @@ def test_nothing_asked_for_draws_nothing_and_changes_nothing():
 
 def test_looks_do_not_move_the_trees():
     _, _, plain, mesh, _ = stand()
-    more = dict(bark_variety=True, moss_pct=20.0, lichen_pct=10.0, ivy_stems=2, wrapped_stems=2, hardwood_pct=50.0)
+    more = dict(bark_variety=True, moss_pct=20.0, lichen_pct=10.0, ivy_stems=2, wrapped_stems=2)
     _, _, dressed_up, same, _ = stand(**more)
     assert np.array_equal(mesh.vertices, same.vertices)
     assert len({s.look for s in dressed_up}) > 5 and {s.look for s in plain} == {scene.StemLook()}
@@ -96,6 +96,8 @@ def test_hardwoods_are_the_stated_share_and_bare_without_leaves():
         return hard, of_trees
 
     hard, leafy = leaf_area()
+    plain, oak = (stand(hardwood_pct=share) for share in (0.0, 50.0))
+    assert np.array_equal(diameters(plain[2], plain[3]), diameters(oak[2], oak[3]))
     assert hard.mean() == pytest.approx(0.5, abs=0.02)
     assert leafy[hard].min() > 0
     again, bare = leaf_area(leaf_off=True)
