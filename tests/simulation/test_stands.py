@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import csv
 import dataclasses
 
 import numpy as np
 import pytest
+from bare_stem import CAMERA, stem_world
 from scipy.spatial import cKDTree
 
+from treedgs_geo.reconstruction.cameras import View
 from treedgs_geo.simulation import scene, spacing, stem_mesh, terrain, truth, vegetation
-from treedgs_geo.simulation.barks import BARKS, WEATHERED, make_barks
+from treedgs_geo.simulation.barks import BARKS, WEATHERED, Barks, make_barks
 from treedgs_geo.simulation.dress import IVY_M, SNAG_M, WRAP_M, dressed
 from treedgs_geo.simulation.foliage import ROOTED, Faces, Material
+from treedgs_geo.simulation.render import MOSS, radiance
 from treedgs_geo.simulation.settings import SIZES, SimulateSettings
+from treedgs_geo.simulation.simulate import simulate_plot
 from treedgs_geo.simulation.stand_options import StandSettings
 from treedgs_geo.simulation.undergrowth import IVY_OFF_M
 
@@ -234,3 +239,51 @@ def test_joined_faces_keep_their_material():
     one = Faces.of(Material.IVY, np.zeros((2, 3, 3)), np.zeros((2, 3)), 0.1)
     two = Faces.of(Material.WOOD, np.zeros((1, 3, 3)), np.zeros((1, 3)), 0.0)
     assert Faces.join([one, two, Faces.none()]).kind.tolist() == [Material.IVY, Material.IVY, Material.WOOD]
+
+
+def test_a_stem_is_shaded_by_its_own_tile_and_under_its_moss():
+    world, light, axis = stem_world()
+    light = dataclasses.replace(light, stems=np.ones_like(light.stems))
+    # Looking west at the stem from 25 m, level, 1 m and 3.5 m up; then the same from the north, looking south.
+    tiles = np.stack([np.full((8, 8, 3), code, np.uint8) for code in (51, 204)])
+    masks = np.full((2, 8, 8), 128, np.uint8)
+
+    def colour(tile, moss, azimuth_deg, up_m):
+        barks = Barks(tiles, np.array([tile], np.int32), np.array([[moss, 0.0]], np.float32), masks)
+        turn = np.radians(azimuth_deg)
+        out = np.array([np.cos(turn), np.sin(turn), 0.0])
+        rotation = np.stack([np.cross(-out, [0, 0, 1.0]), [0, 0, -1.0], -out])
+        centre = np.array([*axis[0, :2], axis[0, 2] + up_m]) + 25 * out
+        view = View("v", None, CAMERA, rotation, -rotation @ centre)
+        image = radiance(dataclasses.replace(world, barks=barks), light, view, 1, 1, haze=0.0)
+        return image[195:198, 162:165].mean(axis=(0, 1))
+
+    dark, pale = colour(0, 0.0, 0, 1.0), colour(1, 0.0, 0, 1.0)
+    assert pale / dark == pytest.approx(16.0, rel=1e-4)  # root codes
+    mossy, high = colour(1, 0.4, 90, 0.4), colour(1, 0.4, 90, 3.5)
+    bright = pale.mean() / (204 / 255) ** 2
+    assert mossy[1] / bright == pytest.approx(0.9 * MOSS[1] + 0.1 * 0.64, rel=0.05)
+    assert high == pytest.approx(pale, rel=1e-4)  # none 3.5 m up
+    south, north = colour(1, 0.28, -90, 0.4), colour(1, 0.28, 90, 0.4)
+    assert north[0] < 0.5 * south[0]
+
+
+def test_a_plot_of_everything(tmp_path):
+    """Photos, truth and looks of a wild stand that is made in seconds; one without says nothing about looks."""
+    few = dict(preset="micro", seed=5, photos=9, image_width=320, image_height=240, radius_m=3.5, samples=1)
+    few.update(lidar_density_m2=0.0, leaf_area_m2=5.0)
+    wild = dict(bark_variety=True, moss_pct=10.0, lichen_pct=10.0, ivy_stems=1, wrapped_stems=1, flute_pct=10.0)
+    wild.update(buttress_m=0.5, snags=1, hardwood_pct=50.0, leaf_off=True, spacing="natural", stems_per_ha=1300.0)
+    wild.update(dbh_distribution="lognormal", shrub_variety=True, shrub_height_m=2.5, undergrowth_per_m2=0.2)
+    simulate_plot(SimulateSettings(output=tmp_path / "wild", **few, **wild))
+    simulate_plot(SimulateSettings(output=tmp_path / "plain", **few))
+    assert not (tmp_path / "plain" / "truth" / "looks.csv").exists()
+    with (tmp_path / "wild" / "truth" / "looks.csv").open() as file:
+        looks = list(csv.DictReader(file))
+    with (tmp_path / "wild" / "truth" / "trees.csv").open() as file:
+        trees = {row["tree_id"]: row for row in csv.DictReader(file)}
+    assert set(trees) <= {row["tree_id"] for row in looks} and {row["bark"] for row in looks} == set(BARKS)
+    inside = [row for row in looks if row["in_plot"] == "True"]
+    assert sum(float(row["ivy_m"]) > 0 for row in looks) == sum(float(row["ivy_m"]) > 0 for row in inside) == 1
+    assert [row["kind"] for row in inside].count("snag") == 1 == sum(t["kind"] == "snag" for t in trees.values())
+    assert all(3 <= int(row["lobes"]) <= 6 and row["flute_pct"] == "10.0" for row in looks)
