@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from .factor_type import CLOUD, PHOTOS, Factor, each, perturbed, rendered
 from .flight_factors import FLIGHT_FACTORS
+from .growth_factors import GROWTH_FACTORS
 
 #: Where splats (half a minute a case) are measured beside the photos: what hides a stem, blurs it or moves the views.
 SPLAT_FACTORS = frozenset(
@@ -203,7 +204,7 @@ STAND_FACTORS: tuple[Factor, ...] = (
 )
 
 
-FACTORS = STAND_FACTORS + FLIGHT_FACTORS
+FACTORS = STAND_FACTORS + GROWTH_FACTORS + FLIGHT_FACTORS
 
 
 def factor(key: str) -> Factor:

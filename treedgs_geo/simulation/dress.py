@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 
 from .barks import WEATHERED
+from .hardwoods import LOWEST_LIMB
 from .scene import AXIS_STEP, Lobes, PlantedStem, StemLook
 from .settings import SimulateSettings
 
@@ -20,31 +23,42 @@ Streams = dict[str, np.random.Generator]
 
 def dressed(own: Streams, settings: SimulateSettings, stems: list[PlantedStem]) -> list[PlantedStem]:
     """The stems with the looks that the settings ask for; as they are with the defaults. own: a stream a part."""
-    stems = _broken(own["snags"], settings.snags, stems)
+    if settings.snags:
+        stems = _broken(own["snags"], settings.snags, stems)
     # A second leader looks like the tree that it is part of.
     trees = {stem.tree_id: stem for stem in stems if stem.kind != "branch"}
     looks = {tree_id: stem.look for tree_id, stem in trees.items()}
 
-    def change(ids: list[str], make: Callable[[], dict]) -> None:
+    def change(ids: list[str], name: str, draw: Callable[[], Any]) -> None:
         for tree_id in ids:
-            looks[tree_id] = replace(looks[tree_id], **make())
+            looks[tree_id] = replace(looks[tree_id], **{name: draw()})
 
     alive = [tree_id for tree_id, stem in trees.items() if stem.kind != "snag"]
     inside = [tree_id for tree_id in alive if trees[tree_id].in_plot]
     if settings.hardwood_pct:
-        change(_share(own["hardwoods"], alive, settings.hardwood_pct / 100), lambda: {"hardwood": True})
+        change(_share(own["hardwoods"], alive, settings.hardwood_pct / 100), "hardwood", lambda: True)
     rng = own["barks"]
     if settings.bark_variety:
-        change(alive, lambda: {"bark": int(rng.integers(WEATHERED))})
+        change(alive, "bark", lambda: int(rng.integers(WEATHERED)))
     for name, share in (("moss", settings.moss_pct / 100), ("lichen", settings.lichen_pct / 100)):
         if share:
-            change(alive, lambda name=name, share=share: {name: share * rng.uniform(0.3, 1.7)})
+            change(alive, name, partial(rng.uniform, 0.3 * share, 1.7 * share))
     for name, count, heights in (("ivy", settings.ivy_stems, IVY_M), ("wrap", settings.wrapped_stems, WRAP_M)):
-        chosen = [inside[k] for k in own[name].permutation(len(inside))[:count]]
-        change(chosen, lambda name=name, heights=heights: {f"{name}_m": own[name].uniform(*heights)})
+        if count:
+            chosen = [inside[k] for k in own[name].permutation(len(inside))[:count]]
+            change(chosen, f"{name}_m", partial(own[name].uniform, *heights))
     if settings.flute_pct or settings.buttress_m:
-        change(list(trees), lambda: {"lobes": _lobes(own["sections"], settings)})
-    return [replace(stem, look=looks[stem.tree_id]) for stem in stems]
+        change(list(trees), "lobes", lambda: _lobes(own["sections"], settings))
+    stems = [replace(stem, look=looks[stem.tree_id]) for stem in stems]
+    return [replace(stem, radii=_dissolved(stem)) if stem.look.hardwood else stem for stem in stems]
+
+
+def _dissolved(stem: PlantedStem) -> np.ndarray:
+    """(K,) radii of a hardwood's stem, which gives its wood to the limbs from the crown base up."""
+    s = AXIS_STEP * np.arange(len(stem.axis))
+    base = LOWEST_LIMB * stem.crown_base_m
+    left = 1 - 0.92 * np.clip((s - base) / (0.8 * stem.height_m - base), 0, 1)
+    return np.maximum(stem.radii * left, 0.004)
 
 
 def _share(rng: np.random.Generator, ids: list[str], share: float) -> list[str]:

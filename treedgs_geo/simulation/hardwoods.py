@@ -8,7 +8,9 @@ from .foliage import Faces, Material, blades_at, sticks_between, tones, unit, wo
 from .scene import PlantedStem, axis_at
 
 #: Length and width of a leaf by 2 - detail of its tree, m; far crowns have larger ones of the same total area.
-LEAF_M = ((0.11, 0.07), (0.14, 0.09), (0.40, 0.22), (0.24, 0.14))
+LEAF_M = ((0.09, 0.06), (0.115, 0.075), (0.40, 0.22), (0.24, 0.14))
+#: The lowest limb, of the height that a pine's crown begins at.
+LOWEST_LIMB = 0.6
 #: Limbs, branches a limb and twigs a branch, by 2 - detail.
 PARTS = ((22, 7, 7), (18, 6, 5), (10, 4, 3), (14, 5, 4))
 LEAF_TONES = ((0.10, 0.17, 0.045), (0.15, 0.20, 0.06), (0.08, 0.13, 0.05), (0.19, 0.19, 0.07), (0.26, 0.16, 0.08))
@@ -32,7 +34,7 @@ def hardwood_crown(rng: np.random.Generator, stem: PlantedStem, leaf_area_m2: fl
     """Limbs from the lower half of the stem up, branches and twigs, and leaves along the twigs."""
     limbs, branches, twigs = PARTS[2 - stem.detail]
     small = stem.kind == "sapling"
-    base = stem.crown_base_m * rng.uniform(0.6, 0.9)
+    base = stem.crown_base_m * rng.uniform(LOWEST_LIMB, 0.9)
     share = rng.random(limbs) ** 1.2
     foot, _, thick = axis_at(stem, base + 0.95 * (stem.height_m - base) * share)
     turn = rng.uniform(0, 2 * np.pi, limbs)
@@ -40,12 +42,12 @@ def hardwood_crown(rng: np.random.Generator, stem: PlantedStem, leaf_area_m2: fl
     way = np.column_stack([np.cos(turn) * np.cos(rise), np.sin(turn) * np.cos(rise), np.sin(rise)])
     reach = (0.5 + 0.12 * stem.height_m if small else 1.2 + 7 * stem.dbh_m) * (1.05 - 0.65 * share)
     reach *= rng.uniform(0.7, 1.2, limbs)
-    grey = tuple(np.array([0.20, 0.18, 0.155]) * rng.uniform(0.7, 1.4))
+    grey = tuple(np.array([0.20, 0.18, 0.155]) * rng.uniform(0.6, 1.2))
 
     def grown(start: np.ndarray, way: np.ndarray, length: np.ndarray, r0: np.ndarray, r1: np.ndarray) -> Faces:
         return wooden(rng, sticks_between(rng, start, start + way * length[:, None], r0, r1), grey)
 
-    r0 = np.minimum(0.5 * thick, 0.008 + 0.012 * reach)
+    r0 = np.minimum(0.7 * thick, 0.008 + 0.014 * reach)
     parts = [grown(foot, way, reach, r0, 0.3 * r0)]
     start, direction, limb = _fork(rng, foot, way, reach, branches, 0.55)
     length = 0.42 * reach[limb] * rng.uniform(0.5, 1.2, len(limb))

@@ -17,7 +17,7 @@ from .world import World
 #: Rays a batch: bounds memory (about 80 bytes a ray).
 BATCH_RAYS = 600_000
 #: Linear albedo of moss and lichen on bark.
-MOSS, LICHEN = (0.11, 0.17, 0.04), (0.42, 0.46, 0.37)
+MOSS, LICHEN = (0.11, 0.17, 0.04), (0.29, 0.32, 0.26)
 
 
 class _Lens(NamedTuple):

@@ -122,6 +122,7 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
         with reporter.stage("truth", 0.96, 1.0):
             files.write_dtm(folder / "dtm.tif", world.ground, geo, min(layout.survey_half_m, -world.ground.low - 1))
             summary = tables.write_truth(folder / "truth", world, stems, sizes, layout, geo, views)
+            tables.write_looks(folder / "truth" / "looks.csv", stems)
             if plates is not None:
                 write_control(folder, rng["control"], plates, world, geo, views)
             tables.write_cameras(folder / "truth" / "cameras.csv", geo, stations, views, track)

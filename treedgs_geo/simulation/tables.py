@@ -9,8 +9,9 @@ import numpy as np
 
 from ..reconstruction.cameras import View
 from . import files, flight, truth
+from .barks import BARKS
 from .layout import Layout
-from .scene import PlantedStem
+from .scene import PlantedStem, StemLook
 from .settings import Sizes
 from .world import World
 
@@ -101,6 +102,28 @@ def write_truth(
     inside = [row for row in rows if row["in_plot"]]
     views_free = [row["n_unoccluded_bh_views"] for row in inside]
     return {"rows": inside, "in_plot": len(inside), "median_views": float(np.median(views_free)) if views_free else 0.0}
+
+
+def write_looks(path: Path, stems: list[PlantedStem]) -> None:
+    """looks.csv: bark, crown, ivy, shrubs and lobes of every stem; no file where all stems are plain."""
+    if all(stem.look == StemLook() for stem in stems):
+        return
+    columns = [
+        *("tree_id", "kind", "in_plot", "bark", "hardwood", "moss_pct", "lichen_pct", "ivy_m", "wrap_m"),
+        *("lobes", "flute_pct", "buttress_m"),
+    ]
+    table = []
+    for stem in stems:
+        look, lobes = stem.look, stem.look.lobes
+        shape = (lobes.number, f"{100 * lobes.flute:.1f}", f"{lobes.butt_m if lobes.butt else 0:.2f}") if lobes else ()
+        table.append(
+            [
+                *(stem.tree_id, stem.kind, stem.in_plot, BARKS[look.bark], look.hardwood),
+                *(f"{100 * look.moss:.1f}", f"{100 * look.lichen:.1f}", f"{look.ivy_m:.2f}", f"{look.wrap_m:.2f}"),
+                *(shape or (0, "0.0", "0.00")),
+            ]
+        )
+    files.write_csv(path, columns, table)
 
 
 def _places(row: dict[str, Any], geo: files.Georeference) -> dict[str, float]:

@@ -108,7 +108,7 @@ def young_plants(rng: np.random.Generator, per_m2: float, ground: Ground, reach_
         tip = foot + [*rng.normal(0, 0.10 * tall, 2), tall]
         thick = np.array([0.003 + 0.003 * tall])
         parts.append(wooden(rng, sticks_between(rng, foot[None], tip[None], thick, 0.3 * thick), (0.18, 0.15, 0.11)))
-        count = int(70 * tall)
+        count = int(140 * tall)
         share = rng.uniform(0.08, 1.0, (count, 1))
         out = unit(rng.normal(0, 1, (count, 3)) * [1, 1, 0.4] + [0, 0, 0.15])
         middle = foot + share * (tip - foot) + out * rng.uniform(0.02, 0.22, (count, 1)) * tall * (1.15 - share)
@@ -127,7 +127,7 @@ def wrapping(rng: np.random.Generator, ground: Ground, stem: PlantedStem, leaf_o
     tall = stem.look.wrap_m * rng.uniform(0.75, 1.0, number)
     parts = []
     for foot, height in zip(_feet(ground, xy), tall, strict=True):
-        parts += _any_shrub(rng, foot, float(height), leaf_off, 1.6)
+        parts += _any_shrub(rng, foot, float(height), leaf_off, 2.6)
     return Faces.join(parts)
 
 
