@@ -138,11 +138,9 @@ def carved_seeds(
     places without a stem reach.
     """
     x0, y0 = corner
-    rows, columns = layers.shape[1:]
     clear_known(layers, known, x0, y0, options.bh_m)
     leans = lean_grid(options.max_lean_deg + LEAN_MARGIN_DEG, LEAN_STEP)
-    best, which = np.full((rows, columns), -np.inf, np.float32), np.zeros((rows, columns), np.int64)
-    _lines(layers, leans, HEIGHTS - options.bh_m, CELL_M, best, which)
+    best, which = lines_through(layers, leans, options.bh_m)
     from scipy.ndimage import maximum_filter
 
     peaks = np.argwhere(best >= maximum_filter(best, int(APART_M / CELL_M)))
@@ -160,6 +158,14 @@ def carved_seeds(
     seeds = [seed for seed in seeds if np.hypot(seed.lx, seed.ly) < steepest]
     seeds = [seed for seed in seeds if seed.score > max(LEAST_CONTRAST, CONTRAST_A_M * seed.r)]
     return sorted(seeds, key=lambda seed: -seed.score)[:MOST_SEEDS]
+
+
+def lines_through(layers: np.ndarray, leans: np.ndarray, bh_m: float) -> tuple[np.ndarray, np.ndarray]:
+    """(layers, rows, columns) of evidence at :data:`HEIGHTS` -> best sum along a line through every cell at breast
+    height, and which of the (K, 2) leans that is."""
+    best, which = np.full(layers.shape[1:], -np.inf, np.float32), np.zeros(layers.shape[1:], np.int64)
+    _lines(layers, leans, HEIGHTS - bh_m, CELL_M, best, which)
+    return best, which
 
 
 def searched(box: tuple[float, float, float, float]) -> tuple[float, float, int, int]:

@@ -13,14 +13,14 @@ from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
 from ..trees.limits import judge
 from .backdrop import make_backdrop
-from .carving import CELL_M, HEIGHTS, carved_seeds, hidden_ground, searched
+from .carving import carved_seeds, hidden_ground, searched
 from .detect import Detector, Seed, lean_grid
 from .fine import NO_STEMS
 from .fit import Fitter, PhotoFit, Prior, build_null
+from .network_seeds import network_seeds
 from .options import PhotoStemOptions
 from .plumb import make_map
 from .stack import GroundGrid, PhotoStack, load_stack
-from .stem_evidence import bark_layers
 from .stem_net import OddsMaps, odds_maps
 from .strips import StemAxis
 from .sun import sun_azimuths
@@ -167,7 +167,9 @@ def _tile(
     fitter = _first_look(stack, grid, tile, seeds, gate, rng, options, bark)
     reporter.progress(0.6)
     with reporter.stage("fit stems", 0.6, 0.85):
-        fits = _pursue(fitter, seeds, gate, reporter)
+        seen = [] if bark is None else network_seeds(bark, grid, area, box, options, rng)
+        fits = _pursue(fitter, seen, 1.0, reporter)
+        fits += _pursue(fitter, seeds, gate, reporter, known_rows(fits))
         fits += _companions(fitter, beside, seeds, gate, fits, reporter)
     if options.max_lean_deg > UPRIGHT_MOST_DEG:
         fits += _carved(fitter, area, box, fits, reporter)
@@ -175,25 +177,14 @@ def _tile(
 
 
 def _carved(fitter: Fitter, area: Area, box: tuple, fits: list[PhotoFit], reporter: Reporter) -> list[PhotoFit]:
-    """Stems that the search for edges missed: what hides the ground (:mod:`.carving`), above all leaning ones, and what
-    the network takes for a stem."""
+    """Stems that the search for edges missed, above all leaning ones (:mod:`.carving`)."""
     if fitter.backdrop is None:
         return []
-    x0, y0, rows, columns = searched(box)
-    layers = [hidden_ground(fitter.stack, fitter.ground, fitter.backdrop, x0, y0, rows, columns)]
-    if fitter.bark is not None:
-        x, y = np.meshgrid(x0 + CELL_M * np.arange(columns), y0 + CELL_M * np.arange(rows))
-        z = fitter.ground.at(x.ravel(), y.ravel()).reshape(x.shape)
-        layers.insert(0, bark_layers(fitter.bark, x0, y0, CELL_M, z, HEIGHTS))
-    found: list[PhotoFit] = []
-    for evidence in layers:
-        known = known_rows(fits + found)
-        seeds = carved_seeds(
-            evidence, (x0, y0), fitter.ground, fitter.outline, area, fitter.options, known, fitter.chance
-        )
-        refused = [fit for fit in fits + found if not fit.measured]
-        found += looked_at_twice(_pursue(fitter, seeds, 1.0, reporter, known), refused)
-    return found
+    known, (x0, y0, rows, columns) = known_rows(fits), searched(box)
+    layers = hidden_ground(fitter.stack, fitter.ground, fitter.backdrop, x0, y0, rows, columns)
+    seeds = carved_seeds(layers, (x0, y0), fitter.ground, fitter.outline, area, fitter.options, known, fitter.chance)
+    refused = [fit for fit in fits if not fit.measured]
+    return looked_at_twice(_pursue(fitter, seeds, 1.0, reporter, known), refused)
 
 
 def looked_at_twice(found: list[PhotoFit], refused: list[PhotoFit]) -> list[PhotoFit]:

@@ -7,6 +7,7 @@ from numba import njit, prange
 
 from .backdrop import BAND, Silhouette
 from .backdrop_kernels import BLOCK_ROWS, REACH_M, ROW_M, STEP_M
+from .stack import GroundGrid
 from .stem_net import OUTSIDE, STEPS, OddsMaps
 from .strips import BH_M, C_X, C_Y, GROUND_Z, P_X, P_Y, S_X, S_Y, StemAxis
 
@@ -101,22 +102,23 @@ def with_bark(ground: Silhouette, bark: Silhouette) -> Silhouette:
 
 
 @njit(parallel=True, **_FAST)
-def _sum_layers(maps, x0, y0, cell, z, heights, total):
+def _sum_layers(maps, shifts, x0, y0, cell, z, heights, total):
     for i in prange(total.shape[1]):
         for j in range(total.shape[2]):
             x, y = x0 + j * cell, y0 + i * cell
             for m in range(heights.size):
                 found = 0.0
                 for v in range(maps.centre.shape[0]):
-                    value = odds_at(maps, v, x, y, z[i, j] + heights[m])
+                    value = odds_at(maps, v, x + shifts[v, 0], y + shifts[v, 1], z[i, j] + heights[m])
                     if value > -99.0:
                         found += np.log(1.0 - SEEN + SEEN * np.exp(value - PRIOR_ODDS))
                 total[m, i, j] = found
 
 
-def bark_layers(maps: OddsMaps, x0: float, y0: float, cell: float, z: np.ndarray, heights: np.ndarray) -> np.ndarray:
+def bark_layers(maps: OddsMaps, shifts: np.ndarray, cells: GroundGrid, heights: np.ndarray) -> np.ndarray:
     """(layers, rows, columns) float32 log likelihood ratio of "a stem is here", summed over the photos: each sees it
-    with probability :data:`SEEN`. z: (rows, columns) ground; rows from ``y0``, columns from ``x0``."""
-    total = np.zeros((len(heights), *z.shape), np.float32)
-    _sum_layers(maps, x0, y0, cell, z, heights, total)
+    with probability :data:`SEEN`. shifts: (V, 2) metres by which each photo is moved (decoys). cells: where, on the
+    ground; heights: above it, metres."""
+    total = np.zeros((len(heights), *cells.z.shape), np.float32)
+    _sum_layers(maps, shifts, cells.x0, cells.y0, cells.cell, cells.z, heights, total)
     return total

@@ -1,0 +1,64 @@
+"""Seeds of stems where the network (:mod:`.stem_net`) sees them: its log odds added up along leaning lines.
+
+As in the search for edges (:mod:`.detect`), decoys - each photo moved by a random offset - show how high chance
+reaches.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..reconstruction.area import Area
+from .carving import APART_M, CELL_M, HEIGHTS, LEAN_STEP, clearest, lines_through, searched
+from .detect import Seed, lean_grid
+from .options import PhotoStemOptions
+from .stack import GroundGrid
+from .stem_evidence import bark_layers, cut_bark
+from .stem_net import OddsMaps
+from .strips import StemAxis
+
+#: Decoys are moved this far, metres.
+DECOY_M = 0.7, 3.0
+#: Seeds at most.
+MOST_SEEDS = 120
+#: A line counts from so much above what chance reaches.
+ABOVE_CHANCE = 1.1
+
+
+def network_seeds(
+    maps: OddsMaps,
+    ground: GroundGrid,
+    area: Area,
+    box: tuple[float, float, float, float],
+    options: PhotoStemOptions,
+    rng: np.random.Generator,
+) -> list[Seed]:
+    """Stems that the network sees, clearest first; their score is in units of what chance reaches.
+
+    box: x0, y0, x1, y1 of the ground searched. rng: of the decoys.
+    """
+    from scipy.ndimage import maximum_filter
+
+    x0, y0, rows, columns = searched(box)
+    x, y = np.meshgrid(x0 + CELL_M * np.arange(columns), y0 + CELL_M * np.arange(rows))
+    z = ground.at(x.ravel(), y.ravel()).reshape(x.shape).astype(np.float32)
+    cells = GroundGrid(x0, y0, CELL_M, z)
+    leans = lean_grid(options.max_lean_deg, LEAN_STEP)
+    count = len(maps.centre)
+    angle, far = rng.uniform(0, 2 * np.pi, count), rng.uniform(*DECOY_M, count)
+    moved = far[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    decoys, _ = lines_through(bark_layers(maps, moved, cells, HEIGHTS), leans, options.bh_m)
+    best, which = lines_through(bark_layers(maps, np.zeros((count, 2)), cells, HEIGHTS), leans, options.bh_m)
+    chance = max(float(decoys.max()), 1.0)
+    peaks = np.argwhere((best >= maximum_filter(best, int(APART_M / CELL_M))) & (best > ABOVE_CHANCE * chance))
+    places = np.column_stack([x0 + CELL_M * peaks[:, 1], y0 + CELL_M * peaks[:, 0]])
+    peaks, places = (each[area.contains(places, options.margin_m + 0.1)] for each in (peaks, places))
+    score = best[tuple(peaks.T)] / chance
+    seeds = []
+    for k in np.argsort(-score, kind="stable")[:MOST_SEEDS]:
+        place, lean = places[k], leans[which[tuple(peaks[k])]]
+        foot = float(ground.at(place[:1], place[1:])[0])
+        axis = StemAxis(place, lean, np.zeros(2), foot, options.bh_m)
+        found = clearest(cut_bark(maps, axis), axis, 1.0)
+        seeds.append(Seed(found.x, found.y, found.lx, found.ly, found.r, float(score[k])))
+    return seeds
