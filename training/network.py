@@ -51,7 +51,7 @@ def export(network: StemNet, path: Path) -> None:
     network.eval()
     torch.onnx.export(
         network,
-        torch.zeros(1, 3, 64, 64),
+        (torch.zeros(1, 3, 64, 64),),
         str(path),
         input_names=["photo"],
         output_names=["scores"],

@@ -74,7 +74,7 @@ def random_options(seed: int) -> list[str]:
         "bark-variety": "true",
         "moss-pct": sometimes(0.5, 2, 40),
         "lichen-pct": sometimes(0.5, 2, 40),
-        "ivy-stems": int(rng.integers(0, 3)),
+        "ivy-stems": int(rng.integers(0, 6)),
         "wrapped-stems": int(rng.integers(0, 3)),
         "flute-pct": sometimes(0.3, 1, 8),
         "buttress-m": sometimes(0.3, 0.2, 0.8),
@@ -129,7 +129,7 @@ def make_scene(seed: int, work: Path) -> Path:
         return target
     plot = work / f"plot_{seed}"
     run_verb("simulate-plot", "--output", plot, f"--seed={seed}", *random_options(seed), "--log-format", "quiet")
-    arrays = {}
+    arrays: dict[str, np.ndarray] = {}
     for number, (colour, label) in enumerate(maps_of(plot)):
         arrays |= {f"colour_{number}": colour, f"label_{number}": label}
     target.parent.mkdir(parents=True, exist_ok=True)

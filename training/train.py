@@ -2,7 +2,8 @@
 
     python -m training.train --work WORK --minutes 60 --output treedgs_geo/from_photos/stem_net.onnx [--resume]
 
-Scenes whose seed is a multiple of 15 are held out; the cross entropy there and the intersection over union of stems are printed.
+Scenes whose seed is a multiple of 15 are held out; the cross entropy there and the intersection over union of stems
+are printed.
 """
 
 from __future__ import annotations
@@ -51,9 +52,9 @@ def patch(rng: np.random.Generator, colour: np.ndarray, label: np.ndarray) -> tu
     size = min(size, *colour.shape[:2])
     if rng.random() < 0.5 and (label[..., 0] > 127).any():
         at = np.argwhere(label[..., 0] > 127)
-        row, column = at[rng.integers(len(at))] - rng.integers(0, size, 2)
+        row, column = (int(v) for v in at[rng.integers(len(at))] - rng.integers(0, size, 2))
     else:
-        row, column = rng.integers(0, colour.shape[0] - size + 1), rng.integers(0, colour.shape[1] - size + 1)
+        row, column = (int(rng.integers(0, n - size + 1)) for n in colour.shape[:2])
     row, column = (int(np.clip(v, 0, n - size)) for v, n in zip((row, column), colour.shape[:2], strict=True))
     piece = slice(row, row + size), slice(column, column + size)
     how = cv2.INTER_AREA if size > PATCH else cv2.INTER_CUBIC
@@ -80,7 +81,7 @@ def disturbed(rng: np.random.Generator, colour: np.ndarray) -> np.ndarray:
     out = np.clip(255 * image, 0, 255).astype(np.uint8)
     if rng.random() < 0.3:
         _, code = cv2.imencode(".jpg", out, [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(60, 95))])
-        out = cv2.imdecode(code, cv2.IMREAD_COLOR)
+        out[:] = cv2.imdecode(code, cv2.IMREAD_COLOR)
     return out
 
 

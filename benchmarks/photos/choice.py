@@ -24,22 +24,22 @@ from benchmarks.photos.stems_from_photos import score
 from benchmarks.records import write_record
 from benchmarks.rendered import local_places, plot_inputs, truth_rows
 from treedgs_geo.from_photos import fit as photo_fit
+from treedgs_geo.from_photos.choice import witnesses
 from treedgs_geo.from_photos.find import stems_from_photos
 from treedgs_geo.from_photos.options import PhotoStemOptions
-from treedgs_geo.trees.priors import TAPER_SD, USUAL_TAPER
 
 WITNESSES = ("contrast", "evidence_300", "taper", "ragged_0.1px", "edges_30")
 SETS = {"chosen": (0, 1, 2, 3), "with edge score": (0, 1, 2, 3, 4), "edge score and silhouette": (0, 4)}
 RIDGE = 0.3
 
 
-def gather(plot: Path) -> tuple[list[dict], dict]:
+def gather(plot: Path, network: bool) -> tuple[list[dict], dict]:
     """One entry a stem (witnesses (N, 5), which explanations are right (N,), the parts of the error); the figures."""
     calls: list[dict] = []
     choose, judge = photo_fit.choose, photo_fit.Fitter._judge
 
-    def listen(tried, trust, chance, sun):
-        choice = choose(tried, trust, chance, sun)
+    def listen(tried, trust, chance, sun, network):
+        choice = choose(tried, trust, chance, sun, network)
         calls.append({"tried": tried, "trust": trust if trust > 0.5 else 0.0, "chance": chance})
         return choice
 
@@ -54,7 +54,7 @@ def gather(plot: Path) -> tuple[list[dict], dict]:
 
     views, frame, ground, area = plot_inputs(plot)
     with mock.patch.object(photo_fit, "choose", listen), mock.patch.object(photo_fit.Fitter, "_judge", judged):
-        fits = stems_from_photos(views, ground, area)
+        fits = stems_from_photos(views, ground, area, PhotoStemOptions(network=network))
     stems = []
     truth = truth_rows(plot, in_plot=False)
     for tree, true in zip(truth, local_places(truth, frame), strict=True):
@@ -63,28 +63,20 @@ def gather(plot: Path) -> tuple[list[dict], dict]:
         if not near:
             continue
         call = max(near, key=lambda c: c["fit"].llr)
-        rows, right = [], []
-        for item in call["tried"]:
-            off = (item.fine.r1 - USUAL_TAPER) / (2 * TAPER_SD)
-            rows.append(
-                (
-                    call["trust"] * item.contrast / call["chance"],
-                    item.evidence / 300,
-                    min(off**2, 9.0),
-                    10 * (item.rms_px - 0.5),
-                    item.edges / 30,
-                )
-            )
-            right.append(
-                abs(200 * item.fine.r0 - dbh) < max(1.6, 0.05 * dbh) and np.hypot(*(item.fine.axis.p - true)) < 0.06
-            )
+        items = call["tried"]
+        edges = np.array([item.edges / 30 for item in items])
+        rows = np.column_stack([witnesses(items, call["trust"], call["chance"]), edges])
+        right = [
+            abs(200 * item.fine.r0 - dbh) < max(1.6, 0.05 * dbh) and np.hypot(*(item.fine.axis.p - true)) < 0.06
+            for item in items
+        ]
         stems.append(
             {
                 "tree": tree["tree_id"],
                 "kind": tree["kind"],
-                "rows": np.array(rows),
+                "rows": rows,
                 "right": np.array(right),
-                "dbh": np.array([200 * item.fine.r0 for item in call["tried"]]),
+                "dbh": np.array([200 * item.fine.r0 for item in items]),
                 "pair": call["pair"],
                 "error": call["fit"].dbh_cm - dbh,
                 "parts": call["parts"],
@@ -150,9 +142,10 @@ def main() -> None:
     """Gather, fit, print and write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("plots", nargs="+", type=Path)
+    parser.add_argument("--network", action="store_true", help="with the network that tells stems")
     parser.add_argument("--output", type=Path)
     options = parser.parse_args()
-    gathered = {plot.name: gather(plot) for plot in options.plots}
+    gathered = {plot.name: gather(plot, options.network) for plot in options.plots}
     stems = {name: group for name, (group, _) in gathered.items()}
     every = [s for group in stems.values() for s in group]
     figures: dict = {

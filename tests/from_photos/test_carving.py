@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from rendered_stems import Stem, oblique_views, render
 
-from treedgs_geo.from_photos.backdrop import make_backdrop
-from treedgs_geo.from_photos.carving import CELL_M, HEIGHTS, carved_seeds, clear_known, hidden_ground
+from treedgs_geo.from_photos.backdrop import cut_silhouette, make_backdrop
+from treedgs_geo.from_photos.carving import CELL_M, HEIGHTS, carved_seeds, clear_known, hidden_ground, searched
 from treedgs_geo.from_photos.find import chance_contrast
 from treedgs_geo.from_photos.fine import NO_STEMS
 from treedgs_geo.from_photos.options import PhotoStemOptions
@@ -32,7 +32,17 @@ def seen(folder: Path, stems: list[Stem]) -> tuple:
     stack = load_stack(views, AREA, grid, 96, 2.0)
     backdrop = make_backdrop(stack, grid, AREA.bounds(3.0))
     places = np.array([[-1.5, 1.2], [0.2, 1.9], [1.6, -1.1], [0.4, -1.8], [-1.9, 0.3]])
-    return stack, grid, backdrop, chance_contrast(stack, grid, backdrop, places, np.arange(0.03, 0.3, 0.02), 1.37)
+    outline_of = lambda axis: cut_silhouette(stack, backdrop, grid, axis)  # noqa: E731
+    return stack, grid, backdrop, chance_contrast(outline_of, grid, places, np.arange(0.03, 0.3, 0.02), 1.37)
+
+
+def seeds_of(scene: tuple, known: np.ndarray = NO_STEMS, **options: float) -> list:
+    stack, grid, backdrop, chance = scene
+    x0, y0, rows, columns = searched(BOX)
+    layers = hidden_ground(stack, grid, backdrop, x0, y0, rows, columns)
+    outline_of = lambda axis: cut_silhouette(stack, backdrop, grid, axis)  # noqa: E731
+    wanted = PhotoStemOptions(margin_m=0.3, **options)
+    return carved_seeds(layers, (x0, y0), grid, outline_of, AREA, wanted, known, chance)
 
 
 @pytest.fixture(scope="module")
@@ -41,8 +51,7 @@ def scene(tmp_path_factory) -> tuple:
 
 
 def test_both_stems_are_found_with_their_leans(scene):
-    stack, grid, backdrop, chance = scene
-    seeds = carved_seeds(stack, grid, backdrop, AREA, BOX, PhotoStemOptions(margin_m=0.3), NO_STEMS, chance)
+    seeds = seeds_of(scene)
     for stem in (UPRIGHT, LEANING):
         seed = min(seeds, key=lambda s: np.hypot(s.x - stem.x, s.y - stem.y))
         assert np.hypot(seed.x - stem.x, seed.y - stem.y) < 0.05
@@ -51,12 +60,8 @@ def test_both_stems_are_found_with_their_leans(scene):
 
 
 def test_known_stems_and_leans_that_are_not_asked_for_are_left_out(scene):
-    stack, grid, backdrop, chance = scene
-
     def near(stem: Stem, **options: float) -> list:
-        every = carved_seeds(
-            stack, grid, backdrop, AREA, BOX, PhotoStemOptions(margin_m=0.3, **options), UPRIGHT_ROW, chance
-        )
+        every = seeds_of(scene, UPRIGHT_ROW, **options)
         return [seed for seed in every if np.hypot(seed.x - stem.x, seed.y - stem.y) < 0.3]
 
     assert not near(UPRIGHT) and near(LEANING)
@@ -82,6 +87,4 @@ def test_a_point_in_the_stem_hides_the_ground_and_one_beside_it_does_not(scene):
 
 def test_bare_ground_gives_no_seed(tmp_path):
     stack, grid, backdrop, chance = seen(tmp_path, [])
-    assert not carved_seeds(
-        stack, grid, backdrop, AREA, BOX, PhotoStemOptions(margin_m=0.3), NO_STEMS, max(chance, 1.0)
-    )
+    assert not seeds_of((stack, grid, backdrop, max(chance, 1.0)))

@@ -11,10 +11,12 @@ from ..trees.priors import TAPER_SD, USUAL_TAPER
 from .coarse import Mode
 from .fine import FineFit
 
-#: Log odds of an explanation per unit of each witness: silhouette contrast (of what chance reaches), sub-pixel evidence
-#: (log likelihood), squared taper deviation (of 0.3 cm/m, at most 9), edge residual (px). A conditional logit over the
-#: explanations of stems with known diameters; how and on what: docs/evidence/photos.md.
-CONTRAST_ODDS, EVIDENCE_ODDS, TAPER_ODDS, RAGGED_ODDS = 1.06, 0.0091, -1.7, -15.0
+#: Log odds of an explanation per unit of each witness: silhouette contrast (of what chance reaches), sub-pixel
+#: evidence (log likelihood, per 300), squared taper deviation (of 0.3 cm/m, at most 9), edge residual (per 0.1 px). A
+#: conditional logit over the explanations of stems with known diameters; how and on what: docs/evidence/photos.md.
+PLAIN_ODDS = np.array([1.06, 2.73, -1.7, -1.5])
+#: The same where the silhouettes are also those of the network.
+NETWORK_ODDS = np.array([3.1, 2.3, -0.7, -0.5])
 #: Explanations whose diameters differ less than this are one answer, cm.
 SAME_DBH_CM = 2.0
 #: Explanations this far below the clearest edges (log likelihood units) are none, unless one holds the other. The
@@ -65,30 +67,38 @@ class Choice:
     share: np.ndarray
 
 
-def log_odds(tried: list[Explanation], trust: float, chance: float) -> np.ndarray:
+def log_odds(tried: list[Explanation], trust: float, chance: float, network: bool = False) -> np.ndarray:
     """(N,) how well each explanation is supported by witnesses that fail in different ways.
 
     Edges alone mistake the lit half of a stem for the stem, silhouettes alone a bush beside it for a part of it.
-    trust: 0..1, how much the silhouettes say here. chance: contrast that places without a stem reach.
+    trust: 0..1, how much the silhouettes say here. chance: contrast that places without a stem reach. network: the
+    silhouettes are also those of the network (:mod:`.stem_evidence`).
     """
+    return witnesses(tried, trust, chance) @ (NETWORK_ODDS if network else PLAIN_ODDS)
+
+
+def witnesses(tried: list[Explanation], trust: float, chance: float) -> np.ndarray:
+    """(N, 4) silhouette contrast, sub-pixel evidence, taper, raggedness."""
     return np.array(
         [
-            CONTRAST_ODDS * trust * item.contrast / chance
-            + EVIDENCE_ODDS * item.evidence
-            + TAPER_ODDS * min(((item.fine.r1 - USUAL_TAPER) / (2 * TAPER_SD)) ** 2, 9.0)
-            + RAGGED_ODDS * (item.rms_px - 0.5)
+            [
+                trust * item.contrast / chance,
+                item.evidence / 300,
+                min(((item.fine.r1 - USUAL_TAPER) / (2 * TAPER_SD)) ** 2, 9.0),
+                10 * (item.rms_px - 0.5),
+            ]
             for item in tried
         ]
     )
 
 
-def choose(tried: list[Explanation], trust: float, chance: float, sun: np.ndarray) -> Choice:
-    """Which of the explanations of a place is the stem. trust, chance: as for :func:`log_odds`. sun: (flights,)
-    azimuth, rad from east, NaN = unknown."""
+def choose(tried: list[Explanation], trust: float, chance: float, sun: np.ndarray, network: bool = False) -> Choice:
+    """Which of the explanations of a place is the stem. trust, chance, network: as for :func:`log_odds`. sun:
+    (flights,) azimuth, rad from east, NaN = unknown."""
     tried = plausible(tried)
     solid = trust > 0.5
     edges = np.array([item.edges for item in tried])
-    odds = log_odds(tried, trust, chance) if solid else edges / EDGES_A_LOG_ODD
+    odds = log_odds(tried, trust, chance, network) if solid else edges / EDGES_A_LOG_ODD
     best = tried[int(np.argmax(odds))] if solid else prefer_whole(sorted(tried, key=lambda item: -item.edges), sun)
     weight = np.exp(odds - odds.max())
     same = np.array([abs(item.fine.r0 - best.fine.r0) < SAME_DBH_CM / 200 for item in tried])

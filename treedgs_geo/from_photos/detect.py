@@ -33,7 +33,8 @@ T_MAX = 2.2
 
 @dataclass(frozen=True)
 class Seed:
-    """A possible stem: x, y at breast height; lx, ly lean (m/m); r radius; score in log likelihood units."""
+    """A possible stem: x, y at breast height; lx, ly lean (m/m); r radius; score in log likelihood units. sure: a stem
+    stands here, whatever its fit says."""
 
     x: float
     y: float
@@ -41,6 +42,7 @@ class Seed:
     ly: float
     r: float
     score: float
+    sure: bool = False
 
 
 class _Rings(NamedTuple):

@@ -12,7 +12,7 @@ from ..core.progress import Reporter
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
 from ..trees.limits import judge
-from .backdrop import make_backdrop
+from .backdrop import Silhouette, make_backdrop
 from .carving import carved_seeds, hidden_ground, searched
 from .detect import Detector, Seed, lean_grid
 from .fine import NO_STEMS
@@ -21,7 +21,7 @@ from .network_seeds import network_seeds
 from .options import PhotoStemOptions
 from .plumb import make_map
 from .stack import GroundGrid, PhotoStack, load_stack
-from .stem_net import OddsMaps, odds_maps
+from .stem_net import odds_maps
 from .strips import StemAxis
 from .sun import sun_azimuths
 from .verdict import GAIN_MERGED
@@ -43,6 +43,9 @@ BESIDE_M, COMPANION_M, MOST_COMPANIONS = 0.2, 0.6, 40
 UPRIGHT_MOST_DEG = 10.0
 #: Stems fitted quickly at first, to learn the sun's direction and the stand's diameters.
 FIRST_LOOK = 30
+#: Random places at which the silhouettes of no stem are measured, where the network says where stems are; how far from
+#: these; and how many are needed.
+MORE_PLACES, STEM_FREE_M, LEAST_PLACES = 32, 0.7, 8
 #: The ground is looked at this far beyond the searched area: photos see it behind the stems at its rim.
 BACKDROP_MARGIN_M = 3.0
 
@@ -164,10 +167,12 @@ def _tile(
     near = area.contains(np.array([(seed.x, seed.y) for seed in seeds]).reshape(-1, 2), options.margin_m + 0.1)
     seeds = [seed for seed, keep in zip(seeds, near, strict=True) if keep]
     bark = odds_maps(stack, detector.maps) if options.network else None
-    fitter = _first_look(stack, grid, tile, seeds, gate, rng, options, bark)
+    seen = [] if bark is None else network_seeds(bark, grid, area, box, options, rng)
+    fitter = _first_look(stack, grid, tile, seeds, gate, rng, options)
+    if bark is not None:
+        fitter = _with_chance(replace(fitter, bark=bark), away_from(seen, _random_places(tile, rng, MORE_PLACES)))
     reporter.progress(0.6)
     with reporter.stage("fit stems", 0.6, 0.85):
-        seen = [] if bark is None else network_seeds(bark, grid, area, box, options, rng)
         fits = _pursue(fitter, seen, 1.0, reporter)
         fits += _pursue(fitter, seeds, gate, reporter, known_rows(fits))
         fits += _companions(fitter, beside, seeds, gate, fits, reporter)
@@ -232,7 +237,6 @@ def _first_look(
     gate: float,
     rng: np.random.Generator,
     options: PhotoStemOptions,
-    bark: OddsMaps | None,
 ) -> Fitter:
     """Fit the clearest stems once to learn where the sun stood and how thick the stand's stems are."""
     places = _random_places(tile, rng)
@@ -250,19 +254,36 @@ def _first_look(
         prior = Prior(r=float(np.median(radii)), r_sd=float(max(2.0 * radii.std(), 0.06)))
     null = build_null(stack, grid, places, options, sun) if np.isfinite(sun).any() else fitter.null
     backdrop = make_backdrop(stack, grid, tile.bounds(options.margin_m + BACKDROP_MARGIN_M))
-    fitter = Fitter(stack, grid, options, null, sun, prior, backdrop, bark=bark)
-    return replace(fitter, chance=chance_contrast(fitter, places)) if backdrop else fitter
+    fitter = Fitter(stack, grid, options, null, sun, prior, backdrop)
+    return _with_chance(fitter, places)
 
 
-def chance_contrast(fitter: Fitter, places: np.ndarray) -> float:
+def _with_chance(fitter: Fitter, places: np.ndarray) -> Fitter:
+    """The same, with the contrast that chance reaches at (N, 2) places."""
+    if fitter.backdrop is None:
+        return fitter
+    chance = chance_contrast(fitter.outline, fitter.ground, places, fitter.null.radii, fitter.options.bh_m)
+    return replace(fitter, chance=chance)
+
+
+def away_from(seeds: list[Seed], places: np.ndarray) -> np.ndarray:
+    """Those of (N, 2) places that lie away from all seeds; all, if there are few of these."""
+    if not seeds:
+        return places
+    gap = np.min([np.hypot(places[:, 0] - seed.x, places[:, 1] - seed.y) for seed in seeds], axis=0)
+    return places[gap > STEM_FREE_M] if (gap > STEM_FREE_M).sum() >= LEAST_PLACES else places
+
+
+def chance_contrast(
+    outline_of: Callable[[StemAxis], Silhouette], ground: GroundGrid, places: np.ndarray, radii: np.ndarray, bh_m: float
+) -> float:
     """Silhouette contrast that a place without a stem hardly reaches: twice the median of the best at (N, 2) random
     places (a few of which may well hold a stem)."""
     best = []
     for place in places:
-        foot = float(fitter.ground.at(place[:1], place[1:])[0])
-        outline = fitter.outline(StemAxis(place, np.zeros(2), np.zeros(2), foot, fitter.options.bh_m))
-        shapes = outline.peaks(fitter.null.radii, most=1)
-        best.append(max((outline.contrast(shape) for shape in shapes), default=0.0))
+        foot = float(ground.at(place[:1], place[1:])[0])
+        outline = outline_of(StemAxis(place, np.zeros(2), np.zeros(2), foot, bh_m))
+        best.append(max((outline.contrast(shape) for shape in outline.peaks(radii, most=1)), default=0.0))
     return 2.0 * max(float(np.median(best)), 1e-6)
 
 
@@ -277,7 +298,9 @@ def _pursue(
         if (np.hypot(known[:, 0] - seed.x, known[:, 1] - seed.y) < known[:, 8] + 0.08).any():
             continue
         fit = fitter.fit(seed, known)
-        if fit is None or not plausible(fit, gate):
+        if fit is None and seed.sure:
+            fit = fitter.refused(seed)
+        if fit is None or not (seed.sure or plausible(fit, gate)):
             continue
         fits.append(fit)
         if fit.measured:

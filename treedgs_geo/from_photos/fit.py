@@ -176,7 +176,7 @@ class Fitter:
             return self._judge(seed, best, best.fine, best.edges, np.nan, None)
         tried = self._compared(tried, known)
         trust = 0.0 if outline is None else self._trust(outline, shapes)
-        choice = choose(tried, trust, self.chance, self.sun)
+        choice = choose(tried, trust, self.chance, self.sun, self.bark is not None)
         best, gap, sure = choice.best, choice.gap, choice.sure
         pair = find_companion(search, start, [item.vector for item in tried] + [mode.vector for mode in modes])
         gain = 0.0 if pair is None else pair.gain
@@ -194,6 +194,28 @@ class Fitter:
         seen = seen_probability(best.z)
         fine = self._refine(fine.axis, fine.r0, fine.r1, seen, hidden, window, best.skip) or fine
         return self._judge(seed, best, fine, gap, sure, outline, gain, others)
+
+    def refused(self, seed: Seed) -> PhotoFit:
+        """A stem that is seen but that no pair of edges fits: its place, and no diameter."""
+        ground_z = float(self.ground.at(np.array([seed.x]), np.array([seed.y]))[0])
+        axis = StemAxis(
+            np.array([seed.x, seed.y]), np.array([seed.lx, seed.ly]), np.zeros(2), ground_z, self.options.bh_m
+        )
+        nothing = dict.fromkeys(("se_cm", "rms_px", "polish_cm"), np.nan)
+        counts = dict.fromkeys(("llr", "gap", "kish", "arc_deg"), 0.0)
+        return PhotoFit(
+            axis=axis,
+            r0=seed.r,
+            r1=START_TAPER,
+            dbh_cm=200 * seed.r,
+            flag="reject",
+            reasons=("occluded",),
+            seed_score=seed.score,
+            n_views=0,
+            seen=np.zeros(len(self.stack)),
+            **nothing,
+            **counts,
+        )
 
     def _worthwhile(self, modes: list[Mode], outline: Silhouette | None) -> list[Mode]:
         """Without those that neither edges nor silhouette speak for."""

@@ -21,8 +21,8 @@ from .strips import StemAxis
 DECOY_M = 0.7, 3.0
 #: Seeds at most.
 MOST_SEEDS = 120
-#: A line counts from so much above what chance reaches.
-ABOVE_CHANCE = 1.1
+#: A line is looked at from this part of what chance reaches, and is a stem for certain above this.
+LOOKED_AT, CERTAIN = 0.5, 1.1
 
 
 def network_seeds(
@@ -50,7 +50,7 @@ def network_seeds(
     decoys, _ = lines_through(bark_layers(maps, moved, cells, HEIGHTS), leans, options.bh_m)
     best, which = lines_through(bark_layers(maps, np.zeros((count, 2)), cells, HEIGHTS), leans, options.bh_m)
     chance = max(float(decoys.max()), 1.0)
-    peaks = np.argwhere((best >= maximum_filter(best, int(APART_M / CELL_M))) & (best > ABOVE_CHANCE * chance))
+    peaks = np.argwhere((best >= maximum_filter(best, int(APART_M / CELL_M))) & (best > LOOKED_AT * chance))
     places = np.column_stack([x0 + CELL_M * peaks[:, 1], y0 + CELL_M * peaks[:, 0]])
     peaks, places = (each[area.contains(places, options.margin_m + 0.1)] for each in (peaks, places))
     score = best[tuple(peaks.T)] / chance
@@ -60,5 +60,5 @@ def network_seeds(
         foot = float(ground.at(place[:1], place[1:])[0])
         axis = StemAxis(place, lean, np.zeros(2), foot, options.bh_m)
         found = clearest(cut_bark(maps, axis), axis, 1.0)
-        seeds.append(Seed(found.x, found.y, found.lx, found.ly, found.r, float(score[k])))
+        seeds.append(Seed(found.x, found.y, found.lx, found.ly, found.r, float(score[k]), bool(score[k] > CERTAIN)))
     return seeds

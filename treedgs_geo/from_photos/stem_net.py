@@ -120,14 +120,19 @@ def stem_odds(scores: np.ndarray) -> np.ndarray:
     return np.clip(scores[STEM] - others, -MOST_ODDS, MOST_ODDS)
 
 
+def network_odds(image: np.ndarray) -> np.ndarray:
+    """(3, rows, columns) float32 of :func:`normalised` -> (rows, columns) log odds of stem, by the network."""
+    network = _network(WEIGHTS)
+    network.setInput(image[None])
+    return stem_odds(network.forward()[0])
+
+
 def odds_maps(stack: PhotoStack, plumbs: list[PlumbMap]) -> OddsMaps:
     """Log odds of stem in every photo of a stack, on the grids of its plumb maps."""
-    network = _network(WEIGHTS)
     maps = []
     for view, plumb in enumerate(plumbs):
         colour, good = plumb_colours(stack.arrays, view, plumb)
-        network.setInput(normalised(colour, good)[None])
-        odds = np.round(STEPS * stem_odds(network.forward()[0])).astype(np.int8)
+        odds = np.round(STEPS * network_odds(normalised(colour, good))).astype(np.int8)
         maps.append(np.where(good, odds, np.int8(OUTSIDE)))
     shape = np.array([each.shape for each in maps], np.int64).reshape(-1, 2)
     start = np.concatenate([[0], np.cumsum(shape.prod(axis=1))[:-1]]).astype(np.int64)
