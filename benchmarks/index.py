@@ -57,6 +57,7 @@ WRITERS = {
     "side_by_side.json": "benchmarks.clouds.side_by_side",
     "speed-accuracy.*": "benchmarks.evidence",
     "stability*": "benchmarks.evidence",
+    "stem_network*.json": "benchmarks.photos.stem_network",
     "stand_table.json": "benchmarks.inventory.stand_table",
     "terrain.json": "benchmarks.terrain.accuracy",
 }

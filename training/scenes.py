@@ -133,7 +133,7 @@ def make_scene(seed: int, work: Path) -> Path:
     for number, (colour, label) in enumerate(maps_of(plot)):
         arrays |= {f"colour_{number}": colour, f"label_{number}": label}
     target.parent.mkdir(parents=True, exist_ok=True)
-    np.savez(target, **arrays)
+    np.savez(target, **arrays)  # type: ignore[arg-type]
     shutil.rmtree(plot)
     return target
 

@@ -71,17 +71,17 @@ def disturbed(rng: np.random.Generator, colour: np.ndarray) -> np.ndarray:
     if rng.random() < 0.7:
         grey = image.mean(axis=2, keepdims=True)
         image = grey + (image - grey) * rng.uniform(0.3, 1.6)
-        image = np.clip(image, 0, 1) ** np.exp(rng.normal(0, 0.25)) * np.exp(rng.normal(0, [0.12, 0.06, 0.12]))
-        image = image.astype(np.float32)
+        toned = np.clip(image, 0, 1) ** np.exp(rng.normal(0, 0.25)) * np.exp(rng.normal(0, [0.12, 0.06, 0.12]))
+        image = toned.astype(np.float32)
     if rng.random() < 0.4:
-        image = cv2.GaussianBlur(image, (0, 0), rng.uniform(0.3, 1.1))
+        image = np.asarray(cv2.GaussianBlur(image, (0, 0), rng.uniform(0.3, 1.1)))
     if rng.random() < 0.4:
         image = image + rng.uniform(0.2, 1.0) * (image - cv2.GaussianBlur(image, (0, 0), 1.0))
     image = image + rng.normal(0, rng.uniform(0, 0.03), image.shape).astype(np.float32)
     out = np.clip(255 * image, 0, 255).astype(np.uint8)
     if rng.random() < 0.3:
         _, code = cv2.imencode(".jpg", out, [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(60, 95))])
-        out[:] = cv2.imdecode(code, cv2.IMREAD_COLOR)
+        out = np.asarray(cv2.imdecode(code, cv2.IMREAD_COLOR))
     return out
 
 

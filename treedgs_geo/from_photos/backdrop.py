@@ -114,15 +114,21 @@ class Silhouette(NamedTuple):
         return (float(total / count) if count > 0 else 0.0), float(count)
 
 
-def cut_silhouette(stack: PhotoStack, backdrop: Backdrop, ground: GroundGrid, axis: StemAxis) -> Silhouette:
-    """Ground likelihood in every photo along an axis."""
-    heights = np.arange(BAND[0], BAND[1], ROW_M)
+def cut_silhouette(
+    stack: PhotoStack, backdrop: Backdrop, ground: GroundGrid, axis: StemAxis, band: tuple[float, float] = BAND
+) -> Silhouette:
+    """Ground likelihood in every photo along an axis, in a band of heights above the ground (m)."""
+    outline, heights, places = blank(len(stack), axis, band)
+    likelihoods(stack.arrays, ground, backdrop, TONES, axis.row, heights, places, outline)
+    return outline
+
+
+def blank(photos: int, axis: StemAxis, band: tuple[float, float]) -> tuple[Silhouette, np.ndarray, np.ndarray]:
+    """A silhouette to be filled, the heights of its rows and the sideways places of its samples, metres."""
+    heights = np.arange(band[0], band[1], ROW_M)
     heights = heights[: len(heights) // BLOCK_ROWS * BLOCK_ROWS]
     u = np.arange(-REACH_M, REACH_M + STEP_M / 2, STEP_M)
     blocks = len(heights) // BLOCK_ROWS
     q = heights.reshape(blocks, BLOCK_ROWS).mean(axis=1) - axis.bh_m
-    n = len(stack)
-    total, blind = np.zeros((n, blocks, len(u) + 1)), np.zeros(n, np.bool_)
-    outline = Silhouette(total, float(u[0]), q, np.zeros((n, 2)), np.ones(n), blind)
-    likelihoods(stack.arrays, ground, backdrop, TONES, axis.row, heights, u, outline)
-    return outline
+    total, blind = np.zeros((photos, blocks, len(u) + 1)), np.zeros(photos, np.bool_)
+    return Silhouette(total, float(u[0]), q, np.zeros((photos, 2)), np.ones(photos), blind), heights, u

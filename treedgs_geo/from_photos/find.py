@@ -166,7 +166,7 @@ def _tile(
     gate = max(8.0, decoys[0].score + 3.0 if decoys else 0.0)
     near = area.contains(np.array([(seed.x, seed.y) for seed in seeds]).reshape(-1, 2), options.margin_m + 0.1)
     seeds = [seed for seed, keep in zip(seeds, near, strict=True) if keep]
-    bark = odds_maps(stack, detector.maps) if options.network else None
+    bark = odds_maps(stack, detector.maps) if options.stem_network else None
     seen = [] if bark is None else network_seeds(bark, grid, area, box, options, rng)
     fitter = _first_look(stack, grid, tile, seeds, gate, rng, options)
     if bark is not None:

@@ -9,7 +9,7 @@ from scipy.special import stdtrit
 
 from ..trees.limits import Flag
 from ..trees.priors import START_TAPER
-from .backdrop import Backdrop, Silhouette, cut_silhouette
+from .backdrop import BAND, Backdrop, Silhouette, cut_silhouette
 from .choice import Explanation, choose
 from .coarse import Mode, Null, NullBuilder, Prior, Search, distinct, terminators
 from .coarse_kernels import SEEN_MEAN_Z, SEEN_PRIOR, Z_CAP
@@ -24,7 +24,7 @@ from .stem_evidence import cut_bark, with_bark
 from .stem_net import OddsMaps
 from .strips import StemAxis, StripLayout, cut_strips, draw_ridges, hide_known
 from .touching import Pair, crowded, find_companion, pair_contrast, pair_z
-from .verdict import GAIN_MERGED, GAIN_WEIGHED, FitQuality, verdict
+from .verdict import DISAGREE_SHARE, GAIN_MERGED, GAIN_WEIGHED, FitQuality, verdict
 
 #: The band that is searched (m above ground) and the one that is fitted: above the butt, whose swell a straight taper
 #: would carry up to breast height.
@@ -118,11 +118,12 @@ class Fitter:
     chance: float = np.inf
     bark: OddsMaps | None = None
 
-    def outline(self, axis: StemAxis) -> Silhouette:
-        """Silhouettes about an axis: where no ground is seen and, with ``bark``, where the network sees a stem."""
+    def outline(self, axis: StemAxis, band: tuple[float, float] = BAND) -> Silhouette:
+        """Silhouettes about an axis: where no ground is seen and, with ``bark``, where the network sees a stem. band:
+        heights above the ground, metres."""
         assert self.backdrop is not None
-        outline = cut_silhouette(self.stack, self.backdrop, self.ground, axis)
-        return outline if self.bark is None else with_bark(outline, cut_bark(self.bark, axis))
+        outline = cut_silhouette(self.stack, self.backdrop, self.ground, axis, band)
+        return outline if self.bark is None else with_bark(outline, cut_bark(self.bark, axis, band))
 
     def fit(self, seed: Seed, known: np.ndarray = NO_STEMS, quick: bool = False) -> PhotoFit | None:
         """Fit a seed. known: (K, 10) stems found before, whose edges are not this one's (:func:`.strips.hide_known`).
@@ -183,6 +184,9 @@ class Fitter:
         touched = None
         if pair is not None and pair.gain > GAIN_WEIGHED:
             touched = self._with_companion(search, start, pair, outline, known)
+        if touched is not None and self.bark is not None and touched.contrast < best.contrast:
+            # The silhouettes do not want the second stem.
+            gain = min(gain, GAIN_MERGED)
         if touched is not None and gain > GAIN_MERGED:
             best = touched
             # Which single disc would be the next best is no longer the question.
@@ -323,8 +327,11 @@ class Fitter:
             gain=gain,
             contrast=contrast,
             outline_cm=outline_cm,
+            network=self.bark is not None,
         )
         flag, reasons = verdict(quality, self.options)
+        if quality.network and "disagree" in reasons and np.isfinite(quality.outline_off_cm):
+            se = float(np.hypot(se, DISAGREE_SHARE * quality.outline_off_cm))
         low_cm = high_cm = np.nan
         if others is not None and flag == "check" and UNSURE & set(reasons):
             mixture = others.mixture(dbh, se)

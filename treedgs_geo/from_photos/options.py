@@ -47,7 +47,12 @@ class PhotoStemOptions:
         maximum=3,
         advanced=True,
     )
-    network: bool = param(False, kind="flag", help="ask the network that tells stems in photos", advanced=True)
+    stem_network: bool = param(
+        False,
+        kind="flag",
+        help="ask a small network that tells stems from ground and leaves (trained on simulated photos)",
+        advanced=True,
+    )
     seed: int = param(
         7, kind="integer", help="seed of the random places that chance is measured at", minimum=0, advanced=True
     )

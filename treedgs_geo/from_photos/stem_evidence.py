@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from .backdrop import BAND, Silhouette
-from .backdrop_kernels import BLOCK_ROWS, REACH_M, ROW_M, STEP_M
+from .backdrop import BAND, Silhouette, blank
 from .stack import GroundGrid
 from .stem_net import OUTSIDE, STEPS, OddsMaps
 from .strips import BH_M, C_X, C_Y, GROUND_Z, P_X, P_Y, S_X, S_Y, StemAxis
@@ -80,18 +79,11 @@ def _cut(maps, axis, heights, us, outline):
                     sums[j] = 0.0
 
 
-def cut_bark(maps: OddsMaps, axis: StemAxis) -> Silhouette:
+def cut_bark(maps: OddsMaps, axis: StemAxis, band: tuple[float, float] = BAND) -> Silhouette:
     """How little stem the network sees around an axis, in every photo: as a silhouette, so that contrast and peaks are
-    those of the ground's (:mod:`.backdrop`)."""
-    heights = np.arange(BAND[0], BAND[1], ROW_M)
-    heights = heights[: len(heights) // BLOCK_ROWS * BLOCK_ROWS]
-    u = np.arange(-REACH_M, REACH_M + STEP_M / 2, STEP_M)
-    blocks = len(heights) // BLOCK_ROWS
-    q = heights.reshape(blocks, BLOCK_ROWS).mean(axis=1) - axis.bh_m
-    n = len(maps.centre)
-    total, blind = np.zeros((n, blocks, len(u) + 1)), np.zeros(n, np.bool_)
-    outline = Silhouette(total, float(u[0]), q, np.zeros((n, 2)), np.ones(n), blind)
-    _cut(maps, axis.row, heights, u, outline)
+    those of the ground's (:mod:`.backdrop`). band: heights above the ground, metres."""
+    outline, heights, places = blank(len(maps.centre), axis, band)
+    _cut(maps, axis.row, heights, places, outline)
     return outline
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..trees.limits import Findings, Flag, bound_of, judge
+from ..trees.limits import TOGETHER, Findings, Flag, bound_of, judge
 from ..trees.priors import START_TAPER
 from .options import PhotoStemOptions
 
@@ -18,14 +18,21 @@ GAIN_LOW_CONFIDENCE, GAIN_MERGED = bound_of("photos", "gain", "check"), 62.0
 GAIN_WEIGHED = 30.0
 #: Edge scores below which ragged edges count where no silhouette stands out, and count more.
 RAGGED_LLR, RAGGED_WEAK_LLR = 100.0, 50.0
-#: The silhouette reads this much thinner than the edges, cm: ground shows through at the blurred rim.
-OUTLINE_OFFSET_CM = 1.0
+#: Edge score below which the network has to see the stem clearly.
+WEAK_LLR = bound_of("photos", "llr", "check")
+#: The silhouette reads this much thinner than the edges, cm: ground shows through at the blurred rim. With the network
+#: it reads thicker: a pixel that is partly stem is likely to be taken for stem.
+OUTLINE_OFFSET_CM, NETWORK_OFFSET_CM = 1.0, -0.7
+#: Share of the difference between silhouette and edges that is added to the standard error where they disagree.
+DISAGREE_SHARE = 0.5
+#: Reasons that together refuse a stem that the network sees.
+TOGETHER_SEEN = 3
 
 
 @dataclass(frozen=True, kw_only=True)
 class FitQuality:
     """What a fit is judged by; fields as in :class:`.fit.PhotoFit`. sure, contrast, outline_cm: NaN where no silhouette
-    is to be had. kish: infinite for one of a pair, which hardly any photo shows whole."""
+    is to be had. kish: infinite for one of a pair, which hardly any photo shows whole. network: it was asked."""
 
     dbh_cm: float
     polish_cm: float
@@ -41,6 +48,12 @@ class FitQuality:
     contrast: float = np.nan
     outline_cm: float = np.nan
     gain: float = 0.0
+    network: bool = False
+
+    @property
+    def outline_off_cm(self) -> float:
+        """By how much the silhouette is thicker than the edges say, cm."""
+        return self.outline_cm + (NETWORK_OFFSET_CM if self.network else OUTLINE_OFFSET_CM) - self.dbh_cm
 
     @property
     def solid(self) -> bool:
@@ -63,9 +76,12 @@ class FitQuality:
             "lean_deg": self.lean_deg,
             "pair_se_cm" if self.pair else "se_cm": self.se_cm,
         }
+        if self.network and self.llr < RAGGED_LLR:
+            found |= {"rms_network_px": self.rms_px}
+            found |= {"weak_contrast": self.contrast} if self.llr < WEAK_LLR else {}
         # With a silhouette, that is the second witness; without one, the coarse stage has to do.
         if self.solid:
-            found |= {"llr": self.llr, "outline_off_cm": abs(self.outline_cm + OUTLINE_OFFSET_CM - self.dbh_cm)}
+            found |= {"llr": self.llr, "outline_off_cm": abs(self.outline_off_cm)}
         else:
             found |= {"llr_alone": self.llr, "coarse_off_cm": abs(self.dbh_cm - self.polish_cm)}
             found |= {"contrast": self.contrast}
@@ -79,7 +95,10 @@ def verdict(quality: FitQuality, options: PhotoStemOptions) -> tuple[Flag, tuple
     another width."""
     settings = {"min_dbh_cm": options.min_dbh_cm, "max_dbh_cm": options.max_dbh_cm}
     found = judge("photos", quality.measured(), quality.dbh_cm, settings)
-    return found.flag("photos", _independent(found, bool(np.isfinite(quality.sure)))), found.reasons
+    count = _independent(found, bool(np.isfinite(quality.sure)))
+    if quality.network:
+        count -= TOGETHER_SEEN - TOGETHER["photos"]
+    return found.flag("photos", count), found.reasons
 
 
 def _independent(found: Findings, weighed: bool) -> int:

@@ -175,6 +175,7 @@ TOGETHER: dict[Route, int] = {"photos": 2, "points": 3, "gaussians": 2, "survey"
 
 _OF_A_SETTING = "setting"
 _RENDERED = "rendered plots a and e, 24 to 48 oblique photos (docs/evidence/photos.md)"
+_HARD = "six simulated plots with ivy, shrubs, oval and mossy stems, seeds 401 to 406 (docs/evidence/stem-network.md)"
 _STABILITY = "stability suite, seeds 1 to 3 (docs/evidence/stability.md)"
 _TOUCHED = "six touched and 89 other stems of rendered and simulated plots (docs/evidence/photos.md)"
 _LEANING = "simulated leaning stems (docs/results/photos_leans.json)"
@@ -228,6 +229,22 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
             _RENDERED,
         ),
         Limit("occluded", "rms_px", "edge residual, edge score below 100", "px", *_above(0.535, 0.555), _RENDERED),
+        Limit(
+            "occluded",
+            "rms_network_px",
+            "edge residual, edge score below 100, seen by the network",
+            "px",
+            *_above(0.542, 0.55),
+            _HARD,
+        ),
+        Limit(
+            "few_views",
+            "weak_contrast",
+            "silhouette over what chance reaches, edge score below 35, seen by the network",
+            "",
+            *_below(None, 1.5),
+            _HARD,
+        ),
         Limit("occluded", "rms_weak_px", "edge residual, edge score below 50", "px", *_above(None, 0.535), _RENDERED),
         Limit("occluded", "contrast", "silhouette over what chance reaches", "", *_below(0.7, None), _RENDERED),
         Limit("ambiguous", "sure", "probability of the diameter (choice.py)", "", *_below(0.9, 0.5), _RENDERED),
