@@ -44,7 +44,7 @@ WRITERS = {
     "large_photos.json": "benchmarks.photos.large_photos",
     "matching.json": "benchmarks.reconstruction.matching",
     "pairing.json": "benchmarks.inventory.pairing",
-    "photo_choice.json": "benchmarks.photos.choice",
+    "photo_choice*.json": "benchmarks.photos.choice",
     "photos_to_dbh.json": "benchmarks.photos.photos_to_dbh",
     "photos_*.json": "benchmarks.photos.stems_from_photos",
     "plot_a-*": "benchmarks.evidence",

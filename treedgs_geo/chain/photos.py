@@ -53,7 +53,7 @@ from .planned import (
     planned_ground,
     search_ahead,
 )
-from .routes import CHAIN_PRESETS, auto_route, photo_route, splat_route
+from .routes import auto_route, photo_route, preset_of, splat_route
 from .run import Aligned, Flight, Run, Site
 from .steps import Collector, Steps
 
@@ -78,7 +78,9 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
     photos = list_photos(settings.photos)
     with Workspace.held(settings.workspace) as space:
         space.record["parameters"] = to_json(settings)
-        return _run(Run(settings, CHAIN_PRESETS[settings.preset], space, Steps(space, reporter)), photos)
+        return _run(
+            Run(settings, preset_of(settings.preset, settings.stem_network), space, Steps(space, reporter)), photos
+        )
 
 
 def _run(run: Run, photos: list[Path]) -> dict[str, Any]:
@@ -268,6 +270,7 @@ def _measure(run: Run, site: Site, aligned: Aligned) -> list[Tree]:
     used = {
         "fit": fit,
         "preset": settings.preset,
+        **({"stem_network": True} if settings.stem_network else {}),
         "bh_m": settings.bh_m,
         "seed": settings.seed,
         "plots": _circles(site.area),

@@ -45,6 +45,12 @@ CHAIN_PRESETS = {
 }
 
 
+def preset_of(name: str, stem_network: bool) -> Preset:
+    """The preset ``name``, with the network that tells stems where it is asked for."""
+    preset = CHAIN_PRESETS[name]
+    return replace(preset, stems=replace(preset.stems, stem_network=stem_network))
+
+
 def photo_route(site: Site, preset: Preset, bh_m: float, reporter: Reporter) -> list[Tree]:
     """Stems found and fitted straight in the photos."""
     return trees_of_photo_fits(_photo_fits(site, preset, bh_m, reporter), site.frame)

@@ -58,6 +58,13 @@ class PhotosToDbhSettings:
         minimum=LOWEST_BREAST_HEIGHT_M,
         maximum=HIGHEST_BREAST_HEIGHT_M,
     )
+    stem_network: bool = param(
+        False,
+        kind="flag",
+        help="Experiment: ask a small network, trained on simulated photos, which pixels show stems. Dense stands: "
+        "more stems; it does not see through ivy.",
+        advanced=True,
+    )
     seed: int = param(0, kind="integer", help="Seed of every random choice.", minimum=0, advanced=True)
     dry_run: bool = param(
         False,

@@ -16,7 +16,7 @@ from .fine import FineFit
 #: conditional logit over the explanations of stems with known diameters; how and on what: docs/evidence/photos.md.
 PLAIN_ODDS = np.array([1.06, 2.73, -1.7, -1.5])
 #: The same where the silhouettes are also those of the network.
-NETWORK_ODDS = np.array([3.1, 2.3, -0.7, -0.5])
+NETWORK_ODDS = np.array([4.1, 2.3, -0.6, -1.6])
 #: Explanations whose diameters differ less than this are one answer, cm.
 SAME_DBH_CM = 2.0
 #: Explanations this far below the clearest edges (log likelihood units) are none, unless one holds the other. The

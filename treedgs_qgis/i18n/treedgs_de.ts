@@ -760,6 +760,14 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Brusthöhe über dem Boden.</translation>
     </message>
     <message>
+      <source>Stem network</source>
+      <translation>Stammnetz</translation>
+    </message>
+    <message>
+      <source>Experiment: ask a small network, trained on simulated photos, which pixels show stems. Dense stands: more stems; it does not see through ivy.</source>
+      <translation>Versuch: ein kleines, an simulierten Fotos trainiertes Netz fragen, welche Pixel Stämme zeigen. Dichte Bestände: mehr Stämme; durch Efeu sieht es nicht.</translation>
+    </message>
+    <message>
       <source>Seed</source>
       <translation>Startwert</translation>
     </message>
@@ -2716,6 +2724,126 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Probeflächen, die ein Rasterflug abdeckt</translation>
     </message>
     <message>
+      <source>Bark variety</source>
+      <translation>Verschiedene Rinden</translation>
+    </message>
+    <message>
+      <source>each stem has one of five barks: furrowed plates, smooth grey, pale with dark lenticels, dark furrows, reddish flakes; off = furrowed plates</source>
+      <translation>jeder Stamm hat eine von fünf Rinden: gefurchte Platten, glatt und grau, hell mit dunklen Lentizellen, dunkle Furchen, rötliche Schuppen; aus = gefurchte Platten</translation>
+    </message>
+    <message>
+      <source>Moss [%]</source>
+      <translation>Moos [%]</translation>
+    </message>
+    <message>
+      <source>bark under moss, mean of the lowest 2 m; most at the foot and on the north side</source>
+      <translation>Rinde unter Moos, Mittel der untersten 2 m; am meisten am Fuß und auf der Nordseite</translation>
+    </message>
+    <message>
+      <source>Lichen [%]</source>
+      <translation>Flechten [%]</translation>
+    </message>
+    <message>
+      <source>bark under pale lichen, mean</source>
+      <translation>Rinde unter hellen Flechten, Mittel</translation>
+    </message>
+    <message>
+      <source>Ivy stems</source>
+      <translation>Stämme mit Efeu</translation>
+    </message>
+    <message>
+      <source>in-plot stems under ivy from the ground to 1.5-5 m, its leaves 3-8 cm off the bark</source>
+      <translation>Stämme der Probefläche unter Efeu, vom Boden bis 1,5–5 m; seine Blätter stehen 3–8 cm von der Rinde ab</translation>
+    </message>
+    <message>
+      <source>Wrapped stems</source>
+      <translation>Von Sträuchern umgebene Stämme</translation>
+    </message>
+    <message>
+      <source>in-plot stems with shrubs all round their lowest 1-2 m</source>
+      <translation>Stämme der Probefläche mit Sträuchern rings um ihre untersten 1–2 m</translation>
+    </message>
+    <message>
+      <source>Flute [%]</source>
+      <translation>Spannrückigkeit [%]</translation>
+    </message>
+    <message>
+      <source>depth of the hollows between 3 to 6 lobes all the way up every stem, of its radius</source>
+      <translation>Tiefe der Mulden zwischen 3 bis 6 Wülsten am ganzen Stamm, Anteil des Radius</translation>
+    </message>
+    <message>
+      <source>Buttress [m]</source>
+      <translation>Wurzelanläufe [m]</translation>
+    </message>
+    <message>
+      <source>height over which 3 to 6 root buttresses (a third of the radius at the ground) fall to a third</source>
+      <translation>Höhe, über die 3 bis 6 Wurzelanläufe (am Boden ein Drittel des Radius) auf ein Drittel abnehmen</translation>
+    </message>
+    <message>
+      <source>Snags</source>
+      <translation>Stümpfe</translation>
+    </message>
+    <message>
+      <source>in-plot dead stems of weathered wood, without twigs, broken off at 4-10 m</source>
+      <translation>tote Stämme der Probefläche aus verwittertem Holz, ohne Zweige, in 4–10 m abgebrochen</translation>
+    </message>
+    <message>
+      <source>Hardwood [%]</source>
+      <translation>Laubholz [%]</translation>
+    </message>
+    <message>
+      <source>trees that are hardwoods</source>
+      <translation>Anteil der Laubbäume</translation>
+    </message>
+    <message>
+      <source>Leaf off</source>
+      <translation>Unbelaubt</translation>
+    </message>
+    <message>
+      <source>hardwoods are bare, and so is a third of the shrubs of several kinds</source>
+      <translation>Laubbäume sind kahl, ebenso ein Drittel der Sträucher verschiedener Arten</translation>
+    </message>
+    <message>
+      <source>Spacing</source>
+      <translation>Standraum</translation>
+    </message>
+    <message>
+      <source>rows: planted, jittered; natural: at random with a least distance, denser here and thinner there</source>
+      <translation>rows: gepflanzte, unregelmäßige Reihen; natural: zufällig mit Mindestabstand, hier dichter und dort lichter</translation>
+    </message>
+    <message>
+      <source>DBH distribution</source>
+      <translation>Verteilung der BHD</translation>
+    </message>
+    <message>
+      <source>of the diameters, with the stated mean and standard deviation</source>
+      <translation>der Durchmesser, mit dem angegebenen Mittel und der Standardabweichung</translation>
+    </message>
+    <message>
+      <source>Shrub height [m]</source>
+      <translation>Strauchhöhe [m]</translation>
+    </message>
+    <message>
+      <source>height of the tallest shrubs</source>
+      <translation>Höhe der größten Sträucher</translation>
+    </message>
+    <message>
+      <source>Shrub variety</source>
+      <translation>Verschiedene Sträucher</translation>
+    </message>
+    <message>
+      <source>shrubs of several kinds: greens and browns, small and large leaves</source>
+      <translation>Sträucher verschiedener Arten: grün und braun, kleine und große Blätter</translation>
+    </message>
+    <message>
+      <source>Undergrowth [1/m2]</source>
+      <translation>Unterwuchs [1/m2]</translation>
+    </message>
+    <message>
+      <source>young broadleaved plants 0.5-2.5 m high with leaves down to the ground</source>
+      <translation>junge Laubpflanzen von 0,5–2,5 m Höhe, bis zum Boden belaubt</translation>
+    </message>
+    <message>
       <source>Wind sway [cm]</source>
       <translation>Schwanken im Wind [cm]</translation>
     </message>
@@ -2936,8 +3064,8 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Sträucher [1/m2]</translation>
     </message>
     <message>
-      <source>shrubs, up to 2 m high</source>
-      <translation>Sträucher, bis 2 m hoch</translation>
+      <source>shrubs, up to --shrub-height-m</source>
+      <translation>Sträucher, bis --shrub-height-m hoch</translation>
     </message>
     <message>
       <source>Saplings [1/m2]</source>
@@ -3018,6 +3146,14 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
     <message>
       <source>photos that fall into a burst of PPK float solutions (0.3 m error)</source>
       <translation>Fotos, die in einen Abschnitt mit PPK-Float-Lösungen fallen (0,3 m Fehler)</translation>
+    </message>
+    <message>
+      <source>Labels</source>
+      <translation>Beschriftung der Pixel</translation>
+    </message>
+    <message>
+      <source>write truth/labels: what every pixel of every photo shows</source>
+      <translation>truth/labels schreiben: was jedes Pixel jedes Fotos zeigt</translation>
     </message>
     <message>
       <source>LiDAR density [1/m2]</source>

@@ -760,6 +760,14 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Altura del pecho sobre el suelo.</translation>
     </message>
     <message>
+      <source>Stem network</source>
+      <translation>Red de troncos</translation>
+    </message>
+    <message>
+      <source>Experiment: ask a small network, trained on simulated photos, which pixels show stems. Dense stands: more stems; it does not see through ivy.</source>
+      <translation>Experimento: preguntar a una pequeña red, entrenada con fotos simuladas, qué píxeles muestran troncos. Rodales densos: más troncos; no ve a través de la hiedra.</translation>
+    </message>
+    <message>
       <source>Seed</source>
       <translation>Semilla</translation>
     </message>
@@ -2716,6 +2724,126 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>parcelas que cubre un vuelo en cuadrícula</translation>
     </message>
     <message>
+      <source>Bark variety</source>
+      <translation>Cortezas variadas</translation>
+    </message>
+    <message>
+      <source>each stem has one of five barks: furrowed plates, smooth grey, pale with dark lenticels, dark furrows, reddish flakes; off = furrowed plates</source>
+      <translation>cada tronco tiene una de cinco cortezas: placas surcadas, gris lisa, clara con lenticelas oscuras, surcos oscuros, escamas rojizas; desactivado = placas surcadas</translation>
+    </message>
+    <message>
+      <source>Moss [%]</source>
+      <translation>Musgo [%]</translation>
+    </message>
+    <message>
+      <source>bark under moss, mean of the lowest 2 m; most at the foot and on the north side</source>
+      <translation>corteza bajo musgo, media de los 2 m inferiores; sobre todo al pie y en el lado norte</translation>
+    </message>
+    <message>
+      <source>Lichen [%]</source>
+      <translation>Líquenes [%]</translation>
+    </message>
+    <message>
+      <source>bark under pale lichen, mean</source>
+      <translation>corteza bajo líquenes claros, media</translation>
+    </message>
+    <message>
+      <source>Ivy stems</source>
+      <translation>Troncos con hiedra</translation>
+    </message>
+    <message>
+      <source>in-plot stems under ivy from the ground to 1.5-5 m, its leaves 3-8 cm off the bark</source>
+      <translation>troncos de la parcela bajo hiedra desde el suelo hasta 1,5-5 m; sus hojas a 3-8 cm de la corteza</translation>
+    </message>
+    <message>
+      <source>Wrapped stems</source>
+      <translation>Troncos rodeados de arbustos</translation>
+    </message>
+    <message>
+      <source>in-plot stems with shrubs all round their lowest 1-2 m</source>
+      <translation>troncos de la parcela con arbustos alrededor de sus 1-2 m inferiores</translation>
+    </message>
+    <message>
+      <source>Flute [%]</source>
+      <translation>Acanaladura [%]</translation>
+    </message>
+    <message>
+      <source>depth of the hollows between 3 to 6 lobes all the way up every stem, of its radius</source>
+      <translation>profundidad de los surcos entre 3 a 6 lóbulos a lo largo de cada tronco, respecto a su radio</translation>
+    </message>
+    <message>
+      <source>Buttress [m]</source>
+      <translation>Contrafuertes [m]</translation>
+    </message>
+    <message>
+      <source>height over which 3 to 6 root buttresses (a third of the radius at the ground) fall to a third</source>
+      <translation>altura en la que 3 a 6 contrafuertes (un tercio del radio en el suelo) disminuyen a un tercio</translation>
+    </message>
+    <message>
+      <source>Snags</source>
+      <translation>Troncos muertos rotos</translation>
+    </message>
+    <message>
+      <source>in-plot dead stems of weathered wood, without twigs, broken off at 4-10 m</source>
+      <translation>troncos muertos de la parcela, de madera meteorizada, sin ramillas, rotos a 4-10 m</translation>
+    </message>
+    <message>
+      <source>Hardwood [%]</source>
+      <translation>Frondosas [%]</translation>
+    </message>
+    <message>
+      <source>trees that are hardwoods</source>
+      <translation>árboles que son frondosas</translation>
+    </message>
+    <message>
+      <source>Leaf off</source>
+      <translation>Sin hojas</translation>
+    </message>
+    <message>
+      <source>hardwoods are bare, and so is a third of the shrubs of several kinds</source>
+      <translation>las frondosas no tienen hojas, ni un tercio de los arbustos de varias clases</translation>
+    </message>
+    <message>
+      <source>Spacing</source>
+      <translation>Espaciamiento</translation>
+    </message>
+    <message>
+      <source>rows: planted, jittered; natural: at random with a least distance, denser here and thinner there</source>
+      <translation>rows: filas plantadas, irregulares; natural: al azar con una distancia mínima, más denso aquí y más abierto allá</translation>
+    </message>
+    <message>
+      <source>DBH distribution</source>
+      <translation>Distribución de los DAP</translation>
+    </message>
+    <message>
+      <source>of the diameters, with the stated mean and standard deviation</source>
+      <translation>de los diámetros, con la media y la desviación típica indicadas</translation>
+    </message>
+    <message>
+      <source>Shrub height [m]</source>
+      <translation>Altura de los arbustos [m]</translation>
+    </message>
+    <message>
+      <source>height of the tallest shrubs</source>
+      <translation>altura de los arbustos más altos</translation>
+    </message>
+    <message>
+      <source>Shrub variety</source>
+      <translation>Arbustos variados</translation>
+    </message>
+    <message>
+      <source>shrubs of several kinds: greens and browns, small and large leaves</source>
+      <translation>arbustos de varias clases: verdes y marrones, de hojas pequeñas y grandes</translation>
+    </message>
+    <message>
+      <source>Undergrowth [1/m2]</source>
+      <translation>Sotobosque [1/m2]</translation>
+    </message>
+    <message>
+      <source>young broadleaved plants 0.5-2.5 m high with leaves down to the ground</source>
+      <translation>plantas jóvenes de hoja ancha de 0,5-2,5 m, con hojas hasta el suelo</translation>
+    </message>
+    <message>
       <source>Wind sway [cm]</source>
       <translation>Balanceo por viento [cm]</translation>
     </message>
@@ -2936,8 +3064,8 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Arbustos [1/m2]</translation>
     </message>
     <message>
-      <source>shrubs, up to 2 m high</source>
-      <translation>arbustos, de hasta 2 m de altura</translation>
+      <source>shrubs, up to --shrub-height-m</source>
+      <translation>arbustos, hasta --shrub-height-m</translation>
     </message>
     <message>
       <source>Saplings [1/m2]</source>
@@ -3018,6 +3146,14 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
     <message>
       <source>photos that fall into a burst of PPK float solutions (0.3 m error)</source>
       <translation>fotos que caen en un tramo de soluciones PPK flotantes (0,3 m de error)</translation>
+    </message>
+    <message>
+      <source>Labels</source>
+      <translation>Etiquetas de los píxeles</translation>
+    </message>
+    <message>
+      <source>write truth/labels: what every pixel of every photo shows</source>
+      <translation>escribir truth/labels: lo que muestra cada píxel de cada foto</translation>
     </message>
     <message>
       <source>LiDAR density [1/m2]</source>
