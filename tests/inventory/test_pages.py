@@ -46,7 +46,7 @@ def outside_code(text: str) -> str:
 def test_pages_named_in_code_and_help_exist():
     missing = []
     for name in TRACKED:
-        if Path(name).suffix in {".png", ".svg", ".qm", ".jpg", ".csv"} or name.startswith("docs/results/"):
+        if Path(name).suffix in {".png", ".svg", ".qm", ".jpg", ".csv", ".onnx"} or name.startswith("docs/results/"):
             continue
         for page in re.findall(r"\bdocs/[\w./-]+?\.(?:md|rst)\b", text_of(name)):
             if not (ROOT / page).is_file():
@@ -131,7 +131,7 @@ def test_options_on_pages_exist():
     declared = json.loads(text_of("treedgs_qgis/parameters.json"))["commands"]
     known = {f"--{parameter['name'].replace('_', '-')}" for verb in declared for parameter in verb["parameters"]}
     for name in TRACKED:
-        if name.startswith(("benchmarks/", "tools/", "treedgs_geo/cli")) and name.endswith(".py"):
+        if name.startswith(("benchmarks/", "tools/", "training/", "treedgs_geo/cli")) and name.endswith(".py"):
             known |= set(re.findall(r"[\"'](--[a-z][\w-]*)", text_of(name)))
     # Of other programs, and of every verb.
     known |= {"--help", "--require-hashes", "--job", "--noversioncheck", "--file", "--rm", "--from"}

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..reconstruction.cameras import View
 from .foliage import Material
-from .render import Hits
 from .world import World
 
 #: Channels of a label image.
@@ -33,10 +32,10 @@ class Labels:
         self._samples = samples
         self.shares = np.zeros((view.camera.height, view.camera.width, 3), np.uint8)
 
-    def __call__(self, pixels: slice, hits: Hits) -> None:
-        """Hits of the rays of some pixels, row-major."""
+    def __call__(self, pixels: slice, distance: np.ndarray, primitive: np.ndarray) -> None:
+        """What the rays of some pixels, row-major, meet: (N,) distance, inf = nothing, and (N,) primitive."""
         nothing = len(self._channel) - 1
-        met = self._channel[np.where(np.isfinite(hits.distance), hits.primitive, nothing).astype(np.int64)]
+        met = self._channel[np.where(np.isfinite(distance), primitive, nothing).astype(np.int64)]
         met = met.reshape(-1, self._samples)
         for k in (STEM, FOLIAGE, WOOD):
             self.shares.reshape(-1, 3)[pixels, k] = np.round(255 * (met == k).mean(axis=1))

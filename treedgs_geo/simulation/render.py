@@ -90,7 +90,7 @@ class _StemLook(NamedTuple):
     offset: np.ndarray
 
 
-class Hits(NamedTuple):
+class _Hits(NamedTuple):
     """What (N, 6) rays met first: (N,) distance, (N,) primitive id (over ground, stems, then faces), (N, 2) place."""
 
     rays: np.ndarray
@@ -250,12 +250,12 @@ def radiance(
     seed: int,
     haze: float = 0.03,
     motion: Motion = STILL,
-    looked: Callable[[slice, Hits], None] | None = None,
+    looked: Callable[[slice, np.ndarray, np.ndarray], None] | None = None,
 ) -> np.ndarray:
     """(height, width, 3) float32 linear radiance through a perfect lens of the view's distortion.
 
     The pose is that of the middle row in the middle of its exposure; motion: what the camera does about it. looked: is
-    given the rays' hits, as of :func:`first_hits`.
+    given pixels (row-major), and distance and primitive of what their rays meet, as of :func:`_first_hits`.
     """
     width, height = view.camera.width, view.camera.height
     mesh, texture = world.mesh, world.texture
@@ -274,14 +274,14 @@ def radiance(
         world.bark_offset,
     )
     image = np.empty((height * width, 3), np.float32)
-    for pixels, hits in first_hits(world, view, samples, seed, motion):
+    for pixels, hits in _first_hits(world, view, samples, seed, motion):
         _shade(hits, samples, counts, ground, stems, light.faces, haze, image[pixels])
         if looked is not None:
-            looked(pixels, hits)
+            looked(pixels, hits.distance, hits.primitive)
     return image.reshape(height, width, 3)
 
 
-def first_hits(world: World, view: View, samples: int, seed: int, motion: Motion) -> Iterator[tuple[slice, Hits]]:
+def _first_hits(world: World, view: View, samples: int, seed: int, motion: Motion) -> Iterator[tuple[slice, _Hits]]:
     """What the rays of a photo meet first, ``samples`` a pixel: the pixels (row-major) and their hits, part by part.
     Each part's arrays are good until the next."""
     width, height = view.camera.width, view.camera.height
@@ -292,4 +292,4 @@ def first_hits(world: World, view: View, samples: int, seed: int, motion: Motion
         rows = min(rows_a_batch, height - row)
         part = rays[: rows * width * samples]
         _primary_rays(row, rows, samples, lens, motion, seed & 0x7FFFFFFF, part)
-        yield slice(row * width, (row + rows) * width), Hits(part, *cast(world.scene, part))
+        yield slice(row * width, (row + rows) * width), _Hits(part, *cast(world.scene, part))
