@@ -87,7 +87,7 @@ def gather(plot: Path, network: bool) -> tuple[list[dict], dict]:
 
 
 def scatter(fine, weight: np.ndarray) -> float:
-    """The first part of :func:`treedgs_geo.from_photos.fit.standard_error_cm`, unscaled."""
+    """The first part of :func:`treedgs_geo.from_photos.errors.standard_error_cm`, unscaled."""
     good = (weight > 0) & np.isfinite(fine.view_r)
     if good.sum() < 2:
         return np.nan

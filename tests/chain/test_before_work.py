@@ -17,8 +17,8 @@ from treedgs_geo.chain.steps import SHARES, Steps
 from treedgs_geo.cli import main
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.core.workspace import Workspace
-from treedgs_geo.from_photos.find import split
 from treedgs_geo.from_photos.options import PhotoStemOptions
+from treedgs_geo.from_photos.tiles import split
 from treedgs_geo.reconstruction.area import Area, area_seen
 
 

@@ -15,11 +15,12 @@ from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.from_photos.coarse import terminators
 from treedgs_geo.from_photos.detect import N_BINS, lean_grid, rank_lut
-from treedgs_geo.from_photos.find import split, stems_from_photos
-from treedgs_geo.from_photos.fit import azimuth_spread
+from treedgs_geo.from_photos.errors import azimuth_spread
+from treedgs_geo.from_photos.find import stems_from_photos
 from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.from_photos.stack import GroundGrid, choose_views, load_stack
 from treedgs_geo.from_photos.strips import StemAxis, StripLayout, cut_strips
+from treedgs_geo.from_photos.tiles import split
 from treedgs_geo.from_photos.trees import trees_of_photo_fits
 from treedgs_geo.from_photos.verdict import FitQuality, verdict
 from treedgs_geo.reconstruction.area import Area, _cover, area_seen

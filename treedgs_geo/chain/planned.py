@@ -11,8 +11,8 @@ from ..core.errors import InputError, ReconstructionError
 from ..core.machine import cores
 from ..core.plots import Plot
 from ..core.progress import Reporter
-from ..from_photos.find import TILE_M, split
 from ..from_photos.options import PhotoStemOptions
+from ..from_photos.tiles import TILE_M, split
 from ..geotags.photos import read_photo
 from ..geotags.stations import Stations
 from ..reconstruction.area import Area, area_seen
