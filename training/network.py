@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import base64
+import json
+import tempfile
 from pathlib import Path
+from typing import Any
 
 import torch
 from torch import nn
@@ -46,16 +50,28 @@ class StemNet(nn.Module):
         return self.head(self.up_half(torch.cat([self.wider(deep), half], 1)))
 
 
-def export(network: StemNet, path: Path) -> None:
-    """Write the network as ONNX for any image size (needs the package onnx)."""
+def export(network: StemNet, path: Path, card: dict[str, Any]) -> None:
+    """Write the network, for images of any size, as ONNX in a JSON file (needs the package onnx).
+
+    card: what is to be said of the training.
+    """
     network.eval()
-    torch.onnx.export(
-        network,
-        (torch.zeros(1, 3, 64, 64),),
-        str(path),
-        input_names=["photo"],
-        output_names=["scores"],
-        dynamic_axes={"photo": {2: "rows", 3: "columns"}, "scores": {2: "rows", 3: "columns"}},
-        opset_version=17,
-        dynamo=False,
-    )
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "network.onnx"
+        torch.onnx.export(
+            network,
+            (torch.zeros(1, 3, 64, 64),),
+            str(file),
+            input_names=["photo"],
+            output_names=["scores"],
+            dynamic_axes={"photo": {2: "rows", 3: "columns"}, "scores": {2: "rows", 3: "columns"}},
+            opset_version=17,
+            dynamo=False,
+        )
+        pack(file, path, card)
+
+
+def pack(file: Path, path: Path, card: dict[str, Any]) -> None:
+    """An ONNX file as what :mod:`treedgs_geo.from_photos.stem_net` reads."""
+    packed = base64.b64encode(file.read_bytes()).decode("ascii")
+    path.write_text(json.dumps({"card": card, "classes": CLASSES, "onnx_base64": packed}, indent=1), encoding="utf-8")

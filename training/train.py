@@ -1,6 +1,6 @@
 """Train the network on the maps of :mod:`training.scenes` and write its weights.
 
-    python -m training.train --work WORK --minutes 60 --output treedgs_geo/from_photos/stem_net.onnx [--resume]
+    python -m training.train --work WORK --minutes 60 --output treedgs_geo/from_photos/stem_net.json [--resume]
 
 Scenes whose seed is a multiple of 15 are held out; the cross entropy there and the intersection over union of stems
 are printed.
@@ -164,7 +164,14 @@ def main() -> None:
             torch.save(network.state_dict(), checkpoint)
     torch.save(network.state_dict(), checkpoint)
     print("held out", held_out(network, scenes.held_out))
-    export(network, args.output)
+    card = {
+        "trained_on": "simulated photos only: training/scenes.py",
+        "seeds": sorted(int(path.stem) for path in scenes.seen),
+        "steps": step,
+        "minutes": args.minutes,
+        "resumed": args.resume,
+    }
+    export(network, args.output, card)
 
 
 if __name__ == "__main__":

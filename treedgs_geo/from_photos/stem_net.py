@@ -7,6 +7,7 @@ wherever the camera was. It was trained on simulated photos only; how, and what 
 
 from __future__ import annotations
 
+import base64
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from ..core.files import read_json
 from .plumb import PlumbMap
 from .stack import PhotoArrays, PhotoStack
 from .strips import project
@@ -25,8 +27,8 @@ CLASSES = ("ground", "stem", "foliage", "wood")
 STEM = CLASSES.index("stem")
 #: Rows and columns of a map are multiples of this for the network.
 MULTIPLE = 16
-#: The network's file.
-WEIGHTS = Path(__file__).with_name("stem_net.onnx")
+#: The network's file: JSON with the ONNX file as base64, because the QGIS plugin repository takes no binaries.
+WEIGHTS = Path(__file__).with_name("stem_net.json")
 #: Log odds are kept within this: the network knows no more.
 MOST_ODDS = 5.0
 #: Log odds are stored in this part of a unit, and this for a place outside of the photo.
@@ -109,7 +111,8 @@ def normalised(colour: np.ndarray, good: np.ndarray) -> np.ndarray:
 def _network(path: Path) -> Any:
     import cv2
 
-    return cv2.dnn.readNetFromONNX(str(path))
+    packed = read_json(path)["onnx_base64"]
+    return cv2.dnn.readNetFromONNX(np.frombuffer(base64.b64decode(packed), np.uint8))
 
 
 def stem_odds(scores: np.ndarray) -> np.ndarray:
