@@ -13,8 +13,8 @@ from .strips import BH_M, C_X, C_Y, GROUND_Z, P_X, P_Y, S_X, S_Y, StemAxis
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 #: Log odds of stem at an average pixel, and the share of photos that see a stem at a height.
 PRIOR_ODDS, SEEN = -2.5, 0.35
+#: Log odds that a certain stem is worth in a silhouette, beside the ground's -0.9 to 3.2.
 SHARE_WEIGHT = 4.0
-GROUND_WEIGHT, BARK_WEIGHT = 1.0, 1.0
 
 
 @njit(inline="always", **_FAST)
@@ -88,9 +88,8 @@ def cut_bark(maps: OddsMaps, axis: StemAxis, band: tuple[float, float] = BAND) -
 
 
 def with_bark(ground: Silhouette, bark: Silhouette) -> Silhouette:
-    """Both silhouettes as one: their log likelihood ratios are added, the network's times :data:`BARK_WEIGHT`."""
-    total = GROUND_WEIGHT * ground.total + BARK_WEIGHT * bark.total
-    return ground._replace(total=total, blind=ground.blind | bark.blind)
+    """Both silhouettes as one: their log likelihood ratios are added."""
+    return ground._replace(total=ground.total + bark.total, blind=ground.blind | bark.blind)
 
 
 @njit(parallel=True, **_FAST)

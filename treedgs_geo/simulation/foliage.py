@@ -32,7 +32,7 @@ class Material(IntEnum):
 class Faces:
     """corners (F, 3, 3) float32; albedo (F, 3) float32 linear; through (F,) float32 share of light let through; kind
     (F,) uint8 :class:`Material`; owner (F,) index of the stem that a face grows on, :data:`ROOTED` or :data:`LYING`
-    (only of :func:`all_foliage`)."""
+    (only of :func:`.vegetation.all_foliage`)."""
 
     corners: np.ndarray
     albedo: np.ndarray

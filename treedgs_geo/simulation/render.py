@@ -255,7 +255,7 @@ def radiance(
     """(height, width, 3) float32 linear radiance through a perfect lens of the view's distortion.
 
     The pose is that of the middle row in the middle of its exposure; motion: what the camera does about it. looked: is
-    given pixels (row-major), and distance and primitive of what their rays meet, as of :func:`_first_hits`.
+    given pixels (row-major), and distance and primitive of what their rays meet.
     """
     width, height = view.camera.width, view.camera.height
     mesh, texture = world.mesh, world.texture
