@@ -33,7 +33,7 @@ class Lobes:
 
 @dataclass(frozen=True)
 class StemLook:
-    """What a stem looks like. bark: its tile (:data:`.textures.BARKS`); moss, lichen: shares of the bark under them;
+    """What a stem looks like. bark: its tile (:data:`.barks.BARKS`); moss, lichen: shares of the bark under them;
     ivy_m, wrap_m: height up to which ivy grows on it and shrubs about it, 0 = none."""
 
     bark: int = 0
