@@ -4,7 +4,7 @@
 
 Plots are rendered, with truth. Cameras and ground are the renderer's, or with ``--workspaces`` those of the chain's
 workspaces ``WORK/PLOT-balanced``. A plot that is not there is simulated if it is called ``hard_SEED``
-(:func:`hard_options`). Coverage here is that of the intervals as reported.
+(:func:`hard_options`). Coverage (``in_90``) is that of +- 1.645 standard errors.
 """
 
 from __future__ import annotations

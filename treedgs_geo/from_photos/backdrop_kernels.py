@@ -128,6 +128,18 @@ def ground_ratio(colour, mean, spread, f, a, b, floor, ceiling, ratio):
     return ratio[cell] * (np.float32(1.0) - part) + ratio[cell + 1] * part
 
 
+@njit(inline="always", **_FAST)
+def across_view(axis, dx, dy, dz):
+    """Direction across the view of an axis row, nx and ny, and silhouette half width over radius (lean); dx, dy, dz:
+    from the camera to breast height, metres."""
+    flat = np.sqrt(dx * dx + dy * dy)
+    nx, ny = -dy / flat, dx / flat
+    along = (axis[S_X] * dx + axis[S_Y] * dy + dz) / np.sqrt(flat * flat + dz * dz)
+    a2 = axis[S_X] * axis[S_X] + axis[S_Y] * axis[S_Y] + 1.0 - along * along
+    across = axis[S_X] * nx + axis[S_Y] * ny
+    return nx, ny, np.sqrt(a2 / max(a2 - across * across, 1e-9))
+
+
 @njit(parallel=True, **_FAST)
 def likelihoods(photos, ground, backdrop, tones, axis, heights, us, outline):
     """Fill ``outline`` (a :class:`.backdrop.Silhouette`) along an axis row, at (rows,) heights and (U,) places."""
@@ -147,16 +159,8 @@ def likelihoods(photos, ground, backdrop, tones, axis, heights, us, outline):
         if flat < 1.0:
             blind[v] = True
             continue
-        nx = -dy / flat
-        ny = dx / flat
-        normal[v, 0] = nx
-        normal[v, 1] = ny
-        dz = axis[GROUND_Z] + axis[BH_M] - centre[v, 2]
-        far = np.sqrt(flat * flat + dz * dz)
-        along = (axis[S_X] * dx + axis[S_Y] * dy + dz) / far
-        a2 = axis[S_X] * axis[S_X] + axis[S_Y] * axis[S_Y] + 1.0 - along * along
-        across = axis[S_X] * nx + axis[S_Y] * ny
-        widen[v] = np.sqrt(a2 / max(a2 - across * across, 1e-9))
+        nx, ny, widen[v] = across_view(axis, dx, dy, axis[GROUND_Z] + axis[BH_M] - centre[v, 2])
+        normal[v, 0], normal[v, 1] = nx, ny
         for i in range(heights.size):
             q = heights[i] - axis[BH_M]
             ax = axis[P_X] + axis[S_X] * q + axis[C_X] * q * q

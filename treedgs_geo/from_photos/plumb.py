@@ -64,20 +64,25 @@ def _derivative(sigma, half):
 
 
 @njit(inline="always", **_FAST)
+def row_knots(cam, corner, centre, angle, azimuth0, step_a, wide):
+    """Crop columns and rows of every 16th of ``wide`` columns of a map's row at a nadir angle; between them, linear."""
+    n_knots = wide // 16 + 2
+    sn, cn = np.sin(angle), np.cos(angle)
+    ku, kv = np.empty(n_knots), np.empty(n_knots)
+    for k in range(n_knots):
+        a = azimuth0 + k * 16 * step_a
+        u, v, _ = project(cam, centre[0] + 50 * sn * np.cos(a), centre[1] + 50 * sn * np.sin(a), centre[2] - 50 * cn)
+        ku[k], kv[k] = u - 0.5 - corner[1], v - 0.5 - corner[0]
+    return ku, kv
+
+
+@njit(inline="always", **_FAST)
 def _read_row(photos, view, centre, angle, azimuth0, step_a, half, lut, line, good):
     """One row of the map, at a nadir angle, with ``half`` more columns on both sides: (3, wide) line, (wide,) good."""
     cam, corner, shape = photos.camera[view], photos.corner[view], photos.shape[view]
     rows, columns = shape[0], shape[1]
     wide = good.size
-    n_knots = wide // 16 + 2
-    sn, cn = np.sin(angle), np.cos(angle)
-    ku = np.empty(n_knots)
-    kv = np.empty(n_knots)
-    for k in range(n_knots):
-        a = azimuth0 + (k * 16 - half) * step_a
-        u, v, _ = project(cam, centre[0] + 50 * sn * np.cos(a), centre[1] + 50 * sn * np.sin(a), centre[2] - 50 * cn)
-        ku[k] = u - 0.5 - corner[1]
-        kv[k] = v - 0.5 - corner[0]
+    ku, kv = row_knots(cam, corner, centre, angle, azimuth0 - half * step_a, step_a, wide)
     colour = np.empty(3, np.float32)
     for j in range(wide):
         k = j // 16

@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit, prange
 
 from .backdrop import BAND, Silhouette, blank
+from .backdrop_kernels import across_view
 from .stack import GroundGrid
 from .stem_net import OUTSIDE, STEPS, OddsMaps
 from .strips import BH_M, C_X, C_Y, GROUND_Z, P_X, P_Y, S_X, S_Y, StemAxis
@@ -50,14 +51,8 @@ def _cut(maps, axis, heights, us, outline):
         if flat < 1.0:
             blind[v] = True
             continue
-        nx, ny = -dy / flat, dx / flat
+        nx, ny, widen[v] = across_view(axis, dx, dy, axis[GROUND_Z] + axis[BH_M] - maps.centre[v, 2])
         normal[v, 0], normal[v, 1] = nx, ny
-        dz = axis[GROUND_Z] + axis[BH_M] - maps.centre[v, 2]
-        far = np.sqrt(flat * flat + dz * dz)
-        along = (axis[S_X] * dx + axis[S_Y] * dy + dz) / far
-        a2 = axis[S_X] * axis[S_X] + axis[S_Y] * axis[S_Y] + 1.0 - along * along
-        across = axis[S_X] * nx + axis[S_Y] * ny
-        widen[v] = np.sqrt(a2 / max(a2 - across * across, 1e-9))
         for i in range(heights.size):
             q = heights[i] - axis[BH_M]
             ax = axis[P_X] + axis[S_X] * q + axis[C_X] * q * q

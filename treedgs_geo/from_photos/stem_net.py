@@ -16,9 +16,8 @@ import numpy as np
 from numba import njit, prange
 
 from ..core.files import read_json
-from .plumb import PlumbMap
+from .plumb import PlumbMap, row_knots
 from .stack import PhotoArrays, PhotoStack
-from .strips import project
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 
@@ -57,16 +56,7 @@ def _resample(photos, view, azimuth0, step_a, nadir0, step_n, colour, good):
     rows, columns = shape[0], shape[1]
     n_rows, n_cols = good.shape
     for i in prange(n_rows):
-        angle = nadir0 + i * step_n
-        sn, cn = np.sin(angle), np.cos(angle)
-        n_knots = n_cols // 16 + 2
-        ku, kv = np.empty(n_knots), np.empty(n_knots)
-        for k in range(n_knots):
-            a = azimuth0 + k * 16 * step_a
-            u, v, _ = project(
-                cam, centre[0] + 50 * sn * np.cos(a), centre[1] + 50 * sn * np.sin(a), centre[2] - 50 * cn
-            )
-            ku[k], kv[k] = u - 0.5 - corner[1], v - 0.5 - corner[0]
+        ku, kv = row_knots(cam, corner, centre, nadir0 + i * step_n, azimuth0, step_a, n_cols)
         for j in range(n_cols):
             k = j // 16
             t = (j - k * 16) / 16.0

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..trees.limits import TOGETHER, Findings, Flag, bound_of, judge
+from ..trees.limits import Findings, Flag, bound_of, judge
 from ..trees.priors import START_TAPER
 from .options import PhotoStemOptions
 
@@ -96,9 +96,7 @@ def verdict(quality: FitQuality, options: PhotoStemOptions) -> tuple[Flag, tuple
     settings = {"min_dbh_cm": options.min_dbh_cm, "max_dbh_cm": options.max_dbh_cm}
     found = judge("photos", quality.measured(), quality.dbh_cm, settings)
     count = _independent(found, bool(np.isfinite(quality.sure)))
-    if quality.network:
-        count -= TOGETHER_SEEN - TOGETHER["photos"]
-    return found.flag("photos", count), found.reasons
+    return found.flag("photos", count, TOGETHER_SEEN if quality.network else None), found.reasons
 
 
 def _independent(found: Findings, weighed: bool) -> int:
