@@ -24,7 +24,7 @@ def _block(inputs: int, outputs: int, stride: int = 1) -> nn.Sequential:
 
 
 class StemNet(nn.Module):
-    """(N, 3, H, W) normalised photos -> (N, 4, H, W) scores of the classes; H, W multiples of 16."""
+    """(N, 3, H, W) normalised photos -> (N, 5, H, W) scores of the classes; H, W multiples of 16."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -75,3 +75,42 @@ def pack(file: Path, path: Path, card: dict[str, Any]) -> None:
     """An ONNX file as what :mod:`treedgs_geo.from_photos.stem_net` reads."""
     packed = base64.b64encode(file.read_bytes()).decode("ascii")
     path.write_text(json.dumps({"card": card, "classes": CLASSES, "onnx_base64": packed}, indent=1), encoding="utf-8")
+
+
+def start_from(network: StemNet, path: Path, images: torch.Tensor) -> None:
+    """Begin with the weights of a file of :func:`pack`; classes that it lacks begin as its foliage.
+
+    The file's convolutions hold their batch normalisation. It is taken out again with the mean and spread that
+    ``images``, (N, 3, H, W), give at each place, so that the network answers as the file does.
+    """
+    import onnx
+
+    packed = json.loads(path.read_text(encoding="utf-8"))
+    graph = onnx.load_model_from_string(base64.b64decode(packed["onnx_base64"])).graph
+    arrays = {item.name: torch.from_numpy(onnx.numpy_helper.to_array(item).copy()) for item in graph.initializer}
+    convolutions = iter([[arrays[name] for name in node.input[1:]] for node in graph.node if node.op_type == "Conv"])
+    known = packed["classes"]
+    source = [known.index(name if name in known else "foliage") for name in CLASSES]
+    rows = torch.tensor([4 * k + part for k in source for part in range(4)])
+    bias: torch.Tensor = torch.zeros(0)
+
+    def take(module: Any, _: Any) -> None:
+        nonlocal bias
+        weight, bias = next(convolutions)
+        if module is network.head[0]:
+            weight, bias = weight[rows], bias[rows]
+        module.weight.data.copy_(weight)
+        if module.bias is not None:
+            module.bias.data.copy_(bias)
+
+    def unfold(module: Any, given: Any) -> None:
+        mean, spread = given[0].mean((0, 2, 3)), given[0].std((0, 2, 3))
+        module.weight.data.copy_(spread.clamp(min=1e-3))
+        module.bias.data.copy_(mean + bias)
+
+    hooks = [m.register_forward_pre_hook(take) for m in network.modules() if isinstance(m, nn.Conv2d)]
+    hooks += [m.register_forward_pre_hook(unfold) for m in network.modules() if isinstance(m, nn.BatchNorm2d)]
+    with torch.no_grad():
+        network(images)
+    for hook in hooks:
+        hook.remove()

@@ -22,7 +22,7 @@ from treedgs_geo.from_photos.plumb import make_map
 from treedgs_geo.from_photos.stack import GroundGrid, PhotoStack, load_stack
 from treedgs_geo.from_photos.stem_net import plumb_colours
 from treedgs_geo.reconstruction.area import Area
-from treedgs_geo.simulation.labels import read_labels
+from treedgs_geo.simulation.labels import FOLIAGE, IVY, STEM, WOOD, read_labels
 
 #: Photos of a stand, and the radius of the ground that its maps show, metres.
 PHOTOS, RADIUS_M = 13, 6.0
@@ -74,7 +74,7 @@ def random_options(seed: int) -> list[str]:
         "bark-variety": "true",
         "moss-pct": sometimes(0.5, 2, 40),
         "lichen-pct": sometimes(0.5, 2, 40),
-        "ivy-stems": int(rng.integers(0, 6)),
+        "ivy-stems": int(rng.integers(0, 9)),
         "wrapped-stems": int(rng.integers(0, 3)),
         "flute-pct": sometimes(0.3, 1, 8),
         "buttress-m": sometimes(0.3, 0.2, 0.8),
@@ -92,13 +92,16 @@ def random_options(seed: int) -> list[str]:
 
 
 def maps_of(plot: Path) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Per oblique photo: (rows, columns, 3) uint8 RGB, and (rows, columns, 4) uint8: shares of stem, foliage and other
-    wood (of 255), and 1 inside the photo."""
+    """Per oblique photo: (rows, columns, 3) uint8 RGB, and (rows, columns, 5) uint8: shares of stem, foliage, other
+    wood and ivy (of 255), and 1 inside the photo."""
     views, _, ground, area = plot_inputs(plot)
     wide = Area.circles(area.centres, np.full(len(area.radii_m), RADIUS_M))
     grid = GroundGrid.sample(ground, wide, 3.0)
     stack = load_stack(views, wide, grid, 99, 1.0)
-    marked = replace(stack, pixels=_label_pixels(stack, plot / "truth" / "labels"))
+    shares = _label_crops(stack, plot / "truth" / "labels")
+    marked, grown = (
+        replace(stack, pixels=_as_pixels(shares, wanted)) for wanted in ((STEM, FOLIAGE, WOOD), (IVY,) * 3)
+    )
     outline = np.vstack([wide.outline(1.0), wide.centres])
     z = grid.at(outline[:, 0], outline[:, 1])
     points = np.vstack([np.column_stack([outline, z]), np.column_stack([outline, z + 5.2])])
@@ -107,19 +110,25 @@ def maps_of(plot: Path) -> list[tuple[np.ndarray, np.ndarray]]:
         plumb = make_map(stack, index, grid, points)
         colour, good = plumb_colours(stack.arrays, index, plumb)
         label, _ = plumb_colours(marked.arrays, index, plumb)
-        out.append((colour, np.dstack([label, good.astype(np.uint8)])))
+        ivy, _ = plumb_colours(grown.arrays, index, plumb)
+        out.append((colour, np.dstack([label, ivy[..., 0], good.astype(np.uint8)])))
     return out
 
 
-def _label_pixels(stack: PhotoStack, folder: Path) -> np.ndarray:
-    """The stack's crops of the label images, as its ``pixels``."""
+def _label_crops(stack: PhotoStack, folder: Path) -> list[np.ndarray]:
+    """(rows, columns, 4) uint8 of each crop of the stack: the label images there."""
     crops = []
     for view, (top, left), (rows, columns) in zip(stack.views, stack.corner, stack.shape, strict=True):
         label = read_labels(folder / Path(view.path).with_suffix(".png").name)
         if label.shape[:2] != (view.camera.height, view.camera.width):
             label = cv2.resize(label, (view.camera.width, view.camera.height), interpolation=cv2.INTER_AREA)
-        crops.append(label[top : top + rows, left : left + columns, ::-1].ravel())
-    return np.concatenate(crops)
+        crops.append(label[top : top + rows, left : left + columns])
+    return crops
+
+
+def _as_pixels(crops: list[np.ndarray], channels: tuple[int, ...]) -> np.ndarray:
+    """Three channels of label crops, as the ``pixels`` of a stack: blue, green, red."""
+    return np.concatenate([crop[..., channels[::-1]].ravel() for crop in crops])
 
 
 def make_scene(seed: int, work: Path) -> Path:

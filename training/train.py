@@ -1,6 +1,6 @@
 """Train the network on the maps of :mod:`training.scenes` and write its weights.
 
-    python -m training.train --work WORK --minutes 60 --output treedgs_geo/from_photos/stem_net.json [--resume]
+    python -m training.train --work WORK --minutes 60 --output FILE.json [--resume | --start OLD.json]
 
 Scenes whose seed is a multiple of 15 are held out; the cross entropy there and the intersection over union of stems
 are printed.
@@ -9,6 +9,7 @@ are printed.
 from __future__ import annotations
 
 import argparse
+import json
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,10 +20,12 @@ import torch
 
 from treedgs_geo.from_photos.stem_net import STEM, normalised
 
-from .network import StemNet, export
+from .network import StemNet, export, start_from
 
 #: Patches a batch, and their rows and columns.
 BATCH, PATCH = 16, 160
+#: Shares of the patches that have ivy or a stem in them, where the map has any.
+AT_IVY, AT_STEM = 0.25, 0.4
 #: Seeds that are a multiple of this are held out.
 HELD_OUT = 15
 RATE, DECAY = 3e-3, 1e-4
@@ -47,11 +50,13 @@ class Scenes:
 
 
 def patch(rng: np.random.Generator, colour: np.ndarray, label: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A random piece of a map at a random scale, half of the time one with a stem in its middle."""
+    """A random piece of a map at a random scale, often one with a stem or ivy in it."""
     size = int(PATCH / np.exp(rng.uniform(np.log(0.7), np.log(1.5))))
     size = min(size, *colour.shape[:2])
-    if rng.random() < 0.5 and (label[..., 0] > 127).any():
-        at = np.argwhere(label[..., 0] > 127)
+    drawn = rng.random()
+    wanted = label[..., 3] > 127 if drawn < AT_IVY else label[..., 0] > 127
+    if drawn < AT_IVY + AT_STEM and wanted.any():
+        at = np.argwhere(wanted)
         row, column = (int(v) for v in at[rng.integers(len(at))] - rng.integers(0, size, 2))
     else:
         row, column = (int(rng.integers(0, n - size + 1)) for n in colour.shape[:2])
@@ -59,7 +64,9 @@ def patch(rng: np.random.Generator, colour: np.ndarray, label: np.ndarray) -> tu
     piece = slice(row, row + size), slice(column, column + size)
     how = cv2.INTER_AREA if size > PATCH else cv2.INTER_CUBIC
     colour = cv2.resize(colour[piece], (PATCH, PATCH), interpolation=how)
-    label = cv2.resize(label[piece], (PATCH, PATCH), interpolation=cv2.INTER_AREA)
+    # OpenCV resizes up to four channels at once.
+    parts = [label[piece][..., :4], label[piece][..., 4]]
+    label = np.dstack([cv2.resize(part, (PATCH, PATCH), interpolation=cv2.INTER_AREA) for part in parts])
     if rng.random() < 0.5:
         colour, label = colour[:, ::-1], label[:, ::-1]
     return disturbed(rng, np.ascontiguousarray(colour)), label
@@ -86,11 +93,11 @@ def disturbed(rng: np.random.Generator, colour: np.ndarray) -> np.ndarray:
 
 
 def shares(label: np.ndarray) -> np.ndarray:
-    """(rows, columns, 4) uint8 of a label map -> (4, rows, columns) float32 shares of the classes; 0 outside."""
-    found = label[..., :3].astype(np.float32) / 255
+    """(rows, columns, 5) uint8 of a label map -> (5, rows, columns) float32 shares of the classes; 0 outside."""
+    found = label[..., :4].astype(np.float32) / 255
     ground = np.clip(1 - found.sum(axis=2), 0, 1)
-    all_four = np.stack([ground, *found.transpose(2, 0, 1)])
-    return all_four / np.maximum(all_four.sum(axis=0), 1e-6) * (label[..., 3] > 0)
+    every = np.stack([ground, *found.transpose(2, 0, 1)])
+    return every / np.maximum(every.sum(axis=0), 1e-6) * (label[..., 4] > 0)
 
 
 def batch(rng: np.random.Generator, scenes: list, count: int = BATCH) -> tuple[torch.Tensor, torch.Tensor]:
@@ -99,7 +106,7 @@ def batch(rng: np.random.Generator, scenes: list, count: int = BATCH) -> tuple[t
     for _ in range(count):
         scene = scenes[rng.integers(len(scenes))]
         colour, label = patch(rng, *scene[rng.integers(len(scene))])
-        images.append(normalised(colour, label[..., 3] > 0))
+        images.append(normalised(colour, label[..., 4] > 0))
         targets.append(shares(label))
     return torch.from_numpy(np.stack(images)), torch.from_numpy(np.stack(targets))
 
@@ -116,7 +123,7 @@ def held_out(network: StemNet, scenes: list) -> tuple[float, float]:
     with torch.no_grad():
         for scene in scenes:
             for colour, label in scene[::4]:
-                scores = network(torch.from_numpy(normalised(colour, label[..., 3] > 0))[None])
+                scores = network(torch.from_numpy(normalised(colour, label[..., 4] > 0))[None])
                 target = torch.from_numpy(shares(label))[None]
                 losses.append(float(loss_of(scores, target)))
                 found, true = scores[0].argmax(0) == STEM, target[0, STEM] > 0.5
@@ -136,6 +143,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--resume", action="store_true", help="go on from the checkpoint in WORK")
+    parser.add_argument("--start", type=Path, help="a former file of weights to begin with")
     args = parser.parse_args()
     torch.manual_seed(args.seed)
     torch.set_num_threads(args.threads)
@@ -145,6 +153,8 @@ def main() -> None:
         network.load_state_dict(torch.load(checkpoint, weights_only=True))
     scenes = Scenes(args.work / "maps")
     scenes.read()
+    if args.start:
+        start_from(network, args.start, batch(rng, scenes.kept, 4 * BATCH)[0])
     optimiser = torch.optim.AdamW(network.parameters(), RATE, weight_decay=DECAY)
     began, step, mean = time.monotonic(), 0, 0.0
     while (part := (time.monotonic() - began) / (60 * args.minutes)) < 1:
@@ -162,6 +172,7 @@ def main() -> None:
                 f"{step} {part:.2f} {mean / (1 - 0.98**step):.4f} held out {out_loss:.4f} iou {union:.3f}", flush=True
             )
             torch.save(network.state_dict(), checkpoint)
+            scenes.read()
     torch.save(network.state_dict(), checkpoint)
     print("held out", held_out(network, scenes.held_out))
     card = {
@@ -170,6 +181,7 @@ def main() -> None:
         "steps": step,
         "minutes": args.minutes,
         "resumed": args.resume,
+        "started_from": json.loads(args.start.read_text(encoding="utf-8"))["card"] if args.start else None,
     }
     export(network, args.output, card)
 

@@ -54,7 +54,7 @@ def gather(plot: Path, network: bool) -> tuple[list[dict], dict]:
 
     views, frame, ground, area = plot_inputs(plot)
     with mock.patch.object(photo_fit, "choose", listen), mock.patch.object(photo_fit.Fitter, "_judge", judged):
-        fits = stems_from_photos(views, ground, area, PhotoStemOptions(stem_network=network))
+        fits = stems_from_photos(views, ground, area, PhotoStemOptions(stem_network="full" if network else "off"))
     stems = []
     truth = truth_rows(plot, in_plot=False)
     for tree, true in zip(truth, local_places(truth, frame), strict=True):

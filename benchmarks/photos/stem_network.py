@@ -1,6 +1,6 @@
-"""What the network that tells stems brings: the same plots with it and without, one after the other.
+"""What the network that tells stems brings: the same plots without it, asked for ivy, and asked for all.
 
-    python -m benchmarks.photos.stem_network PLOT [PLOT ...] [--workspaces WORK] --output docs/results/stem_network.json
+    python -m benchmarks.photos.stem_network PLOT … [--workspaces WORK] [--modes off ivy full] --output FILE.json
 
 Plots are rendered, with truth. Cameras and ground are the renderer's, or with ``--workspaces`` those of the chain's
 workspaces ``WORK/PLOT-balanced``. A plot that is not there is simulated if it is called ``hard_SEED``
@@ -43,11 +43,11 @@ def hard_options(seed: int) -> list[str]:
     return [*size.split(), "--seed", str(seed), *_STANDS[seed % 3].split()]
 
 
-def run(plot: Path, workspace: Path | None, network: bool) -> dict:
+def run(plot: Path, workspace: Path | None, mode: str) -> dict:
     """Find and fit the stems of a plot; the figures of its in-plot stems."""
     views, frame, ground, area = plot_inputs(plot, workspace)
     began = time.perf_counter()
-    fits = stems_from_photos(views, ground, area, PhotoStemOptions(stem_network=network))
+    fits = stems_from_photos(views, ground, area, PhotoStemOptions(stem_network=mode))
     seconds = time.perf_counter() - began
     figures = score(fits, plot, frame)
     wrong = [t for t in figures["trees"] if t.get("flag") == "ok" and abs(t["error_cm"]) > 2]
@@ -65,6 +65,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("plots", nargs="+", type=Path)
     parser.add_argument("--workspaces", type=Path, help="folder of the chain's workspaces")
+    parser.add_argument("--modes", nargs="+", default=["off", "ivy", "full"], choices=("off", "ivy", "full"))
     parser.add_argument("--output", type=Path)
     args = parser.parse_args()
     results: dict[str, dict] = {}
@@ -72,9 +73,7 @@ def main() -> None:
         if not (plot / "truth" / "config.json").exists():
             run_verb("simulate-plot", "--output", plot, *hard_options(int(plot.name.rpartition("_")[2])))
         workspace = None if args.workspaces is None else args.workspaces / f"{plot.name}-balanced"
-        results[plot.name] = {
-            name: run(plot, workspace, network) for name, network in (("without", False), ("with", True))
-        }
+        results[plot.name] = {mode: run(plot, workspace, mode) for mode in args.modes}
         for name, figures in results[plot.name].items():
             print(plot.name, name, json.dumps({k: v for k, v in figures.items() if k != "trees"}), flush=True)
         write_record(args.output, results, seeds=[PhotoStemOptions().seed])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from training.scenes import maps_of
-from treedgs_geo.from_photos.stem_net import network_odds, normalised
+from treedgs_geo.from_photos.stem_net import class_odds, network_scores, normalised
 from treedgs_geo.simulation.settings import SimulateSettings
 from treedgs_geo.simulation.simulate import simulate_plot
 
@@ -27,10 +27,11 @@ def test_stems_are_told_from_the_rest(tmp_path):
     )
     stem, rest = [], []
     for colour, label in maps_of(tmp_path / "plot"):
-        odds = network_odds(normalised(colour, label[..., 3] > 0))
+        scores = network_scores(normalised(colour, label[..., 4] > 0))
+        odds = class_odds(scores, "stem")
         assert odds.shape == colour.shape[:2] and np.isfinite(odds).all()
         stem.append(odds[label[..., 0] > 200])
-        rest.append(odds[(label[..., 0] == 0) & (label[..., 3] > 0)])
+        rest.append(odds[(label[..., 0] == 0) & (label[..., 4] > 0)])
     stem, rest = np.concatenate(stem), np.concatenate(rest)
     assert len(stem) > 2000
     # Most of what is stem is likelier stem than nearly all of the rest.

@@ -9,8 +9,18 @@ from treedgs_geo.from_photos.carving import HEIGHTS
 from treedgs_geo.from_photos.network_seeds import network_seeds
 from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.from_photos.stack import GroundGrid
-from treedgs_geo.from_photos.stem_evidence import bark_layers, cut_bark
-from treedgs_geo.from_photos.stem_net import CLASSES, MOST_ODDS, OUTSIDE, STEM, STEPS, OddsMaps, normalised, stem_odds
+from treedgs_geo.from_photos.stem_evidence import bark_layers, covered_share, cut_bark
+from treedgs_geo.from_photos.stem_net import (
+    CLASSES,
+    MOST_ODDS,
+    OUTSIDE,
+    STEM,
+    STEPS,
+    NetworkMaps,
+    OddsMaps,
+    class_odds,
+    normalised,
+)
 from treedgs_geo.from_photos.strips import StemAxis
 from treedgs_geo.reconstruction.area import Area
 
@@ -77,11 +87,17 @@ def test_a_photo_that_shows_nothing_here_is_blind_and_adds_nothing():
 def test_the_stem_is_a_seed_and_what_no_photo_sees_is_not():
     area, box = Area.circle(0, 0, 2.0), (-2.0, -2.0, 2.0, 2.0)
     options, rng = PhotoStemOptions(max_lean_deg=10), np.random.default_rng(0)
-    seeds = network_seeds(ring_of_maps(), FLAT, area, box, options, rng)
+    shown = NetworkMaps(ring_of_maps(), ring_of_maps(seen=0), ring_of_maps())
+    seeds = network_seeds(shown, FLAT, area, box, options, rng)
     best = seeds[0]
     assert best.sure and np.hypot(best.x - PLACE[0], best.y - PLACE[1]) < 0.05
     assert best.r == pytest.approx(RADIUS, abs=0.02)
-    assert not any(seed.sure for seed in network_seeds(ring_of_maps(seen=0), FLAT, area, box, options, rng))
+    nothing = NetworkMaps(*3 * [ring_of_maps(seen=0)])
+    assert not any(seed.sure for seed in network_seeds(nothing, FLAT, area, box, options, rng))
+    # A stem that shows nothing but ivy is in the layer too.
+    covered = NetworkMaps(ring_of_maps(seen=0), ring_of_maps(), ring_of_maps())
+    best = network_seeds(covered, FLAT, area, box, options, rng)[0]
+    assert best.sure and np.hypot(best.x - PLACE[0], best.y - PLACE[1]) < 0.05
 
 
 def test_exposure_and_white_balance_hardly_change_what_the_network_gets():
@@ -95,9 +111,23 @@ def test_exposure_and_white_balance_hardly_change_what_the_network_gets():
     assert (normalised(np.zeros((4, 4, 3), np.uint8), np.zeros((4, 4), bool)) == 0).all()
 
 
-def test_odds_are_those_of_stem_against_all_else():
+def test_odds_are_those_of_the_wanted_classes_against_all_else():
     scores = np.random.default_rng(2).normal(0, 1.5, (len(CLASSES), 3, 4)).astype(np.float32)
     share = np.exp(scores) / np.exp(scores).sum(axis=0)
-    expected = np.log(share[STEM] / (1 - share[STEM]))
-    assert stem_odds(scores) == pytest.approx(np.clip(expected, -MOST_ODDS, MOST_ODDS), abs=1e-4)
-    assert np.abs(stem_odds(40 * scores)).max() == MOST_ODDS
+    for wanted in (("stem",), ("stem", "ivy")):
+        yes = sum(share[CLASSES.index(name)] for name in wanted)
+        expected = np.clip(np.log(yes / (1 - yes)), -MOST_ODDS, MOST_ODDS)
+        assert class_odds(scores, *wanted) == pytest.approx(expected, abs=1e-4)
+    assert CLASSES.index("stem") == STEM and np.abs(class_odds(40 * scores, "stem")).max() == MOST_ODDS
+
+
+@pytest.mark.parametrize(("ivy", "expected"), [(0, 0.0), (6, 0.5), (12, 1.0)])
+def test_the_share_of_ivy_is_that_over_the_photos(ivy, expected):
+    shown = NetworkMaps(ring_of_maps(), ring_of_maps(seen=ivy), ring_of_maps())
+    assert covered_share(shown, at(PLACE), RADIUS, 0.0) == pytest.approx(expected, abs=0.03)
+
+
+def test_no_photo_says_nothing_of_ivy():
+    maps = ring_of_maps()
+    gone = maps._replace(odds=np.full_like(maps.odds, OUTSIDE))
+    assert np.isnan(covered_share(NetworkMaps(gone, gone, gone), at(PLACE), RADIUS, 0.0))

@@ -17,6 +17,7 @@ from treedgs_geo.from_photos.coarse import terminators
 from treedgs_geo.from_photos.detect import N_BINS, lean_grid, rank_lut
 from treedgs_geo.from_photos.errors import azimuth_spread
 from treedgs_geo.from_photos.find import stems_from_photos
+from treedgs_geo.from_photos.kept import read_fits, write_fits
 from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.from_photos.stack import GroundGrid, choose_views, load_stack
 from treedgs_geo.from_photos.strips import StemAxis, StripLayout, cut_strips
@@ -79,6 +80,22 @@ def test_nothing_else_is_measured(fits):
 def test_same_inputs_give_the_same_stems(views, fits):
     again = stems_from_photos(views, flat, Area.circle(0, 0, 3.0), PhotoStemOptions(margin_m=0.3))
     assert [round(fit.dbh_cm, 6) for fit in again] == [round(fit.dbh_cm, 6) for fit in fits]
+
+
+def test_fits_are_kept_as_they_are(fits, views, tmp_path):
+    """A later stage, or a later run, goes on from them."""
+    write_fits(tmp_path / "fits.json", fits, {1: 27.25})
+    kept, second_cm = read_fits(tmp_path / "fits.json")
+    assert second_cm == {1: 27.25} and len(kept) == len(fits)
+    for fit, again in zip(fits, kept, strict=True):
+        assert set(again.photos) <= {view.name for view in views} and len(again.photos) == len(again.seen)
+        assert np.allclose(fit.row, again.row, rtol=0, atol=0) and np.allclose(fit.seen, again.seen, atol=1e-4)
+        for name in ("dbh_cm", "se_cm", "llr", "gap", "outline_cm", "lo_cm", "hi_cm", "sure", "foot_z"):
+            assert getattr(fit, name) == getattr(again, name) or np.isnan(getattr(fit, name))
+        assert (fit.flag, fit.reasons, fit.photos) == (again.flag, again.reasons, again.photos)
+    (tmp_path / "fits.json").write_text('{"fits": [{"axis": 3}], "second_cm": {}}')
+    with pytest.raises(InputError, match="no fitted stems of this version"):
+        read_fits(tmp_path / "fits.json")
 
 
 def test_trees_in_project_coordinates(fits):

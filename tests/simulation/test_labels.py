@@ -38,7 +38,7 @@ def test_each_photo_has_its_labels_and_stems_stand_where_the_truth_says(labelled
     axis, beside = [], []
     for view in views:
         shares = read_labels(labelled / "truth" / "labels" / f"{view.path.stem}.png")
-        assert shares.shape == (view.camera.height, view.camera.width, 3)
+        assert shares.shape == (view.camera.height, view.camera.width, 4)
         assert shares.astype(int).sum(axis=2).max() <= 257  # shares of 255, rounded one by one
         points = plot.frame.to_local(trees[["E_bh", "N_bh", "h_bh"]].to_numpy(float))
         pixels, _ = view.project(points)
@@ -52,7 +52,7 @@ def test_each_photo_has_its_labels_and_stems_stand_where_the_truth_says(labelled
 
 def test_ground_foliage_and_wood_all_show(labelled):
     shares = np.concatenate(
-        [read_labels(path).reshape(-1, 3) for path in (labelled / "truth" / "labels").iterdir()]
+        [read_labels(path).reshape(-1, 4) for path in (labelled / "truth" / "labels").iterdir()]
     ).astype(float)
     mean = shares.mean(axis=0) / 255
     ground = 1 - mean.sum()
@@ -68,7 +68,7 @@ def test_labels_change_nothing_else_and_are_off_unless_asked_for(labelled, tmp_p
 
 
 def test_written_labels_are_read_back(tmp_path):
-    shares = np.random.default_rng(0).integers(0, 256, (20, 30, 3), dtype=np.uint8)
+    shares = np.random.default_rng(0).integers(0, 256, (20, 30, 4), dtype=np.uint8)
     write_labels(tmp_path / "labels" / "a.png", shares)
     assert (read_labels(tmp_path / "labels" / "a.png") == shares).all()
     with pytest.raises(FileNotFoundError, match="no label image"):

@@ -88,8 +88,8 @@ def test_every_row_has_a_source_and_every_flag_its_limit_before_the_one_that_ref
             if row.check and row.reject and not (row.check.setting or row.reject.setting):
                 check, reject = row.check.at(30.0), row.reject.at(30.0)
                 assert check < reject if row.side == "above" else check > reject, (route, row.quantity)
-    # The published method's remark follows from no measurement; all others have a limit.
-    assert {row.reason for rows in LIMITS.values() for row in rows} == set(REASONS) - {"unchecked"}
+    # The published method's remark and a person's word follow from no measurement; all others have a limit.
+    assert {row.reason for rows in LIMITS.values() for row in rows} == set(REASONS) - {"unchecked", "not_found"}
     assert set(TOGETHER) < set(LIMITS)
 
 

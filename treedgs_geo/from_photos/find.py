@@ -14,6 +14,7 @@ from ..reconstruction.cameras import View
 from ..trees.limits import judge
 from .backdrop import Silhouette, make_backdrop
 from .carving import carved_seeds, hidden_ground, searched
+from .covered import without_covered
 from .detect import Detector, Seed, lean_grid
 from .fine import NO_STEMS
 from .fit import Fitter, PhotoFit, Prior, build_null
@@ -21,7 +22,7 @@ from .network_seeds import network_seeds
 from .options import PhotoStemOptions
 from .plumb import make_map
 from .stack import GroundGrid, PhotoStack, load_stack
-from .stem_net import odds_maps
+from .stem_net import network_maps
 from .strips import StemAxis
 from .sun import sun_azimuths
 from .tiles import split
@@ -45,6 +46,9 @@ FIRST_LOOK = 30
 #: Random places at which the silhouettes of no stem are measured, where the network says where stems are; how far from
 #: these; and how many are needed.
 MORE_PLACES, STEM_FREE_M, LEAST_PLACES = 32, 0.7, 8
+#: Share of the seen stems that are certain by their edges, from which the network is not asked for more (``auto``), and
+#: the part of the work that finding this out is.
+ENOUGH_CERTAIN, FIRST_PART = 0.75, 0.4
 #: The ground is looked at this far beyond the searched area: photos see it behind the stems at its rim.
 BACKDROP_MARGIN_M = 3.0
 
@@ -70,6 +74,32 @@ def stems_from_photos(
         import numba
 
         numba.set_num_threads(min(options.threads, numba.config.NUMBA_NUM_THREADS))
+    if options.stem_network != "auto":
+        return _stems(views, ground, area, options, reporter)
+    with reporter.stage("fit stems", 0.0, FIRST_PART):
+        fits = _stems(views, ground, area, replace(options, stem_network="ivy"), reporter)
+    certain, seen = certain_stems(fits, area)
+    if certain >= ENOUGH_CERTAIN * seen:
+        return fits
+    reporter.info(f"{certain} of {seen} stems are certain by their edges: the network is asked for stems as well.")
+    with reporter.stage("fit stems", FIRST_PART, 1.0):
+        return _stems(views, ground, area, replace(options, stem_network="full"), reporter)
+
+
+def certain_stems(fits: list[PhotoFit], area: Area) -> tuple[int, int]:
+    """How many stems in an area are ``ok``, and how many are seen; too small ones count as certain."""
+    places = np.array([fit.axis.p for fit in fits]).reshape(-1, 2)
+    within = [fit for fit, inside in zip(fits, area.contains(places, 0.0), strict=True) if inside]
+    return sum(fit.flag == "ok" or fit.reasons == ("too_small",) for fit in within), len(within)
+
+
+def _stems(
+    views: list[View],
+    ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    area: Area,
+    options: PhotoStemOptions,
+    reporter: Reporter,
+) -> list[PhotoFit]:
     found: list[PhotoFit] = []
     tiles = split(area, options.margin_m)
     for index, (tile, box) in enumerate(tiles):
@@ -99,8 +129,7 @@ def _tile(
     reporter: Reporter,
 ) -> list[PhotoFit]:
     rng = np.random.default_rng(options.seed)
-    grid = GroundGrid.sample(ground, tile, options.margin_m + 2.0)
-    stack = load_stack(views, tile, grid, options.max_views, options.margin_m + 1.0, reporter)
+    grid, stack = photos_of(views, ground, tile, options, reporter)
     if len(stack) < 3:
         reporter.warn(f"Only {len(stack)} oblique photos see the plot; no stem can be measured in them.")
         return []
@@ -116,11 +145,11 @@ def _tile(
     gate = max(8.0, decoys[0].score + 3.0 if decoys else 0.0)
     near = area.contains(np.array([(seed.x, seed.y) for seed in seeds]).reshape(-1, 2), options.margin_m + 0.1)
     seeds = [seed for seed, keep in zip(seeds, near, strict=True) if keep]
-    bark = odds_maps(stack, detector.maps) if options.stem_network else None
-    seen = [] if bark is None else network_seeds(bark, grid, area, box, options, rng)
+    shown = network_maps(stack, detector.maps) if options.stem_network == "full" else None
+    seen = [] if shown is None else network_seeds(shown, grid, area, box, options, rng)
     fitter = _first_look(stack, grid, tile, seeds, gate, rng, options)
-    if bark is not None:
-        fitter = _with_chance(replace(fitter, bark=bark), away_from(seen, _random_places(tile, rng, MORE_PLACES)))
+    if shown is not None:
+        fitter = _with_chance(replace(fitter, shown=shown), away_from(seen, _random_places(tile, rng, MORE_PLACES)))
     reporter.progress(0.6)
     with reporter.stage("fit stems", 0.6, 0.85):
         fits = _pursue(fitter, seen, 1.0, reporter)
@@ -128,7 +157,18 @@ def _tile(
         fits += _companions(fitter, beside, seeds, gate, fits, reporter)
     if options.max_lean_deg > UPRIGHT_MOST_DEG:
         fits += _carved(fitter, area, box, fits, reporter)
-    return fits
+    if options.stem_network != "off":
+        fits = without_covered(fits, stack, detector.maps)
+    names = tuple(view.name for view in stack.views)
+    return [replace(fit, photos=names) for fit in fits]
+
+
+def photos_of(
+    views: list[View], ground: Callable, tile: Area, options: PhotoStemOptions, reporter: Reporter
+) -> tuple[GroundGrid, PhotoStack]:
+    """The ground and the photos of a tile, as its stems are looked for in them."""
+    grid = GroundGrid.sample(ground, tile, options.margin_m + 2.0)
+    return grid, load_stack(views, tile, grid, options.max_views, options.margin_m + 1.0, reporter)
 
 
 def _carved(fitter: Fitter, area: Area, box: tuple, fits: list[PhotoFit], reporter: Reporter) -> list[PhotoFit]:

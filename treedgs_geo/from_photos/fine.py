@@ -236,6 +236,78 @@ def refine(
     return fit
 
 
+class EdgesFound(NamedTuple):
+    """Edges near those of a given shape. view: (N,) index. height_m: (N,) above the axis' ground. across_m: (N,)
+    sideways from the axis, along :attr:`normal`. side: (N,) 0 left, 1 right. used: (N,) probability that it is the
+    stem's. Of each of V photos: offset_m, by how much it shows the stem sideways (pose error); radius_m, by how much
+    thicker it shows the radius, NaN without both edges; normal (V, 2), direction across the view; widen (V,),
+    silhouette half width over radius.
+    """
+
+    view: np.ndarray
+    height_m: np.ndarray
+    across_m: np.ndarray
+    side: np.ndarray
+    used: np.ndarray
+    offset_m: np.ndarray
+    radius_m: np.ndarray
+    normal: np.ndarray
+    widen: np.ndarray
+
+
+#: Inverse variance that keeps an unknown where it is.
+_FIXED = 1e12
+
+
+def edges_near(
+    stack: PhotoStack,
+    axis: StemAxis,
+    r0: float,
+    r1: float,
+    sighting: Sighting,
+    band_m: tuple[float, float],
+    offset_sd_px: float,
+    window_px: float,
+) -> EdgesFound:
+    """The edges that :func:`refine` weighs about a shape that stays as it is, and how probably each is the stem's."""
+    layout = StripLayout(*band_m, 0.10, 0.025, r0 + 0.14, 0.005, sigma_px=0.8, linear=True)
+    strips = cut_strips(stack, axis, layout, wanted=sighting.seen > 0.04)
+    hide_known(strips, stack, axis, sighting.known, 0.01)
+    place, prior = edge_candidates(strips, r0, r1, window_px)
+    n = len(stack)
+    edges = _gathered(strips, place, prior, sighting.seen, window_px)
+    if edges is None:
+        nothing, whole = np.empty(0), np.empty(0, int)
+        none = np.full(n, np.nan)
+        return EdgesFound(whole, nothing, nothing, whole, nothing, np.zeros(n), none, strips.normal, strips.widen)
+    shape = np.array([0, 0, 0, 0, 0, 0, r0, r1], float)
+    damping = _Damping(np.full(8, _FIXED), 1 / (offset_sd_px * strips.px_m) ** 2, shape)
+    state = _State(shape.copy(), np.zeros(n), np.zeros(len(edges.u)), np.zeros(len(edges.none)), np.zeros((8, 8)))
+    _expectation(edges, damping, ROUNDS, state)
+    view_r, _, _ = _radii(strips, edges, state)
+    block = edges.group // 2 % len(strips.q)
+    height = strips.q[block] + axis.bh_m
+    return EdgesFound(
+        edges.v, height, edges.u, edges.group % 2, state.post, state.offset, view_r, strips.normal, strips.widen
+    )
+
+
+def _radii(strips: Strips, edges: _EdgePoints, state: _State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of each photo, (V,): by how much thicker it shows the radius (m; NaN without both edges), how many edges of its
+    lesser side say so, and whether it shows both."""
+    n_views, v = len(strips.px_m), edges.v
+    side = edges.group % 2
+    sign = 2.0 * side - 1.0
+    e = edges.u - edges.design @ state.x - state.offset[v]
+    mass = np.bincount(v * 2 + side, state.post, 2 * n_views).reshape(-1, 2)
+    moment = np.bincount(v * 2 + side, state.post * e * sign, 2 * n_views).reshape(-1, 2)
+    two_sided = np.all(mass >= 1.0, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        view_r = np.where(two_sided, (moment / mass).mean(axis=1) / strips.widen, np.nan)
+        weight = np.where(two_sided, 1.0 / (1.0 / mass[:, 0] + 1.0 / mass[:, 1]), 0.0)
+    return view_r, weight, two_sided
+
+
 def _gathered(
     strips: Strips, place: np.ndarray, prior: np.ndarray, seen: np.ndarray, window_px: float
 ) -> _EdgePoints | None:
@@ -272,20 +344,15 @@ def _solve(
     x = np.array([0, 0, 0, 0, 0, 0, r0, r1], float)
     offset, post, total = np.zeros(n_views), np.zeros(len(edges.u)), np.zeros(n_groups)
     matrix = np.zeros((8, 8))
+    state = _State(x, offset, post, total, matrix)
     try:
-        _expectation(edges, _damping(strips, axis, offset_sd_px), ROUNDS, _State(x, offset, post, total, matrix))
+        _expectation(edges, _damping(strips, axis, offset_sd_px), ROUNDS, state)
     except np.linalg.LinAlgError:
         return None
     v, none = edges.v, edges.none
-    side = edges.group % 2
-    sign, px = 2.0 * side - 1.0, strips.px_m[v]
+    px = strips.px_m[v]
     e = edges.u - edges.design @ x - offset[v]
-    mass = np.bincount(v * 2 + side, post, 2 * n_views).reshape(-1, 2)
-    moment = np.bincount(v * 2 + side, post * e * sign, 2 * n_views).reshape(-1, 2)
-    two_sided = np.all(mass >= 1.0, axis=1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        view_r = np.where(two_sided, (moment / mass).mean(axis=1) / strips.widen, np.nan)
-        weight = np.where(two_sided, 1.0 / (1.0 / mass[:, 0] + 1.0 / mass[:, 1]), 0.0)
+    view_r, weight, two_sided = _radii(strips, edges, state)
     there = none > 0
     evidence = float(np.log((total[there] + none[there]) / none[there]).sum())
     evidence -= 0.5 * ((x[7] - USUAL_TAPER) / TAPER_SD) ** 2

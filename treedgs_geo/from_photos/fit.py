@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from .options import PhotoStemOptions
 from .outline import moved_to_edges
 from .stack import FX, GroundGrid, PhotoStack
 from .stem_evidence import cut_bark, with_bark
-from .stem_net import OddsMaps
+from .stem_net import NetworkMaps
 from .strips import StemAxis, StripLayout, cut_strips, draw_ridges, hide_known
 from .touching import Pair, crowded, find_companion, pair_contrast, pair_z
 from .verdict import DISAGREE_SHARE, GAIN_MERGED, GAIN_WEIGHED, FitQuality, verdict
@@ -53,6 +54,7 @@ class PhotoFit:
     probable this diameter is among the explanations tried. outline_cm: diameter of the silhouette alone.
     foot_z: ground on the uphill side of the foot, local metres. gain: of "another stem touches it" over one stem.
     lo_cm, hi_cm: 90 % interval where se_cm is that of a mixture over the explanations (:mod:`.mixture`), NaN elsewhere.
+    photos: names of the V photos looked at.
     """
 
     axis: StemAxis
@@ -78,6 +80,7 @@ class PhotoFit:
     gain: float = 0.0
     lo_cm: float = np.nan
     hi_cm: float = np.nan
+    photos: tuple[str, ...] = field(default=(), repr=False)
 
     @property
     def lean_deg(self) -> float:
@@ -108,14 +111,14 @@ class Fitter:
     prior: Prior = Prior()
     backdrop: Backdrop | None = None
     chance: float = np.inf
-    bark: OddsMaps | None = None
+    shown: NetworkMaps | None = None
 
     def outline(self, axis: StemAxis, band: tuple[float, float] = BAND) -> Silhouette:
-        """Silhouettes about an axis: where no ground is seen and, with ``bark``, where the network sees a stem. band:
+        """Silhouettes about an axis: where no ground is seen and, with ``shown``, where the network sees a stem. band:
         heights above the ground, metres."""
         assert self.backdrop is not None
         outline = cut_silhouette(self.stack, self.backdrop, self.ground, axis, band)
-        return outline if self.bark is None else with_bark(outline, cut_bark(self.bark, axis, band))
+        return outline if self.shown is None else with_bark(outline, cut_bark(self.shown.bark, axis, band))
 
     def fit(self, seed: Seed, known: np.ndarray = NO_STEMS, quick: bool = False) -> PhotoFit | None:
         """Fit a seed. known: (K, 10) stems found before, whose edges are not this one's (:func:`.strips.hide_known`).
@@ -169,14 +172,14 @@ class Fitter:
             return self._judge(seed, best, best.fine, best.edges, np.nan, None)
         tried = self._compared(tried, known)
         trust = 0.0 if outline is None else self._trust(outline, shapes)
-        choice = choose(tried, trust, self.chance, self.sun, self.bark is not None)
+        choice = choose(tried, trust, self.chance, self.sun, self.shown is not None)
         best, gap, sure = choice.best, choice.gap, choice.sure
         pair = find_companion(search, start, [item.vector for item in tried] + [mode.vector for mode in modes])
         gain = 0.0 if pair is None else pair.gain
         touched = None
         if pair is not None and pair.gain > GAIN_WEIGHED:
             touched = self._with_companion(search, start, pair, outline, known)
-        if touched is not None and self.bark is not None and touched.contrast < best.contrast:
+        if touched is not None and self.shown is not None and touched.contrast < best.contrast:
             # The silhouettes do not want the second stem.
             gain = min(gain, GAIN_MERGED)
         if touched is not None and gain > GAIN_MERGED:
@@ -197,8 +200,8 @@ class Fitter:
         axis = StemAxis(
             np.array([seed.x, seed.y]), np.array([seed.lx, seed.ly]), np.zeros(2), ground_z, self.options.bh_m
         )
-        nothing = dict.fromkeys(("se_cm", "rms_px", "polish_cm"), np.nan)
-        counts = dict.fromkeys(("llr", "gap", "kish", "arc_deg"), 0.0)
+        nothing: dict[str, Any] = dict.fromkeys(("se_cm", "rms_px", "polish_cm"), np.nan)
+        counts: dict[str, Any] = dict.fromkeys(("llr", "gap", "kish", "arc_deg"), 0.0)
         return PhotoFit(
             axis=axis,
             r0=seed.r,
@@ -319,7 +322,7 @@ class Fitter:
             gain=gain,
             contrast=contrast,
             outline_cm=outline_cm,
-            network=self.bark is not None,
+            network=self.shown is not None,
         )
         flag, reasons = verdict(quality, self.options)
         if quality.network and "disagree" in reasons and np.isfinite(quality.outline_off_cm):

@@ -14,7 +14,7 @@ from .detect import Seed, lean_grid
 from .options import PhotoStemOptions
 from .stack import GroundGrid
 from .stem_evidence import bark_layers, cut_bark
-from .stem_net import OddsMaps
+from .stem_net import NetworkMaps
 from .strips import StemAxis
 
 #: Decoys are moved this far, metres.
@@ -26,14 +26,14 @@ LOOKED_AT, CERTAIN = 0.5, 1.1
 
 
 def network_seeds(
-    maps: OddsMaps,
+    maps: NetworkMaps,
     ground: GroundGrid,
     area: Area,
     box: tuple[float, float, float, float],
     options: PhotoStemOptions,
     rng: np.random.Generator,
 ) -> list[Seed]:
-    """Stems that the network sees, clearest first; their score is in units of what chance reaches.
+    """Stems that the network sees, with ivy or without, clearest first; their score is in units of what chance reaches.
 
     box: x0, y0, x1, y1 of the ground searched. rng: of the decoys.
     """
@@ -44,11 +44,11 @@ def network_seeds(
     z = ground.at(x.ravel(), y.ravel()).reshape(x.shape).astype(np.float32)
     cells = GroundGrid(x0, y0, CELL_M, z)
     leans = lean_grid(options.max_lean_deg, LEAN_STEP)
-    count = len(maps.centre)
+    count = len(maps.either.centre)
     angle, far = rng.uniform(0, 2 * np.pi, count), rng.uniform(*DECOY_M, count)
     moved = far[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
-    decoys, _ = lines_through(bark_layers(maps, moved, cells, HEIGHTS), leans, options.bh_m)
-    best, which = lines_through(bark_layers(maps, np.zeros((count, 2)), cells, HEIGHTS), leans, options.bh_m)
+    decoys, _ = lines_through(bark_layers(maps.either, moved, cells, HEIGHTS), leans, options.bh_m)
+    best, which = lines_through(bark_layers(maps.either, np.zeros((count, 2)), cells, HEIGHTS), leans, options.bh_m)
     chance = max(float(decoys.max()), 1.0)
     peaks = np.argwhere((best >= maximum_filter(best, int(APART_M / CELL_M))) & (best > LOOKED_AT * chance))
     places = np.column_stack([x0 + CELL_M * peaks[:, 1], y0 + CELL_M * peaks[:, 0]])
@@ -59,6 +59,6 @@ def network_seeds(
         place, lean = places[k], leans[which[tuple(peaks[k])]]
         foot = float(ground.at(place[:1], place[1:])[0])
         axis = StemAxis(place, lean, np.zeros(2), foot, options.bh_m)
-        found = clearest(cut_bark(maps, axis), axis, 1.0)
+        found = clearest(cut_bark(maps.either, axis), axis, 1.0)
         seeds.append(Seed(found.x, found.y, found.lx, found.ly, found.r, float(score[k]), bool(score[k] > CERTAIN)))
     return seeds

@@ -47,10 +47,13 @@ class PhotoStemOptions:
         maximum=3,
         advanced=True,
     )
-    stem_network: bool = param(
-        False,
-        kind="flag",
-        help="ask a small network that tells stems from ground and leaves (trained on simulated photos)",
+    stem_network: str = param(
+        "ivy",
+        kind="choice",
+        help="what a small network (trained on simulated photos) is asked: ivy = which measured stems are under ivy; "
+        "full = where stems are and how wide, too; auto = full where too many stems are not certain without it; off = "
+        "nothing",
+        choices=("ivy", "auto", "full", "off"),
         advanced=True,
     )
     seed: int = param(

@@ -8,7 +8,7 @@ from numba import njit, prange
 from .backdrop import BAND, Silhouette, blank
 from .backdrop_kernels import across_view
 from .stack import GroundGrid
-from .stem_net import OUTSIDE, STEPS, OddsMaps
+from .stem_net import OUTSIDE, STEPS, NetworkMaps, OddsMaps
 from .strips import BH_M, C_X, C_Y, GROUND_Z, P_X, P_Y, S_X, S_Y, StemAxis
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
@@ -85,6 +85,41 @@ def cut_bark(maps: OddsMaps, axis: StemAxis, band: tuple[float, float] = BAND) -
 def with_bark(ground: Silhouette, bark: Silhouette) -> Silhouette:
     """Both silhouettes as one: their log likelihood ratios are added."""
     return ground._replace(total=ground.total + bark.total, blind=ground.blind | bark.blind)
+
+
+@njit(parallel=True, **_FAST)
+def _shares(maps, axis, radii, heights, across, share):
+    for v in prange(share.shape[0]):
+        dx, dy = axis[P_X] - maps.centre[v, 0], axis[P_Y] - maps.centre[v, 1]
+        nx, ny, _ = across_view(axis, dx, dy, axis[GROUND_Z] + axis[BH_M] - maps.centre[v, 2])
+        for i in range(heights.size):
+            q = heights[i] - axis[BH_M]
+            ax = axis[P_X] + axis[S_X] * q + axis[C_X] * q * q
+            ay = axis[P_Y] + axis[S_Y] * q + axis[C_Y] * q * q
+            total = 0.0
+            for j in range(across.size):
+                u = across[j] * radii[i]
+                value = odds_at(maps, v, ax + u * nx, ay + u * ny, axis[GROUND_Z] + heights[i])
+                if not (value > -99.0):
+                    total = -1e9
+                    break
+                total += 1.0 / (1.0 + np.exp(-value))
+            share[v, i] = total / across.size
+
+
+def covered_share(maps: NetworkMaps, axis: StemAxis, r0: float, r1: float) -> float:
+    """Share of ivy in what the network takes for stem or ivy within a stem's outline about breast height, over the
+    photos; NaN where none shows it. r0, r1: radius there (m) and its slope (m/m)."""
+    heights = axis.bh_m + np.arange(-0.6, 0.61, 0.1)
+    radii = np.maximum(r0 + r1 * (heights - axis.bh_m), 0.01)
+    found = []
+    for each in (maps.ivy, maps.either):
+        share = np.full((len(each.centre), len(heights)), np.nan)
+        _shares(each, axis.row, radii, heights, np.linspace(-0.75, 0.75, 7), share)
+        found.append(share)
+    ivy, either = found
+    known = (ivy >= 0) & (either >= 0)  # below: outside of the photo
+    return float(ivy[known].sum() / max(either[known].sum(), 1e-9)) if known.any() else np.nan
 
 
 @njit(parallel=True, **_FAST)

@@ -1,4 +1,4 @@
-"""What each pixel of a photo shows, by a small network: stem, foliage, other wood or ground.
+"""What each pixel of a photo shows, by a small network: stem, foliage, other wood, ivy on a stem or ground.
 
 The network sees photos as plumb maps (:mod:`.plumb`): every vertical line is a column, so that a stem stands upright
 wherever the camera was. It was trained on simulated photos only; how, and what it brings, is in
@@ -22,7 +22,7 @@ from .stack import PhotoArrays, PhotoStack
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 
 #: Classes of the network, in the order of its outputs.
-CLASSES = ("ground", "stem", "foliage", "wood")
+CLASSES = ("ground", "stem", "foliage", "wood", "ivy")
 STEM = CLASSES.index("stem")
 #: Rows and columns of a map are multiples of this for the network.
 MULTIPLE = 16
@@ -35,7 +35,7 @@ STEPS, OUTSIDE = 25.0, -128
 
 
 class OddsMaps(NamedTuple):
-    """Log odds that a pixel shows a stem, for V photos as plumb maps; the compiled kernels take it as it is.
+    """Log odds of what a pixel shows, for V photos as plumb maps; the compiled kernels take it as it is.
 
     odds: (N,) int8, all maps one after the other, row-major, in units of 1 / :data:`STEPS`; :data:`OUTSIDE` where the
     photo shows nothing. start: (V,) int64 first entry. shape: (V, 2) int64 rows and columns. grid: (V, 4) float64
@@ -47,6 +47,14 @@ class OddsMaps(NamedTuple):
     shape: np.ndarray
     grid: np.ndarray
     centre: np.ndarray
+
+
+class NetworkMaps(NamedTuple):
+    """Log odds of bark, of ivy on a stem, and of either."""
+
+    bark: OddsMaps
+    ivy: OddsMaps
+    either: OddsMaps
 
 
 @njit(parallel=True, **_FAST)
@@ -105,29 +113,41 @@ def _network(path: Path) -> Any:
     return cv2.dnn.readNetFromONNX(np.frombuffer(base64.b64decode(packed), np.uint8))
 
 
-def stem_odds(scores: np.ndarray) -> np.ndarray:
-    """(4, rows, columns) scores of the network -> (rows, columns) log odds of stem against all else."""
-    top = scores.max(axis=0)
-    share = np.exp(scores - top)
-    others = np.log(np.maximum(share.sum(axis=0) - share[STEM], 1e-12)) + top
-    return np.clip(scores[STEM] - others, -MOST_ODDS, MOST_ODDS)
+def class_odds(scores: np.ndarray, *wanted: str) -> np.ndarray:
+    """(5, rows, columns) scores of the network -> (rows, columns) log odds of the wanted classes against all others."""
+    share = np.exp(scores - scores.max(axis=0))
+    chosen = [CLASSES.index(name) for name in wanted]
+    yes = share[chosen].sum(axis=0)
+    no = np.delete(share, chosen, axis=0).sum(axis=0)
+    return np.clip(np.log(np.maximum(yes, 1e-12)) - np.log(np.maximum(no, 1e-12)), -MOST_ODDS, MOST_ODDS)
 
 
-def network_odds(image: np.ndarray) -> np.ndarray:
-    """(3, rows, columns) float32 of :func:`normalised` -> (rows, columns) log odds of stem, by the network."""
+def network_scores(image: np.ndarray) -> np.ndarray:
+    """(3, rows, columns) float32 of :func:`normalised` -> (5, rows, columns) scores of the classes, by the network."""
     network = _network(WEIGHTS)
     network.setInput(image[None])
-    return stem_odds(network.forward()[0])
+    return network.forward()[0]
 
 
-def odds_maps(stack: PhotoStack, plumbs: list[PlumbMap]) -> OddsMaps:
-    """Log odds of stem in every photo of a stack, on the grids of its plumb maps."""
-    maps = []
+def network_maps(stack: PhotoStack, plumbs: list[PlumbMap]) -> NetworkMaps:
+    """What the network sees in every photo of a stack, on the grids of its plumb maps."""
+    shown: dict[tuple[str, ...], list[np.ndarray]] = {("stem",): [], ("ivy",): [], ("stem", "ivy"): []}
     for view, plumb in enumerate(plumbs):
         colour, good = plumb_colours(stack.arrays, view, plumb)
-        odds = np.round(STEPS * network_odds(normalised(colour, good))).astype(np.int8)
-        maps.append(np.where(good, odds, np.int8(OUTSIDE)))
+        scores = network_scores(normalised(colour, good))
+        for wanted, maps in shown.items():
+            maps.append(quantised(class_odds(scores, *wanted), good))
+    grid = np.array([(p.azimuth0, p.step_a, p.nadir0, p.step_n) for p in plumbs], float).reshape(-1, 4)
+    return NetworkMaps(*(together(maps, grid, stack.centre) for maps in shown.values()))
+
+
+def quantised(odds: np.ndarray, good: np.ndarray) -> np.ndarray:
+    """(rows, columns) log odds, and where the photo shows something -> int8 as :class:`OddsMaps` keeps them."""
+    return np.where(good, np.round(STEPS * odds).astype(np.int8), np.int8(OUTSIDE))
+
+
+def together(maps: list[np.ndarray], grid: np.ndarray, centre: np.ndarray) -> OddsMaps:
+    """Maps of V photos, (rows, columns) int8 each, as one; grid (V, 4), centre (V, 3)."""
     shape = np.array([each.shape for each in maps], np.int64).reshape(-1, 2)
     start = np.concatenate([[0], np.cumsum(shape.prod(axis=1))[:-1]]).astype(np.int64)
-    grid = np.array([(p.azimuth0, p.step_a, p.nadir0, p.step_n) for p in plumbs], float).reshape(-1, 4)
-    return OddsMaps(np.concatenate([each.ravel() for each in maps]), start, shape, grid, stack.centre)
+    return OddsMaps(np.concatenate([each.ravel() for each in maps]), start, shape, grid, centre)

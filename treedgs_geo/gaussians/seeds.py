@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pyproj
 
 from ..core.crs import LocalFrame
 from ..core.errors import CRSError, InputError
+from ..core.tables import csv_text
 
 _X, _Y = ("x", "easting", "east", "e"), ("y", "northing", "north", "n")
 
@@ -42,9 +44,8 @@ def read_seeds(path: Path, frame: LocalFrame) -> np.ndarray:
 
 def _from_csv(path: Path) -> np.ndarray:
     try:
-        with open(path, newline="", encoding="utf-8-sig") as stream:
-            rows = list(csv.DictReader(stream))
-    except (OSError, UnicodeDecodeError, csv.Error) as problem:
+        rows = list(csv.DictReader(io.StringIO(csv_text(path))))
+    except (OSError, ValueError, csv.Error) as problem:
         raise InputError(f"{path}: cannot be read as a CSV table ({problem}); give columns x, y.") from None
     names = {str(name).strip().lower(): name for name in (rows[0] if rows else {})}
     x, y = (next((names[key] for key in wanted if key in names), None) for wanted in (_X, _Y))

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import signal
 import sqlite3
 import subprocess
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -13,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..core.children import python_command
+from ..core.children import python_command, was_killed
 from ..core.errors import ReconstructionError
 from ..core.files import write_json
 from ..core.progress import Reporter
@@ -61,7 +59,7 @@ def run_tasks(
                 child.kill()
                 child.wait()
     for code, log_file in failed:
-        if sys.platform != "win32" and code == -signal.SIGKILL:
+        if was_killed(code):
             raise MemoryError
         tail = log_file.read_text(errors="replace").strip().splitlines()[-1:] or ["no message"]
         raise ReconstructionError(

@@ -13,7 +13,7 @@ from .stem_mesh import StemMesh
 from .terrain import Ground
 
 #: How far ivy leaves stand off the bark, m; leaf area on each square metre of bark.
-IVY_OFF_M, IVY_LEAVES = (0.03, 0.08), 2.6
+IVY_OFF_M, IVY_LEAVES = (0.03, 0.08), (1.8, 3.4)
 #: Leaf area of a shrub on each square metre that it covers, and a metre of its height.
 SHRUB_LEAVES = 2.2
 #: Shrubs about a wrapped stem.
@@ -132,15 +132,15 @@ def wrapping(rng: np.random.Generator, ground: Ground, stem: PlantedStem, leaf_o
 
 
 def ivy(rng: np.random.Generator, mesh: StemMesh, index: int, stem: PlantedStem) -> Faces:
-    """Leaves of 5-9 cm all over the bark from the ground to about ``stem.look.ivy_m``, :data:`IVY_OFF_M` off it."""
+    """Leaves of 4-10 cm all over the bark from the ground to about ``stem.look.ivy_m``, :data:`IVY_OFF_M` off it."""
     faces = np.arange(mesh.first[index], mesh.first[index + 1])
     along = mesh.uv[mesh.triangles[faces], 1]
     low = (along.min(axis=1) >= 0) & (along.max(axis=1) < stem.look.ivy_m)
     faces, along = faces[low], along[low]
     corners = mesh.vertices[mesh.triangles[faces]]
     area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    size = rng.uniform(0.05, 0.09)
-    count = int(IVY_LEAVES * area.sum() / (0.5 * 0.8 * size**2))
+    size = rng.uniform(0.04, 0.10)
+    count = int(rng.uniform(*IVY_LEAVES) * area.sum() / (0.5 * 0.8 * size**2))
     chosen = rng.choice(len(faces), count, p=area / area.sum())
     weight = rng.dirichlet((1.0, 1.0, 1.0), count)
     bark = (corners[chosen] * weight[..., None]).sum(axis=1)
@@ -158,5 +158,5 @@ def ivy(rng: np.random.Generator, mesh: StemMesh, index: int, stem: PlantedStem)
     half = 0.4 * length[:, None] * across
     tail = way * length[:, None]
     leaves = np.stack([middle - tail / 3 - half, middle - tail / 3 + half, middle + 2 * tail / 3], axis=1)
-    tone = np.array([0.055, 0.105, 0.032]) * np.exp(rng.normal(0, 0.2, 3))
+    tone = np.array([0.055, 0.105, 0.032]) * np.exp(rng.normal(0, 0.2, 3) + rng.normal(0, 0.35))
     return Faces.of(Material.IVY, leaves, tones(rng, count, tuple(tone), 0.30), 0.15)

@@ -176,6 +176,8 @@ TOGETHER: dict[Route, int] = {"photos": 2, "points": 3, "gaussians": 2, "survey"
 _OF_A_SETTING = "setting"
 _RENDERED = "rendered plots a and e, 24 to 48 oblique photos (docs/evidence/photos.md)"
 _HARD = "six simulated plots with ivy, shrubs, oval and mossy stems, seeds 401 to 406 (docs/evidence/stem-network.md)"
+_IVY = "simulated stems under ivy, seeds 601 to 603 and 12 (docs/evidence/stem-network.md)"
+_IVIED = "simulated stems under ivy, drone LiDAR, seeds 501 to 503 (docs/evidence/point-clouds.md)"
 _STABILITY = "stability suite, seeds 1 to 3 (docs/evidence/stability.md)"
 _TOUCHED = "six touched and 89 other stems of rendered and simulated plots (docs/evidence/photos.md)"
 _LEANING = "simulated leaning stems (docs/results/photos_leans.json)"
@@ -228,6 +230,7 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
             *_below(60, 52),
             _RENDERED,
         ),
+        Limit("covered", "covered", "ivy in what the network sees of the stem, share", "", *_above(0.23, 0.26), _IVY),
         Limit("occluded", "rms_px", "edge residual, edge score below 100", "px", *_above(0.535, 0.555), _RENDERED),
         Limit(
             "occluded",
@@ -307,6 +310,14 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
             "",
             *_above(None, 0.2),
             _BOWED,
+        ),
+        Limit(
+            "covered",
+            "ring_ratio",
+            "thickness of the ring of points, over that of the plot's other stems",
+            "",
+            *_above(1.45, 1.8),
+            _IVIED,
         ),
         Limit("occluded", "purity", "bark among the points on the stem, share", "", *_below(0.6, 0.35), _CLOUDS),
         Limit("occluded", "solid_purity", "the same, stem filled with points", "", *_below(0.6, None), _CLOUDS),

@@ -7,6 +7,10 @@ REASONS: dict[str, tuple[str, str]] = {
     "few_views": ("too few photos see the stem at breast height", "fly more oblique photos over this part of the plot"),
     "occluded": ("foliage or other stems hide the stem at breast height", "fly leaf-off or from other directions"),
     "ambiguous": ("two different stems explain the photos equally well", "check the photos or measure by hand"),
+    "covered": (
+        "ivy or other growth covers the bark at breast height",
+        "measure under it by hand; what is seen is thicker than the stem",
+    ),
     "short_arc": ("the points cover too little of the stem's circumference", "scan or fly from more sides"),
     "few_points": ("too few stem points at the lower stem", "raise the point density"),
     "few_slices": ("too few slices of the stem gave a circle", "raise the point density"),
@@ -30,6 +34,10 @@ REASONS: dict[str, tuple[str, str]] = {
     "odd_heights": (
         "the trees are taller than trees of their diameter are: heights may be in feet",
         "check the unit of the cloud's heights and measure again",
+    ),
+    "not_found": (
+        "a person says that a stem stands here, but none was found",
+        "measure it at its place in the photos, or by tape",
     ),
     "edge": ("the tree stands at the edge of the data", "extend the survey beyond the plot"),
 }

@@ -21,8 +21,8 @@ class Tree:
     and 90 % interval, cm. height_m: tree height. lean_deg: stem axis from the vertical. arc_deg: covered circumference
     (points) or spread of azimuths (photos). taper_cm_m: d(diameter)/d(height). method: a key of
     :data:`treedgs_geo.trees.methods.METHODS`. qc_reason: comma-separated keys of
-    :data:`treedgs_geo.trees.reasons.REASONS`. species, status (``live`` or ``dead``), note: a person's, written in
-    the layer; no method fills them.
+    :data:`treedgs_geo.trees.reasons.REASONS`. species, status (``live`` or ``dead``), note and rev_*
+    (decisions: :mod:`treedgs_geo.inventory.reviewed`): a person's, written in the layer; no method fills them.
 
     Raises:
         ValueError: a reason or the method is not in those lists.
@@ -60,6 +60,11 @@ class Tree:
     species: str | None = None
     status: str | None = None
     note: str | None = None
+    rev_flag: str | None = None
+    rev_dbh_cm: float | None = None
+    rev_note: str | None = None
+    rev_by: str | None = None
+    rev_at: str | None = None
 
     def __post_init__(self) -> None:
         for reason in self.reasons:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.spatial import cKDTree
 
@@ -30,6 +32,8 @@ from .stem_measure import StemMeasure, refuse
 MOST_POINTS = 8000
 #: Stems thicker than this are expected to be seen above the band too, in a cloud that reaches the crowns.
 SHOULD_GO_ON_CM = 18.0
+#: Rings are compared where so many stems are measured; standard error of a thick one's diameter over its excess.
+LEAST_STEMS, RING_SE = 4, 4.0
 #: Bark in fewer rows than this shows gaps: points just outside it are twigs then.
 VEILED_ROWS = 0.85
 
@@ -107,6 +111,8 @@ def measure_stems(
         for number, (tree, group, frame) in enumerate(zip(ids, groups, frames, strict=True)):
             results.append(_measure_one(frame, group, weights, sensor, options, stems, int(tree), around))
             reporter.progress((number + 1) / len(ids))
+    if sensor.calibrated:
+        results = beside_the_others(results)
     trees = [
         _tree(int(tree), frame, measured, options) for tree, frame, measured in zip(ids, frames, results, strict=True)
     ]
@@ -195,6 +201,25 @@ def _measure_one(
     if around.has_crowns and measured.dbh_cm is not None and measured.dbh_cm > SHOULD_GO_ON_CM:
         beside["n_above"] = len(stem.pieces)
     return measured.with_flagged(judge("points", beside))
+
+
+def beside_the_others(results: list[StemMeasure]) -> list[StemMeasure]:
+    """Flagged or refused (``covered``), where the ring of points is far thicker than those of the plot's other stems:
+    ivy, moss or twigs all round, which a circle takes for bark. A flagged one's error grows with the excess."""
+    noise = np.array([each.noise_m for each in results if each.dbh_cm is not None])
+    if np.isfinite(noise).sum() < LEAST_STEMS:
+        return results
+    usual, out = float(np.nanmedian(noise)), []
+    for each in results:
+        found = judge("points", {"ring_ratio": each.noise_m / usual})
+        if each.dbh_cm is None or each.se_cm is None or not found.reasons:
+            out.append(each)
+        elif found.refused:
+            out.append(replace(each, flag="reject", dbh_cm=None, se_cm=None, reasons=(*each.reasons, *found.reasons)))
+        else:
+            excess_cm = 100 * float(np.sqrt(each.noise_m**2 - usual**2))
+            out.append(replace(each, se_cm=float(np.hypot(each.se_cm, RING_SE * excess_cm))).with_flagged(found))
+    return out
 
 
 def _tree(tree: int, frame: TreeFrame, measured: StemMeasure, options: MeasureOptions) -> Tree:

@@ -220,6 +220,7 @@ def _conclude(fitted: FittedStem, sensor: Sensor, bh_m: float, options: SegmentO
         int(fitted.on.sum()),
         len(fitted.slices),
         fitted.taper.slope_cm_m if fitted.taper is not None and fitted.taper.model != "constant" else None,
+        bark.noise_m,
     )
 
 

@@ -13,7 +13,7 @@ class StemMeasure:
     """One stem's measurement. cone: in the tree's own frame, metres. dbh_cm, se_cm: diameter and standard error, cm;
     ``None`` when refused (and no error where the method has none). reasons: keys of
     :data:`treedgs_geo.trees.reasons.REASONS`. arc_deg: circumference covered by bark. taper_cm_m: change of the
-    diameter with height."""
+    diameter with height. noise_m: spread of the points about the bark, NaN unknown."""
 
     cone: Cone | None
     dbh_cm: float | None
@@ -24,6 +24,7 @@ class StemMeasure:
     points: int = 0
     slices: int = 0
     taper_cm_m: float | None = None
+    noise_m: float = float("nan")
 
     def with_flagged(self, found: Findings) -> StemMeasure:
         """The same with further reasons for a check; a refused stem stays refused."""

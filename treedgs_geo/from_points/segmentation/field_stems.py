@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ...core.errors import InputError
+from ...core.tables import csv_text
 from .segment import StemMap
 
 #: A field stem and a found one further apart than this are two, metres, however inexact the positions.
@@ -87,7 +89,9 @@ def _read_csv(path: Path):
     import pandas as pd
 
     try:
-        return pd.read_csv(path, sep=None, engine="python", encoding="utf-8-sig")
+        return pd.read_csv(io.StringIO(csv_text(path)))
+    except InputError:
+        raise
     except Exception as problem:
         raise InputError(f"{path}: cannot be read as a table ({problem}); expected columns x, y, tree_id.") from None
 
