@@ -2,8 +2,9 @@
 ``tools/requirements-dev-locked.txt`` (what ``make setup`` adds for the tests): ``make lock``.
 
 Resolved by uv for every system and Python 3.10 or newer, wheels only, from ``requirements.txt`` (without torch, which
-no step needs) and the ``gpu`` extra of ``pyproject.toml``. ``treedgs:setupengine`` installs exactly the first list,
-``make setup`` both.
+no step needs), all extras together, so that each fits beside the others. A line ``# [simulate cluster]`` begins what
+only these extras need. ``treedgs:setupengine`` installs the first list as far as it is chosen, ``make setup`` both.
+``treedgs_qgis/uv-locked.txt`` is uv itself, with which the plugin gets a Python where there is none.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ LOCKED = ROOT / "treedgs_qgis" / "requirements-locked.txt"
 #: Warp's wheels of 1.18 and newer ask for a driver of 2025 and a card of 2018; 1.17 takes those of 2022 and 2014.
 OLDER_CARDS = "warp-lang<1.18"
 DEV = ROOT / "tools" / "requirements-dev-locked.txt"
+UV_LOCKED = ROOT / "treedgs_qgis" / "uv-locked.txt"
+UV = "uv>=0.9,<1"
 #: Installs the library itself, without a build environment from the network.
 SETUPTOOLS = "setuptools>=70.1"
 HEAD = (
@@ -36,15 +39,44 @@ def extra(name: str) -> list[str]:
     return [item for item in re.findall(r'"([^"]+)"', found.group(1)) if not item.startswith("treedgs-geo")]
 
 
-def wanted() -> list[str]:
-    """The engine's ranges."""
-    lines = [line for line in RANGES.read_text(encoding="utf-8").splitlines() if line and line[0] != "#"]
-    return [line for line in lines if not line.startswith("torch")] + extra("gpu") + [OLDER_CARDS]
+def wanted() -> dict[str, list[str]]:
+    """The engine's ranges: '' what every step needs, and each extra's."""
+    found: dict[str, list[str]] = {"": []}
+    part = ""
+    for line in RANGES.read_text(encoding="utf-8").splitlines():
+        if named := re.fullmatch(r"# \[(\w+)\]", line):
+            part = named[1]
+        elif line and line[0] != "#" and part != "torch":
+            found.setdefault(part, []).append(line)
+    found["gpu"].append(OLDER_CARDS)
+    return found
 
 
 def wanted_by_developers() -> list[str]:
     """What the tests need beside the engine."""
-    return extra("test") + extra("docs") + extra("cluster") + [SETUPTOOLS]
+    return extra("test") + extra("docs") + [SETUPTOOLS]
+
+
+def name_of(line: str) -> str:
+    """The library of a locked line."""
+    return line.partition("==")[0]
+
+
+def by_extra(uv: Path, everything: list[str]) -> list[str]:
+    """The lines of ``everything``, what all need first, then under a heading what some extras need."""
+    parts = wanted()
+    base = {name_of(line) for line in resolve(uv, parts[""], everything)}
+    users: dict[str, list[str]] = {}
+    for extra_name in [name for name in parts if name]:
+        for name in {name_of(line) for line in resolve(uv, parts[""] + parts[extra_name], everything)} - base:
+            users.setdefault(name, []).append(extra_name)
+    groups: dict[tuple[str, ...], list[str]] = {(): []}
+    for line in everything:
+        groups.setdefault(tuple(users.get(name_of(line), ())), []).append(line)
+    lines = groups.pop(())
+    for names, found in sorted(groups.items()):
+        lines += [f"# [{' '.join(names)}]", *found]
+    return lines
 
 
 def one_line_each(text: str) -> list[str]:
@@ -74,7 +106,8 @@ def resolve(uv: Path, ranges: list[str], fixed: list[str]) -> list[str]:
 
 def write(path: Path, source: str, lines: list[str]) -> None:
     """Write one list, marked for the scan for secrets."""
-    text = HEAD.format(source=source) + "".join(f"{line}  # pragma: allowlist secret\n" for line in lines)
+    marked = [line if line[0] == "#" else f"{line}  # pragma: allowlist secret" for line in lines]
+    text = HEAD.format(source=source) + "\n".join(marked) + "\n"
     path.write_text(text, encoding="utf-8")
     print(f"{path.relative_to(ROOT)}: {len(lines)} lines, {text.count('sha256:')} hashes")
 
@@ -91,11 +124,12 @@ def main() -> int:
             listed = LOCKED.read_text(encoding="utf-8").splitlines()
             engine = [line.partition("  #")[0] for line in listed if line and line[0] != "#"]
         else:
-            engine = resolve(folder / "bin" / "uv", wanted(), [])
-            write(LOCKED, "requirements.txt", engine)
-        names = {line.partition("==")[0] for line in engine}
+            engine = resolve(folder / "bin" / "uv", [line for part in wanted().values() for line in part], [])
+            write(LOCKED, "requirements.txt", by_extra(folder / "bin" / "uv", engine))
+            write(UV_LOCKED, "tools/write_lock.py", resolve(folder / "bin" / "uv", [UV], []))
+        names = {name_of(line) for line in engine}
         dev = resolve(folder / "bin" / "uv", wanted_by_developers(), engine)
-        write(DEV, "pyproject.toml", [line for line in dev if line.partition("==")[0] not in names])
+        write(DEV, "pyproject.toml", [line for line in dev if name_of(line) not in names])
     except RuntimeError as problem:
         print(f"error: {problem}", file=sys.stderr)
         return 1

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager
+import math
 
 import numpy as np
 import pyproj
@@ -12,12 +10,10 @@ import pyproj
 from ..core.errors import InputError
 from ..core.machine import require_memory
 from ..pointcloud.cloud import extent
+from .cloth import PARTICLE_BYTES, near_cloth, particles_over
 from .dtm import Dtm, grid_over
 from .options import ClothSimulation
 from .surface import cell_quantile, grid_ground, local_ground
-
-#: Memory of a particle of the cloth (measured: 371 bytes); without it the library ends the process.
-_PARTICLE_BYTES = 400
 
 
 def classify_ground(xyz: np.ndarray, method: ClothSimulation | None = None) -> np.ndarray:
@@ -104,8 +100,6 @@ def cloth_ground(lows: np.ndarray, method: ClothSimulation) -> np.ndarray:
     Raises:
         InputError: no ground was found.
     """
-    import CSF
-
     lows = _without_pits(lows)
     if len(lows) < 10:
         raise InputError(
@@ -113,24 +107,12 @@ def cloth_ground(lows: np.ndarray, method: ClothSimulation) -> np.ndarray:
             "or a DTM with --dtm."
         )
     span = lows[:, :2].max(axis=0) - lows[:, :2].min(axis=0)
-    particles = float(np.prod(span / method.cloth_m + 5))
     require_memory(
-        _PARTICLE_BYTES * particles,
+        float(PARTICLE_BYTES * math.prod(particles_over(lows, method))),
         f"Terrain: a cloth over {span[0]:,.0f} x {span[1]:,.0f} m",
         "cut the cloud to the plot, remove points far off, or give a DTM with --dtm",
     )
-    cloth = CSF.CSF()
-    cloth.params.bSloopSmooth = True
-    cloth.params.cloth_resolution = method.cloth_m
-    cloth.params.rigidness = method.rigidness
-    cloth.params.class_threshold = method.threshold_m
-    cloth.params.interations = method.rounds
-    cloth.params.time_step = 0.65
-    cloth.setPointCloud(np.ascontiguousarray(lows))
-    ground, other = CSF.VecInt(), CSF.VecInt()
-    with _quiet_stdout():
-        cloth.do_filtering(ground, other, False)
-    found = lows[np.asarray(ground, dtype=int)] if len(ground) else lows[:0]
+    found = lows[near_cloth(lows, method)]
     if len(found) < 10:
         raise InputError("Terrain: no ground was found in the cloud; give a DTM with --dtm.")
     # The cloth lets low plants within its threshold pass: keep what a low, robust surface agrees with.
@@ -152,22 +134,3 @@ def _without_pits(lows: np.ndarray, depth_m: float = 1.0) -> np.ndarray:
     _, near = cKDTree(lows[:, :2]).query(lows[:, :2], k=9)
     floor = np.partition(lows[near[:, 1:], 2], 1, axis=1)[:, 1]
     return lows[lows[:, 2] > floor - depth_m]
-
-
-@contextmanager
-def _quiet_stdout() -> Iterator[None]:
-    """The cloth library prints to the process's stdout, which belongs to the JSON protocol."""
-
-    try:
-        saved = os.dup(1)
-    except OSError:
-        yield
-        return
-    quiet = os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(quiet, 1)
-        yield
-    finally:
-        os.dup2(saved, 1)
-        os.close(saved)
-        os.close(quiet)

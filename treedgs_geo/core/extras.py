@@ -1,0 +1,31 @@
+"""Libraries that not every user needs: which extra brings them, and the sentence for a job that lacks one."""
+
+from __future__ import annotations
+
+#: Extra of ``pyproject.toml`` -> the modules it brings. ``treedgs_qgis/extras.py`` has the same.
+EXTRAS: dict[str, tuple[str, ...]] = {
+    "simulate": ("open3d",),
+    "cluster": ("dask", "distributed", "bokeh", "cryptography", "dask_jobqueue"),
+    "reports": ("openpyxl", "reportlab"),
+    "gpu": ("warp",),
+    "torch": ("torch",),
+}
+
+
+def extra_of(module: str | None) -> str:
+    """The extra that brings a module (``dask.config`` as well as ``dask``); '' where every engine has it."""
+    top = (module or "").split(".")[0]
+    return next((name for name, modules in EXTRAS.items() if top in modules), "")
+
+
+def lacks(module: str | None, verb: str) -> str:
+    """The sentence for a verb that needs a library which is not installed."""
+    extra = extra_of(module)
+    if extra in ("simulate", "cluster", "reports"):
+        return (
+            f"{verb}: needs the library {module}, which the extra '{extra}' brings and this engine lacks; run 'Set up "
+            f"the engine' (treedgs:setupengine) with {extra.upper()}=true, or pip install 'treedgs-geo[{extra}]'."
+        )
+    if extra:
+        return f"{verb}: needs the library {module}, which is not installed; pip install 'treedgs-geo[{extra}]'."
+    return f"{verb}: the library {module} is not installed; run 'make setup' or 'treedgs doctor'."

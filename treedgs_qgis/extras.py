@@ -1,0 +1,67 @@
+"""Parts of the engine that not everybody needs: what brings each, how large it is. Standard library only.
+
+Sizes are measured (``python tools/measure_engine.py`` writes ``extras.json``).
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+
+from .words import tr
+
+SIZES = Path(__file__).with_name("extras.json")
+#: What ``setupengine`` lets choose -> modules it brings. The library's ``core.extras`` has the same.
+CHOICES: dict[str, tuple[str, ...]] = {
+    "reports": ("openpyxl", "reportlab"),
+    "cluster": ("dask", "distributed", "bokeh", "cryptography", "dask_jobqueue"),
+    "simulate": ("open3d",),
+}
+#: Small, and a stand table is what most people want in the end.
+USUAL = ("reports",)
+#: Chosen by BUILD, not by hand.
+GPU = "gpu"
+
+
+def disk_mb(extra: str = "") -> int:
+    """Megabytes on disk of an extra, or of the engine without any ('')."""
+    return int(json.loads(SIZES.read_text(encoding="utf-8"))["parts"][extra or "engine"]["disk_mb"])
+
+
+def download_mb(extra: str = "") -> int:
+    """Megabytes to download."""
+    return int(json.loads(SIZES.read_text(encoding="utf-8"))["parts"][extra or "engine"]["download_mb"])
+
+
+def size(extra: str = "") -> str:
+    """The same in words: ``0.9 GB``, ``15 MB``."""
+    megabytes = disk_mb(extra)
+    return f"{megabytes / 1000:.1f} GB" if megabytes >= 950 else f"{megabytes} MB"
+
+
+def needed_gb(chosen: Iterable[str]) -> float:
+    """Free disk that setting up takes: what is installed, and pip's copy of the largest wheels meanwhile."""
+    parts = ["", *chosen]
+    return round(sum(disk_mb(part) + download_mb(part) for part in parts) / 1000, 1)
+
+
+def title(extra: str) -> str:
+    """What it is for, with its size."""
+    texts = {
+        "reports": tr("Stand tables as Excel and PDF ({size})"),
+        "cluster": tr("Many plots at once, also on a cluster ({size})"),
+        "simulate": tr("Simulated plots, dense points as PLY ({size})"),
+    }
+    return texts[extra].format(size=size(extra))
+
+
+def missing(modules: Iterable[str]) -> list[str]:
+    """The extras that bring all of some modules; empty when one of them belongs to none."""
+    found: list[str] = []
+    for module in modules:
+        names = [name for name, brings in CHOICES.items() if module in brings]
+        if not names:
+            return []
+        found += [name for name in names if name not in found]
+    return found
