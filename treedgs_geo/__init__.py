@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from .core.progress import Reporter
     from .geotags.reading import read_stations
     from .geotags.stations import Stations
-    from .inventory.tree_layer import write_trees
+    from .inventory.review.apply import review_trees
+    from .inventory.reviewed import reviewed
+    from .inventory.tree_layer import tree_table, write_trees
     from .inventory.tree_reading import read_trees
     from .pointcloud.cloud import PointCloud
     from .pointcloud.files import read_cloud, write_cloud
@@ -44,6 +46,9 @@ _HOMES = {
     "explain": "trees.reasons",
     "read_trees": "inventory.tree_reading",
     "write_trees": "inventory.tree_layer",
+    "tree_table": "inventory.tree_layer",
+    "reviewed": "inventory.reviewed",
+    "review_trees": "inventory.review.apply",
     "Reporter": "core.progress",
     "TreeDGSError": "core.errors",
 }
@@ -62,6 +67,9 @@ __all__ = [
     "read_dtm",
     "read_stations",
     "read_trees",
+    "review_trees",
+    "reviewed",
+    "tree_table",
     "write_cloud",
     "write_trees",
 ]

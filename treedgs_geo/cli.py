@@ -16,6 +16,7 @@ from typing import Any, NoReturn
 from . import __version__
 from .core.command import Command, describe, ordered_params
 from .core.errors import Cancelled, Incomplete, InputError, OutputError, TreeDGSError
+from .core.extras import lacks
 from .core.files import no_empty_folders
 from .core.progress import PROTOCOL, Reporter, make_reporter
 from .core.settings import Param, build, params_of
@@ -89,7 +90,7 @@ def run_command(command: Command, values: dict[str, Any], reporter: Reporter, sh
         reporter.error(str(problem))
         return problem.exit_code
     except ModuleNotFoundError as problem:
-        reporter.error(f"The library {problem.name!r} is not installed; run 'make setup' or 'treedgs doctor'.")
+        reporter.error(lacks(problem.name, command.name))
         return 3
     except Exception as problem:
         if (shortage := shortage_of(problem)) is not None:

@@ -45,7 +45,7 @@ def test_the_block_is_measured_in_ground_metres(finished):
 
 def test_the_record_says_what_was_done(finished):
     record = json.loads((finished / "work" / "run.json").read_text())
-    assert {"geotag", "reconstruct", "ground", "measure", "write"} == set(record["stages"])
+    assert {"geotag", "reconstruct", "ground", "measure", "sheets", "write"} == set(record["stages"])
     for stage in record["stages"].values():
         assert stage["status"] == "done" and stage["seconds"] >= 0 and stage["peak_memory_mb"] > 0
     assert record["crs"] and record["libraries"]["pycolmap"]
@@ -53,11 +53,22 @@ def test_the_record_says_what_was_done(finished):
         assert (finished / "work" / name).exists(), name
 
 
+def test_every_stem_has_its_evidence_sheet(finished):
+    """A picture a tree, measured or not, small, named by the layer's columns and linked from the report."""
+    trees = read_trees(finished / "trees.gpkg")
+    page = (finished / "work" / "report.html").read_text(encoding="utf-8")
+    for tree in trees.itertuples():
+        sheet = finished / "work" / "sheets" / tree.run_id / f"{tree.tree_id}.jpg"
+        assert 5_000 < sheet.stat().st_size <= 80_000
+        assert f"data-sheet='sheets/{tree.run_id}/{tree.tree_id}.jpg'" in page
+    assert len(list((finished / "work" / "sheets").rglob("*.jpg"))) == len(trees) > 0
+
+
 def test_a_second_run_keeps_finished_stages(finished, simulated_plot, capsys):
     before = json.loads((finished / "work" / "run.json").read_text())["stages"]["reconstruct"]["seconds"]
     assert main(chain_arguments(simulated_plot, finished)) == 0
     text = capsys.readouterr().err
-    for stage in ("geotag", "reconstruct", "ground", "measure"):
+    for stage in ("geotag", "reconstruct", "ground", "measure", "sheets"):
         assert f"{stage}: unchanged since the last run, kept" in text
     assert json.loads((finished / "work" / "run.json").read_text())["stages"]["reconstruct"]["seconds"] == before
 

@@ -113,8 +113,9 @@ def test_a_cloud_with_plots_and_a_report(tmp_path):
     truth = stems_cloud(tmp_path / "cloud.laz")
     plots = plots_table(tmp_path, "A,500002.5,3450004,2", "B,500009.5,3450006,3", "far,600000,3450004,3")
     done = cloud_run(
-        tmp_path, "--plots", plots, "--report", str(tmp_path / "r.html"), "--stems-output", str(tmp_path / "stems.laz")
-    )
+        tmp_path, "--plots", plots, "--report", str(tmp_path / "r.html"), "--stems-output", str(tmp_path / "stems.laz"),
+        "--sheets", "all",
+    )  # fmt: skip
     assert done.returncode == 0, done.stderr
     trees = geopandas.read_file(tmp_path / "trees.gpkg", layer="trees")
     assert sorted(trees["plot_id"]) == ["A", "B"], "the stem between the plots is in neither"
@@ -123,6 +124,9 @@ def test_a_cloud_with_plots_and_a_report(tmp_path):
     page = (tmp_path / "r.html").read_text(encoding="utf-8")
     for number in trees["tree_id"]:
         assert f"id='tree-{number}'" in page
+        (run_id,) = set(trees["run_id"])
+        assert 5_000 < (tmp_path / "trees_sheets" / run_id / f"{number}.jpg").stat().st_size <= 80_000
+        assert f"data-sheet='trees_sheets/{run_id}/{number}.jpg'" in page
     assert "1 of 3 plots do not lie on the cloud" in page and "2 stems have a DBH" in page
     # Plot B reaches 1 m over the cloud's edge, A is within it.
     assert ", A 0 %) holds no point in the lowest 3 m" in page and "(B " in page

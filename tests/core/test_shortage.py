@@ -116,9 +116,9 @@ def test_what_libraries_say_is_understood():
 
 
 def test_memory_is_asked_for_before_a_library_aborts(tmp_path):
-    """A cloth of nine million particles in two gigabytes of address space: the library would end the process."""
+    """A cloth of a hundred million particles in two gigabytes of address space: it would end the process."""
     rng = np.random.default_rng(0)
-    xy = rng.uniform(0, 1500, (60_000, 2))
+    xy = rng.uniform(0, 5000, (60_000, 2))
     write_las(tmp_path / "wide.laz", np.column_stack([xy, 0.02 * xy[:, 0] + rng.normal(0, 0.05, len(xy))]))
     code = (
         "import resource, sys; resource.setrlimit(resource.RLIMIT_AS, (2 * 10**9,) * 2); "

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 import treedgs_geo
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.plots import read_plots
-from treedgs_geo.core.tables import SafeWriter, plain_cell, refuse_other_formats, safe_cell, safe_frame
+from treedgs_geo.core.tables import SafeWriter, csv_text, plain_cell, refuse_other_formats, safe_cell, safe_frame
 from treedgs_geo.evaluation.experiments import _table
 from treedgs_geo.inventory.field_trees import read_table
 from treedgs_geo.inventory.match import read_measured
@@ -123,3 +123,44 @@ def test_other_formats_are_named(tmp_path, name, head, says):
             read_trees(path)
         with pytest.raises(InputError, match="an Access database.*export its table"):
             read_sample(path, UTM)
+
+
+PLOTS = "plot_id,easting,northing,radius_m,note\nA,611337.5,3718452.25,12.5,Höhe\nB,611400,3718500,10,\n"
+
+
+@pytest.mark.parametrize("ends", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252", "utf-16"])
+@pytest.mark.parametrize("country", ["us", "de", "tabs", "sep"])
+def test_a_table_of_any_country_and_system_reads_the_same(tmp_path, ends, encoding, country):
+    """As Excel writes it in the United States, in Germany, as text with tabs, and with its own first line."""
+    text = {"us": PLOTS, "tabs": PLOTS.replace(",", "\t")}.get(country, PLOTS.replace(",", ";").replace(".", ","))
+    text = ("sep=;\n" if country == "sep" else "") + text
+    path = tmp_path / "plots.csv"
+    path.write_bytes(text.replace("\n", ends).encode(encoding))
+    assert csv_text(path) == PLOTS
+    plots = read_plots(path, UTM)
+    assert [(p.plot_id, p.x, p.y, p.radius_m) for p in plots] == [
+        ("A", 611337.5, 3718452.25, 12.5),
+        ("B", 611400.0, 3718500.0, 10.0),
+    ]
+    table = read_table(path)
+    assert list(table["note"])[0] == "Höhe" and list(table["easting"]) == ["611337.5", "611400"]
+
+
+def test_two_kinds_of_numbers_in_one_table_are_refused(tmp_path):
+    """12,5 may be twelve and a half or, beside 611337.5, two columns; nothing is guessed."""
+    path = tmp_path / "trees.csv"
+    path.write_text("plot_id;tree_id;azimuth;distance_m\nA;1;12,5;8.25\n")
+    with pytest.raises(InputError, match="found 12,5 and 8.25.*the same way"):
+        read_table(path)
+
+
+def test_text_with_separators_inside_stays(tmp_path):
+    path = tmp_path / "trees.csv"
+    path.write_text('plot_id,"note; with; semicolons",dbh_cm\nA,"1,5; ""x""",12.5\n')
+    assert csv_text(path) == path.read_text()
+    path.write_text('plot_id;note;dbh_cm\nA;"fork, leaning";12,5\n')
+    assert csv_text(path) == 'plot_id,note,dbh_cm\nA,"fork, leaning",12.5\n'
+    path.write_bytes(bytes(range(256)))
+    with pytest.raises(InputError, match="cannot be read as a CSV"):
+        read_table(path)

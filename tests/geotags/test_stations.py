@@ -107,6 +107,7 @@ def test_refusals(tmp_path: Path) -> None:
     with pytest.raises(CRSError, match="made for"):
         read_stations(folder / "images", folder, "EPSG:32633", check_photos=False)
     (tmp_path / "empty").mkdir()
+    (tmp_path / "empty" / "._DJI_0001.JPG").write_bytes(b"\0\5\x16\7")  # what a Mac leaves on a card, no photo
     with pytest.raises(InputError, match="holds no photos"):
         read_stations(tmp_path / "empty", None, "EPSG:6344")
     with pytest.raises(GeotagError, match="holds no geotags"):

@@ -61,7 +61,7 @@ def test_what_is_written_in_qgis_stays_with_its_tree_in_the_next_run(tmp_path):
     table = read_trees(path).set_index("tree_id")
     assert table.species[11] == "PITA" and table.note[11] == "ivy" and table.status[13] == "dead"
     assert table[["species", "status", "note"]].notna().sum().sum() == 3
-    assert any("at 2 trees are kept" in text for text in ears.infos)
+    assert any("at 2 trees is kept" in text for text in ears.infos)
     (lost,) = ears.warnings
     assert "5 at 611320.0 3718400.0 (X)" in lost and "not in the new layer" in lost
 

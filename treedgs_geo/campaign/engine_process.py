@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..core.children import python_command
+from ..core.children import python_command, was_killed
 from ..core.files import FULL_BYTES, free_bytes, remove_leftovers, write_json
 from ..core.lease import HANDED
 from ..core.shortage import is_full
@@ -182,7 +182,7 @@ def explain(code: int | None, message: str) -> tuple[str, str]:
     """``(outcome, sentence)`` of an exit code."""
     if code is None:
         return "crash", "the engine did not end when it was killed"
-    if code in (-9, 137):
+    if was_killed(code):
         return "memory", "was killed by the system, most likely because memory ran out"
     if code == -signal.SIGTERM:
         return "interrupted", "was stopped from outside"

@@ -49,8 +49,9 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str, reporter:
     taken one by one. crs: of the layer; trees of plots in another one are transformed, heights stay.
 
     Columns are those of a tree layer; ``tree_id`` is unique in the campaign, ``plot_tree`` is the number in the plot's
-    own folder, ``camp_plot`` the manifest's plot_id. ``plot_id`` is NULL for trees outside the plot's circle. Species,
-    status and note that a person wrote into the layer that is replaced go on with their trees.
+    own folder, ``camp_plot`` the manifest's plot_id. ``plot_id`` is NULL for trees outside the plot's circle. What a
+    person wrote (species, status, note, decisions) into a plot's layer, or into the merged one that is replaced, goes
+    on with its tree; of two decisions the newer one.
     """
     import pandas as pd
 
@@ -59,10 +60,11 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str, reporter:
     total = 0
     held: list[Any] = []
     waiting = 0
-    written = read_written(path)
+    written, numbers = read_written(path), set()
     with _target(path) as temporary:
         for plot in plots:
             table = _plot_trees(plot, crs)
+            numbers.update(table["tree_id"])
             total += len(table)
             waiting += len(table)
             if len(table) or not held:
@@ -72,6 +74,10 @@ def write_layer(path: Path, plots: Iterable[dict[str, Any]], crs: str, reporter:
                 held, waiting = [], 0
         if held or not temporary.exists():
             _append(temporary, written.fill(pd.concat(held, ignore_index=True)) if held else _empty(crs))
+        left = written.left(_empty(crs), numbers)
+        if len(left):
+            total += len(left)
+            _append(temporary, left)
         if path.suffix.lower() == ".gpkg":
             from ..inventory.tree_reading import LAYER
 

@@ -14,6 +14,7 @@ from typing import Any
 
 from ..core.errors import InputError, TreeDGSError
 from ..core.settings import Param, build, params_of
+from ..core.tables import decoded
 from .inputs import PlotInputs, look_at
 
 #: Column of the input -> verb that a row with it runs.
@@ -106,16 +107,10 @@ def _text_of(path: Path) -> str:
         raise InputError(f"{path}: cannot be read ({problem.strerror}); give the manifest, a CSV table.") from None
     if raw[:4] == b"PK\x03\x04" or raw[:4] == b"\xd0\xcf\x11\xe0":
         raise InputError(f"{path}: is a workbook, expected a CSV table; in Excel choose Save as, CSV UTF-8.")
-    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
-        return raw.decode("utf-16", errors="replace")
-    for encoding in ("utf-8-sig", "cp1252"):
-        try:
-            text = raw.decode(encoding)
-        except UnicodeDecodeError:
-            continue
-        if "\0" not in text:
-            return text
-    raise InputError(f"{path}: is not a text table, expected CSV; save it as CSV UTF-8.")
+    try:
+        return decoded(raw)
+    except ValueError:
+        raise InputError(f"{path}: is not a text table, expected CSV; save it as CSV UTF-8.") from None
 
 
 class Checker:

@@ -22,6 +22,7 @@ from ..trees.odd_heights import mark_odd_heights
 from ..trees.tree import Tree
 from .cloud_input import load_cloud, load_ground, tree_summary
 from .cloud_plots import RunLog, cut_to_plots, trees_in_plots, write_cloud_report
+from .cloud_sheets import make_cloud_sheets, name_run, sheets_of
 from .settings import PointcloudToDbhSettings
 
 
@@ -51,9 +52,14 @@ def run_cloud_chain(settings: PointcloudToDbhSettings, reporter: Reporter) -> di
     trees, tree_id = find_and_measure(cloud, ground, plots, settings, reporter)
     if settings.stems_output is not None and (tree_id > 0).any():
         write_cloud(settings.stems_output, cloud.with_attribute("tree_id", tree_id).select(tree_id > 0))
+    name_run(settings, trees)
     slices = stem_slices(cloud.xyz, tree_id, trees)
-    write_trees(settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, slices, reporter)
+    with reporter.stage("sheets", 0.95, 0.99):
+        sheets = make_cloud_sheets(settings, cloud.xyz, tree_id, trees, slices, reporter)
+    write_trees(
+        settings.output, trees, cloud.horizontal_crs or LOCAL_CRS, slices, reporter, sheets=sheets_of(settings.output)
+    )
     stems_file = str(settings.stems_output) if settings.stems_output is not None and (tree_id > 0).any() else None
     summary = tree_summary(trees, reporter)
-    report = write_cloud_report(settings, cloud, trees, plots, ground.dtm, log)
+    report = write_cloud_report(settings, cloud, trees, plots, ground.dtm, log, sheets)
     return {"output": str(settings.output), "report": report, "stems_output": stems_file, **summary}

@@ -118,9 +118,15 @@ def trees_in_plots(
 
 
 def write_cloud_report(
-    settings: PointcloudToDbhSettings, cloud: PointCloud, trees: list[Any], plots: list[Plot], dtm: Dtm, log: RunLog
+    settings: PointcloudToDbhSettings,
+    cloud: PointCloud,
+    trees: list[Any],
+    plots: list[Plot],
+    dtm: Dtm,
+    log: RunLog,
+    sheets: dict[int, Path],
 ) -> str | None:
-    """The page ``--report`` asks for, as ``photos-to-dbh`` writes it; its path."""
+    """The page ``--report`` asks for, as ``photos-to-dbh`` writes it; its path. sheets: ``tree_id`` -> picture."""
     if settings.report is None:
         return None
     from .. import __version__
@@ -148,6 +154,7 @@ def write_cloud_report(
         {k: v for k, v in facts.items() if v},
         list(dict.fromkeys(log.warnings)),
         log.stages,
+        sheets,
     )
     return str(path)
 

@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from datetime import datetime, timezone
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..core import workspace as names
 from ..core.crs import LocalFrame
+from ..core.errors import InputError
 from ..core.plots import Plot, plot_cells
 from ..core.workspace import Workspace
 from ..geotags.stations import Stations, read_stations_layer
+from ..inventory.tree_layer import tree_table
+from ..inventory.tree_reading import read_trees
 from ..reconstruction.cameras import View
 from ..reconstruction.model import FRAME
 from ..terrain.dtm import read_dtm
+from ..trees.tree import Tree
+
+if TYPE_CHECKING:
+    import geopandas as gpd
+    from pyproj import CRS
 
 #: A place counts as seen when this many photos look at it from the side, as where stems are looked for without plots.
 ENOUGH_VIEWS = 6
@@ -106,3 +116,12 @@ def not_seen(plots: list[Plot], owner: np.ndarray, missing: np.ndarray) -> str:
 
 def _percent(share: float) -> str:
     return f"{100 * share:.0f} %" if not 0 < share < 0.01 else "less than 1 %"
+
+
+def kept_table(path: Path, trees: list[Tree], crs: CRS) -> gpd.GeoDataFrame:
+    """The trees as the layer ``path`` holds them, with what a person wrote; as measured where it is not to be read."""
+    with suppress(InputError):
+        found = read_trees(path)
+        if len(found) >= len(trees):
+            return found
+    return tree_table(trees, crs)

@@ -10,22 +10,20 @@ import numpy as np
 
 from ..core import workspace as names
 from ..core.crs import LocalFrame
-from ..core.errors import InputError, OutputError
+from ..core.errors import InputError
 from ..core.files import read_json, write_json
-from ..core.geopackage import is_whole, move_aside
 from ..core.plots import Plot, read_plots
 from ..core.progress import Reporter
 from ..core.scale import zone_that_fits
 from ..core.settings import to_json
 from ..core.workspace import Workspace, peak_memory_mb
+from ..from_photos.kept import write_fits
 from ..geotags.control import ControlPoints, read_control
 from ..geotags.photos import list_photos
 from ..geotags.reading import read_stations
 from ..geotags.sources import find_geotags
 from ..geotags.stations import Stations, read_stations_layer, write_stations
-from ..inventory.report import write_report
-from ..inventory.tree_layer import check_output, style_terrain, tree_table, write_trees
-from ..inventory.tree_reading import LAYER
+from ..inventory.tree_layer import check_output, style_terrain
 from ..reconstruction.area import Area, area_seen
 from ..reconstruction.cameras import OBLIQUE_DEG
 from ..reconstruction.model import FRAME, MODEL_FILES, load_points, load_views
@@ -43,7 +41,7 @@ from ..terrain.dtm import (
 from ..terrain.sparse_ground import dtm_from_sparse, sparse_ground_se, with_gaps_filled
 from ..trees.ground import with_ground_error
 from ..trees.tree import Tree, with_block_errors
-from .facts import photo_facts
+from .outputs import write_layers, write_page
 from .planned import (
     LEAST_OBLIQUE,
     announce_search,
@@ -53,13 +51,12 @@ from .planned import (
     planned_ground,
     search_ahead,
 )
-from .routes import auto_route, photo_route, preset_of, splat_route
+from .routes import Found, auto_route, photo_route, preset_of, splat_route
 from .run import Aligned, Flight, Run, Site
+from .sheets import make_sheets
 from .steps import Collector, Steps
 
 if TYPE_CHECKING:
-    from pyproj import CRS
-
     from .settings import PhotosToDbhSettings
 
 #: A plot this far from the nearest photo lies elsewhere.
@@ -94,7 +91,7 @@ def _run(run: Run, photos: list[Path]) -> dict[str, Any]:
     check_cover(settings, flight, given)
     nothing = only_nadir(stations)
     if nothing:  # said now, not after the photos have been matched for nothing
-        return _write(run, flight, None, [], nothing)
+        return _write(run, flight, None, None, [], nothing)
     search = search_ahead(stations, plots, planned_ground(stations, plots, given), run.preset.stems)
     announce_search(search, plots, reporter)
     run.steps.weigh("measure", measure_weight(search, len(stations)))
@@ -103,15 +100,16 @@ def _run(run: Run, photos: list[Path]) -> dict[str, Any]:
     area, nothing = _area(plots, aligned)
     dtm = _ground(run, given, aligned, area)
     trees: list[Tree] = []
+    site = Site(aligned.frame, aligned.views, dtm, area)
     if not nothing:
-        trees = _measure(run, Site(aligned.frame, aligned.views, dtm, area), aligned)
+        trees = _measure(run, site, aligned)
         if not any(tree.qc_flag != "reject" for tree in trees):
             nothing = (
                 "no stem was found in the photos: none shows two edges of a trunk near the ground"
                 if not trees
                 else f"all {len(trees)} stems found were refused, each with its reason in the layer"
             )
-    return _write(run, flight, aligned, trees, nothing)
+    return _write(run, flight, aligned, site, trees, nothing)
 
 
 def _geotag(run: Run, photos: list[Path]) -> Stations:
@@ -251,45 +249,45 @@ def _sparse_dtm(points: np.ndarray, frame: LocalFrame, area: Area, margin_m: flo
 
 
 def _measure(run: Run, site: Site, aligned: Aligned) -> list[Tree]:
-    """Stems and diameters by the route asked for; kept as ``trees.json`` so that a resumed run skips it."""
-    settings, kept = run.settings, run.path("trees.json")
+    """Stems and diameters by the route asked for; kept as ``trees.json`` and ``fits.json`` so that a resumed run skips
+    it."""
+    settings, kept, fits = run.settings, run.path("trees.json"), run.path(names.FITS)
     scale_sd = aligned.report.get("scale_sd") or 0.0
     ground_m = run.space.record["stages"]["ground"]["result"].get("above_photos_m")
     fit = "paper" if settings.preset == "paper" and settings.fit == "auto" else settings.fit
 
     def work(reporter: Reporter) -> dict[str, Any]:
-        trees, facts = _by_route(run, site, fit, reporter)
-        trees = [with_block_errors(tree, scale_sd, 0.0) for tree in trees]
+        found = _by_route(run, site, fit, reporter)
+        trees = [with_block_errors(tree, scale_sd, 0.0) for tree in found.trees]
         places = np.array([[tree.x, tree.y] for tree in trees]).reshape(-1, 2)
         # How well the sparse points show the ground under each tree counts in its error.
         ground_se = sparse_ground_se(site.frame.to_project(aligned.points), site.dtm, places, ground_m)
         trees = [with_ground_error(tree, float(se), "photos") for tree, se in zip(trees, ground_se, strict=True)]
         write_json(kept, [asdict(tree) for tree in trees])
-        return {"fit": "photos" if fit == "auto" else fit, "stems": len(trees), **facts}
+        write_fits(fits, found.fits, found.second_cm)
+        return {"fit": "photos" if fit == "auto" else fit, "stems": len(trees), **found.facts}
 
     used = {
         "fit": fit,
         "preset": settings.preset,
-        **({"stem_network": True} if settings.stem_network else {}),
+        "stem_network": settings.stem_network,
         "bh_m": settings.bh_m,
         "seed": settings.seed,
         "plots": _circles(site.area),
         "scale_sd": scale_sd,
         "ground_m": ground_m,
     }
-    run.steps.run("measure", used, [], [kept], work)
+    run.steps.run("measure", used, [], [kept, fits], work)
     return read_kept_trees(kept)
 
 
-def _by_route(run: Run, site: Site, fit: str, reporter: Reporter) -> tuple[list[Tree], dict[str, Any]]:
-    """Trees, and what the route adds to the stage's result."""
+def _by_route(run: Run, site: Site, fit: str, reporter: Reporter) -> Found:
     settings = run.settings
     if fit == "auto":
-        trees, again = auto_route(site, run.preset, settings.bh_m, settings.seed, reporter)
-        return trees, {"second_measurement": asdict(again)} if again else {}
+        return auto_route(site, run.preset, settings.bh_m, settings.seed, reporter)
     if fit == "photos":
-        return photo_route(site, run.preset, settings.bh_m, reporter), {}
-    return splat_route(site, run, reporter, paper=fit == "paper"), {}
+        return photo_route(site, run.preset, settings.bh_m, reporter)
+    return splat_route(site, run, reporter, paper=fit == "paper")
 
 
 def read_kept_trees(path: Path) -> list[Tree]:
@@ -307,22 +305,25 @@ def read_kept_trees(path: Path) -> list[Tree]:
         ) from None
 
 
-def _write(run: Run, flight: Flight, aligned: Aligned | None, trees: list[Tree], nothing: str) -> dict[str, Any]:
-    """Layer, copy in the workspace, report. aligned: None where nothing was matched. nothing: why no tree has a
-    diameter, empty where one has."""
-    settings, plots, report = run.settings, flight.plots, run.path(names.REPORT)
+def _write(
+    run: Run, flight: Flight, aligned: Aligned | None, site: Site | None, trees: list[Tree], nothing: str
+) -> dict[str, Any]:
+    """Layer, copy in the workspace, evidence sheets, report. aligned, site: None where nothing was matched. nothing:
+    why no tree has a diameter, empty where one has."""
+    settings, plots, report, run_id = run.settings, flight.plots, run.path(names.REPORT), run.steps.run_id
     for tree in trees:
-        tree.run_id = run.steps.run_id
+        tree.run_id = run_id
         tree.plot_id = next((p.plot_id for p in plots if np.hypot(tree.x - p.x, tree.y - p.y) <= p.radius_m), None)
     trees = [tree.finish() for tree in trees]
+    sheets = make_sheets(run, site, trees) if site is not None else {}
 
     def work(reporter: Collector) -> dict[str, Any]:
         if nothing:
             reporter.warn(f"No stem is measurable: {nothing}.")
         if trees and all(tree.plot_id is None for tree in trees) and plots:
             reporter.warn("All stems found stand outside the plots; check the plot centres.")
-        _write_layers(run, trees, flight.stations.crs, reporter)
-        _write_page(run, flight, aligned, trees, reporter)
+        write_layers(run, trees, flight.stations.crs, reporter)
+        write_page(run, run_id, flight, aligned, trees, sheets, reporter)
         return {"report": str(report)}
 
     # The outputs may be changed by the user between runs: always written anew, it costs a second.
@@ -343,45 +344,6 @@ def _write(run: Run, flight: Flight, aligned: Aligned | None, trees: list[Tree],
         "warnings": run.steps.warnings,
         "peak_memory_mb": peak_memory_mb(),
     }
-
-
-def _write_layers(run: Run, trees: list[Tree], crs: CRS, reporter: Reporter) -> None:
-    output, copy = run.settings.output, run.path(names.TREES)
-    write_trees(output, trees, crs, reporter=reporter)
-    if output.resolve() == copy.resolve():
-        return
-    try:
-        if copy.exists() and not is_whole(copy, LAYER):
-            reporter.warn(f"{copy}: was damaged and is kept as {move_aside(copy).name}.")
-        write_trees(copy, trees, crs)
-    except OutputError as problem:  # the result itself is written
-        reporter.warn(str(problem))
-
-
-def _write_page(run: Run, flight: Flight, aligned: Aligned | None, trees: list[Tree], reporter: Collector) -> None:
-    stages = {
-        name: entry
-        for name, entry in run.space.record["stages"].items()
-        if name != "write" and (aligned or name == "geotag")
-    }
-    stations, crs = flight.stations, flight.stations.crs
-    views, sfm = (aligned.views, aligned.report) if aligned else ([], {})
-    megapixels = sum(view.camera.width * view.camera.height for view in views) / 1e6
-    facts = {
-        "photos": f"{sfm['registered']} of {sfm['photos']} registered, {megapixels:.0f} megapixels"
-        if sfm
-        else f"{len(stations)}, not matched",
-        "method": stages.get("measure", {}).get("result", {}).get("fit", "none"),
-        "breast height": f"{run.settings.bh_m:g} m",
-        "CRS": crs.to_string(),
-        "ground": stages["ground"]["result"]["ground"] if sfm else "not looked for",
-        "preset": run.settings.preset,
-        "TreeDGS": run.space.record["version"],
-        "run": run.steps.run_id,
-    }
-    facts = photo_facts(run.space, views, flight.plots, sfm) | facts
-    warnings = run.steps.warnings + reporter.warnings
-    write_report(run.path(names.REPORT), tree_table(trees, crs), flight.plots, facts, warnings, stages)
 
 
 def _circles(area: Area) -> list:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import asdict, dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from ..from_photos.trees import trees_of_photo_fits
 from ..reconstruction.pipeline import ReconstructOptions
 from ..trees.tree import Tree
 from .run import Run, Site
-from .second_measurement import SecondMeasurement, stems_to_measure_again, with_second_measurements
+from .second_measurement import stems_to_measure_again, with_second_measurements
 
 if TYPE_CHECKING:
     from ..gaussians.field import GaussianField
@@ -28,16 +28,33 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Preset:
     """How much of the scene is modelled. second: stems that are measured again with a primitive among Gaussians, where
-    the route is ``auto``: ``none``, those of ``low confidence``, or ``all``."""
+    the route is ``auto``: ``none``, those of ``low confidence``, or ``all``. sheets: trees that get an evidence sheet:
+    ``all``, or those to ``check`` and not measured."""
 
     reconstruct: ReconstructOptions
     stems: PhotoStemOptions
     second: str = "low confidence"
+    sheets: str = "all"
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a route found. trees: project coordinates. fits: the stems as the photos show them, local frame; the tree
+    with ``tree_id`` N is that of ``fits[N - 1]``. second_cm: diameters that a second measurement read, by index of the
+    fit. facts: what the route adds to the stage's result."""
+
+    trees: list[Tree]
+    fits: list[PhotoFit]
+    second_cm: dict[int, float] = field(default_factory=dict)
+    facts: dict[str, Any] = field(default_factory=dict)
 
 
 CHAIN_PRESETS = {
     "fast": Preset(
-        ReconstructOptions(max_features=4000, neighbours=12), PhotoStemOptions(max_views=48, max_lean_deg=10.0), "none"
+        ReconstructOptions(max_features=4000, neighbours=12),
+        PhotoStemOptions(max_views=48, max_lean_deg=10.0),
+        "none",
+        "check",
     ),
     "balanced": Preset(ReconstructOptions(), PhotoStemOptions()),
     "best": Preset(ReconstructOptions(max_features=16000, neighbours=30), PhotoStemOptions(max_views=200), "all"),
@@ -45,15 +62,16 @@ CHAIN_PRESETS = {
 }
 
 
-def preset_of(name: str, stem_network: bool) -> Preset:
-    """The preset ``name``, with the network that tells stems where it is asked for."""
+def preset_of(name: str, stem_network: str) -> Preset:
+    """The preset ``name``, and what the network that tells stems is asked."""
     preset = CHAIN_PRESETS[name]
     return replace(preset, stems=replace(preset.stems, stem_network=stem_network))
 
 
-def photo_route(site: Site, preset: Preset, bh_m: float, reporter: Reporter) -> list[Tree]:
+def photo_route(site: Site, preset: Preset, bh_m: float, reporter: Reporter) -> Found:
     """Stems found and fitted straight in the photos."""
-    return trees_of_photo_fits(_photo_fits(site, preset, bh_m, reporter), site.frame)
+    fits = _photo_fits(site, preset, bh_m, reporter)
+    return Found(trees_of_photo_fits(fits, site.frame), fits)
 
 
 def _photo_fits(site: Site, preset: Preset, bh_m: float, reporter: Reporter) -> list[PhotoFit]:
@@ -61,12 +79,10 @@ def _photo_fits(site: Site, preset: Preset, bh_m: float, reporter: Reporter) -> 
     return stems_from_photos(site.views, site.ground, site.area, options, reporter)
 
 
-def auto_route(
-    site: Site, preset: Preset, bh_m: float, seed: int, reporter: Reporter
-) -> tuple[list[Tree], SecondMeasurement | None]:
+def auto_route(site: Site, preset: Preset, bh_m: float, seed: int, reporter: Reporter) -> Found:
     """Stems fitted straight in the photos; those of low confidence are measured again among Gaussians.
 
-    Returns the trees, and what the second measurement changed (``None`` where no stem was measured again).
+    The facts have what the second measurement changed; none where no stem was measured again.
     """
     from ..gaussians.options import GaussianOptions
     from ..gaussians.train import fit_with_report
@@ -75,11 +91,11 @@ def auto_route(
         fits = _photo_fits(site, preset, bh_m, reporter)
     trees = trees_of_photo_fits(fits, site.frame)
     if preset.second == "none" or not fits:
-        return trees, None
+        return Found(trees, fits)
     places = np.array([fit.axis.p for fit in fits])
     chosen = stems_to_measure_again(fits, site.area.contains(places, 0.0), preset.second == "all")
     if not chosen:
-        return trees, None
+        return Found(trees, fits)
     with reporter.stage("second measurement", 0.6, 1.0):
         options = GaussianOptions(seed=seed, bh_m=bh_m, threads=available_threads())
         _, report = fit_with_report(site.views, site.frame, site.ground, places[chosen], None, options, reporter)
@@ -89,10 +105,11 @@ def auto_route(
             f"{len(chosen)} stems measured again with a model of their bark: {again.agreed} agree, {again.gained} "
             f"have a diameter now, {again.flagged} are to be checked."
         )
-    return trees, again
+    second_cm = {number: stem.primitive.dbh_cm for number, stem in found.items()}
+    return Found(trees, fits, second_cm, {"second_measurement": asdict(again)})
 
 
-def splat_route(site: Site, run: Run, reporter: Reporter, paper: bool) -> list[Tree]:
+def splat_route(site: Site, run: Run, reporter: Reporter, paper: bool) -> Found:
     """Stem primitives and Gaussians in one loop; with ``paper`` the published route: Gaussians -> samples with
     reliability -> stem points -> slices, circles, taper, with the published constants.
 
@@ -105,9 +122,10 @@ def splat_route(site: Site, run: Run, reporter: Reporter, paper: bool) -> list[T
 
     settings, frame = run.settings, site.frame
     with reporter.stage("find stems", 0.0, 0.2):
-        found = photo_route(site, run.preset, settings.bh_m, reporter)
+        looked = photo_route(site, run.preset, settings.bh_m, reporter)
+    found = looked.trees
     if not found:
-        return []
+        return looked
     positions = frame.to_local(np.array([[tree.x, tree.y, tree.z_ground or 0.0] for tree in found]))[:, :2]
     with reporter.stage("fit Gaussians", 0.2, 0.8):
         preset, threads = "paper" if paper else settings.preset, available_threads()
@@ -125,7 +143,7 @@ def splat_route(site: Site, run: Run, reporter: Reporter, paper: bool) -> list[T
         for number, tree in enumerate(found, start=1)
         if number not in measured
     ]
-    return sorted(trees + lost, key=lambda tree: tree.tree_id)
+    return replace(looked, trees=sorted(trees + lost, key=lambda tree: tree.tree_id))
 
 
 def _surface(

@@ -22,7 +22,7 @@ from ..trees.limits import Flag, judge
 from ..trees.tree import Tree
 
 #: Reasons that another look at the same photos cannot settle.
-HOPELESS = frozenset({"too_small", "too_large", "lean", "no_ground", "edge"})
+HOPELESS = frozenset({"too_small", "too_large", "lean", "no_ground", "edge", "covered"})
 #: A refused place is measured again only if its silhouette (of what chance reaches) or its edges stood out at all: a
 #: primitive fitted to a bush finds a cylinder too.
 LEAST_CONTRAST, LEAST_LLR = 0.7, 40.0

@@ -4,11 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from ..core.settings import param
 from ..from_points.measuring.options import MeasureOptions
 from ..reconstruction.options import calibration_option, gcp_option
 from ..trees.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
+
+
+def sheets_option(auto: str) -> Any:
+    """The switch of the evidence sheets. auto: what the default writes."""
+    return param(
+        "auto",
+        kind="choice",
+        help="Evidence sheets, one small picture a tree: of all trees, of those to check and not measured, or none; "
+        f"auto = {auto}.",
+        choices=("auto", "all", "check", "none"),
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,11 +70,14 @@ class PhotosToDbhSettings:
         minimum=LOWEST_BREAST_HEIGHT_M,
         maximum=HIGHEST_BREAST_HEIGHT_M,
     )
-    stem_network: bool = param(
-        False,
-        kind="flag",
-        help="Experiment: ask a small network, trained on simulated photos, which pixels show stems. Dense stands: "
-        "more stems; it does not see through ivy.",
+    sheets: str = sheets_option("as the preset: those to check with fast, all otherwise")
+    stem_network: str = param(
+        "ivy",
+        kind="choice",
+        help="What a small network, trained on simulated photos, is asked: ivy = which measured stems are under ivy; "
+        "full = also which pixels show stems; auto = full where too many stems are not certain without it, as in dense "
+        "stands; off = nothing.",
+        choices=("ivy", "auto", "full", "off"),
         advanced=True,
     )
     seed: int = param(0, kind="integer", help="Seed of every random choice.", minimum=0, advanced=True)
@@ -121,6 +136,7 @@ class PointcloudToDbhSettings(MeasureOptions, CloudSettings):
         help="also write a report: map, each DBH, what the cloud did not show, cost",
         suffixes=("html",),
     )
+    sheets: str = sheets_option("those to check and not measured")
     stems_output: Path | None = param(
         None, kind="output_file", help="also write the stem points with tree_id", suffixes=("laz", "las")
     )

@@ -16,7 +16,7 @@ from ..core.progress import Reporter
 from ..core.workspace import Workspace
 
 #: Share of the whole run per stage, measured on plot_a with 2 cores; only the progress bar depends on it.
-SHARES = {"geotag": 0.02, "reconstruct": 0.46, "ground": 0.01, "measure": 0.50, "write": 0.01}
+SHARES = {"geotag": 0.02, "reconstruct": 0.46, "ground": 0.01, "measure": 0.48, "sheets": 0.02, "write": 0.01}
 
 
 class Collector(Reporter):

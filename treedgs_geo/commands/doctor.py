@@ -13,6 +13,7 @@ from typing import Any
 
 from ..core.command import Command
 from ..core.errors import MissingComponentError
+from ..core.extras import extra_of
 from ..core.machine import cores
 from ..core.progress import Reporter
 
@@ -31,20 +32,24 @@ PACKAGES = {
     "tqdm": "tqdm",
     "laspy": "laspy",
     "lazrs": "lazrs",
-    "CSF": "cloth-simulation-filter",
     "PIL": "pillow",
     "cv2": "opencv-python-headless",
     "pycolmap": "pycolmap",
+    "pygeomag": "pygeomag",
+}
+#: Brought by extras (:mod:`treedgs_geo.core.extras`).
+OPTIONAL = {
     "open3d": "open3d",
     "dask": "dask",
     "distributed": "distributed",
+    "bokeh": "bokeh",
     "cryptography": "cryptography",
+    "dask_jobqueue": "dask-jobqueue",
     "openpyxl": "openpyxl",
     "reportlab": "reportlab",
-    "pygeomag": "pygeomag",
+    "warp": "warp-lang",
+    "torch": "torch",
 }
-#: Used when installed, needed by nothing.
-OPTIONAL = {"torch": "torch", "dask_jobqueue": "dask-jobqueue", "warp": "warp-lang"}
 
 _BASE = (
     "numpy",
@@ -59,7 +64,7 @@ _BASE = (
     "psutil",
     "tqdm",
 )
-_CLOUDS = ("laspy", "lazrs", "CSF")
+_CLOUDS = ("laspy", "lazrs")
 _PHOTOS = ("PIL", "cv2", "pycolmap")
 _MANY = ("dask", "distributed", "cryptography")
 
@@ -75,8 +80,12 @@ NEEDS: dict[str, tuple[str, ...]] = {
     "sample-surface": (*_BASE, *_CLOUDS),
     "segment-stems": (*_BASE, *_CLOUDS),
     "measure-dbh": (*_BASE, *_CLOUDS),
+    "review": _BASE,
     "match-plots": _BASE,
     "evaluate": _BASE,
+    "tape-sample": (*_BASE, "reportlab"),
+    "tape-check": (*_BASE, "reportlab"),
+    "compare": (*_BASE, "reportlab"),
     "stand-table": (*_BASE, "openpyxl", "reportlab"),
     "benchmark": (*_BASE, *_CLOUDS, *_PHOTOS, "open3d"),
     "simulate-plot": (*_BASE, *_CLOUDS, "PIL", "cv2", "open3d"),
@@ -157,23 +166,35 @@ def run(settings: DoctorSettings, reporter: Reporter) -> dict[str, Any]:  # noqa
     versions, problems = check_libraries({**PACKAGES, **OPTIONAL}, reporter)
     for package, version in versions.items():
         reporter.info(f"{package} {version}")
-    optional = {name: reason for name, reason in problems.items() if name in OPTIONAL}
-    needed = {name: reason for name, reason in problems.items() if name not in OPTIONAL}
-    for name, reason in optional.items():
-        reporter.info(f"{OPTIONAL[name]}: {reason}; optional, nothing here needs it")
-    broken = {verb: [name for name in modules if name in needed] for verb, modules in NEEDS.items()}
-    for verb, names in broken.items():
-        if names:
-            reporter.warn(f"{verb}: does not work, {', '.join(f'{PACKAGES[n]} {needed[n]}' for n in names)}")
+    library = {**PACKAGES, **OPTIONAL}
+    # An extra that was not chosen is no fault; one that is there and does not load is.
+    absent = {name for name, reason in problems.items() if name in OPTIONAL and reason == "not installed"}
+    faults = {name: reason for name, reason in problems.items() if name not in absent}
+    for name in sorted(absent):
+        reporter.info(f"{library[name]}: not installed; the extra '{extra_of(name)}' brings it")
+    stuck, unchosen = {}, {}
+    for verb, modules in NEEDS.items():
+        if broken := [name for name in modules if name in faults]:
+            stuck[verb] = broken
+            reporter.warn(f"{verb}: does not work, {', '.join(f'{library[n]} {faults[n]}' for n in broken)}")
+        elif lacking := sorted({extra_of(name) for name in modules if name in absent}):
+            unchosen[verb] = lacking
+            reporter.info(f"{verb}: not set up, it needs the extra {', '.join(lacking)}")
         else:
             reporter.info(f"{verb}: works")
-    if needed:
-        stuck = [verb for verb, names in broken.items() if names]
-        why = "; ".join(f"{PACKAGES[name]} {reason}" for name, reason in needed.items())
+    for name in sorted({name for name in faults if name in OPTIONAL} - {n for names in stuck.values() for n in names}):
+        reporter.warn(f"{library[name]}: {faults[name]}; no step needs it")
+    if stuck:
+        names = sorted({name for broken in stuck.values() for name in broken})
+        why = "; ".join(f"{library[name]} {faults[name]}" for name in names)
         raise MissingComponentError(
             f"{why} in {here['interpreter']}, so {', '.join(stuck)} cannot run; run 'make setup', or "
             "'Set up the engine' (treedgs:setupengine) in QGIS."
         )
+    status = "all steps work"
+    if unchosen:
+        extras = sorted({extra for lacking in unchosen.values() for extra in lacking})
+        status += f" but {', '.join(unchosen)} (choose {', '.join(extras)} in 'Set up the engine')"
     return {
         "python": here["python"],
         "cores": here["cores"],
@@ -181,7 +202,7 @@ def run(settings: DoctorSettings, reporter: Reporter) -> dict[str, Any]:  # noqa
         "free_disk_gb": here["free_disk_gb"],
         "n_libraries": len(versions),
         "versions": ", ".join(f"{name} {version}" for name, version in versions.items()),
-        "status": "all steps work",
+        "status": status,
     }
 
 

@@ -86,6 +86,7 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
     from ..evaluation.methods import Reference
     from ..evaluation.report import write_evaluation
     from ..evaluation.tables import evidence_from_pairs, evidence_from_truth, metrics_of
+    from ..inventory.reviewed import reviewed
     from ..inventory.tree_reading import read_trees
 
     ensure_writable(settings.output / "metrics.json")
@@ -99,9 +100,8 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
             assert settings.trees is not None and settings.truth is not None
             inputs = [settings.trees, settings.truth]
             name = settings.truth.resolve().parent.parent.name if settings.truth.parent.name == "truth" else "plot"
-            evidence = evidence_from_truth(
-                read_trees(settings.trees), settings.truth, name or "plot", settings.min_clear_views
-            )
+            trees, _ = reviewed(read_trees(settings.trees), settings.trees)
+            evidence = evidence_from_truth(trees, settings.truth, name or "plot", settings.min_clear_views)
     with reporter.stage("score", 0.2, 0.4):
         metrics = metrics_of(evidence, settings.seed)
     metrics["inputs"] = {path.name: fingerprint([path]) for path in inputs}

@@ -54,13 +54,16 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
     from ..inventory.field_trees import place, read_field_trees
     from ..inventory.match import match_plots, read_measured
     from ..inventory.pairs_layer import OWN_LAYERS, read_locked, write_pairs
+    from ..inventory.reviewed import reviewed
     from ..inventory.turns import is_stuck, turn_advice
     from ..inventory.unplaced import drop_unplaced
 
     ensure_writable(settings.output)
     ensure_unlocked(settings.output, OWN_LAYERS)
     crs = project_crs(settings.crs) if settings.crs else None
-    measured = read_measured(settings.trees, crs, settings.trees_dbh_unit)
+    measured, review = reviewed(read_measured(settings.trees, crs, settings.trees_dbh_unit), settings.trees)
+    for sentence in review.sentences(settings.trees.name):
+        reporter.info(sentence)
     if measured.crs is None:
         if crs is None:
             raise CRSError(f"{settings.trees}: holds no CRS; give it with --crs.")
@@ -107,6 +110,7 @@ def run(settings: MatchPlotsSettings, reporter: Reporter) -> dict[str, Any]:
         "output": str(settings.output),
         "n_field": len(matched.field_trees),
         "n_pairs": len(good),
+        "n_reviewed": review.total,
         "n_suggested": len(matched.suggested),
         "n_plots": len(matched.plots),
         "n_plots_to_check": sum(plot["status"] == "check" for plot in matched.plots),
@@ -139,6 +143,7 @@ COMMAND = Command(
         "output": "pairs layer",
         "n_field": "field trees",
         "n_pairs": "pairs made or confirmed",
+        "n_reviewed": "measured trees that a person decided on",
         "n_suggested": "suggestions left to a hand check",
         "n_plots": "plots",
         "n_plots_to_check": "plots left to a hand check",

@@ -45,6 +45,19 @@ class StandTableSettings(FieldProtocol):
         help="field tally: heights of the paired trees; without --trees it is the tree list itself",
         suffixes=("csv",),
     )
+    taped: Path | None = param(
+        None,
+        kind="file",
+        help="the tape table of tape-sample, filled in: corrects trees, basal area, volume and biomass",
+        suffixes=("gpkg", "csv"),
+    )
+    taped_estimator: str = param(
+        "difference",
+        kind="choice",
+        choices=("difference", "ratio"),
+        advanced=True,
+        help="how the tapes correct: by the mean difference (unbiased for any number of tapes) or by the ratio",
+    )
     units: str = param("metric", kind="choice", choices=("metric", "us"), help="units of the report")
     class_width: float | None = param(
         None,
@@ -174,8 +187,10 @@ COMMAND = Command(
         "quadratic mean diameter, Lorey's and dominant height, volume and biomass by species and DBH class, plot means "
         "with standard errors and t intervals. Basal area and volume are freed of what the DBHs' own errors add to "
         "them, and the amount is shown. Stems without a DBH are counted and either imputed or left out; both "
-        "are reported. Plots over the stand's edge are flagged and weighted. Volume and biomass come from a table of "
-        "equations with source and range (loblolly and other pines first); give your own with --equations. From one "
+        "are reported. With --taped (tape-sample) trees, basal area, volume and biomass are corrected by taped "
+        "trees, and the interval is that of the tapes and the plots. Plots over the stand's edge are flagged and "
+        "weighted. Volume and biomass come from a table of equations with source and range (loblolly and other pines "
+        "first); give your own with --equations. From one "
         "plot no error for the stand can be given, and none is. Writes report.html, report.pdf, stand_table.xlsx, CSV "
         "files, stand.gpkg, shapefiles and FVS_Data.db (US units, for the Forest Vegetation Simulator), all with the "
         "same numbers. Result figures are metric."
@@ -189,6 +204,7 @@ COMMAND = Command(
         "pairs",
         "field",
         "boundary",
+        "taped",
         "units",
         "min_dbh_cm",
         "class_width",
@@ -209,6 +225,7 @@ COMMAND = Command(
         "n_plots": "plots",
         "n_trees": "trees measured in the plots",
         "n_missing": "stems seen without a DBH",
+        "n_reviewed": "trees that a person decided on",
         "trees_ha": "trees per hectare",
         "ba_m2_ha": "basal area, m²/ha",
         "ba_se_m2_ha": "its standard error, m²/ha",

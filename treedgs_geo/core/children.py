@@ -44,6 +44,12 @@ def find_program(name: str) -> str | None:
     return found if found and os.path.isabs(found) else None
 
 
+def was_killed(code: int | None) -> bool:
+    """Whether an exit code says that the system ended a process, most likely for memory. Windows has no such code, and
+    no such signal."""
+    return code in (-9, 137)
+
+
 def isolate_workers() -> None:
     """Have :mod:`multiprocessing` (and so Dask) start its processes isolated too; they get the path from their parent.
 

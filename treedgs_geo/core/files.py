@@ -7,6 +7,7 @@ import json
 import os
 import re
 import shutil
+import sys
 import tempfile
 import time
 import unicodedata
@@ -27,6 +28,10 @@ LONGEST_NAME = 240
 FULL_BYTES = 4_000_000
 #: ``.STEM.~PLACE-PID-RANDOM.SUFFIX``: a file that process PID is writing. PLACE: a host and its numbering of processes.
 _TEMPORARY = re.compile(r"\.(.*)\.~([0-9a-f]{8})-(\d+)-[0-9a-f]{12}(\..*|-.*)?")
+#: Seconds that a file which is held is waited for, on Windows.
+HELD_S = 3.0
+#: Letters that a temporary name has more than the name it stands for.
+_TEMPORARY_LETTERS = 32
 #: Leftovers of another host are removed after this time.
 _OLD_S = 7 * 86400.0
 
@@ -51,19 +56,56 @@ def atomic_path(target: Path) -> Iterator[Path]:
 def put_in_place(temporary: Path, target: Path) -> None:
     """Give a finished file the usual permissions and its name.
 
+    A program that holds ``target`` (on Windows Excel or QGIS does) costs no result: it is kept beside.
+
     Raises:
-        OutputError: there is no file, or ``target`` cannot be replaced.
+        OutputError: there is no file, or ``target`` cannot be replaced; says where the new result is.
     """
     if not temporary.exists():
         raise OutputError(f"{target}: nothing was written; this is a defect, please report it.")
     os.chmod(temporary, 0o666 & ~_umask())
     try:
-        os.replace(temporary, target)
+        _replace(temporary, target)
     except OSError as problem:
+        what = f"{target}: cannot be replaced ({problem.strerror or problem})"
+        if not target.exists() or target.is_dir():
+            raise OutputError(f"{what}; choose another output.") from None
+        try:
+            kept = keep_beside(temporary, target)
+        except OSError:
+            raise OutputError(f"{what}; close the programs that show it and run again.") from None
         raise OutputError(
-            f"{target}: cannot be replaced ({problem.strerror or problem}); close the programs that show it and run "
-            "again, or choose another output."
+            f"{what}: a program such as Excel or QGIS holds it open; close it there and run again. This run's result "
+            f"is kept as {kept}."
         ) from None
+
+
+def keep_beside(temporary: Path, target: Path) -> Path:
+    """Give a finished file, whose place is taken, a name beside it (``NAME.new.csv``, ``NAME.new2.csv``); returns it.
+
+    Raises:
+        OSError: that neither.
+    """
+    for number in range(1, 1000):
+        kept = target.with_name(f"{target.stem}.new{number if number > 1 else ''}{target.suffix}")
+        if not kept.exists():
+            break
+    if temporary.is_file():
+        os.chmod(temporary, 0o666 & ~_umask())
+    os.replace(temporary, kept)
+    return kept
+
+
+def _replace(temporary: Path, target: Path) -> None:
+    """Rename; on Windows a virus scanner or a reader may hold either for a moment."""
+    until = time.monotonic() + HELD_S
+    while True:
+        try:
+            return os.replace(temporary, target)
+        except PermissionError:
+            if sys.platform != "win32" or time.monotonic() > until:
+                raise
+            time.sleep(0.1)
 
 
 @contextmanager
@@ -135,16 +177,27 @@ def atomic_folder(target: Path) -> Iterator[Path]:
     """Yield a temporary folder that replaces ``target`` only if the block succeeds.
 
     Raises:
-        OutputError: the folder cannot be made or written, the disk is full.
+        OutputError: the folder cannot be made or written, the disk is full, a program holds a file of the former one
+            (which then stays as it is; the new one is kept beside).
     """
     target = Path(target)
     ensure_writable(target / "x")
     with temporary_beside(target) as temporary, reporting_full_disk(target):
         temporary.mkdir()
         yield temporary
-        if target.exists():
-            shutil.rmtree(target)
-        os.replace(temporary, target)
+        former = temporary.with_name(f"{temporary.name}-former")
+        try:
+            if target.exists():
+                _replace(target, former)
+            _replace(temporary, target)
+        except OSError as problem:
+            if former.exists() and not target.exists():
+                os.replace(former, target)
+            kept = keep_beside(temporary, target)
+            raise OutputError(
+                f"{target}: cannot be replaced ({problem.strerror or problem}): a program holds a file in it open; "
+                f"close it there and run again. This run's result is kept as {kept}."
+            ) from None
 
 
 def ensure_writable(target: Path) -> None:
@@ -178,12 +231,33 @@ def check_name(target: Path) -> None:
     if odd is not None:
         kind = "a line break" if odd in "\r\n" else f"the character {odd!a}"
         raise OutputError(f"{text!a}: holds {kind}, expected a plain path; choose another output.")
+    longest = longest_path()
+    length = len(os.path.abspath(target)) + _TEMPORARY_LETTERS
+    if longest and length > longest:
+        raise OutputError(
+            f"{target}: the path has {length - _TEMPORARY_LETTERS} characters, expected at most "
+            f"{longest - _TEMPORARY_LETTERS} on this Windows; choose a folder nearer to the drive's root, or let an "
+            "administrator switch on long paths (LongPathsEnabled)."
+        )
     for part in Path(target).parts:
         if len(os.fsencode(part)) > LONGEST_NAME:
             raise OutputError(
                 f"{target}: the name {part[:30]}… has {len(os.fsencode(part))} bytes, expected at most {LONGEST_NAME}; "
                 "choose a shorter one."
             )
+
+
+def longest_path() -> int:
+    """Characters that a path may have where that is few: 259 on Windows, unless long paths are switched on; else 0."""
+    if sys.platform != "win32":
+        return 0
+    import winreg
+
+    try:
+        with winreg.OpenKey(winreg.HKEY_LOCAL_MACHINE, r"SYSTEM\CurrentControlSet\Control\FileSystem") as key:
+            return 0 if winreg.QueryValueEx(key, "LongPathsEnabled")[0] else 259
+    except OSError:
+        return 259
 
 
 @contextmanager

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import os
+import re
 import sqlite3
 from collections.abc import Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from importlib.resources import files
 from pathlib import Path
+from xml.sax.saxutils import escape, unescape
 
 from .errors import OutputError
-from .files import ensure_writable, put_in_place, temporary_beside
+from .files import ensure_writable, keep_beside, put_in_place, temporary_beside
 from .geopackage_merge import ForeignLayer, check_layers, merge
 from .shortage import is_full, reporting_full_disk
 
@@ -49,7 +51,7 @@ def atomic_geopackage(target: Path, own: OwnLayers) -> Iterator[Path]:
         try:
             merge(target, temporary, own, WAIT_S)
         except (sqlite3.Error, ForeignLayer) as problem:
-            kept = _keep_beside(temporary, target)
+            kept = keep_beside(temporary, target)
             raise OutputError(
                 f"{_sentence(target, problem)} This run's result is kept as {kept}: use that file, or run again."
             ) from None
@@ -112,10 +114,27 @@ def style_text(name: str) -> str:
     return (files(__package__) / "styles" / f"{name}.qml").read_text(encoding="utf-8")
 
 
-def save_style(geopackage: Path, layer: str) -> None:
-    """Store our style of this layer inside the GeoPackage; a layer that has none keeps QGIS's own."""
+def save_style(geopackage: Path, layer: str, texts: Mapping[str, str] | None = None) -> None:
+    """Store our style of this layer inside the GeoPackage; a layer that has none keeps QGIS's own. texts: what stands
+    in the style's expressions as a text -> what shall stand there."""
     if (files(__package__) / "styles" / f"{layer}.qml").is_file():
-        put_style(geopackage, layer, style_text(layer))
+        qml = style_text(layer)
+        for there, wanted in (texts or {}).items():
+            qml = qml.replace(f"'{there}'", escape(f"'{wanted.replace(chr(39), 2 * chr(39))}'"))
+        put_style(geopackage, layer, qml)
+
+
+def style_text_after(geopackage: Path, layer: str, before: str) -> str | None:
+    """The text that follows ``before`` in the expressions of a layer's default style; ``None`` where there is none."""
+    if not _is_database(geopackage):
+        return None
+    with suppress(sqlite3.Error), closing(sqlite3.connect(geopackage, timeout=WAIT_S)) as connection:
+        order = "SELECT styleQML FROM layer_styles WHERE f_table_name = ? ORDER BY useAsDefault DESC"
+        for (qml,) in connection.execute(order, (layer,)):
+            found = re.search(re.escape(before) + "'((?:[^']|'')*)'", unescape(qml or ""))
+            if found:
+                return found[1].replace("''", "'")
+    return None
 
 
 def put_style(geopackage: Path, layer: str, qml: str, geometry: str = "geom") -> None:
@@ -162,15 +181,6 @@ def _check_whole(written: Path) -> None:
         answer = connection.execute("PRAGMA quick_check").fetchone()
     if answer != ("ok",):
         raise OSError(f"the file was not written whole: {answer}")
-
-
-def _keep_beside(temporary: Path, target: Path) -> Path:
-    for number in range(1, 1000):
-        kept = target.with_name(f"{target.stem}.new{number if number > 1 else ''}{target.suffix}")
-        if not kept.exists():
-            break
-    put_in_place(temporary, kept)
-    return kept
 
 
 def _sentence(path: Path, problem: Exception) -> str:

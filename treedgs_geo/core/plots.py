@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import numpy as np
 import pyproj
 
 from .errors import CRSError, InputError
-from .tables import plain_cell, refuse_other_formats
+from .tables import csv_text, plain_cell, refuse_other_formats
 
 
 @dataclass(frozen=True)
@@ -34,9 +35,11 @@ def read_plots(path: Path, crs: pyproj.CRS) -> list[Plot]:
     path = Path(path)
     refuse_other_formats(path)
     try:
-        with open(path, newline="", encoding="utf-8-sig") as stream:
-            rows = [{name: plain_cell(cell) for name, cell in row.items()} for row in csv.DictReader(stream)]
-    except (OSError, UnicodeDecodeError, csv.Error) as problem:
+        rows = [
+            {name: plain_cell(cell) for name, cell in row.items()}
+            for row in csv.DictReader(io.StringIO(csv_text(path)))
+        ]
+    except (OSError, ValueError, csv.Error) as problem:
         raise InputError(f"{path}: cannot be read as a CSV table ({problem}); give a plots table.") from None
     if not rows:
         raise InputError(f"{path}: holds no plot, expected one row a plot with plot_id, easting, northing, radius_m.")

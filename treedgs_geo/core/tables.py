@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -26,6 +28,8 @@ _ENDINGS = {
     ".ods": "a spreadsheet",
     ".gpkg": "a GeoPackage",
 }
+#: Of a spreadsheet's numbers: with a decimal comma, and with a decimal point.
+_COMMA, _POINT = re.compile(r"[+-]?\d+,\d+"), re.compile(r"[+-]?\d+\.\d+")
 #: A text that starts like this is run as a formula by spreadsheet programs.
 _RUN = ("=", "+", "-", "@", "\t", "\r", "\n")
 
@@ -54,6 +58,59 @@ def refuse_other_formats(path: Path, layers: bool = False) -> None:
             f"{path}: is {kind}, expected {wanted}; export its table of trees or plots as CSV (comma-separated, UTF-8) "
             "and give that file."
         )
+
+
+def csv_text(path: Path) -> str:
+    """A table as comma-separated text with decimal points, whatever program wrote it: UTF-8 or UTF-16 with their marks,
+    or else Windows' western code page; any line ends; separated by commas, semicolons or tabs (Excel's choice depends
+    on the country), where the latter two may come with decimal commas.
+
+    Raises:
+        InputError: numbers with decimal commas and others with points in one table. OSError, ValueError: cannot be
+            read, is not text.
+    """
+    data = Path(path).read_bytes()
+    text = decoded(data).replace("\r\n", "\n").replace("\r", "\n")
+    first, _, rest = text.partition("\n")
+    if hint := re.fullmatch(r'"?sep=(.)"?', first.strip(" ")):  # Excel's own line
+        separator, text = hint[1], rest
+    else:
+        header = re.sub(r'"[^"]*"', "", first)
+        separator = max(",;\t", key=header.count)
+    if separator == ",":
+        return text
+    rows = list(csv.reader(io.StringIO(text), delimiter=separator))
+    cells = [cell.strip() for row in rows[1:] for cell in row]
+    commas = [cell for cell in cells if _COMMA.fullmatch(cell)]
+    points = [cell for cell in cells if _POINT.fullmatch(cell)]
+    if commas and points:
+        raise InputError(
+            f"{path}: found {commas[0]} and {points[0]}, numbers with a decimal comma and with a decimal point; write "
+            "all of them the same way."
+        )
+    made = io.StringIO()
+    csv.writer(made, lineterminator="\n").writerows(
+        [cell.replace(",", ".") if _COMMA.fullmatch(cell.strip()) else cell for cell in row] for row in rows
+    )
+    return made.getvalue()
+
+
+def decoded(data: bytes) -> str:
+    """The text of a table: UTF-8 or UTF-16 with their marks, or else Windows' western code page.
+
+    Raises:
+        ValueError: no text in any of these.
+    """
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return data.decode("utf-16", errors="replace")
+    for encoding in ("utf-8-sig", "cp1252"):
+        try:
+            text = data.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" not in text:
+            return text
+    raise ValueError("it is not text")
 
 
 def safe_cell(value: Any) -> Any:

@@ -25,6 +25,8 @@ FIELD = "field.ply"
 SURFACE = "surface.laz"
 STEMS = "stems.laz"
 TREES = "trees.gpkg"
+FITS = "fits.json"
+SHEETS = "sheets"
 REPORT = "report.html"
 
 

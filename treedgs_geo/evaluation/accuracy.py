@@ -124,6 +124,8 @@ def score_against_truth(
                 "clear_views": stem["n_unoccluded_bh_views"],
                 "dbh_true_cm": stem["dbh_cm"],
                 "dbh_cm": None if tree is None else tree["dbh_cm"],
+                "meas_cm": None if seen is None else seen.get("meas_cm", seen["dbh_cm"]),
+                "rev_flag": None if seen is None else seen.get("rev_flag"),
                 "dbh_se_cm": None if tree is None else tree["dbh_se_cm"],
                 "dbh_lo_cm": None if tree is None else tree["dbh_lo_cm"],
                 "dbh_hi_cm": None if tree is None else tree["dbh_hi_cm"],

@@ -100,6 +100,7 @@ def page(metrics: dict, evidence: PairsEvidence, drawn: dict[str, str], facts: d
 
     body = [row(name, figures) for name, figures in metrics["per_plot"].items()]
     body += [row("pooled", pooled, "total"), row("pooled, qc_flag = ok only", metrics["ok_only"])]
+    body += [row("pooled, as measured", metrics["as_measured"])] if "as_measured" in metrics else []
     factor = {name: COLUMNS[name][2] for name in INTERVALS}
     intervals = "".join(
         f"<tr><th>{COLUMNS[name][0]}</th><td>{cell(pooled, name)}</td>"

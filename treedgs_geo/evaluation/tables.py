@@ -24,7 +24,8 @@ class PairsEvidence:
     """What accuracy is computed from.
 
     trees: one row a reference tree that could have been measured: ``plot_id, tree_id, reference_cm``, ``dbh_cm`` (NaN
-    where it was not found or refused), ``dbh_lo_cm, dbh_hi_cm, qc_flag, error_cm, inside_90``. n_false: plot_id ->
+    where it was not found or refused), ``dbh_lo_cm, dbh_hi_cm, qc_flag, error_cm, inside_90``; ``meas_cm`` (DBH as
+    measured) and ``rev_flag`` where a person decided (:mod:`treedgs_geo.inventory.reviewed`). n_false: plot_id ->
     measured trees with a DBH inside the plot that are no reference tree. notes: sentences about what was left out.
     """
 
@@ -85,6 +86,8 @@ def evidence_from_pairs(path: Path, min_dbh_cm: float = 0.0) -> PairsEvidence:
                     "reference_cm": tree["dbh_cm"],
                     **{n: None if pair is None else pair.get(n) for n in ("dbh_cm", "dbh_lo_cm", "dbh_hi_cm")},
                     "qc_flag": "not found" if pair is None else pair.get("qc_flag"),
+                    "meas_cm": None if pair is None else pair.get("meas_cm", pair["dbh_cm"]),
+                    "rev_flag": None if pair is None else pair.get("rev_flag"),
                 }
             )
     if n_rejected:
@@ -226,9 +229,40 @@ def metrics_of(evidence: PairsEvidence, seed: int = 0, repeats: int = 2000) -> d
         "per_plot": per_plot,
         "mean_of_plots": means,
         "ok_only": figures(accuracy_of(strict)),
+        **_as_measured(evidence),
         "bootstrap": bootstrap(evidence.trees, seed, repeats),
-        "notes": evidence.notes,
+        "notes": [*evidence.notes, *_review_notes(evidence)],
     }
+
+
+def _as_measured(evidence: PairsEvidence) -> dict:
+    """``as_measured``: the pooled figures with the diameters that the method gave, where a person decided otherwise."""
+    if not _decided(evidence).any():
+        return {}
+    trees = evidence.trees.assign(dbh_cm=evidence.trees["meas_cm"])
+    changed = (evidence.trees["meas_cm"] - evidence.trees["dbh_cm"]).abs() > 0.005
+    # The interval of a diameter that a person replaced is that of the tape.
+    trees.loc[changed | evidence.trees["dbh_cm"].isna(), "inside_90"] = None
+    trees["error_cm"] = trees["dbh_cm"] - trees["reference_cm"]
+    return {"as_measured": figures(accuracy_of(trees, sum(evidence.n_false.values())))}
+
+
+def _review_notes(evidence: PairsEvidence) -> list[str]:
+    """What a person's decisions do to the figures."""
+    decided = _decided(evidence)
+    if not decided.any():
+        return []
+    measured = _as_measured(evidence)["as_measured"]
+    taped = int((evidence.trees["rev_flag"] == "dbh").sum())
+    found = "no tree" if not measured["n"] else f"{measured['n']} trees at an RMSE of {measured['rmse_cm']:.2f} cm"
+    return [
+        f"A person decided on {int(decided.sum())} of these trees; {taped} of the diameters are by tape and no result "
+        f"of the method. As measured: {found} (row 'pooled, as measured')."
+    ]
+
+
+def _decided(evidence: PairsEvidence) -> pd.Series:
+    return evidence.trees["rev_flag"].map(lambda word: not pd.isna(word) and str(word).strip() != "").astype(bool)
 
 
 def figures(accuracy: Accuracy) -> dict:
@@ -253,8 +287,9 @@ def figures(accuracy: Accuracy) -> dict:
 def _table(rows: list[dict]) -> pd.DataFrame:
     """Typed, with ``error_cm`` (measured - reference) and ``inside_90``."""
     columns = ["plot_id", "tree_id", "reference_cm", "dbh_cm", "dbh_lo_cm", "dbh_hi_cm", "qc_flag"]
+    columns += ["meas_cm", "rev_flag"]
     table = pd.DataFrame([{name: row.get(name) for name in columns} for row in rows], columns=columns)
-    for name in ("reference_cm", "dbh_cm", "dbh_lo_cm", "dbh_hi_cm"):
+    for name in ("reference_cm", "dbh_cm", "dbh_lo_cm", "dbh_hi_cm", "meas_cm"):
         table[name] = pd.to_numeric(table[name]).astype(float)
     table["error_cm"] = table["dbh_cm"] - table["reference_cm"]
     inside = (table["dbh_lo_cm"] <= table["reference_cm"]) & (table["reference_cm"] <= table["dbh_hi_cm"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from ..core.crs import grid_convergence_deg
 from ..core.errors import InputError
 from ..core.plots import Plot
 from ..core.settings import param
-from ..core.tables import plain_cell, refuse_other_formats
+from ..core.tables import csv_text, plain_cell, refuse_other_formats
 from .declination import declination_deg, parse_date
 from .unplaced import clear_unplaced, where_said
 
@@ -108,8 +109,8 @@ def read_table(path: Path) -> pd.DataFrame:
     path = Path(path)
     refuse_other_formats(path)
     try:
-        table = pd.read_csv(path, dtype=str, encoding="utf-8-sig", skipinitialspace=True).map(plain_cell)
-    except (OSError, UnicodeDecodeError, pd.errors.ParserError, pd.errors.EmptyDataError) as problem:
+        table = pd.read_csv(io.StringIO(csv_text(path)), dtype=str, skipinitialspace=True).map(plain_cell)
+    except (OSError, ValueError, pd.errors.ParserError, pd.errors.EmptyDataError) as problem:
         raise InputError(f"{path}: cannot be read as a CSV table ({str(problem).strip()}).") from None
     table.columns = [str(name).strip().lower().replace(" ", "_") for name in table.columns]
     if table.columns.duplicated().any():

@@ -16,6 +16,7 @@ from ..core.plots import Plot
 from .field_trees import NAMES, dbh_in_cm, numbers, read_table
 from .pairing import PairingOptions, Registration, assign, confirmed, fit_rigid, register
 from .pairs_layer import SNAP_M, Locked
+from .reviewed import COLUMNS as DECIDED
 from .tree_reading import read_trees
 
 #: Measured trees are kept in the output up to this far outside a plot's circle.
@@ -58,8 +59,9 @@ def read_measured(path: Path, crs: pyproj.CRS | None, dbh_unit: str = "auto") ->
         for name in ("dbh_se_cm", "dbh_lo_cm", "dbh_hi_cm"):
             if name in table:
                 trees[name] = numbers(path, table, name, required=False)
-        if "qc_flag" in table:
-            trees["qc_flag"] = table["qc_flag"]
+        for name in ("qc_flag", *DECIDED):
+            if name in table:
+                trees[name] = table[name]
         trees = gpd.GeoDataFrame(trees, geometry=gpd.points_from_xy(trees["x"], trees["y"]), crs=crs)
     else:
         trees = read_trees(path)
@@ -82,7 +84,8 @@ def match_plots(
 ) -> Matched:
     """Pair the trees of every plot.
 
-    field_trees: ``plot_id, field_id, x, y, dbh_cm`` as surveyed. measured: as from :func:`read_measured`.
+    field_trees: ``plot_id, field_id, x, y, dbh_cm`` as surveyed. measured: as from :func:`read_measured`, after
+    :func:`.reviewed.reviewed` where a person decided on trees.
     """
     locked = locked or Locked()
     result = Matched([], [], field_trees.copy(), measured.copy(), [], [])
@@ -241,6 +244,8 @@ def _row(
         "dbh_lo_cm": None if stem is None else _number(stem["dbh_lo_cm"], 2),
         "dbh_hi_cm": None if stem is None else _number(stem["dbh_hi_cm"], 2),
         "qc_flag": None if stem is None else stem["qc_flag"],
+        "meas_cm": None if stem is None else _number(stem.get("meas_cm", stem["dbh_cm"]), 2),
+        "rev_flag": None if stem is None else stem.get("rev_flag"),
         "dist_m": round(float(np.linalg.norm(start - end)), 3),
         "margin": _number(margin, 2),
         "pair_status": status,
@@ -376,6 +381,8 @@ def _finish(result: Matched, drawn: np.ndarray, left_out: np.ndarray, near_plot:
             "dbh_hi_cm",
             "qc_flag",
             "qc_reason",
+            "meas_cm",
+            "rev_flag",
             "method",
             "paired",
             "in_plot",

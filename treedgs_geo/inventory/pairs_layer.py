@@ -39,6 +39,8 @@ PAIR_COLUMNS = (
     "dbh_lo_cm",
     "dbh_hi_cm",
     "qc_flag",
+    "meas_cm",
+    "rev_flag",
     "dist_m",
     "margin",
     "pair_status",
@@ -205,7 +207,7 @@ def _typed(table: pd.DataFrame) -> pd.DataFrame:
     for name in table:
         if name == "tree_id":
             table[name] = pd.array(table[name], dtype="Int64")
-        elif name in ("plot_id", "field_id", "qc_flag", "pair_status", "note"):
+        elif name in ("plot_id", "field_id", "qc_flag", "rev_flag", "pair_status", "note"):
             table[name] = table[name].astype(object).where(table[name].notna(), None)
         else:
             table[name] = pd.to_numeric(table[name]).astype(float).round(3)

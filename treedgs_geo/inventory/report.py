@@ -5,83 +5,21 @@ from __future__ import annotations
 import base64
 import html
 import io
+import os
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from string import Template
 from typing import Any
+from urllib.parse import quote
 
 import geopandas as gpd
 import numpy as np
-import pandas as pd
 
 from ..core.files import atomic_path
 from ..core.plots import Plot
-from ..trees.reasons import explain
-
-# Okabe-Ito colours: distinguished by colour-blind readers and in grey print.
-_COLOURS = {"ok": "#009E73", "check": "#E69F00", "reject": "#D55E00"}
-
-
-def draw_stem_map(trees: gpd.GeoDataFrame, plots: list[Plot], title: str = "") -> bytes:
-    """PNG of the stems on the plot: discs grow with DBH, labels give tree_id (as in the table) and DBH in cm, rejected
-    stems are hollow."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(8, 8), dpi=110)
-    if len(trees):
-        origin = trees[["x", "y"]].mean().round(0).to_numpy()
-    else:
-        origin = np.array([plots[0].x, plots[0].y]).round(0) if plots else np.zeros(2)
-    for plot in plots:
-        axes.add_patch(
-            plt.Circle((plot.x - origin[0], plot.y - origin[1]), plot.radius_m, fill=False, ls="--", color="0.5")
-        )
-        axes.annotate(
-            plot.plot_id,
-            (plot.x - origin[0], plot.y - origin[1] + plot.radius_m),
-            color="0.4",
-            ha="center",
-            va="bottom",
-            fontsize=9,
-        )
-    for flag, colour in _COLOURS.items():
-        chosen = trees[trees["qc_flag"] == flag]
-        if not len(chosen):
-            continue
-        size = (chosen["dbh_cm"].fillna(12).astype(float) / 2.2) ** 2
-        axes.scatter(
-            chosen["x"] - origin[0],
-            chosen["y"] - origin[1],
-            s=size,
-            label=f"{flag} ({len(chosen)})",
-            zorder=3,
-            facecolors="none" if flag == "reject" else colour,
-            edgecolors=colour,
-            linewidths=1.5,
-            alpha=0.9,
-        )
-    for _, tree in trees.iterrows():
-        at = tree["x"] - origin[0], tree["y"] - origin[1]
-        text = f"{tree['dbh_cm']:.1f}" if pd.notna(tree["dbh_cm"]) else "–"
-        near: dict[str, Any] = {"textcoords": "offset points", "zorder": 4, "annotation_clip": True}
-        beside = 3 + (tree["dbh_cm"] if pd.notna(tree["dbh_cm"]) else 12) / 4.4
-        axes.annotate(str(tree["tree_id"]), at, xytext=(beside, 1), fontsize=8, fontweight="bold", **near)
-        axes.annotate(text, at, xytext=(beside, -7), fontsize=7, color="0.3", **near)
-    axes.set_aspect("equal")
-    axes.margins(0.12)
-    axes.set_xlabel(f"Easting − {origin[0]:.0f} m")
-    axes.set_ylabel(f"Northing − {origin[1]:.0f} m")
-    axes.set_title(title or "Tree number as in the table, and DBH in cm")
-    axes.grid(alpha=0.25)
-    if len(trees):
-        axes.legend(loc="upper left", framealpha=0.9)
-    picture = io.BytesIO()
-    figure.savefig(picture, format="png", bbox_inches="tight")
-    plt.close(figure)
-    return picture.getvalue()
+from .report_map import FLAGS, stem_map
+from .report_table import empty_columns, flag_boxes, heads, plot_options, tree_rows
 
 
 def draw_dbh_histogram(trees: gpd.GeoDataFrame, width_cm: float = 5.0) -> bytes:
@@ -97,11 +35,11 @@ def draw_dbh_histogram(trees: gpd.GeoDataFrame, width_cm: float = 5.0) -> bytes:
     number = np.floor(known["dbh_cm"].astype(float) / width_cm + 1e-9).astype(int)
     classes = range(int(number.min()), int(number.max()) + 1) if len(known) else range(0)
     base = np.zeros(len(classes))
-    for flag, colour in _COLOURS.items():
+    for flag, (colour, words) in FLAGS.items():
         counts = np.array([int(((number == k) & (known["qc_flag"] == flag)).sum()) for k in classes])
         if counts.sum():
             axes.bar(
-                [k * width_cm for k in classes], counts, width_cm * 0.9, base, align="edge", color=colour, label=flag
+                [k * width_cm for k in classes], counts, width_cm * 0.9, base, align="edge", color=colour, label=words
             )
             base += counts
     n_refused = len(trees) - len(known)
@@ -127,27 +65,11 @@ def write_report(
     facts: dict[str, Any],
     warnings: list[str],
     stages: dict[str, dict[str, Any]],
+    sheets: Mapping[int, Path] | None = None,
 ) -> Path:
-    """Write the page. facts: label -> value rows of the run card; stages: name -> ``seconds``, ``peak_memory_mb``."""
+    """Write the page. facts: label -> value rows of the run card; stages: name -> ``seconds``, ``peak_memory_mb``.
+    sheets: ``tree_id`` -> evidence sheet, to be linked from where the page lies."""
     measured = trees[trees["dbh_cm"].notna()]
-    rows = []
-    for _, tree in trees.sort_values("tree_id").iterrows():
-        has = pd.notna(tree["dbh_cm"])
-        cells = (
-            str(tree["tree_id"]),
-            html.escape(str(tree["plot_id"] or "")),
-            f"{tree['x']:.2f}",
-            f"{tree['y']:.2f}",
-            f"{tree['dbh_cm']:.1f}" if has else "",
-            f"± {tree['dbh_se_cm']:.1f}" if has and pd.notna(tree["dbh_se_cm"]) else "",
-            f"{tree['dbh_lo_cm']:.1f} – {tree['dbh_hi_cm']:.1f}" if has and pd.notna(tree["dbh_lo_cm"]) else "",
-            _whole(tree["n_views"]),
-            _whole(tree["n_pts"]),
-            tree["qc_flag"],
-            html.escape(explain(tree["qc_reason"] or "")),
-        )
-        row = "".join(f"<td>{cell}</td>" for cell in cells)
-        rows.append(f"<tr id='tree-{tree['tree_id']}' class='{tree['qc_flag']}'>{row}</tr>")
     card = "".join(f"<tr><th>{html.escape(str(k))}</th><td>{html.escape(str(v))}</td></tr>" for k, v in facts.items())
     cost = "".join(
         f"<tr><th>{html.escape(name)}</th><td>{entry['seconds']:.1f}</td><td>{entry['peak_memory_mb']}</td></tr>"
@@ -163,9 +85,13 @@ def write_report(
             "in the field can show (Pair field and measured trees)."
         )
         found = _template("report_trees.html").substitute(
-            picture=base64.b64encode(draw_stem_map(trees, plots)).decode(),
+            map=stem_map(trees, plots),
+            flags=flag_boxes(trees),
+            plots=plot_options(trees),
+            heads=heads(),
+            empty=empty_columns(trees),
+            rows=tree_rows(trees, {number: _address(sheet, path) for number, sheet in (sheets or {}).items()}),
             histogram=base64.b64encode(draw_dbh_histogram(trees)).decode(),
-            rows="".join(rows),
         )
     else:
         summary, found = "No stem was found; the reason is below.", ""
@@ -185,5 +111,9 @@ def _template(name: str) -> Template:
     return Template((files(__package__) / "templates" / name).read_text(encoding="utf-8"))
 
 
-def _whole(value: Any) -> str:
-    return "" if pd.isna(value) else str(int(value))
+def _address(file: Path, page: Path) -> str:
+    """A file as the page links to it: relative, so that both can be moved together."""
+    try:
+        return quote(Path(os.path.relpath(file, Path(page).absolute().parent)).as_posix())
+    except ValueError:  # another drive
+        return Path(file).absolute().as_uri()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -13,7 +15,7 @@ import pyproj
 
 from ..core.errors import OutputError
 from ..core.files import atomic_path, ensure_writable, temporary_beside
-from ..core.geopackage import atomic_geopackage, ensure_unlocked, save_style, style_text
+from ..core.geopackage import atomic_geopackage, ensure_unlocked, save_style, style_text, style_text_after
 from ..core.progress import Reporter
 from ..core.shortage import reporting_full_disk
 from ..core.tables import safe_frame
@@ -28,8 +30,12 @@ OWN_LAYERS = {
     CIRCLES: frozenset({"tree_id", "dbh_cm", "dbh_se_cm", "qc_flag"}),
     SLICES: frozenset({"tree_id", "height_m", "d_cm", "rms_cm"}),
 }
+#: Stands in the style of the trees (``tools/layer_styles/trees.py``) for the folder of their evidence sheets.
+SHEETS_FOLDER = "folder-of-the-sheets"
+_BEFORE_FOLDER = "file_path(decode_uri(@layer_id, 'path')) || '/' || "
 _INTEGERS = ("tree_id", "n_pts", "n_views", "n_slices")
-_TEXTS = ("plot_id", "method", "qc_flag", "qc_reason", "run_id", "species", "status", "note")
+_TEXTS: tuple[str, ...] = ("plot_id", "method", "qc_flag", "qc_reason", "run_id", "species", "status", "note")
+_TEXTS += ("rev_flag", "rev_note", "rev_by", "rev_at")
 #: Decimals kept per column: finer than any of them can be measured.
 _DECIMALS = {"x": 3, "y": 3, "z_ground": 3, "ba_m2": 6, "opac_mean": 4, "height_m": 2, "lean_deg": 2, "arc_deg": 1}
 _DRIVERS = {".gpkg": "GPKG", ".shp": "ESRI Shapefile", ".geojson": "GeoJSON", ".csv": "CSV"}
@@ -83,13 +89,16 @@ def write_trees(
     crs: pyproj.CRS | str,
     slices: list[dict] | None = None,
     reporter: Reporter | None = None,
+    copies: tuple[Path, ...] = (),
+    sheets: Path | None = None,
 ) -> Path:
     """Write the tree layer atomically; the driver follows the suffix (.gpkg, .shp, .geojson, .csv).
 
     A GeoPackage also gets the layer ``circles`` (each stem at true scale), and ``slices`` where they are given
     (:func:`treedgs_geo.inventory.circle_layers.stem_slices`). In an existing GeoPackage only these layers are replaced.
-    Species, status and note that a person wrote into the layer that is replaced go on with their trees; the reporter
-    hears of it.
+    What a person wrote into the layer that is replaced (species, status, note, decisions), or into ``copies`` of it,
+    goes on with its trees; the reporter hears of it. sheets: folder of the trees' evidence sheets, which the layer's
+    map tips show.
 
     Raises:
         OutputError: unknown suffix; see :func:`~treedgs_geo.core.geopackage.atomic_geopackage`.
@@ -101,24 +110,60 @@ def write_trees(
         'refused.gpkg'
     """
     path = Path(path)
-    driver = _driver(path)
-    written = read_written(path)
+    _driver(path)
+    written = read_written(path, *copies)
     table = written.fill(tree_table(trees, crs))
+    left = written.left(table, set(table["tree_id"]))
+    table = pd.concat([table, left], ignore_index=True) if len(left) else table
+    write_table(path, table, lambda temporary: add_layers(temporary, table, slices), sheets)
+    written.report(reporter)
+    return path
+
+
+def write_table(
+    path: Path,
+    table: gpd.GeoDataFrame,
+    beside: Callable[[Path], None] | None = None,
+    sheets: Path | None = None,
+) -> None:
+    """A tree table as a layer, whole or not at all. beside: writes the layers that go with it into a GeoPackage;
+    without it those that are there stay. sheets: folder of the evidence sheets; without it that of the layer that is
+    replaced.
+
+    Raises:
+        OutputError: see :func:`write_trees`.
+    """
+    driver = _driver(path)
+    sheets = sheets or sheets_of_layer(path)
     if driver == "CSV":
         with atomic_path(path) as temporary:
             safe_frame(pd.DataFrame(table.drop(columns="geometry"))).to_csv(temporary, index=False)
     elif driver == "ESRI Shapefile":
         _write_shapefile(path, table)
     else:
-        with atomic_geopackage(path, OWN_LAYERS) if driver == "GPKG" else atomic_path(path) as temporary:
+        own = OWN_LAYERS if beside else {LAYER: OWN_LAYERS[LAYER]}
+        with atomic_geopackage(path, own) if driver == "GPKG" else atomic_path(path) as temporary:
             # QGIS 3.22 knows GeoPackage up to 1.3 and warns about newer ones at every opening.
             options = {"dataset_options": {"VERSION": "1.2"}} if driver == "GPKG" else {}
             table.to_file(temporary, layer=LAYER, driver=driver, engine="pyogrio", geometry_type="Point Z", **options)
             if driver == "GPKG":
-                save_style(temporary, LAYER)
-                add_layers(temporary, table, slices)
-    written.report(reporter)
-    return path
+                save_style(temporary, LAYER, {SHEETS_FOLDER: _from_layer(path, sheets)})
+                if beside is not None:
+                    beside(temporary)
+
+
+def _from_layer(layer: Path, sheets: Path | None) -> str:
+    """The folder of the sheets as seen from the layer: both can be moved together."""
+    if sheets is not None:
+        with suppress(ValueError):  # on another drive: the map tips show no sheet
+            return Path(os.path.relpath(sheets, layer.absolute().parent)).as_posix()
+    return SHEETS_FOLDER
+
+
+def sheets_of_layer(layer: Path) -> Path | None:
+    """The folder in which the map tips of a tree layer look for evidence sheets; ``None`` where they know none."""
+    folder = style_text_after(layer, LAYER, _BEFORE_FOLDER)
+    return None if folder in (None, SHEETS_FOLDER) else Path(os.path.normpath(layer.absolute().parent / str(folder)))
 
 
 def style_terrain(path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import geopandas as gpd
+import pandas as pd
 
 from ..core.errors import InputError
 from ..core.tables import refuse_other_formats
@@ -34,4 +35,8 @@ def read_trees(path: Path) -> gpd.GeoDataFrame:
     missing = {"tree_id", "dbh_cm", "qc_flag"} - set(table.columns)
     if missing:
         raise InputError(f"{path}: lacks the columns {', '.join(sorted(missing))}; give a layer made by TreeDGS.")
+    if "rev_at" in table and str(table["rev_at"].dtype).startswith("datetime"):
+        # GDAL takes the text for a time where the format has no types of its own (GeoJSON).
+        moments = pd.to_datetime(table["rev_at"], utc=True)
+        table["rev_at"] = moments.dt.strftime("%Y-%m-%dT%H:%M:%SZ").astype(object).where(moments.notna(), None)
     return table

@@ -1,4 +1,4 @@
-"""What a person wrote beside the measured trees (species, status, note): it outlives the layer of one run."""
+"""What a person wrote beside the measured trees (species, status, note, decisions) outlives the layer of one run."""
 
 from __future__ import annotations
 
@@ -14,34 +14,35 @@ from scipy.spatial import cKDTree
 from ..core.errors import InputError
 from ..core.progress import Reporter
 from ..core.tables import plain_cell
+from .carried import DECIDED, carried_decision, kept_place, merged_into
+from .reviewed import A_TREE
 from .tree_reading import read_trees
 
-#: Columns of a tree layer that are a person's.
+#: Columns of a tree layer that are a person's, beside the decisions.
 COLUMNS = ("species", "status", "note")
 #: An entry belongs to the tree within this distance of the one it was written for.
 ENTRY_M = 0.5
+_NUMBERS = ("x", "y", "z_ground", "dbh_cm", "bh_m", "rev_dbh_cm")
 
 
 @dataclass
 class Written:
-    """entries: ``tree_id, x, y`` and :data:`COLUMNS` of the trees that have any, in ``crs``. kept: which found their
-    tree again."""
+    """entries: ``tree_id, plot_id, x, y, z_ground, dbh_cm, bh_m``, :data:`COLUMNS` and the decision's columns of the
+    trees that have any, in ``crs``. places: tree_id -> (x, y) of all trees. kept: which entries found their tree again.
+    told: sentences about decisions that did not stay as they were."""
 
     path: Path
     entries: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=["tree_id", "x", "y", *COLUMNS]))
     crs: pyproj.CRS | None = None
+    places: dict[str, tuple[float, float]] = field(default_factory=dict)
     kept: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+    told: list[str] = field(default_factory=list)
 
     def fill(self, table: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
         """The tree table with each entry at the nearest tree within :data:`ENTRY_M`, one tree an entry."""
         if not len(self.entries) or not len(table):
             return table
-        there = self.entries[["x", "y"]].to_numpy(float)
-        tied = [crs is not None and crs.geodetic_crs is not None for crs in (self.crs, table.crs)]
-        if all(tied) and self.crs != table.crs:
-            there = np.column_stack(
-                pyproj.Transformer.from_crs(self.crs, table.crs, always_xy=True).transform(there[:, 0], there[:, 1])
-            )
+        there = self._moved(self.entries[["x", "y"]].to_numpy(float), table.crs)
         here = table[["x", "y"]].to_numpy(float)
         if not np.isfinite(there).all():
             return table
@@ -53,10 +54,45 @@ class Written:
                 continue
             taken.add(j)
             self.kept[k] = True
-            for name in COLUMNS:
-                if self.entries[name].iloc[k] is not None:
-                    table.iloc[j, table.columns.get_loc(name)] = self.entries[name].iloc[k]
+            entry = self.entries.iloc[k]
+            values = {name: entry[name] for name in COLUMNS if entry[name] is not None}
+            if not _none(entry["rev_at"]) or not _none(entry["rev_flag"]) or not _none(entry["rev_dbh_cm"]):
+                found, said = carried_decision(entry, table.iloc[j], self._new_id(entry["rev_note"], table))
+                values |= found
+                self.told += [said] if said else []
+            for name, value in values.items():
+                table.iloc[j, table.columns.get_loc(name)] = value
         return table
+
+    def left(self, table: gpd.GeoDataFrame, taken: set[int]) -> gpd.GeoDataFrame:
+        """Rows, like those of ``table``, for trees that a person says stand there and that found no tree again.
+
+        taken: numbers that other trees have. To be asked once, after everything was filled.
+        """
+        rows = []
+        for k in np.flatnonzero(~self.kept):
+            entry = self.entries.iloc[k]
+            if entry["rev_flag"] not in A_TREE and _none(entry["rev_dbh_cm"]):
+                continue
+            x, y = self._moved(np.array([[entry["x"], entry["y"]]], float), table.crs)[0]
+            if not np.isfinite([x, y]).all():
+                continue
+            own = int(float(entry["tree_id"]))
+            number = own if own not in taken else max(taken) + 1
+            taken.add(number)
+            self.kept[k] = True
+            rows.append(kept_place(entry, number, float(x), float(y)))
+        if not rows:
+            return table.iloc[:0]
+        named = ", ".join(str(row["tree_id"]) for row in rows[:10]) + (", …" if len(rows) > 10 else "")
+        self.told.append(
+            f"{len(rows)} place{'' if len(rows) == 1 else 's'} where a person says that a tree stands gave no tree in "
+            f"this run: kept in the layer without a measured DBH (not_found), as tree {named}."
+        )
+        made = pd.DataFrame(rows).reindex(columns=[name for name in table if name != "geometry"])
+        made = made.astype({name: kind for name, kind in table.dtypes.items() if name != "geometry"})
+        points = gpd.points_from_xy(made["x"], made["y"], made["z_ground"].fillna(0.0))
+        return gpd.GeoDataFrame(made, geometry=points, crs=table.crs)
 
     def report(self, reporter: Reporter | None) -> None:
         """Say what was kept, and what found no tree again."""
@@ -65,26 +101,64 @@ class Written:
         n = int(self.kept.sum())
         if n:
             reporter.info(
-                f"{self.path.name}: species, status or note that a person wrote at {n} tree{'' if n == 1 else 's'} "
-                f"{'is' if n == 1 else 'are'} kept (nearest tree within {ENTRY_M:g} m)."
+                f"{self.path.name}: what a person wrote (species, status, note, decisions) at {n} "
+                f"tree{'' if n == 1 else 's'} is kept (nearest tree within {ENTRY_M:g} m)."
             )
+        for sentence in self.told:
+            reporter.warn(f"{self.path.name}: {sentence}")
         lost = self.entries[~self.kept]
         if len(lost):
             named = [
-                f"{row.tree_id} at {row.x:.1f} {row.y:.1f} "
-                f"({', '.join(str(getattr(row, name)) for name in COLUMNS if getattr(row, name) is not None)})"
+                f"{row.tree_id} at {row.x:.1f} {row.y:.1f} ({', '.join(_words(row))})"
                 for row in lost.head(5).itertuples()
             ]
             reporter.warn(
                 f"{self.path.name}: no tree stands within {ENTRY_M:g} m any more of {len(lost)} for which a person "
-                f"wrote a species, status or note: {'; '.join(named)}{'; …' if len(lost) > 5 else ''}; what was "
-                "written there is not in the new layer."
+                f"wrote a species, status, note or decision: {'; '.join(named)}{'; …' if len(lost) > 5 else ''}; what "
+                "was written there is not in the new layer."
             )
 
+    def _moved(self, xy: np.ndarray, crs: pyproj.CRS | None) -> np.ndarray:
+        """(N, 2) of the old layer in the new one's CRS."""
+        tied = [found is not None and found.geodetic_crs is not None for found in (self.crs, crs)]
+        if not all(tied) or self.crs == crs:
+            return xy
+        return np.column_stack(pyproj.Transformer.from_crs(self.crs, crs, always_xy=True).transform(xy[:, 0], xy[:, 1]))
 
-def read_written(path: Path) -> Written:
-    """What a person wrote into the layer that ``path`` holds now; nothing where there is none, or no tree layer."""
-    path = Path(path)
+    def _new_id(self, note: str | None, table: gpd.GeoDataFrame) -> int | None:
+        """The number that the tree named by a merge has now; ``None`` where it is gone."""
+        old = merged_into(note)
+        if old is None or str(old) not in self.places:
+            return None
+        x, y = self._moved(np.array([self.places[str(old)]], float), table.crs)[0]
+        away = np.hypot(table["x"].to_numpy(float) - x, table["y"].to_numpy(float) - y)
+        return int(table["tree_id"].iloc[int(away.argmin())]) if away.min() <= ENTRY_M else None
+
+
+def read_written(path: Path, *more: Path) -> Written:
+    """What a person wrote into the layer that ``path`` holds now; nothing where there is none, or no tree layer.
+
+    more: other copies of the layer; where both hold entries for a tree, the first one's stay.
+    """
+    found = _read(Path(path))
+    for other in map(_read, map(Path, more)):
+        if not len(other.entries):
+            continue
+        if found.crs != other.crs and len(found.entries):
+            continue
+        near = np.zeros(len(other.entries), bool)
+        if len(found.entries):
+            xy = found.entries[["x", "y"]].to_numpy(float)
+            near = cKDTree(xy).query(other.entries[["x", "y"]].to_numpy(float))[0] < 0.01
+        entries = pd.concat([found.entries, other.entries[~near]] if len(found.entries) else [other.entries])
+        places = other.places | found.places
+        found = Written(
+            found.path, entries.reset_index(drop=True), found.crs or other.crs, places, np.zeros(len(entries), bool)
+        )
+    return found
+
+
+def _read(path: Path) -> Written:
     if not path.is_file():
         return Written(path)
     try:
@@ -95,11 +169,27 @@ def read_written(path: Path) -> Written:
             layer = read_trees(path)
             crs = layer.crs
             table = pd.DataFrame(layer.drop(columns="geometry")).assign(x=layer.geometry.x, y=layer.geometry.y)
-    except (InputError, OSError, ValueError, KeyError):
+        names = ("tree_id", "plot_id", *_NUMBERS[:-1], *COLUMNS, *DECIDED)
+        found = pd.DataFrame({name: table.get(name) for name in names})
+        for name in _NUMBERS:
+            found[name] = pd.to_numeric(found[name], errors="coerce").astype(float)
+        found["tree_id"] = [str(int(float(value))) for value in found["tree_id"]]
+    except (InputError, OSError, ValueError, KeyError, TypeError):
         return Written(path)
-    found = pd.DataFrame({name: table.get(name) for name in ("tree_id", "x", "y", *COLUMNS)})
-    for name in COLUMNS:
+    texts = [name for name in ("plot_id", *COLUMNS, *DECIDED) if name not in _NUMBERS]
+    for name in texts:
         text = found[name].map(lambda value: "" if pd.isna(value) else str(value).strip()).astype(object)
         found[name] = text.where(text != "", None)
-    found = found[found[[*COLUMNS]].notna().any(axis=1) & found["x"].notna() & found["y"].notna()]
-    return Written(path, found.reset_index(drop=True), crs, np.zeros(len(found), bool))
+    placed = found[["x", "y"]].notna().all(axis=1)
+    places = {row.tree_id: (row.x, row.y) for row in found[placed].itertuples()}
+    found = found[found[[*COLUMNS, *DECIDED]].notna().any(axis=1) & placed]
+    return Written(path, found.reset_index(drop=True), crs, places, np.zeros(len(found), bool))
+
+
+def _none(value: object) -> bool:
+    return value is None or bool(pd.isna(value))
+
+
+def _words(row: object) -> list[str]:
+    names = (*COLUMNS, "rev_flag", "rev_dbh_cm", "rev_note")
+    return [str(getattr(row, name)) for name in names if not _none(getattr(row, name))]

@@ -185,6 +185,20 @@
         </config>
       </editWidget>
     </field>
+    <field name="meas_cm" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
+    <field name="rev_flag" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
     <field name="paired" configurationFlags="None">
       <editWidget type="">
         <config>
@@ -208,8 +222,10 @@
     <alias name="Northing [m]" field="y" index="4"/>
     <alias name="Measured DBH [cm]" field="dbh_cm" index="5"/>
     <alias name="Quality" field="qc_flag" index="6"/>
-    <alias name="Paired" field="paired" index="7"/>
-    <alias name="In the plot's circle" field="in_plot" index="8"/>
+    <alias name="DBH as measured [cm]" field="meas_cm" index="7"/>
+    <alias name="Decision" field="rev_flag" index="8"/>
+    <alias name="Paired" field="paired" index="9"/>
+    <alias name="In the plot's circle" field="in_plot" index="10"/>
   </aliases>
   <defaults>
     <default expression="" field="tree_id" applyOnUpdate="0"/>
@@ -219,6 +235,8 @@
     <default expression="" field="y" applyOnUpdate="0"/>
     <default expression="" field="dbh_cm" applyOnUpdate="0"/>
     <default expression="" field="qc_flag" applyOnUpdate="0"/>
+    <default expression="" field="meas_cm" applyOnUpdate="0"/>
+    <default expression="" field="rev_flag" applyOnUpdate="0"/>
     <default expression="" field="paired" applyOnUpdate="0"/>
     <default expression="" field="in_plot" applyOnUpdate="0"/>
   </defaults>
@@ -230,6 +248,8 @@
     <constraint unique_strength="0" exp_strength="0" field="y" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="dbh_cm" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="qc_flag" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="meas_cm" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="rev_flag" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="paired" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="in_plot" notnull_strength="0" constraints="0"/>
   </constraints>
@@ -241,6 +261,8 @@
     <constraint desc="" field="y" exp=""/>
     <constraint desc="" field="dbh_cm" exp=""/>
     <constraint desc="" field="qc_flag" exp=""/>
+    <constraint desc="" field="meas_cm" exp=""/>
+    <constraint desc="" field="rev_flag" exp=""/>
     <constraint desc="" field="paired" exp=""/>
     <constraint desc="" field="in_plot" exp=""/>
   </constraintExpressions>

@@ -1085,6 +1085,20 @@
         </config>
       </editWidget>
     </field>
+    <field name="meas_cm" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
+    <field name="rev_flag" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
     <field name="dist_m" configurationFlags="None">
       <editWidget type="">
         <config>
@@ -1142,10 +1156,12 @@
     <alias name="DBH, lower end of 90 % interval [cm]" field="dbh_lo_cm" index="6"/>
     <alias name="DBH, upper end of 90 % interval [cm]" field="dbh_hi_cm" index="7"/>
     <alias name="Quality" field="qc_flag" index="8"/>
-    <alias name="Distance after co-registration [m]" field="dist_m" index="9"/>
-    <alias name="Log-odds against the next best pairing" field="margin" index="10"/>
-    <alias name="Pair status" field="pair_status" index="11"/>
-    <alias name="Note" field="note" index="12"/>
+    <alias name="DBH as measured [cm]" field="meas_cm" index="9"/>
+    <alias name="Decision" field="rev_flag" index="10"/>
+    <alias name="Distance after co-registration [m]" field="dist_m" index="11"/>
+    <alias name="Log-odds against the next best pairing" field="margin" index="12"/>
+    <alias name="Pair status" field="pair_status" index="13"/>
+    <alias name="Note" field="note" index="14"/>
   </aliases>
   <defaults>
     <default expression="" field="plot_id" applyOnUpdate="0"/>
@@ -1157,6 +1173,8 @@
     <default expression="" field="dbh_lo_cm" applyOnUpdate="0"/>
     <default expression="" field="dbh_hi_cm" applyOnUpdate="0"/>
     <default expression="" field="qc_flag" applyOnUpdate="0"/>
+    <default expression="" field="meas_cm" applyOnUpdate="0"/>
+    <default expression="" field="rev_flag" applyOnUpdate="0"/>
     <default expression="" field="dist_m" applyOnUpdate="0"/>
     <default expression="" field="margin" applyOnUpdate="0"/>
     <default expression="CASE WHEN &quot;pair_status&quot; IS NULL THEN 'moved' WHEN &quot;pair_status&quot; = 'auto' AND abs(length($geometry) - coalesce(&quot;dist_m&quot;, -1)) > 0.02 THEN 'moved' ELSE &quot;pair_status&quot; END" field="pair_status" applyOnUpdate="1"/>
@@ -1172,6 +1190,8 @@
     <constraint unique_strength="0" exp_strength="0" field="dbh_lo_cm" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="dbh_hi_cm" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="qc_flag" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="meas_cm" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="rev_flag" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="dist_m" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="margin" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="pair_status" notnull_strength="0" constraints="0"/>
@@ -1187,6 +1207,8 @@
     <constraint desc="" field="dbh_lo_cm" exp=""/>
     <constraint desc="" field="dbh_hi_cm" exp=""/>
     <constraint desc="" field="qc_flag" exp=""/>
+    <constraint desc="" field="meas_cm" exp=""/>
+    <constraint desc="" field="rev_flag" exp=""/>
     <constraint desc="" field="dist_m" exp=""/>
     <constraint desc="" field="margin" exp=""/>
     <constraint desc="" field="pair_status" exp=""/>
@@ -1210,8 +1232,8 @@
   <editorlayout>tablayout</editorlayout>
   <attributeEditorForm>
     <attributeEditorContainer groupBox="1" visibilityExpressionEnabled="0" name="Your decision" visibilityExpression="" showLabel="1" columnCount="1">
-      <attributeEditorField name="pair_status" showLabel="1" index="11"/>
-      <attributeEditorField name="note" showLabel="1" index="12"/>
+      <attributeEditorField name="pair_status" showLabel="1" index="13"/>
+      <attributeEditorField name="note" showLabel="1" index="14"/>
     </attributeEditorContainer>
     <attributeEditorContainer groupBox="1" visibilityExpressionEnabled="0" name="The two trees" visibilityExpression="" showLabel="1" columnCount="1">
       <attributeEditorField name="plot_id" showLabel="1" index="0"/>
@@ -1223,8 +1245,10 @@
       <attributeEditorField name="dbh_lo_cm" showLabel="1" index="6"/>
       <attributeEditorField name="dbh_hi_cm" showLabel="1" index="7"/>
       <attributeEditorField name="qc_flag" showLabel="1" index="8"/>
-      <attributeEditorField name="dist_m" showLabel="1" index="9"/>
-      <attributeEditorField name="margin" showLabel="1" index="10"/>
+      <attributeEditorField name="meas_cm" showLabel="1" index="9"/>
+      <attributeEditorField name="rev_flag" showLabel="1" index="10"/>
+      <attributeEditorField name="dist_m" showLabel="1" index="11"/>
+      <attributeEditorField name="margin" showLabel="1" index="12"/>
     </attributeEditorContainer>
   </attributeEditorForm>
   <editable>
@@ -1236,10 +1260,12 @@
     <field editable="0" name="field_cm"/>
     <field editable="0" name="field_id"/>
     <field editable="0" name="margin"/>
+    <field editable="0" name="meas_cm"/>
     <field editable="1" name="note"/>
     <field editable="1" name="pair_status"/>
     <field editable="0" name="plot_id"/>
     <field editable="0" name="qc_flag"/>
+    <field editable="0" name="rev_flag"/>
     <field editable="0" name="tree_id"/>
   </editable>
   <labelOnTop/>
@@ -1247,6 +1273,6 @@
   <dataDefinedFieldProperties/>
   <widgets/>
   <previewExpression>"plot_id" || ': ' || "field_id" || ' - ' || "tree_id"</previewExpression>
-  <mapTip>&lt;b>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Feldbaum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol de campo' ELSE 'Field tree' END) %] [% "field_id" %], [% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'gemessener Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'árbol medido' ELSE 'measured tree' END) %] [% "tree_id" %]&lt;/b> ([% "pair_status" %])&lt;br>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Feld' WHEN left(@qgis_locale, 2) = 'es' THEN 'campo' ELSE 'field' END) %] [% coalesce(format_number("field_cm", 1), '-') %] cm, [% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'gemessen' WHEN left(@qgis_locale, 2) = 'es' THEN 'medido' ELSE 'measured' END) %] [% coalesce(format_number("dbh_cm", 1), '-') %] cm[% coalesce('&lt;br>' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Abstand' WHEN left(@qgis_locale, 2) = 'es' THEN 'distancia' ELSE 'distance' END) || ' ' || format_number("dist_m", 2) || ' m', '') %][% coalesce('&lt;br>' || "note", '') %]</mapTip>
+  <mapTip>&lt;b>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Feldbaum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol de campo' ELSE 'Field tree' END) %] [% replace(replace(replace("field_id", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;') %], [% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'gemessener Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'árbol medido' ELSE 'measured tree' END) %] [% "tree_id" %]&lt;/b> ([% replace(replace(replace("pair_status", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;') %])&lt;br>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Feld' WHEN left(@qgis_locale, 2) = 'es' THEN 'campo' ELSE 'field' END) %] [% coalesce(format_number("field_cm", 1), '-') %] cm, [% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'gemessen' WHEN left(@qgis_locale, 2) = 'es' THEN 'medido' ELSE 'measured' END) %] [% coalesce(format_number("dbh_cm", 1), '-') %] cm[% coalesce('&lt;br>' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Abstand' WHEN left(@qgis_locale, 2) = 'es' THEN 'distancia' ELSE 'distance' END) || ' ' || format_number("dist_m", 2) || ' m', '') %][% coalesce('&lt;br>' || replace(replace(replace("note", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;'), '') %]</mapTip>
   <layerGeometryType>1</layerGeometryType>
 </qgis>

@@ -668,6 +668,6 @@
   <dataDefinedFieldProperties/>
   <widgets/>
   <previewExpression>"name"</previewExpression>
-  <mapTip>&lt;b>[% "name" %]&lt;/b>&lt;br>[% "quality" %][% coalesce(' ± ' || format_number(sqrt("sd_e_m"^2 + "sd_n_m"^2), 3) || ' m', '') %][% coalesce('&lt;br>' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Kurs' WHEN left(@qgis_locale, 2) = 'es' THEN 'rumbo' ELSE 'yaw' END) || ' ' || round("yaw_deg") || '°', '') %][% coalesce(', ' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Kippung' WHEN left(@qgis_locale, 2) = 'es' THEN 'cabeceo' ELSE 'pitch' END) || ' ' || round("pitch_deg") || '°', '') %]</mapTip>
+  <mapTip>&lt;b>[% replace(replace(replace("name", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;') %]&lt;/b>&lt;br>[% replace(replace(replace("quality", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;') %][% coalesce(' ± ' || format_number(sqrt("sd_e_m"^2 + "sd_n_m"^2), 3) || ' m', '') %][% coalesce('&lt;br>' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Kurs' WHEN left(@qgis_locale, 2) = 'es' THEN 'rumbo' ELSE 'yaw' END) || ' ' || round("yaw_deg") || '°', '') %][% coalesce(', ' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Kippung' WHEN left(@qgis_locale, 2) = 'es' THEN 'cabeceo' ELSE 'pitch' END) || ' ' || round("pitch_deg") || '°', '') %]</mapTip>
   <layerGeometryType>0</layerGeometryType>
 </qgis>

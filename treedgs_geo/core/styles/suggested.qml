@@ -153,6 +153,20 @@
         </config>
       </editWidget>
     </field>
+    <field name="meas_cm" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
+    <field name="rev_flag" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
     <field name="dist_m" configurationFlags="None">
       <editWidget type="">
         <config>
@@ -192,10 +206,12 @@
     <alias name="DBH, lower end of 90 % interval [cm]" field="dbh_lo_cm" index="6"/>
     <alias name="DBH, upper end of 90 % interval [cm]" field="dbh_hi_cm" index="7"/>
     <alias name="Quality" field="qc_flag" index="8"/>
-    <alias name="Distance after co-registration [m]" field="dist_m" index="9"/>
-    <alias name="Log-odds against the next best pairing" field="margin" index="10"/>
-    <alias name="Pair status" field="pair_status" index="11"/>
-    <alias name="Note" field="note" index="12"/>
+    <alias name="DBH as measured [cm]" field="meas_cm" index="9"/>
+    <alias name="Decision" field="rev_flag" index="10"/>
+    <alias name="Distance after co-registration [m]" field="dist_m" index="11"/>
+    <alias name="Log-odds against the next best pairing" field="margin" index="12"/>
+    <alias name="Pair status" field="pair_status" index="13"/>
+    <alias name="Note" field="note" index="14"/>
   </aliases>
   <defaults>
     <default expression="" field="plot_id" applyOnUpdate="0"/>
@@ -207,6 +223,8 @@
     <default expression="" field="dbh_lo_cm" applyOnUpdate="0"/>
     <default expression="" field="dbh_hi_cm" applyOnUpdate="0"/>
     <default expression="" field="qc_flag" applyOnUpdate="0"/>
+    <default expression="" field="meas_cm" applyOnUpdate="0"/>
+    <default expression="" field="rev_flag" applyOnUpdate="0"/>
     <default expression="" field="dist_m" applyOnUpdate="0"/>
     <default expression="" field="margin" applyOnUpdate="0"/>
     <default expression="" field="pair_status" applyOnUpdate="0"/>
@@ -222,6 +240,8 @@
     <constraint unique_strength="0" exp_strength="0" field="dbh_lo_cm" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="dbh_hi_cm" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="qc_flag" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="meas_cm" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="rev_flag" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="dist_m" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="margin" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="pair_status" notnull_strength="0" constraints="0"/>
@@ -237,6 +257,8 @@
     <constraint desc="" field="dbh_lo_cm" exp=""/>
     <constraint desc="" field="dbh_hi_cm" exp=""/>
     <constraint desc="" field="qc_flag" exp=""/>
+    <constraint desc="" field="meas_cm" exp=""/>
+    <constraint desc="" field="rev_flag" exp=""/>
     <constraint desc="" field="dist_m" exp=""/>
     <constraint desc="" field="margin" exp=""/>
     <constraint desc="" field="pair_status" exp=""/>
@@ -264,6 +286,6 @@
   <dataDefinedFieldProperties/>
   <widgets/>
   <previewExpression>"plot_id" || ': ' || "field_id" || ' - ' || "tree_id"</previewExpression>
-  <mapTip>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Feldbaum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol de campo' ELSE 'Field tree' END) %] [% "field_id" %], [% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'gemessener Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'árbol medido' ELSE 'measured tree' END) %] [% "tree_id" %]?[% coalesce('&lt;br>' || "note", '') %]</mapTip>
+  <mapTip>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Feldbaum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol de campo' ELSE 'Field tree' END) %] [% replace(replace(replace("field_id", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;') %], [% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'gemessener Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'árbol medido' ELSE 'measured tree' END) %] [% "tree_id" %]?[% coalesce('&lt;br>' || replace(replace(replace("note", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;'), '') %]</mapTip>
   <layerGeometryType>1</layerGeometryType>
 </qgis>

@@ -6,11 +6,14 @@
     <Searchable>1</Searchable>
     <Private>0</Private>
   </flags>
-  <renderer-v2 type="categorizedSymbol" referencescale="-1" enableorderby="0" attr="qc_flag" forceraster="0" symbollevels="0">
+  <renderer-v2 type="categorizedSymbol" referencescale="-1" enableorderby="0" attr="CASE WHEN &quot;rev_flag&quot; IN ('reject', 'merge') THEN 'out' WHEN &quot;rev_dbh_cm&quot; IS NOT NULL THEN 'decided' WHEN &quot;rev_flag&quot; = 'accept' AND &quot;dbh_cm&quot; IS NOT NULL THEN 'decided' WHEN &quot;rev_flag&quot; IN ('accept', 'stem') THEN 'stem' ELSE &quot;qc_flag&quot; END" forceraster="0" symbollevels="0">
     <categories>
       <category symbol="0" value="ok" render="true" label="measured"/>
       <category symbol="1" value="check" render="true" label="measured, to be checked"/>
       <category symbol="2" value="reject" render="true" label="seen, no DBH"/>
+      <category symbol="3" value="decided" render="true" label="accepted or taped by a person"/>
+      <category symbol="4" value="stem" render="true" label="a person says: a stem without a DBH"/>
+      <category symbol="5" value="out" render="true" label="a person says: no tree of its own"/>
     </categories>
     <symbols>
       <symbol type="marker" force_rhr="0" clip_to_extent="1" alpha="1" name="0">
@@ -205,13 +208,205 @@
           </data_defined_properties>
         </layer>
       </symbol>
+      <symbol type="marker" force_rhr="0" clip_to_extent="1" alpha="1" name="3">
+        <data_defined_properties>
+          <Option type="Map">
+            <Option type="QString" name="name" value=""/>
+            <Option name="properties"/>
+            <Option type="QString" name="type" value="collection"/>
+          </Option>
+        </data_defined_properties>
+        <layer class="SimpleMarker" enabled="1" locked="0" pass="0">
+          <Option type="Map">
+            <Option type="QString" name="angle" value="0"/>
+            <Option type="QString" name="cap_style" value="square"/>
+            <Option type="QString" name="color" value="46,139,61,255"/>
+            <Option type="QString" name="horizontal_anchor_point" value="1"/>
+            <Option type="QString" name="joinstyle" value="bevel"/>
+            <Option type="QString" name="name" value="circle"/>
+            <Option type="QString" name="offset" value="0,0"/>
+            <Option type="QString" name="offset_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="offset_unit" value="MM"/>
+            <Option type="QString" name="outline_color" value="31,78,156,255"/>
+            <Option type="QString" name="outline_style" value="solid"/>
+            <Option type="QString" name="outline_width" value="0.7"/>
+            <Option type="QString" name="outline_width_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="outline_width_unit" value="MM"/>
+            <Option type="QString" name="scale_method" value="diameter"/>
+            <Option type="QString" name="size" value="2"/>
+            <Option type="QString" name="size_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="size_unit" value="MM"/>
+            <Option type="QString" name="vertical_anchor_point" value="1"/>
+          </Option>
+          <prop k="angle" v="0"/>
+          <prop k="cap_style" v="square"/>
+          <prop k="color" v="46,139,61,255"/>
+          <prop k="horizontal_anchor_point" v="1"/>
+          <prop k="joinstyle" v="bevel"/>
+          <prop k="name" v="circle"/>
+          <prop k="offset" v="0,0"/>
+          <prop k="offset_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="offset_unit" v="MM"/>
+          <prop k="outline_color" v="31,78,156,255"/>
+          <prop k="outline_style" v="solid"/>
+          <prop k="outline_width" v="0.7"/>
+          <prop k="outline_width_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="outline_width_unit" v="MM"/>
+          <prop k="scale_method" v="diameter"/>
+          <prop k="size" v="2"/>
+          <prop k="size_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="size_unit" v="MM"/>
+          <prop k="vertical_anchor_point" v="1"/>
+          <data_defined_properties>
+            <Option type="Map">
+              <Option type="QString" name="name" value=""/>
+              <Option type="Map" name="properties">
+                <Option type="Map" name="size">
+                  <Option type="bool" name="active" value="true"/>
+                  <Option type="QString" name="expression" value="max(coalesce(coalesce(&quot;rev_dbh_cm&quot;, &quot;dbh_cm&quot;), 0) * 10 / @map_scale, 1.4 + coalesce(coalesce(&quot;rev_dbh_cm&quot;, &quot;dbh_cm&quot;), 15) * 0.05)"/>
+                  <Option type="int" name="type" value="3"/>
+                </Option>
+              </Option>
+              <Option type="QString" name="type" value="collection"/>
+            </Option>
+          </data_defined_properties>
+        </layer>
+      </symbol>
+      <symbol type="marker" force_rhr="0" clip_to_extent="1" alpha="1" name="4">
+        <data_defined_properties>
+          <Option type="Map">
+            <Option type="QString" name="name" value=""/>
+            <Option name="properties"/>
+            <Option type="QString" name="type" value="collection"/>
+          </Option>
+        </data_defined_properties>
+        <layer class="SimpleMarker" enabled="1" locked="0" pass="0">
+          <Option type="Map">
+            <Option type="QString" name="angle" value="0"/>
+            <Option type="QString" name="cap_style" value="square"/>
+            <Option type="QString" name="color" value="255,255,255,0"/>
+            <Option type="QString" name="horizontal_anchor_point" value="1"/>
+            <Option type="QString" name="joinstyle" value="bevel"/>
+            <Option type="QString" name="name" value="circle"/>
+            <Option type="QString" name="offset" value="0,0"/>
+            <Option type="QString" name="offset_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="offset_unit" value="MM"/>
+            <Option type="QString" name="outline_color" value="31,78,156,255"/>
+            <Option type="QString" name="outline_style" value="solid"/>
+            <Option type="QString" name="outline_width" value="0.7"/>
+            <Option type="QString" name="outline_width_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="outline_width_unit" value="MM"/>
+            <Option type="QString" name="scale_method" value="diameter"/>
+            <Option type="QString" name="size" value="2"/>
+            <Option type="QString" name="size_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="size_unit" value="MM"/>
+            <Option type="QString" name="vertical_anchor_point" value="1"/>
+          </Option>
+          <prop k="angle" v="0"/>
+          <prop k="cap_style" v="square"/>
+          <prop k="color" v="255,255,255,0"/>
+          <prop k="horizontal_anchor_point" v="1"/>
+          <prop k="joinstyle" v="bevel"/>
+          <prop k="name" v="circle"/>
+          <prop k="offset" v="0,0"/>
+          <prop k="offset_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="offset_unit" v="MM"/>
+          <prop k="outline_color" v="31,78,156,255"/>
+          <prop k="outline_style" v="solid"/>
+          <prop k="outline_width" v="0.7"/>
+          <prop k="outline_width_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="outline_width_unit" v="MM"/>
+          <prop k="scale_method" v="diameter"/>
+          <prop k="size" v="2"/>
+          <prop k="size_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="size_unit" v="MM"/>
+          <prop k="vertical_anchor_point" v="1"/>
+          <data_defined_properties>
+            <Option type="Map">
+              <Option type="QString" name="name" value=""/>
+              <Option type="Map" name="properties">
+                <Option type="Map" name="size">
+                  <Option type="bool" name="active" value="true"/>
+                  <Option type="QString" name="expression" value="2.6"/>
+                  <Option type="int" name="type" value="3"/>
+                </Option>
+              </Option>
+              <Option type="QString" name="type" value="collection"/>
+            </Option>
+          </data_defined_properties>
+        </layer>
+      </symbol>
+      <symbol type="marker" force_rhr="0" clip_to_extent="1" alpha="1" name="5">
+        <data_defined_properties>
+          <Option type="Map">
+            <Option type="QString" name="name" value=""/>
+            <Option name="properties"/>
+            <Option type="QString" name="type" value="collection"/>
+          </Option>
+        </data_defined_properties>
+        <layer class="SimpleMarker" enabled="1" locked="0" pass="0">
+          <Option type="Map">
+            <Option type="QString" name="angle" value="0"/>
+            <Option type="QString" name="cap_style" value="square"/>
+            <Option type="QString" name="color" value="255,0,0,255"/>
+            <Option type="QString" name="horizontal_anchor_point" value="1"/>
+            <Option type="QString" name="joinstyle" value="bevel"/>
+            <Option type="QString" name="name" value="cross2"/>
+            <Option type="QString" name="offset" value="0,0"/>
+            <Option type="QString" name="offset_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="offset_unit" value="MM"/>
+            <Option type="QString" name="outline_color" value="122,122,122,255"/>
+            <Option type="QString" name="outline_style" value="solid"/>
+            <Option type="QString" name="outline_width" value="0.3"/>
+            <Option type="QString" name="outline_width_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="outline_width_unit" value="MM"/>
+            <Option type="QString" name="scale_method" value="diameter"/>
+            <Option type="QString" name="size" value="2"/>
+            <Option type="QString" name="size_map_unit_scale" value="3x:0,0,0,0,0,0"/>
+            <Option type="QString" name="size_unit" value="MM"/>
+            <Option type="QString" name="vertical_anchor_point" value="1"/>
+          </Option>
+          <prop k="angle" v="0"/>
+          <prop k="cap_style" v="square"/>
+          <prop k="color" v="255,0,0,255"/>
+          <prop k="horizontal_anchor_point" v="1"/>
+          <prop k="joinstyle" v="bevel"/>
+          <prop k="name" v="cross2"/>
+          <prop k="offset" v="0,0"/>
+          <prop k="offset_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="offset_unit" v="MM"/>
+          <prop k="outline_color" v="122,122,122,255"/>
+          <prop k="outline_style" v="solid"/>
+          <prop k="outline_width" v="0.3"/>
+          <prop k="outline_width_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="outline_width_unit" v="MM"/>
+          <prop k="scale_method" v="diameter"/>
+          <prop k="size" v="2"/>
+          <prop k="size_map_unit_scale" v="3x:0,0,0,0,0,0"/>
+          <prop k="size_unit" v="MM"/>
+          <prop k="vertical_anchor_point" v="1"/>
+          <data_defined_properties>
+            <Option type="Map">
+              <Option type="QString" name="name" value=""/>
+              <Option type="Map" name="properties">
+                <Option type="Map" name="size">
+                  <Option type="bool" name="active" value="true"/>
+                  <Option type="QString" name="expression" value="2.6"/>
+                  <Option type="int" name="type" value="3"/>
+                </Option>
+              </Option>
+              <Option type="QString" name="type" value="collection"/>
+            </Option>
+          </data_defined_properties>
+        </layer>
+      </symbol>
     </symbols>
     <rotation/>
     <sizescale/>
   </renderer-v2>
   <labeling type="simple">
     <settings calloutType="simple">
-      <text-style fieldName="CASE WHEN &quot;dbh_cm&quot; IS NOT NULL THEN format_number(&quot;dbh_cm&quot;, 1) END" fontWeight="50" useSubstitutions="0" capitalization="0" fontSizeMapUnitScale="3x:0,0,0,0,0,0" textOrientation="horizontal" legendString="Aa" textColor="27,27,27,255" fontSize="8" fontUnderline="0" fontStrikeout="0" fontLetterSpacing="0" textOpacity="1" blendMode="0" fontItalic="0" fontWordSpacing="0" fontSizeUnit="Point" previewBkgrdColor="255,255,255,255" fontKerning="1" fontFamily="Sans" allowHtml="0" isExpression="1" namedStyle="" multilineHeight="1">
+      <text-style fieldName="format_number(CASE WHEN &quot;rev_flag&quot; IN ('reject', 'merge', 'stem') THEN NULL ELSE coalesce(&quot;rev_dbh_cm&quot;, &quot;dbh_cm&quot;) END, 1)" fontWeight="50" useSubstitutions="0" capitalization="0" fontSizeMapUnitScale="3x:0,0,0,0,0,0" textOrientation="horizontal" legendString="Aa" textColor="27,27,27,255" fontSize="8" fontUnderline="0" fontStrikeout="0" fontLetterSpacing="0" textOpacity="1" blendMode="0" fontItalic="0" fontWordSpacing="0" fontSizeUnit="Point" previewBkgrdColor="255,255,255,255" fontKerning="1" fontFamily="Sans" allowHtml="0" isExpression="1" namedStyle="" multilineHeight="1">
         <families/>
         <text-buffer bufferJoinStyle="128" bufferSize="0.69999999999999996" bufferSizeMapUnitScale="3x:0,0,0,0,0,0" bufferDraw="1" bufferBlendMode="0" bufferNoFill="1" bufferColor="255,255,255,255" bufferOpacity="1" bufferSizeUnits="MM"/>
         <text-mask maskOpacity="1" maskedSymbolLayers="" maskSizeUnits="MM" maskJoinStyle="128" maskType="0" maskSizeMapUnitScale="3x:0,0,0,0,0,0" maskEnabled="0" maskSize="1.5"/>
@@ -518,6 +713,62 @@
         </config>
       </editWidget>
     </field>
+    <field name="rev_flag" configurationFlags="None">
+      <editWidget type="ValueMap">
+        <config>
+          <Option type="Map">
+            <Option type="List" name="map">
+              <Option type="Map">
+                <Option type="QString" name="not decided" value="{2839923C-8B7D-419E-B84B-CA2FE9B80EC7}"/>
+              </Option>
+              <Option type="Map">
+                <Option type="QString" name="accepted" value="accept"/>
+              </Option>
+              <Option type="Map">
+                <Option type="QString" name="no tree stands here" value="reject"/>
+              </Option>
+              <Option type="Map">
+                <Option type="QString" name="taped" value="dbh"/>
+              </Option>
+              <Option type="Map">
+                <Option type="QString" name="the same tree as another" value="merge"/>
+              </Option>
+              <Option type="Map">
+                <Option type="QString" name="a stem stands here, DBH unknown" value="stem"/>
+              </Option>
+            </Option>
+          </Option>
+        </config>
+      </editWidget>
+    </field>
+    <field name="rev_dbh_cm" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
+    <field name="rev_note" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
+    <field name="rev_by" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
+    <field name="rev_at" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
   </fieldConfiguration>
   <aliases>
     <alias name="Tree" field="tree_id" index="0"/>
@@ -546,6 +797,11 @@
     <alias name="Species" field="species" index="23"/>
     <alias name="Live or dead" field="status" index="24"/>
     <alias name="Note" field="note" index="25"/>
+    <alias name="Decision" field="rev_flag" index="26"/>
+    <alias name="Taped DBH [cm]" field="rev_dbh_cm" index="27"/>
+    <alias name="Why" field="rev_note" index="28"/>
+    <alias name="Decided by" field="rev_by" index="29"/>
+    <alias name="Decided at (UTC)" field="rev_at" index="30"/>
   </aliases>
   <defaults>
     <default expression="" field="tree_id" applyOnUpdate="0"/>
@@ -574,6 +830,11 @@
     <default expression="" field="species" applyOnUpdate="0"/>
     <default expression="" field="status" applyOnUpdate="0"/>
     <default expression="" field="note" applyOnUpdate="0"/>
+    <default expression="" field="rev_flag" applyOnUpdate="0"/>
+    <default expression="" field="rev_dbh_cm" applyOnUpdate="0"/>
+    <default expression="" field="rev_note" applyOnUpdate="0"/>
+    <default expression="" field="rev_by" applyOnUpdate="0"/>
+    <default expression="" field="rev_at" applyOnUpdate="0"/>
   </defaults>
   <constraints>
     <constraint unique_strength="0" exp_strength="0" field="tree_id" notnull_strength="0" constraints="0"/>
@@ -602,6 +863,11 @@
     <constraint unique_strength="0" exp_strength="0" field="species" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="status" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="note" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="rev_flag" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="rev_dbh_cm" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="rev_note" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="rev_by" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="rev_at" notnull_strength="0" constraints="0"/>
   </constraints>
   <constraintExpressions>
     <constraint desc="" field="tree_id" exp=""/>
@@ -630,6 +896,11 @@
     <constraint desc="" field="species" exp=""/>
     <constraint desc="" field="status" exp=""/>
     <constraint desc="" field="note" exp=""/>
+    <constraint desc="" field="rev_flag" exp=""/>
+    <constraint desc="" field="rev_dbh_cm" exp=""/>
+    <constraint desc="" field="rev_note" exp=""/>
+    <constraint desc="" field="rev_by" exp=""/>
+    <constraint desc="" field="rev_at" exp=""/>
   </constraintExpressions>
   <expressionfields/>
   <attributetableconfig sortOrder="0" sortExpression="" actionWidgetStyle="dropDown">
@@ -649,6 +920,11 @@
   <editorlayout>tablayout</editorlayout>
   <attributeEditorForm>
     <attributeEditorContainer groupBox="1" visibilityExpressionEnabled="0" name="Yours to write" visibilityExpression="" showLabel="1" columnCount="1">
+      <attributeEditorField name="rev_flag" showLabel="1" index="26"/>
+      <attributeEditorField name="rev_dbh_cm" showLabel="1" index="27"/>
+      <attributeEditorField name="rev_note" showLabel="1" index="28"/>
+      <attributeEditorField name="rev_by" showLabel="1" index="29"/>
+      <attributeEditorField name="rev_at" showLabel="1" index="30"/>
       <attributeEditorField name="species" showLabel="1" index="23"/>
       <attributeEditorField name="status" showLabel="1" index="24"/>
       <attributeEditorField name="note" showLabel="1" index="25"/>
@@ -684,7 +960,7 @@
   <reuseLastValue/>
   <dataDefinedFieldProperties/>
   <widgets/>
-  <previewExpression>(CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol' ELSE 'Tree' END) || ' ' || "tree_id" || coalesce(': ' || format_number("dbh_cm", 1) || ' cm', ', ' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'kein BHD' WHEN left(@qgis_locale, 2) = 'es' THEN 'sin DAP' ELSE 'no DBH' END))</previewExpression>
-  <mapTip>&lt;b>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol' ELSE 'Tree' END) %] [% "tree_id" %][% coalesce(', ' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Fläche' WHEN left(@qgis_locale, 2) = 'es' THEN 'parcela' ELSE 'plot' END) || ' ' || "plot_id", '') %]&lt;/b>&lt;br>[% CASE WHEN "dbh_cm" IS NULL THEN (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Kein BHD' WHEN left(@qgis_locale, 2) = 'es' THEN 'Sin DAP' ELSE 'No DBH' END) ELSE (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'BHD' WHEN left(@qgis_locale, 2) = 'es' THEN 'DAP' ELSE 'DBH' END) || ' &lt;b>' || format_number("dbh_cm", 1) || '&lt;/b>' || coalesce(' ± ' || format_number("dbh_se_cm", 1), '') || ' cm' || coalesce(' ' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'in' WHEN left(@qgis_locale, 2) = 'es' THEN 'a' ELSE 'at' END) || ' ' || format_number("bh_m", 2) || ' m', '') || coalesce('&lt;br>90 %: ' || format_number("dbh_lo_cm", 1) || ' – ' || format_number("dbh_hi_cm", 1) || ' cm', '') END %][% coalesce('&lt;br>' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Höhe' WHEN left(@qgis_locale, 2) = 'es' THEN 'altura' ELSE 'height' END) || ' ' || format_number("height_m", 1) || ' m', '') %][% CASE WHEN coalesce("qc_reason", '') &lt;> '' THEN '&lt;br>&lt;i>' || array_to_string(array_foreach(string_to_array(coalesce("qc_reason", '')), coalesce(map_get((CASE WHEN left(@qgis_locale, 2) = 'de' THEN map('few_views', 'zu wenige Fotos sehen den Stamm in Brusthöhe: mehr Schrägfotos über diesem Teil der Probefläche aufnehmen', 'occluded', 'Laub oder andere Stämme verdecken den Stamm in Brusthöhe: laubfrei oder aus anderen Richtungen fliegen', 'ambiguous', 'zwei verschiedene Stämme erklären die Fotos gleich gut: Fotos ansehen oder von Hand messen', 'short_arc', 'die Punkte decken zu wenig vom Umfang des Stamms ab: von mehr Seiten scannen oder fliegen', 'few_points', 'zu wenige Stammpunkte am unteren Stamm: die Punktdichte erhöhen', 'few_slices', 'zu wenige Scheiben des Stamms ergaben einen Kreis: die Punktdichte erhöhen', 'not_round', 'der Querschnitt ist kein Kreis (Wurzelanläufe, Zwiesel oder mehrere Stämme): von Hand messen', 'no_taper', 'die Durchmesser am Stamm bilden keine glaubhafte Verjüngung: den Stamm auf Äste oder einen Zwiesel prüfen', 'lean', 'der Stamm ist stärker geneigt, als das Verfahren zulässt: von Hand messen', 'merged', 'zwei Stämme können für einen gehalten worden sein: die Segmentierung prüfen', 'too_small', 'der Stamm ist dünner, als Fotos oder Punkte auflösen können: tiefer fliegen oder näher scannen', 'too_large', 'der angepasste Stamm ist dicker als das erlaubte Höchstmaß: den größten Durchmesser erhöhen, wenn er echt ist', 'too_short', 'der Baum ist viel niedriger als die anderen seines Durchmessers: Durchmesser prüfen, und ob der Wipfel gebrochen ist', 'wide_error', 'der geschätzte Fehler ist zu groß, um nützlich zu sein: mehr Fotos aufnehmen oder von Hand messen', 'disagree', 'zwei Messverfahren widersprechen sich: diesen Baum von Hand prüfen', 'unchecked', 'das veröffentlichte Verfahren hat keine eigene Prüfung und keinen eigenen Fehler: mit dem Standardverfahren vergleichen', 'no_ground', 'die Höhe des Bodens am Baum ist unbekannt oder unsicher: die Punktwolke mit ihrem Boden angeben, oder ein Geländemodell, das zu ihr passt', 'odd_heights', 'die Bäume sind höher, als Bäume ihres Durchmessers sind: die Höhen können in Fuß sein: die Einheit der Höhen in der Punktwolke prüfen und neu messen', 'edge', 'der Baum steht am Rand der Daten: über die Probefläche hinaus aufnehmen') WHEN left(@qgis_locale, 2) = 'es' THEN map('few_views', 'muy pocas fotos ven el tronco a la altura del pecho: tome más fotos oblicuas sobre esta parte de la parcela', 'occluded', 'el follaje u otros troncos ocultan el tronco a la altura del pecho: vuele sin hojas o desde otras direcciones', 'ambiguous', 'dos troncos distintos explican igual de bien las fotos: revise las fotos o mida a mano', 'short_arc', 'los puntos cubren muy poco de la circunferencia del tronco: escanee o vuele desde más lados', 'few_points', 'muy pocos puntos en la parte baja del tronco: aumente la densidad de puntos', 'few_slices', 'muy pocas secciones del tronco dieron un círculo: aumente la densidad de puntos', 'not_round', 'la sección no es un círculo (contrafuerte, horquilla o varios troncos): mida a mano', 'no_taper', 'los diámetros a lo largo del tronco no forman un ahusamiento verosímil: compruebe si el tronco tiene ramas o una horquilla', 'lean', 'el tronco se inclina más de lo que admite el método: mida a mano', 'merged', 'dos troncos pueden haberse tomado por uno: revise la segmentación', 'too_small', 'el tronco es más fino de lo que resuelven las fotos o los puntos: vuele más bajo o escanee más cerca', 'too_large', 'el tronco ajustado es más grueso que el máximo permitido: suba el diámetro máximo si es real', 'too_short', 'el árbol es mucho más bajo que los demás de su diámetro: comprobar el diámetro y si la copa está rota', 'wide_error', 'el error estimado es demasiado grande para ser útil: tome más fotos o mida a mano', 'disagree', 'dos métodos de medición no coinciden: compruebe este árbol a mano', 'unchecked', 'el método publicado no tiene comprobación ni error propios: compare con el método por defecto', 'no_ground', 'la altura del suelo en el árbol es desconocida o insegura: dé la nube con su suelo, o un MDT que encaje con ella', 'odd_heights', 'los árboles son más altos que los de su diámetro: las alturas pueden estar en pies: compruebe la unidad de las alturas de la nube y mida de nuevo', 'edge', 'el árbol está en el borde de los datos: amplíe el vuelo más allá de la parcela') ELSE map('few_views', 'too few photos see the stem at breast height: fly more oblique photos over this part of the plot', 'occluded', 'foliage or other stems hide the stem at breast height: fly leaf-off or from other directions', 'ambiguous', 'two different stems explain the photos equally well: check the photos or measure by hand', 'short_arc', 'the points cover too little of the stem''s circumference: scan or fly from more sides', 'few_points', 'too few stem points at the lower stem: raise the point density', 'few_slices', 'too few slices of the stem gave a circle: raise the point density', 'not_round', 'the cross-section is not a circle (buttress, fork or several stems): measure by hand', 'no_taper', 'diameters along the stem do not form a plausible taper: check the stem for branches or a fork', 'lean', 'the stem leans more than the method allows: measure by hand', 'merged', 'two stems may have been taken for one: check the segmentation', 'too_small', 'the stem is thinner than the photos or points can resolve: fly lower or scan closer', 'too_large', 'the fitted stem is thicker than the allowed maximum: raise the maximum diameter if it is real', 'too_short', 'the tree is far shorter than the others of its diameter: check the diameter, and whether the top is broken', 'wide_error', 'the estimated error is too large to be useful: fly more photos or measure by hand', 'disagree', 'two measuring methods disagree: check this tree by hand', 'unchecked', 'the published method has no check and no error of its own: compare with the default method', 'no_ground', 'the height of the ground at the tree is unknown or unsure: give the cloud with its ground, or a DTM that fits it', 'odd_heights', 'the trees are taller than trees of their diameter are: heights may be in feet: check the unit of the cloud''s heights and measure again', 'edge', 'the tree stands at the edge of the data: extend the survey beyond the plot') END), trim(@element)), trim(@element))), '&lt;br>') || '&lt;/i>' ELSE '' END %][% coalesce('&lt;br>' || "species", '') %][% coalesce('&lt;br>' || "status", '') %][% coalesce('&lt;br>' || "note", '') %]</mapTip>
+  <previewExpression>(CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol' ELSE 'Tree' END) || ' ' || "tree_id" || coalesce(': ' || format_number(CASE WHEN "rev_flag" IN ('reject', 'merge', 'stem') THEN NULL ELSE coalesce("rev_dbh_cm", "dbh_cm") END, 1) || ' cm', ', ' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'kein BHD' WHEN left(@qgis_locale, 2) = 'es' THEN 'sin DAP' ELSE 'no DBH' END))</previewExpression>
+  <mapTip>&lt;b>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol' ELSE 'Tree' END) %] [% "tree_id" %][% coalesce(', ' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Fläche' WHEN left(@qgis_locale, 2) = 'es' THEN 'parcela' ELSE 'plot' END) || ' ' || replace(replace(replace("plot_id", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;'), '') %]&lt;/b>&lt;br>[% CASE WHEN "dbh_cm" IS NULL THEN (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Kein BHD' WHEN left(@qgis_locale, 2) = 'es' THEN 'Sin DAP' ELSE 'No DBH' END) ELSE (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'BHD' WHEN left(@qgis_locale, 2) = 'es' THEN 'DAP' ELSE 'DBH' END) || ' &lt;b>' || format_number("dbh_cm", 1) || '&lt;/b>' || coalesce(' ± ' || format_number("dbh_se_cm", 1), '') || ' cm' || coalesce(' ' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'in' WHEN left(@qgis_locale, 2) = 'es' THEN 'a' ELSE 'at' END) || ' ' || format_number("bh_m", 2) || ' m', '') || coalesce('&lt;br>90 %: ' || format_number("dbh_lo_cm", 1) || ' – ' || format_number("dbh_hi_cm", 1) || ' cm', '') END %][% coalesce('&lt;br>' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Höhe' WHEN left(@qgis_locale, 2) = 'es' THEN 'altura' ELSE 'height' END) || ' ' || format_number("height_m", 1) || ' m', '') %][% CASE WHEN coalesce(replace(replace(replace("qc_reason", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;'), '') &lt;> '' THEN '&lt;br>&lt;i>' || array_to_string(array_foreach(string_to_array(coalesce(replace(replace(replace("qc_reason", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;'), '')), coalesce(map_get((CASE WHEN left(@qgis_locale, 2) = 'de' THEN map('few_views', 'zu wenige Fotos sehen den Stamm in Brusthöhe: mehr Schrägfotos über diesem Teil der Probefläche aufnehmen', 'occluded', 'Laub oder andere Stämme verdecken den Stamm in Brusthöhe: laubfrei oder aus anderen Richtungen fliegen', 'ambiguous', 'zwei verschiedene Stämme erklären die Fotos gleich gut: Fotos ansehen oder von Hand messen', 'covered', 'Efeu oder anderer Bewuchs bedeckt die Rinde in Brusthöhe: darunter von Hand messen; was zu sehen ist, ist dicker als der Stamm', 'short_arc', 'die Punkte decken zu wenig vom Umfang des Stamms ab: von mehr Seiten scannen oder fliegen', 'few_points', 'zu wenige Stammpunkte am unteren Stamm: die Punktdichte erhöhen', 'few_slices', 'zu wenige Scheiben des Stamms ergaben einen Kreis: die Punktdichte erhöhen', 'not_round', 'der Querschnitt ist kein Kreis (Wurzelanläufe, Zwiesel oder mehrere Stämme): von Hand messen', 'no_taper', 'die Durchmesser am Stamm bilden keine glaubhafte Verjüngung: den Stamm auf Äste oder einen Zwiesel prüfen', 'lean', 'der Stamm ist stärker geneigt, als das Verfahren zulässt: von Hand messen', 'merged', 'zwei Stämme können für einen gehalten worden sein: die Segmentierung prüfen', 'too_small', 'der Stamm ist dünner, als Fotos oder Punkte auflösen können: tiefer fliegen oder näher scannen', 'too_large', 'der angepasste Stamm ist dicker als das erlaubte Höchstmaß: den größten Durchmesser erhöhen, wenn er echt ist', 'too_short', 'der Baum ist viel niedriger als die anderen seines Durchmessers: Durchmesser prüfen, und ob der Wipfel gebrochen ist', 'wide_error', 'der geschätzte Fehler ist zu groß, um nützlich zu sein: mehr Fotos aufnehmen oder von Hand messen', 'disagree', 'zwei Messverfahren widersprechen sich: diesen Baum von Hand prüfen', 'unchecked', 'das veröffentlichte Verfahren hat keine eigene Prüfung und keinen eigenen Fehler: mit dem Standardverfahren vergleichen', 'no_ground', 'die Höhe des Bodens am Baum ist unbekannt oder unsicher: die Punktwolke mit ihrem Boden angeben, oder ein Geländemodell, das zu ihr passt', 'odd_heights', 'die Bäume sind höher, als Bäume ihres Durchmessers sind: die Höhen können in Fuß sein: die Einheit der Höhen in der Punktwolke prüfen und neu messen', 'not_found', 'ein Mensch sagt, dass hier ein Stamm steht, aber es wurde keiner gefunden: an seinem Ort in den Fotos messen oder mit dem Band', 'edge', 'der Baum steht am Rand der Daten: über die Probefläche hinaus aufnehmen') WHEN left(@qgis_locale, 2) = 'es' THEN map('few_views', 'muy pocas fotos ven el tronco a la altura del pecho: tome más fotos oblicuas sobre esta parte de la parcela', 'occluded', 'el follaje u otros troncos ocultan el tronco a la altura del pecho: vuele sin hojas o desde otras direcciones', 'ambiguous', 'dos troncos distintos explican igual de bien las fotos: revise las fotos o mida a mano', 'covered', 'hiedra u otra vegetación cubre la corteza a la altura del pecho: mida a mano por debajo; lo que se ve es más grueso que el fuste', 'short_arc', 'los puntos cubren muy poco de la circunferencia del tronco: escanee o vuele desde más lados', 'few_points', 'muy pocos puntos en la parte baja del tronco: aumente la densidad de puntos', 'few_slices', 'muy pocas secciones del tronco dieron un círculo: aumente la densidad de puntos', 'not_round', 'la sección no es un círculo (contrafuerte, horquilla o varios troncos): mida a mano', 'no_taper', 'los diámetros a lo largo del tronco no forman un ahusamiento verosímil: compruebe si el tronco tiene ramas o una horquilla', 'lean', 'el tronco se inclina más de lo que admite el método: mida a mano', 'merged', 'dos troncos pueden haberse tomado por uno: revise la segmentación', 'too_small', 'el tronco es más fino de lo que resuelven las fotos o los puntos: vuele más bajo o escanee más cerca', 'too_large', 'el tronco ajustado es más grueso que el máximo permitido: suba el diámetro máximo si es real', 'too_short', 'el árbol es mucho más bajo que los demás de su diámetro: comprobar el diámetro y si la copa está rota', 'wide_error', 'el error estimado es demasiado grande para ser útil: tome más fotos o mida a mano', 'disagree', 'dos métodos de medición no coinciden: compruebe este árbol a mano', 'unchecked', 'el método publicado no tiene comprobación ni error propios: compare con el método por defecto', 'no_ground', 'la altura del suelo en el árbol es desconocida o insegura: dé la nube con su suelo, o un MDT que encaje con ella', 'odd_heights', 'los árboles son más altos que los de su diámetro: las alturas pueden estar en pies: compruebe la unidad de las alturas de la nube y mida de nuevo', 'not_found', 'una persona dice que aquí hay un fuste, pero no se encontró ninguno: medirlo en su lugar en las fotos o con cinta', 'edge', 'el árbol está en el borde de los datos: amplíe el vuelo más allá de la parcela') ELSE map('few_views', 'too few photos see the stem at breast height: fly more oblique photos over this part of the plot', 'occluded', 'foliage or other stems hide the stem at breast height: fly leaf-off or from other directions', 'ambiguous', 'two different stems explain the photos equally well: check the photos or measure by hand', 'covered', 'ivy or other growth covers the bark at breast height: measure under it by hand; what is seen is thicker than the stem', 'short_arc', 'the points cover too little of the stem''s circumference: scan or fly from more sides', 'few_points', 'too few stem points at the lower stem: raise the point density', 'few_slices', 'too few slices of the stem gave a circle: raise the point density', 'not_round', 'the cross-section is not a circle (buttress, fork or several stems): measure by hand', 'no_taper', 'diameters along the stem do not form a plausible taper: check the stem for branches or a fork', 'lean', 'the stem leans more than the method allows: measure by hand', 'merged', 'two stems may have been taken for one: check the segmentation', 'too_small', 'the stem is thinner than the photos or points can resolve: fly lower or scan closer', 'too_large', 'the fitted stem is thicker than the allowed maximum: raise the maximum diameter if it is real', 'too_short', 'the tree is far shorter than the others of its diameter: check the diameter, and whether the top is broken', 'wide_error', 'the estimated error is too large to be useful: fly more photos or measure by hand', 'disagree', 'two measuring methods disagree: check this tree by hand', 'unchecked', 'the published method has no check and no error of its own: compare with the default method', 'no_ground', 'the height of the ground at the tree is unknown or unsure: give the cloud with its ground, or a DTM that fits it', 'odd_heights', 'the trees are taller than trees of their diameter are: heights may be in feet: check the unit of the cloud''s heights and measure again', 'not_found', 'a person says that a stem stands here, but none was found: measure it at its place in the photos, or by tape', 'edge', 'the tree stands at the edge of the data: extend the survey beyond the plot') END), trim(@element)), trim(@element))), '&lt;br>') || '&lt;/i>' ELSE '' END %][% coalesce('&lt;br>' || replace(replace(replace("species", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;'), '') %][% coalesce('&lt;br>' || replace(replace(replace("status", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;'), '') %][% coalesce('&lt;br>' || replace(replace(replace("note", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;'), '') %][% coalesce(with_variable('sheet', file_path(decode_uri(@layer_id, 'path')) || '/' || 'folder-of-the-sheets' || '/' || replace(replace(replace("run_id", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;') || '/' || "tree_id" || '.jpg', CASE WHEN file_exists(@sheet) THEN '&lt;br>&lt;img width="760" src="' || 'file:///' || regexp_replace(replace(replace(replace(replace(replace(replace(replace(replace(replace(@sheet, '%', '%25'), '#', '%23'), '?', '%3F'), '"', '%22'), '''', '%27'), '&lt;', '%3C'), '>', '%3E'), '&amp;', '%26'), ' ', '%20'), '^/+', '') || '">' ELSE '' END), '') %]</mapTip>
   <layerGeometryType>0</layerGeometryType>
 </qgis>

@@ -11,8 +11,9 @@ import pyproj
 
 from ...core.errors import InputError
 from ..pairs_layer import FIELD, LOCKED, MEASURED, PAIRS, PLOTS, SNAP_M, STATUSES, read_layer
+from ..reviewed import TAPE_SE_CM
 from .species import species_of
-from .treelist import TAPE_SE_CM, TreeList, from_layer, is_dead, settle_status
+from .treelist import TreeList, from_layer, is_dead, settle_status
 from .values import count_of
 
 
@@ -51,6 +52,11 @@ def _from_pairs(found: TreeList, path: Path, tally: pd.DataFrame | None) -> None
     n_heights, taped, differ = 0, 0, []
     for _, pair in used.iterrows():
         key, row = (str(pair["plot_id"]), str(pair["field_id"])), rows.get(int(pair["tree_id"]))
+        if row is None and int(pair["tree_id"]) in found.review.left_out:
+            raise InputError(
+                f"{path}: pairs tree {int(pair['tree_id'])}, which a person rejected or merged since; run match-plots "
+                "again onto this file."
+            )
         if row is None:
             raise InputError(
                 f"{path}: pairs tree {int(pair['tree_id'])}, which is not in the tree layer; give the layer "

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from . import charts
+from .corrections import correction_table
 from .survey import Stand
 from .tables import (
     Column,
     Table,
-    correction_table,
     cross_table,
     equations_table,
     plots_table,

@@ -22,7 +22,8 @@ JACKKNIFE_PLOTS = 60
 class Estimate:
     """mean per hectare (or cm, m). se_plots: from the spread of the plots, NaN for one plot or a census. se_trees: from
     the trees' own DBH errors. se_common: from the error that all DBHs share. se_missing: from what is unsure of the
-    stems without a DBH. se: what counts together; df: its degrees of freedom; low, high: the confidence interval."""
+    stems without a DBH. se_taped: of the correction by tapes. se: what counts together; df: its degrees of freedom;
+    low, high: the confidence interval."""
 
     mean: float = np.nan
     se_plots: float = np.nan
@@ -33,6 +34,7 @@ class Estimate:
     low: float = np.nan
     high: float = np.nan
     se_missing: float = 0.0
+    se_taped: float = 0.0
 
     @property
     def half_pct(self) -> float:

@@ -21,7 +21,7 @@ def write_pdf(path: Path, document: Document) -> Path:
     from reportlab.lib.pagesizes import A4, letter
     from reportlab.platypus import SimpleDocTemplate
 
-    _fonts()
+    report_fonts()
     size = letter if document.units == "us" else A4
     story: list[Any] = [_header(document, size[0] - 2 * _MARGIN)]
     for block in document.blocks:
@@ -48,7 +48,7 @@ _MARGIN = 42.0
 _LONGEST = 300
 
 
-def _fonts() -> None:
+def report_fonts() -> None:
     """A font with all the letters that names have; matplotlib brings one."""
     import matplotlib
     from reportlab.pdfbase import pdfmetrics
@@ -63,7 +63,8 @@ def _fonts() -> None:
     )
 
 
-def _style(size: float = 8.5, **more: Any) -> Any:
+def text_style(size: float = 8.5, **more: Any) -> Any:
+    """A paragraph style of the report's font; more: of reportlab's ParagraphStyle."""
     from reportlab.lib.styles import ParagraphStyle
 
     more = {"fontName": "Report", "leading": size * 1.3, **more}
@@ -84,8 +85,8 @@ def _header(document: Document, width: float) -> Any:
     from reportlab.platypus import Table as Grid
 
     lines = [
-        [Paragraph(escape(document.title), _style(17, fontName="Report-Bold", textColor="white"))],
-        [Paragraph(escape(document.subtitle), _style(9, textColor="white"))],
+        [Paragraph(escape(document.title), text_style(17, fontName="Report-Bold", textColor="white"))],
+        [Paragraph(escape(document.subtitle), text_style(9, textColor="white"))],
     ]
     return Grid(
         lines,
@@ -105,7 +106,7 @@ def _flow(block: ReportBlock, width: float) -> list[Any]:
     if block.kind == "cards":
         return [Spacer(1, 10), _cards(block, width), Spacer(1, 8)]
     if block.kind == "heading":
-        style = _style(12, fontName="Report-Bold", textColor=_GREEN, spaceBefore=14, spaceAfter=4, keepWithNext=1)
+        style = text_style(12, fontName="Report-Bold", textColor=_GREEN, spaceBefore=14, spaceAfter=4, keepWithNext=1)
         # A heading alone at the foot of a page helps nobody.
         return [CondPageBreak(160), Paragraph(escape(block.text), style)]
     if block.kind in ("warnings", "list"):
@@ -114,13 +115,13 @@ def _flow(block: ReportBlock, width: float) -> list[Any]:
         return [_picture(block.picture, width), Spacer(1, 6)]
     assert block.table is not None
     head = Paragraph(
-        escape(block.table.title), _style(9, fontName="Report-Bold", spaceBefore=8, spaceAfter=3, keepWithNext=1)
+        escape(block.table.title), text_style(9, fontName="Report-Bold", spaceBefore=8, spaceAfter=3, keepWithNext=1)
     )
     rows, left_out = block.rows(_LONGEST)
     parts = [head, _grid(replace(block.table, rows=rows), block.shown, width)]
     notes = " ".join(filter(None, (block.table.note, left_out)))
     if notes:
-        parts.append(Paragraph(escape(notes), _style(7, textColor=_SOFT, spaceBefore=2, spaceAfter=8)))
+        parts.append(Paragraph(escape(notes), text_style(7, textColor=_SOFT, spaceBefore=2, spaceAfter=8)))
     return [KeepTogether(parts)] if len(block.table.rows) <= 20 else parts
 
 
@@ -137,7 +138,7 @@ def _cards(block: ReportBlock, width: float) -> Any:
             f"<font name='Report-Bold' size='{9 if small else 11}'>{escape(value)}</font><br/>"
             f"<font size='6.5' color='{_SOFT}'>{escape(interval)}</font>"
         )
-        cells.append(Paragraph(text, _style(9, leading=13)))
+        cells.append(Paragraph(text, text_style(9, leading=13)))
     return Grid(
         [cells],
         colWidths=[width / across] * across,
@@ -155,11 +156,11 @@ def _sentences(block: ReportBlock, width: float) -> Any:
     from reportlab.platypus import ListFlowable, ListItem, Paragraph
     from reportlab.platypus import Table as Grid
 
-    items = [ListItem(Paragraph(escape(item), _style(8)), leftIndent=10) for item in block.items]
+    items = [ListItem(Paragraph(escape(item), text_style(8)), leftIndent=10) for item in block.items]
     listed = ListFlowable(items, bulletType="bullet", start="•", bulletFontSize=8, leftIndent=10)
     if block.kind == "list":
         return listed
-    head = Paragraph("Read this first", _style(8.5, fontName="Report-Bold"))
+    head = Paragraph("Read this first", text_style(8.5, fontName="Report-Bold"))
     return Grid(
         [[head], [listed]],
         colWidths=[width],
@@ -188,11 +189,11 @@ def _grid(table: Table, columns: list[Column], width: float) -> Any:
     size = 7.5 if len(columns) <= 9 else 6.3
     right = {column.key: column.decimals is not None for column in columns}
     cells = {
-        align: _style(size, alignment=2 if align else 0, **({} if align else {"splitLongWords": 1}))
+        align: text_style(size, alignment=2 if align else 0, **({} if align else {"splitLongWords": 1}))
         for align in (True, False)
     }
     heads = {
-        align: _style(size, alignment=2 if align else 0, fontName="Report-Bold", textColor=_SOFT)
+        align: text_style(size, alignment=2 if align else 0, fontName="Report-Bold", textColor=_SOFT)
         for align in (True, False)
     }
     lines = [[Paragraph(escape(c.heading), heads[right[c.key]]) for c in columns]]

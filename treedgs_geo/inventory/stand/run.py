@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pyproj
 
 from ... import __version__
@@ -18,7 +20,11 @@ from ...core.files import ensure_writable, fingerprint, write_json
 from ...core.plots import Plot
 from ...core.progress import Reporter
 from ...core.scale import check_place
+from ...core.tables import csv_text
+from ..double_sampling.joining import join
+from ..double_sampling.tapes import read_taped
 from ..field_trees import place
+from .corrections import missing_sentences
 from .crew import measured_trees
 from .document import Document, make_document
 from .equations import read_equations
@@ -31,7 +37,7 @@ from .sample import SamplePlot, census, read_boundary, read_sample
 from .sheets import CSV_TABLES, csv_name, write_csv, write_workbook
 from .species import unknown_sentences
 from .survey import Stand, make_stand
-from .tables import missing_sentences
+from .taped import TapeInput, taped_sentences, taped_summary
 from .treelist import TreeList, from_tally, label_species, read_tally
 from .units import METRIC
 from .values import ValueOptions, count_of
@@ -68,6 +74,8 @@ def read_stand(settings: Any, reporter: Reporter) -> Stand:
         raise InputError("Give --plots, or --boundary to count every tree of the stand.")
     if settings.pairs is not None and settings.trees is None:
         raise InputError("--pairs: says who the trees of --trees are, so it needs --trees.")
+    if settings.taped is not None and settings.trees is None:
+        raise InputError("--taped: corrects measured trees, so it needs --trees (a field tally is taped already).")
     with reporter.stage("read", 0.0, 0.2):
         book = read_equations(settings.equations)
         own = [name for equation in book for name in equation.named]
@@ -76,6 +84,7 @@ def read_stand(settings: Any, reporter: Reporter) -> Stand:
         trees = _read_trees(settings)
         plots, boundary = _read_plots(settings, trees, reporter)
         trees.trees = label_species(trees.trees, settings.species)
+        tapes = _read_tapes(settings, trees)
     with reporter.stage("estimate", 0.2, 0.4):
         expanded = expand(
             trees, plots, boundary, settings.edge, settings.min_dbh_cm, settings.plots or settings.boundary
@@ -89,8 +98,11 @@ def read_stand(settings: Any, reporter: Reporter) -> Stand:
             settings.confidence_pct / 100,
             settings.stand_id.strip() or "stand",
             boundary,
+            tapes,
         )
     stand.warnings[:0] = missing_sentences(stand, settings.units)
+    if stand.taped:
+        stand.notes[:0] = taped_sentences(stand.taped, stand.estimates, settings.units, stand.design.census)
     listed = stand.listed()["tree"].unique()
     stand.warnings += unknown_sentences(stand.trees["species"].to_numpy(object)[listed], own)
     stand.warnings += long_names(stand)
@@ -124,6 +136,7 @@ def _spare_inputs(settings: Any, folder: Path) -> None:
         settings.plots,
         settings.boundary,
         settings.equations,
+        settings.taped,
     ):
         if given is not None and Path(given).resolve() in written:
             raise InputError(
@@ -161,6 +174,30 @@ def _read_trees(settings: Any) -> TreeList:
     check_projected(found.crs, str(settings.trees))
     check_place(found.crs, found.trees[["x", "y"]].to_numpy(float), str(settings.trees))
     return found
+
+
+def _read_tapes(settings: Any, trees: TreeList) -> TapeInput | None:
+    """The taped trees, and in ``trees`` the DBHs as they were when drawn."""
+    if settings.taped is None:
+        return None
+    taped = read_taped(settings.taped)
+    taped.sample()  # refuses a table without its draw
+    rows, dbh_cm, notes = join(trees.trees, taped, settings.trees)
+    trees.trees["dbh_cm"] = dbh_cm
+    trees.notes += notes
+    n_open = int((~taped.answered).sum())
+    if n_open:
+        trees.warnings.append(
+            f"Not taped: {count_of(n_open, 'drawn tree')}; the others of their stratum stand for them, which is right "
+            "only if what kept the crew away has nothing to do with the error."
+        )
+    if not len(taped.extra):
+        trees.notes.append(
+            "No tree that the map lacks was written into the tape table: it is taken that the crew looked and found "
+            "none."
+        )
+    species = label_species(pd.DataFrame({"species": [None]}), settings.species)["species"].iloc[0]
+    return TapeInput(taped, rows, settings.taped_estimator, settings.min_dbh_cm, species if settings.species else None)
 
 
 def _read_plots(settings: Any, trees: TreeList, reporter: Reporter) -> tuple[list[SamplePlot], Any]:
@@ -226,20 +263,23 @@ def _field_crs(settings: Any) -> pyproj.CRS | None:
             return None
         return pyproj.CRS.from_user_input(code) if code else None
     try:
-        with open(path, newline="", encoding="utf-8-sig") as stream:
-            for row in csv.DictReader(stream):
-                code = (row.get("epsg") or "").strip()
-                if code and (row.get("easting") or "").strip():
-                    return check_projected(pyproj.CRS.from_epsg(int(float(code))), str(path))
-                if (row.get("lon") or "").strip() and (row.get("lat") or "").strip():
-                    return suggest_utm(float(row["lon"]), float(row["lat"]))
-    except (OSError, UnicodeDecodeError, ValueError, OverflowError, csv.Error, pyproj.exceptions.CRSError):
+        for row in csv.DictReader(io.StringIO(csv_text(path))):
+            code = (row.get("epsg") or "").strip()
+            if code and (row.get("easting") or "").strip():
+                return check_projected(pyproj.CRS.from_epsg(int(float(code))), str(path))
+            if (row.get("lon") or "").strip() and (row.get("lat") or "").strip():
+                return suggest_utm(float(row["lon"]), float(row["lat"]))
+    except (InputError, OSError, ValueError, OverflowError, csv.Error, pyproj.exceptions.CRSError):
         return None
     return None
 
 
 def _facts(settings: Any, stand: Stand) -> dict[str, str]:
-    inputs = [p for p in (settings.trees, settings.field, settings.pairs, settings.plots, settings.boundary) if p]
+    inputs = [
+        p
+        for p in (settings.trees, settings.field, settings.pairs, settings.plots, settings.boundary, settings.taped)
+        if p
+    ]
     facts = {"Inputs": ", ".join(f"{Path(p).name} ({fingerprint([Path(p)])})" for p in inputs)}
     if "run_id" in stand.trees:
         facts["Measured in run"] = ", ".join(sorted(set(stand.trees["run_id"].dropna().astype(str))))
@@ -283,7 +323,7 @@ def _write(folder: Path, stand: Stand, document: Document, settings: Any, report
 
 def summary(stand: Stand) -> dict[str, Any]:
     """Everything that counts, metric, as plain values; null where nothing is known."""
-    fields = ("mean", "se_plots", "se_trees", "se_common", "se_missing", "se", "df", "low", "high")
+    fields = ("mean", "se_plots", "se_trees", "se_common", "se_missing", "se_taped", "se", "df", "low", "high")
 
     def plain(value: float) -> float | None:
         return float(value) if math.isfinite(value) else None
@@ -306,10 +346,12 @@ def summary(stand: Stand) -> dict[str, Any]:
         "n_too_small": stand.n_thin,
         "n_no_tree": stand.n_left,
         "n_dead": len(stand.dead),
+        "reviewed": stand.review.counts(),
         "estimates": figures(stand.estimates),
         "other_treatment": figures(stand.other),
         "uncorrected": {METRIC[name].key: plain(value) for name, value in stand.uncorrected.items()},
         "dead_per_ha": stand.dead_per_ha,
+        "taped": taped_summary(stand.taped) if stand.taped else None,
         "warnings": stand.warnings,
         "notes": [*stand.notes, *stand.values.curves],
         "version": __version__,
@@ -326,6 +368,7 @@ def _result(folder: Path, stand: Stand) -> dict[str, Any]:
         "n_plots": stand.design.n,
         "n_trees": int((stand.rows["kind"] == "measured").sum()),
         "n_missing": len(stand.missing),
+        "n_reviewed": stand.review.total,
         "ba_se_m2_ha": stand.estimates["ba"].se,
         **{METRIC[name].key: estimate.mean for name, estimate in stand.estimates.items()},
     }

@@ -10,6 +10,7 @@ import pyproj
 from shapely.geometry.base import BaseGeometry
 
 from ...core.errors import InputError
+from ..reviewed import Reviewed
 from .equations import Equation
 from .estimate import (
     Design,
@@ -22,6 +23,7 @@ from .estimate import (
 )
 from .expansion import Expanded
 from .sample import SamplePlot
+from .taped import TapedTotals, TapeInput, correct_estimates, find_homes, scale_rows, with_taped_rows
 from .treelist import TreeList
 from .unmeasured import Gaps
 from .values import TreeValues, ValueOptions, count_of, tree_values
@@ -35,7 +37,8 @@ class Stand:
     are. rows: the rows that count (``plot, tree, weight, kind``, ``per_ha``: trees a hectare of the stand that a row
     stands for). dead: what does not count; missing: stems without a DBH that may be trees, with their ``chance``;
     n_thin, n_left: stems left out as too thin, and as too low or not in the tally; n_small: measured trees below the
-    tally's limit. plot_rows: one row a plot.
+    tally's limit. plot_rows: one row a plot. review: what a person decided on the tree layer. taped: what tapes
+    corrected; rows and tree values are scaled to it.
     """
 
     stand_id: str
@@ -58,6 +61,8 @@ class Stand:
     boundary: BaseGeometry | None
     crs: pyproj.CRS | None
     from_field: bool
+    review: Reviewed = field(default_factory=Reviewed)
+    taped: TapedTotals | None = None
     notes: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
@@ -83,8 +88,9 @@ def make_stand(
     confidence: float = 0.95,
     stand_id: str = "stand",
     boundary: BaseGeometry | None = None,
+    tapes: TapeInput | None = None,
 ) -> Stand:
-    """Compute the stand.
+    """Compute the stand. tapes: taped trees that correct its totals.
 
     Raises:
         InputError: no tree with a DBH in any plot.
@@ -103,8 +109,22 @@ def make_stand(
     counted = np.zeros(len(table), bool)
     counted[filled["tree"].unique()] = True
     dead = expanded.of("dead").astype({"plot": int, "tree": int})
-    values = tree_values(table.assign(in_table=counted), book, options)
+    valued = table.assign(in_table=counted)
+    values = tree_values(with_taped_rows(valued, tapes) if tapes else valued, book, options)
     chosen, left = (filled, measured) if treatment == "impute" else (measured, filled)
+    estimates, other = (_estimates(design, rows, values, expanded.gaps) for rows in (chosen, left))
+    uncorrected = {
+        name: float((chosen["weight"] * values.raw[name][chosen["tree"]]).sum(skipna=False))
+        / design.areas.sum()
+        / (1000 if name == "biomass" else 1)
+        for name in ("ba", "volume", "biomass")
+    }
+    taped = None
+    if tapes:
+        homes = find_homes(expanded, table, tapes)
+        other, _ = correct_estimates(design, other, left, expanded, values, homes, tapes)
+        estimates, taped = correct_estimates(design, estimates, chosen, expanded, values, homes, tapes)
+        chosen = scale_rows(chosen, values, taped)
     total = design.areas.sum()
     chosen = chosen.assign(per_ha=chosen["weight"] / total).reset_index(drop=True)
     stems = expanded.gaps.stems.astype({"plot": int, "tree": int})
@@ -123,13 +143,9 @@ def make_stand(
         n_left=int((stems["why"] != "").sum()) - n_thin,
         n_small=len(expanded.of("small")),
         treatment=treatment,
-        estimates=_estimates(design, chosen, values, expanded.gaps),
-        other=_estimates(design, left, values, expanded.gaps),
-        uncorrected={
-            name: float((chosen["per_ha"] * values.raw[name][chosen["tree"]]).sum(skipna=False))
-            / (1000 if name == "biomass" else 1)
-            for name in ("ba", "volume", "biomass")
-        },
+        estimates=estimates,
+        other=other,
+        uncorrected=uncorrected,
         dead_per_ha={
             "trees": float(dead["weight"].sum() / total),
             "ba": float((known_dead["weight"] * values.raw["ba"][known_dead["tree"]]).sum() / total),
@@ -138,6 +154,8 @@ def make_stand(
         boundary=boundary,
         crs=trees.crs,
         from_field=trees.from_field,
+        review=trees.review,
+        taped=taped,
         notes=[*trees.notes, *expanded.notes],
         warnings=[*trees.warnings, *expanded.warnings, *values.warnings],
     )
@@ -193,7 +211,7 @@ def _remark(stand: Stand, options: ValueOptions) -> None:
         for name in ("volume", "biomass")
         if name in values.gaps
     ]
-    if options.common_se_cm:
+    if options.common_se_cm and stand.taped is None:
         stand.notes.append(
             f"A bias of {options.common_se_cm:g} cm (standard error) that all DBHs share is part of every interval; it "
             "does not average out."

@@ -62,12 +62,13 @@ def summary_table(stand: Stand, units: str) -> Table:
                 "quantity": q.heading,
                 "key": q.key,
                 **{
-                    key: _number(getattr(found, key), q.factor)
+                    key: known_number(getattr(found, key), q.factor)
                     for key in ("mean", "se_plots", "se_trees", "se", "low", "high")
                 },
-                "se_common": _number(found.se_common, q.factor) or None,
-                "se_missing": _number(found.se_missing, q.factor) or None,
-                "half_pct": _number(found.half_pct),
+                "se_common": known_number(found.se_common, q.factor) or None,
+                "se_missing": known_number(found.se_missing, q.factor) or None,
+                "se_taped": known_number(found.se_taped, q.factor) or None,
+                "half_pct": known_number(found.half_pct),
             }
         )
     decimals = 2
@@ -81,13 +82,21 @@ def summary_table(stand: Stand, units: str) -> Table:
             Column("se_trees", "s.e. of tree DBHs", decimals),
             Column("se_common", "s.e. of common bias", decimals),
             Column("se_missing", "s.e. of stems without a DBH", decimals),
+            Column("se_taped", "s.e. of the tapes", decimals),
             Column("se", "s.e. in all", decimals),
             Column("low", f"{level} from", decimals),
             Column("high", f"{level} to", decimals),
             Column("half_pct", "± %", 1),
         ],
         rows,
-        f"Interval {whose}. The spread between plots holds the errors of the trees' own DBHs already; the bias that "
+        f"Interval {whose}. "
+        + (
+            "Corrected by taped trees: their error and the spread between plots make the interval; a bias of all DBHs "
+            "and what is unsure of stems without a DBH are in the tapes already. "
+            if stand.taped
+            else ""
+        )
+        + "The spread between plots holds the errors of the trees' own DBHs already; the bias that "
         "all DBHs may share comes on top, and so does what is unsure of stems without a DBH: whether each is a tree, "
         "and of which diameter. Errors of heights and of the volume and biomass equations themselves are not known "
         "here and not in it.",
@@ -118,7 +127,7 @@ def species_class_table(stand: Stand, units: str, width: float | None) -> Table:
         row["lower"] = None if k is None else classes.lower(k)
         row["upper"] = None if k is None else classes.upper(k)
         for name in ("trees", "ba", "volume", "biomass"):
-            row[quantities[name].key] = _number(part[name].sum(skipna=False), quantities[name].factor)
+            row[quantities[name].key] = known_number(part[name].sum(skipna=False), quantities[name].factor)
         made.append(row)
 
     for name in sorted(set(names)):
@@ -203,10 +212,10 @@ def plots_table(stand: Stand, units: str) -> Table:
     for _, plot in stand.plot_rows.iterrows():
         row = {name: plot[name] for name in ("plot_id", "shape", "edge")}
         row.update({name: int(plot[name]) for name in ("n_trees", "n_missing", "n_dead")})
-        row[quantities["area"].key] = _number(plot["area_ha"], quantities["area"].factor)
-        row["expansion"] = _number(plot["expansion"], quantities["trees"].factor)
+        row[quantities["area"].key] = known_number(plot["area_ha"], quantities["area"].factor)
+        row["expansion"] = known_number(plot["expansion"], quantities["trees"].factor)
         for name in names:
-            row[quantities[name].key] = _number(plot[METRIC[name].key], quantities[name].factor)
+            row[quantities[name].key] = known_number(plot[METRIC[name].key], quantities[name].factor)
         rows.append(row)
     area = quantities["area"]
     return Table(
@@ -226,66 +235,6 @@ def plots_table(stand: Stand, units: str) -> Table:
         rows,
         "Expansion: what one tree of the plot stands for. Area is horizontal.",
     )
-
-
-def correction_table(stand: Stand, units: str) -> Table:
-    """What the DBHs' errors add, and what the trees without a DBH change."""
-    quantities = UNITS[units]
-    rows = []
-    for name in ("ba", "volume", "biomass"):
-        q, corrected, raw = quantities[name], stand.estimates[name].mean, stand.uncorrected[name]
-        rows.append(
-            {
-                "quantity": q.heading,
-                "key": q.key,
-                "uncorrected": _number(raw, q.factor),
-                "inflation": _number(raw - corrected, q.factor),
-                "inflation_pct": _number(100 * (raw - corrected) / corrected) if corrected else None,
-                "corrected": _number(corrected, q.factor),
-                "other": _number(stand.other[name].mean, q.factor),
-            }
-        )
-    other = "without them" if stand.treatment == "impute" else "with them imputed"
-    return Table(
-        "corrections",
-        "What was corrected",
-        [
-            Column("quantity", "Quantity"),
-            Column("uncorrected", "From the DBHs as measured", 3),
-            Column("inflation", "Added by DBH error", 3),
-            Column("inflation_pct", "in %", 2),
-            Column("corrected", "Corrected (used)", 3),
-            Column("other", f"Trees without a DBH: {other}", 3),
-        ],
-        rows,
-        "A random error of standard deviation s makes the mean of DBH² too large by s², so basal area by π/4 s² a "
-        "tree; volume and biomass by the same reasoning (three-point Gauss-Hermite rule). The error has to be "
-        "independent of the true DBH for this.",
-    )
-
-
-def missing_sentences(stand: Stand, units: str) -> list[str]:
-    """How stems without a DBH were treated, with the result of both treatments."""
-    n = len(stand.missing)
-    if not n:
-        return []
-    q, share = UNITS[units]["ba"], n / (n + stand.n_small + int((stand.rows["kind"] == "measured").sum()))
-    if stand.treatment == "impute":
-        what, other = "each counts as the mean of its plot's measured trees", "without them"
-        chance, thin = float(stand.missing["chance"].sum()), int(stand.missing["thin"].sum())
-        if thin:
-            what += f" ({thin} read as thin: of the thinnest quarter)"
-        if chance < n - 0.005:
-            what += f", by the chance that it is a tree ({chance:.1f} trees in all)"
-    else:
-        what, other = "they are left out: the figures are too low if the stems are trees", "with them imputed"
-    found = [
-        f"{n} stem{'s were' if n > 1 else ' was'} seen but without a DBH ({100 * share:.0f} %); {what}. Basal area "
-        f"{stand.estimates['ba'].mean * q.factor:.2f} {q.unit}, {stand.other['ba'].mean * q.factor:.2f} {other}."
-    ]
-    if share > 0.3:
-        found.append("More than 30 % of the stems have no DBH: take both figures as guesses.")
-    return found
 
 
 def equations_table(stand: Stand) -> Table:
@@ -354,7 +303,7 @@ def trees_table(stand: Stand, units: str) -> Table:
     }
     rows = [
         {
-            key: (value if value != "" else None) if isinstance(value, str) else _number(value)
+            key: (value if value != "" else None) if isinstance(value, str) else known_number(value)
             for key, value in zip(column, values, strict=True)
         }
         for values in zip(*column.values(), strict=True)
@@ -390,5 +339,6 @@ def _species(stand: Stand) -> np.ndarray:
     return np.array([species_of(entry).symbol for entry in stand.trees["species"]], dtype=object)
 
 
-def _number(value: Any, factor: float = 1.0) -> float | None:
+def known_number(value: Any, factor: float = 1.0) -> float | None:
+    """A figure in the shown unit, None where it is not known."""
     return None if value is None or not np.isfinite(value) else float(value) * factor

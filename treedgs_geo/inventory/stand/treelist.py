@@ -12,6 +12,7 @@ import pyproj
 from ...core.errors import InputError
 from ..field_trees import NAMES, FieldProtocol, dbh_in_cm, numbers, read_field_trees, read_table
 from ..match import read_measured
+from ..reviewed import Reviewed, reviewed
 from .species import species_of
 from .values import count_of
 
@@ -38,8 +39,6 @@ COLUMNS = (
     "note",
 )
 _NUMBERS = ("x", "y", "dbh_cm", "dbh_se_cm", "height_m", "bh_m", "n_pts")
-#: Standard error of a DBH by tape or calliper, cm: what a crew's DBH brings where it stands for a stem without one.
-TAPE_SE_CM = 0.3
 
 
 @dataclass
@@ -48,7 +47,7 @@ class TreeList:
     stem). from_field: DBHs are the crew's.
 
     centres: plot_id -> co-registered centre, from a pairs layer. tallied: plot_id -> chance that a tree of the plot
-    would be found among the pairs. notes, warnings: sentences.
+    would be found among the pairs. review: what a person decided. notes, warnings: sentences.
     """
 
     trees: pd.DataFrame
@@ -56,6 +55,7 @@ class TreeList:
     from_field: bool
     centres: dict[str, tuple[float, float]] = field(default_factory=dict)
     tallied: dict[str, float] = field(default_factory=dict)
+    review: Reviewed = field(default_factory=Reviewed)
     notes: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
 
@@ -67,11 +67,12 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
         InputError: not readable, or a DBH that no tree has.
     """
     measured = read_measured(path, crs)
+    _more_columns(Path(path), measured)
+    measured, review = reviewed(measured, path)
     trees = pd.DataFrame({name: measured.get(name) for name in COLUMNS})
     for name in _NUMBERS:
         trees[name] = pd.to_numeric(trees[name]).astype(float)
     trees["status"] = measured.get("status")
-    _more_columns(Path(path), trees)
     # A negative standard error is a mark for "not known" somewhere, never an error.
     trees["dbh_se_cm"] = trees["dbh_se_cm"].where(trees["dbh_se_cm"] >= 0)
     trees["height_m"] = trees["height_m"].where(trees["height_m"] > 0)
@@ -80,8 +81,13 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
         # An empty cell and a cleared one say the same.
         written = trees[name].map(lambda value: "" if pd.isna(value) else str(value).strip()).astype(object)
         trees[name] = written.where(written != "", None)
-    trees["dead"] = trees["paired"] = False
+    trees["dead"] = False
+    # A person who says that a tree stands there knows it as well as a crew that taped it.
+    trees["paired"] = measured["sure"]
     trees.loc[trees["qc_flag"] == "reject", "dbh_cm"] = np.nan
+    for row in np.flatnonzero(measured["taped"]):
+        said = trees.loc[row, "note"]
+        trees.loc[row, "note"] = "DBH by tape" + ("" if said is None else f"; {said}")
     trees["qc_flag"] = trees["qc_flag"].where(trees["dbh_cm"].notna(), "reject")
     bad = trees["dbh_cm"].notna() & ~((trees["dbh_cm"] > 0) & (trees["dbh_cm"] < 1000))
     if bad.any():
@@ -89,7 +95,7 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
             f"{path}: tree {trees['tree_id'][bad.idxmax()]} has a DBH of {trees['dbh_cm'][bad.idxmax()]:g} cm, "
             "expected above 0 and below 1000; correct the layer."
         )
-    found = TreeList(trees, measured.crs, False)
+    found = TreeList(trees, measured.crs, False, review=review, notes=review.sentences(Path(path).name))
     for name, what in (("species", "Species"), ("status", "Status")):
         n = int(trees[name].notna().sum())
         if n:

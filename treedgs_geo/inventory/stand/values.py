@@ -69,7 +69,7 @@ class TreeValues:
 
 def tree_values(trees: pd.DataFrame, book: list[Equation], options: ValueOptions) -> TreeValues:
     """trees: ``dbh_cm`` (NaN: none), ``dbh_se_cm``, ``height_m``, ``species``, ``dead``, ``in_table`` (False: counts
-    for the height curve only)."""
+    for the height curve only), and perhaps ``in_curve`` (False: not for that either, it is only valued)."""
     d = trees["dbh_cm"].to_numpy(float)
     se = trees["dbh_se_cm"].to_numpy(float).copy()
     known = np.isfinite(d)
@@ -148,7 +148,7 @@ def _heights(
     rules: list[tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]] = []
     open_ = np.isfinite(d) & ~measured
     n_open = int((open_ & in_table).sum())
-    live = ~trees["dead"].to_numpy(bool)
+    live = _for_curve(trees)
     if n_open and options.heights == "fitted":
         pooled, why = fit_curve(d[live], h[live], options.breast_height_m)
         for name in sorted(set(species[open_])):
@@ -213,6 +213,12 @@ def _heights(
     if rules and options.heights == "fitted":
         found.refit = refit
     return height_of
+
+
+def _for_curve(trees: pd.DataFrame) -> np.ndarray:
+    """Whose heights a curve is fitted to."""
+    live = ~trees["dead"].to_numpy(bool)
+    return live & trees["in_curve"].to_numpy(bool) if "in_curve" in trees else live
 
 
 def _by_dbh(equation: Equation, dbh_cm: np.ndarray) -> np.ndarray:

@@ -1,0 +1,172 @@
+"""compare: who is who at two dates, growth and its errors against sums by hand, files, and what is refused."""
+
+import json
+
+import geopandas as gpd
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.inventory.stand_helpers import CRS, EAST, NORTH, Ears
+from treedgs_geo.commands.compare import CompareSettings, run
+from treedgs_geo.core.errors import InputError
+from treedgs_geo.inventory.change.growth import SharedErrors, Slopes, change_per_area, tree_growth
+from treedgs_geo.inventory.stand.estimate import Design
+from treedgs_geo.inventory.stand.values import BA
+from treedgs_geo.inventory.tree_layer import write_trees
+from treedgs_geo.trees.tree import Tree
+
+YEARS = 5.0
+CENTRES = {"A": (30.0, 30.0), "B <b>": (75.0, 35.0), "C": (50.0, 80.0)}
+
+
+def two_dates(folder, dies=(), new=(), misses=(), shift=(0.4, -0.3), grow=2.0):
+    """306 trees; at the second date other numbers, a shifted map, ``grow`` cm more."""
+    rng = np.random.default_rng(8)
+    first, second = [], []
+    for k in range(306):
+        # On a disturbed grid: no two trees so near to one another that a person would have to decide.
+        x, y = 6.3 * np.array([k % 18, k // 18]) + rng.uniform(-1.5, 1.5, 2)
+        d = float(rng.uniform(12, 40))
+        if k not in misses:
+            first.append(Tree(k, EAST + x, NORTH + y, dbh_cm=d, dbh_se_cm=0.5, method="photos"))
+        if k not in dies:
+            noise = rng.normal(0, 0.05, 2)
+            second.append(
+                Tree(
+                    1000 + k, EAST + x + shift[0] + noise[0], NORTH + y + shift[1] + noise[1], dbh_cm=d + grow,
+                    dbh_se_cm=0.5, method="photos",
+                )
+            )  # fmt: skip
+    for k, (x, y, d) in enumerate(new):
+        second.append(
+            Tree(2000 + k, EAST + x + shift[0], NORTH + y + shift[1], dbh_cm=d, dbh_se_cm=0.5, method="photos")
+        )
+    write_trees(folder / "one.gpkg", first, CRS)
+    write_trees(folder / "two.gpkg", second, CRS)
+    pd.DataFrame(
+        [
+            {"plot_id": name, "easting": EAST + x, "northing": NORTH + y, "epsg": 6344, "radius_m": 14.0}
+            for name, (x, y) in CENTRES.items()
+        ]
+    ).to_csv(folder / "plots.csv", index=False)
+
+
+def compared(folder, **more):
+    ears = Ears()
+    values = {
+        "before": folder / "one.gpkg",
+        "after": folder / "two.gpkg",
+        "years": YEARS,
+        "output": folder / "out",
+        **more,
+    }
+    found = run(CompareSettings(**values), ears)
+    table = gpd.read_file(folder / "out" / "change.gpkg", layer="change")
+    return found, table, json.loads((folder / "out" / "change.json").read_text()), ears
+
+
+def inside(folder):
+    """Numbers of the first date's trees in the plots."""
+    trees = gpd.read_file(folder / "one.gpkg", layer="trees")
+    near = np.zeros(len(trees), bool)
+    for x, y in CENTRES.values():
+        near |= np.hypot(trees["x"] - EAST - x, trees["y"] - NORTH - y) <= 14.0
+    return trees[near]
+
+
+def test_growth_by_hand_and_a_shifted_map(tmp_path):
+    two_dates(tmp_path)
+    found, table, kept, _ = compared(tmp_path, plots=tmp_path / "plots.csv")
+    trees = inside(tmp_path)
+    assert found["n_survivors"] == len(trees) == len(table)
+    assert (table["after_id"] == table["before_id"] + 1000).all()
+    assert table["growth_cm"].to_numpy() == pytest.approx(2.0, abs=0.011) and found["growth_cm_a"] == pytest.approx(
+        0.4, abs=0.01
+    )
+    area = 3 * np.pi * 14.0**2 / 1e4
+    d = trees["dbh_cm"].to_numpy()
+    assert kept["per_ha"]["ba_growth"]["mean"] == pytest.approx(BA * ((d + 2) ** 2 - d**2).sum() / area, rel=1e-3)
+    assert kept["per_ha"]["ba_change"]["mean"] == pytest.approx(kept["per_ha"]["ba_growth"]["mean"])
+    for offset in kept["offsets_m"].values():
+        assert offset[0] == pytest.approx(0.4, abs=0.1) and offset[1] == pytest.approx(-0.3, abs=0.1)
+    # Own errors of both dates and the bias of each: sqrt(2 (0.5² + 0.2²)).
+    assert table["growth_se"].to_numpy() == pytest.approx(np.sqrt(2 * (0.25 + 0.04)), abs=0.01)
+    page = (tmp_path / "out" / "change.html").read_text(encoding="utf-8")
+    assert "B &lt;b&gt;" in page and "Growth of survivors" in page.replace("growth", "Growth") and "Beers 1962" in page
+
+
+def test_mortality_ingrowth_and_trees_that_were_missed(tmp_path):
+    two_dates(tmp_path)
+    dies = set(inside(tmp_path)["tree_id"].iloc[::12])
+    two_dates(tmp_path, dies=dies, new=[(30, 31, 11.0), (50, 79, 45.0)])
+    found, table, kept, ears = compared(tmp_path, plots=tmp_path / "plots.csv", min_dbh_cm=10.0)
+    lost = set(inside(tmp_path)["tree_id"]) & dies
+    fates = table.set_index(table["after_id"].fillna(table["before_id"]))["fate"]
+    assert {int(k) for k in fates.index[fates == "mortality"]} == lost and lost
+    assert fates[2000] == "ingrowth" and fates[2001] == "missed before"
+    assert any("Not found again" in w and "1 thick tree" in w for w in ears.warnings)
+    area = 3 * np.pi * 14.0**2 / 1e4
+    n, thick = len(inside(tmp_path)) - len(lost), (table["dbh2_cm"] > 13.0).sum()
+    dead = len(lost) - min(n / thick, len(lost))
+    # One of the thick trees was missed at the first date: so many of the lost ones are alive.
+    assert kept["per_ha"]["trees_mortality"]["mean"] == pytest.approx(dead / area, rel=0.05)
+
+
+def test_without_plots_other_crs_and_status(tmp_path):
+    two_dates(tmp_path)
+    layer = gpd.read_file(tmp_path / "two.gpkg", layer="trees")
+    layer.loc[layer["tree_id"] == 1005, "status"] = "dead"
+    layer.to_file(tmp_path / "two.gpkg", layer="trees")
+    found, table, kept, ears = compared(tmp_path)
+    assert found["n_mortality"] == 1 and found["n_survivors"] == 305 and kept["per_ha"] == {}
+    assert found["ba_change_m2_ha"] is None and any("nothing is given per hectare" in note for note in ears.infos)
+    gpd.read_file(tmp_path / "one.gpkg", layer="trees").to_crs(32615).to_file(tmp_path / "one.gpkg", layer="trees")
+    again, table, _, _ = compared(tmp_path, output=tmp_path / "out")
+    assert again["n_survivors"] == 305 and table.crs == CRS
+
+
+def test_shared_errors_do_not_average_out():
+    n = 400
+    trees = pd.DataFrame({"dbh1_cm": 30.0, "dbh2_cm": 33.0, "se1_cm": 0.6, "se2_cm": 0.6}, index=range(n))
+    plot, one = np.arange(n) % 4, np.ones(n)
+    design = Design(np.full(4, 0.05), False, 0.9)
+    for shared, expected in (
+        (SharedErrors(0.2, 0.0), 0.2 * np.sqrt(2)),
+        (SharedErrors(0.2, 1.0), 0.0),
+        (SharedErrors(0.0, 0.0, 0.002, 0.001), np.hypot(0.002 * 30, 0.001 * 33)),
+    ):
+        joined = trees.join(tree_growth(trees, shared, 5.0, 0.9)).assign(fate="survivor", chance=1.0, chance_sd=0.0)
+        mean = change_per_area(design, plot, one, Slopes(one * 3, -one, one), joined, shared, one)
+        assert mean.se_shared == pytest.approx(expected)
+        assert mean.mean == pytest.approx(3) and mean.se_trees == pytest.approx(
+            np.sqrt(2 * 0.36 - (shared.block1 * 30) ** 2 - (shared.block2 * 33) ** 2) / np.sqrt(n)
+        )
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (lambda f: write_trees(f / "two.gpkg", [], CRS), "nothing to compare"),
+        (
+            lambda f: write_trees(f / "two.gpkg", [Tree(1, EAST + 9e4, NORTH, dbh_cm=30.0, dbh_se_cm=1.0)], CRS),
+            "two layers of the same ground",
+        ),
+        (lambda f: (f / "one.gpkg").write_text("no"), "cannot be read as a tree layer"),
+    ],
+)
+def test_refusals(tmp_path, change, sentence):
+    two_dates(tmp_path)
+    change(tmp_path)
+    with pytest.raises(InputError, match=sentence):
+        compared(tmp_path)
+    assert not (tmp_path / "out" / "change.json").exists()
+
+
+def test_a_wrong_pair_is_named(tmp_path):
+    two_dates(tmp_path)
+    layer = gpd.read_file(tmp_path / "two.gpkg", layer="trees")
+    layer.loc[layer["tree_id"] == 1007, "dbh_cm"] -= 9.0
+    layer.to_file(tmp_path / "two.gpkg", layer="trees")
+    _, _, _, ears = compared(tmp_path)
+    assert any("shrank by more than their errors allow: 1007 (-7.0 cm)" in w for w in ears.warnings)

@@ -1,0 +1,98 @@
+"""``tape-sample``: which trees to tape, drawn with known chances."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..core.command import Command
+from ..core.progress import Reporter
+from ..core.settings import param
+
+
+@dataclass(frozen=True, kw_only=True)
+class TapeSampleSettings:
+    """Options of ``tape-sample``."""
+
+    trees: Path = param(kind="file", help="measured trees: the tree layer", suffixes=("gpkg", "shp", "geojson", "csv"))
+    plots: Path | None = param(
+        None,
+        kind="file",
+        help="plots, as for stand-table: only trees in them are drawn, and the form gives bearing and distance from "
+        "the "
+        "plot's centre; without: the trees that have a plot_id, or all",
+        suffixes=("csv", "gpkg", "geojson", "shp"),
+    )
+    n: int = param(20, kind="integer", minimum=2, maximum=2000, help="trees to tape")
+    design: str = param(
+        "stratified",
+        kind="choice",
+        choices=("stratified", "pps"),
+        help="how trees are drawn: stratified by flag and DBH, or with probability proportional to basal area "
+        "(within flags)",
+    )
+    seed: int = param(
+        0, kind="integer", minimum=0, help="another number draws other trees; the same draws the same again"
+    )
+    north: str = param(
+        "true",
+        kind="choice",
+        choices=("true", "grid", "magnetic"),
+        help="north that the form's bearings refer to (magnetic needs --field-date, or the declination)",
+    )
+    declination_deg: float | None = param(
+        None,
+        kind="number",
+        unit="degrees, east positive",
+        minimum=-180,
+        maximum=180,
+        advanced=True,
+        help="magnetic declination at the plots; default: from the World Magnetic Model by --field-date",
+    )
+    field_date: str | None = param(
+        None, kind="text", help="day of the field work, year-month-day, for magnetic bearings"
+    )
+    crs: str | None = param(None, kind="crs", help="CRS of trees in a CSV, or of a layer without one")
+    output: Path = param(kind="output_folder", help="folder for the tape table, the form and the phone's waypoints")
+
+
+def run(settings: TapeSampleSettings, reporter: Reporter) -> dict[str, Any]:
+    """Draw, write."""
+    from ..inventory.taping.sample import sample_tapes
+
+    return sample_tapes(settings, reporter)
+
+
+COMMAND = Command(
+    name="tape-sample",
+    qgis_id="tapesample",
+    title="Choose trees to tape",
+    group="Inventory",
+    summary="Draws the trees to tape with known chances, with a map and form to print and waypoints for the phone.",
+    help=(
+        "Draws trees of a tree layer so that the tapes can correct its totals (tape-check, stand-table --taped): "
+        "stratified by flag and DBH class (simple random in each), or with probability proportional to basal area by "
+        "Brewer's method. Stems without a DBH can be drawn too; dead trees are not. Writes tapes.gpkg and tapes.csv to "
+        "fill in (taped_cm, or girth_cm; state none, dead or not reached; a row without tree_id is a tree that the map "
+        "lacks), tapes.gpx for the phone, and tape_form.pdf and tape_form.html to print: per plot a map, the trees in "
+        "the order of a walk, and room for trees that the map lacks. The form shows the measured DBH rounded to 5 "
+        "cm, so "
+        "that nobody reads the tape towards it. A folder whose table is filled in already is not written over."
+    ),
+    settings=TapeSampleSettings,
+    run=run,
+    order=("trees", "plots", "n", "design", "output"),
+    expert=("seed", "crs"),
+    example="treedgs tape-sample --trees trees.gpkg --plots plots.csv --n 20 --output tapes",
+    outputs={
+        "output": "folder",
+        "layer": "the drawn trees, to fill in",
+        "table": "the same as CSV",
+        "form": "the form to print (PDF)",
+        "page": "the form as a page",
+        "gpx": "waypoints",
+        "n": "trees drawn",
+        "n_frame": "trees they were drawn from",
+    },
+)

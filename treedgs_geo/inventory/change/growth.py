@@ -1,0 +1,198 @@
+"""Growth of trees and of the stand, with the errors that both dates share and those that they do not.
+
+A measured diameter is true + own error of the tree + bias of the date + relative error of the block's lengths. In the
+difference of two dates the own errors add; the part of the bias that both dates share (the same camera, the same
+method) cancels; each block's relative error stays, for all trees of that date alike, so that it does not average out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+from scipy import stats
+
+from ..stand.estimate import Design, ratio
+from ..stand.values import BA
+
+
+@dataclass(frozen=True)
+class SharedErrors:
+    """common_se_cm: standard error of a bias that all DBHs of a date share; cancels: share of its variance that both
+    dates have alike (0 to 1). block1, block2: relative standard error of lengths in each date's block."""
+
+    common_se_cm: float = 0.2
+    cancels: float = 0.0
+    block1: float = 0.0
+    block2: float = 0.0
+
+
+@dataclass(frozen=True)
+class Change:
+    """A figure per hectare (or cm) with its error. se_plots: between plots (NaN for one plot). se_trees: from the
+    trees' own errors. se_shared: from what all trees of a date share. se, df, low, high: in all."""
+
+    mean: float
+    se_plots: float
+    se_trees: float
+    se_shared: float
+    se: float
+    df: float
+    low: float
+    high: float
+
+
+def own_errors(se_cm: np.ndarray, dbh_cm: np.ndarray, block: float) -> np.ndarray:
+    """What is a tree's own of its standard error: the layer's holds its block's relative error too."""
+    return np.sqrt(np.maximum(se_cm**2 - (block * dbh_cm) ** 2, 0.0))
+
+
+def tree_growth(trees: pd.DataFrame, shared: SharedErrors, years: float, level: float) -> pd.DataFrame:
+    """Per tree: ``growth_cm, growth_se, grow_lo, grow_hi, growth_cm_a`` and ``ba_growth_m2`` (freed of what the errors
+    themselves add to a squared diameter); NaN where one date has no DBH."""
+    d1, d2 = trees["dbh1_cm"].to_numpy(float), trees["dbh2_cm"].to_numpy(float)
+    own1, own2 = (
+        own_errors(trees[f"se{k}_cm"].to_numpy(float), d, block)
+        for k, d, block in ((1, d1, shared.block1), (2, d2, shared.block2))
+    )
+    bias = 2 * shared.common_se_cm**2 * (1 - shared.cancels)
+    se = np.sqrt(own1**2 + own2**2 + bias + (shared.block1 * d1) ** 2 + (shared.block2 * d2) ** 2)
+    growth, half = d2 - d1, stats.norm.ppf(0.5 + level / 2) * se
+    error1, error2 = (np.nan_to_num(trees[f"se{k}_cm"].to_numpy(float)) for k in (1, 2))
+    return pd.DataFrame(
+        {
+            "growth_cm": growth,
+            "growth_se": se,
+            "grow_lo": growth - half,
+            "grow_hi": growth + half,
+            "growth_cm_a": growth / years,
+            "ba_growth_m2": BA * ((d2**2 - error2**2) - (d1**2 - error1**2)),
+            "own1_cm": own1,
+            "own2_cm": own2,
+        },
+        index=trees.index,
+    )
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """What a figure changes by with each date's diameters: value = f(d1, d2). by1, by2: (T,) derivatives per cm."""
+
+    value: np.ndarray
+    by1: np.ndarray
+    by2: np.ndarray
+
+
+def change_per_area(
+    design: Design,
+    plot: np.ndarray,
+    weight: np.ndarray,
+    slopes: Slopes,
+    trees: pd.DataFrame,
+    shared: SharedErrors,
+    below: np.ndarray | None = None,
+) -> Change:
+    """A sum over trees per area, or (``below``: (T,) counts) per tree.
+
+    plot: (T,) number of each tree's plot. weight: (T,) how often it counts (0: not).
+    """
+    bottom = design.areas if below is None else np.bincount(plot, weight * below, minlength=design.n)
+    used = weight > 0
+    value = np.where(used, slopes.value, 0.0)
+    mean, se_plots = ratio(np.bincount(plot, weight * value, minlength=design.n), np.asarray(bottom, float))
+    each = np.where(used, weight, 0.0) / bottom.sum()
+    by1, by2 = (each * np.where(used, slope, 0.0) for slope in (slopes.by1, slopes.by2))
+    d1, d2 = (np.nan_to_num(trees[name].to_numpy(float)) for name in ("dbh1_cm", "dbh2_cm"))
+    own = [
+        np.where(slope != 0, slope * trees[name].to_numpy(float), 0.0)
+        for slope, name in ((by1, "own1_cm"), (by2, "own2_cm"))
+    ]
+    se_trees = float(np.sqrt(np.sum(own[0] ** 2 + own[1] ** 2)))
+    s1, s2 = by1.sum(), by2.sum()
+    alone = shared.common_se_cm**2 * (1 - shared.cancels)
+    se_shared = float(
+        np.sqrt(
+            alone * (s1**2 + s2**2)
+            + shared.common_se_cm**2 * shared.cancels * (s1 + s2) ** 2
+            + (shared.block1 * (by1 * d1).sum()) ** 2
+            + (shared.block2 * (by2 * d2).sum()) ** 2
+            + _missed_error(used, value, trees, float(bottom.sum())) ** 2
+        )
+    )
+    sampled = np.isfinite(se_plots) and not design.census
+    random = se_plots if sampled else se_trees
+    if not (np.isfinite(mean) and np.isfinite(random)):
+        return Change(mean, se_plots, se_trees, se_shared, np.nan, np.nan, np.nan, np.nan)
+    se = float(np.hypot(random, se_shared))
+    df = (design.n - 1) * (se / random) ** 4 if sampled and random > 0 else np.inf
+    t = stats.t.ppf(0.5 + design.confidence / 2, df) if np.isfinite(df) else stats.norm.ppf(0.5 + design.confidence / 2)
+    return Change(
+        mean, se_plots if sampled else np.nan, se_trees, se_shared, se, df, mean - float(t) * se, mean + float(t) * se
+    )
+
+
+def _missed_error(counted: np.ndarray, value: np.ndarray, trees: pd.DataFrame, area: float) -> float:
+    """Standard error from not knowing which lost and new trees were only missed (``chance``, tree by tree), and how
+    many flights miss (``chance_sd``, for all of them together)."""
+    open_ = np.where(counted, value, 0.0) / area
+    chance, common = trees["chance"].to_numpy(float), trees["chance_sd"].to_numpy(float)
+    single = np.sum(open_**2 * chance * (1 - chance))
+    together = [np.sum((open_ * common)[(trees["fate"] == fate).to_numpy()]) for fate in ("mortality", "ingrowth")]
+    return float(np.sqrt(single + np.sum(np.square(together))))
+
+
+def stand_change(trees: pd.DataFrame, design: Design, shared: SharedErrors, years: float) -> dict[str, Change]:
+    """Components of change per hectare over the period (Beers 1962, Journal of Forestry 60: 700-704): basal area of
+    survivors' growth, ingrowth and mortality, and their sum; numbers of trees; mean growth of the survivors, cm a year.
+
+    trees: of :func:`tree_growth`, joined with the fates. Lost and new trees count by their ``chance`` (its error:
+    ``chance_sd``). Survivors without a DBH at one date count as the mean of their plot's survivors (of all plots' where
+    it has none).
+    """
+    fate, plot = trees["fate"].to_numpy(object), trees["plot"].to_numpy(int)
+    d1, d2 = trees["dbh1_cm"].to_numpy(float), trees["dbh2_cm"].to_numpy(float)
+    zero, one = np.zeros(len(trees)), np.ones(len(trees))
+    survivor = (fate == "survivor").astype(float)
+    chance = trees["chance"].to_numpy(float)
+    weight = survivor * _stand_in(fate, plot, design.n, chance)[plot]
+    se1, se2 = (np.nan_to_num(trees[name].to_numpy(float)) for name in ("se1_cm", "se2_cm"))
+    came, gone = (fate == "ingrowth").astype(float), (fate == "mortality").astype(float)
+    gone *= np.isfinite(d1) * chance
+    came *= chance
+    grown = Slopes(trees["ba_growth_m2"].to_numpy(float), -2 * BA * d1, 2 * BA * d2)
+    # A tree that grew over the limit brings its whole basal area: it counted for nothing before.
+    new = Slopes(BA * (d2**2 - se2**2), zero, 2 * BA * d2)
+    lost = Slopes(BA * (d1**2 - se1**2), 2 * BA * d1, zero)
+    total = weight + came + gone
+    sign = np.where(gone > 0, -1.0, 1.0)
+    value = np.select([came > 0, gone > 0], [new.value, -lost.value], grown.value)
+    by1 = np.select([came > 0, gone > 0], [zero, -lost.by1], grown.by1)
+    by2 = np.select([came > 0, gone > 0], [new.by2, zero], grown.by2)
+
+    def made(weights: np.ndarray, slopes: Slopes, below: np.ndarray | None = None) -> Change:
+        return change_per_area(design, plot, weights, slopes, trees, shared, below)
+
+    count = Slopes(one, zero, zero)
+    figures = {
+        "growth_cm_a": made(survivor, Slopes((d2 - d1) / years, -one / years, one / years), one),
+        "ba_growth": made(weight, grown),
+        "ba_ingrowth": made(came, new),
+        "ba_mortality": made(gone, lost),
+        "ba_change": made(total, Slopes(value, by1, by2)),
+        "trees_ingrowth": made(came, count),
+        "trees_mortality": made(gone, count),
+        "trees_change": made(came + gone, Slopes(sign, zero, zero)),
+    }
+    # Neither can be below nothing.
+    bounded = [name for name in figures if name.endswith(("ingrowth", "mortality"))]
+    return figures | {name: replace(figures[name], low=max(figures[name].low, 0.0)) for name in bounded}
+
+
+def _stand_in(fate: np.ndarray, plot: np.ndarray, n: int, chance: np.ndarray) -> np.ndarray:
+    """(n,) what each measured survivor of a plot counts, so that those without a DBH are represented."""
+    measured = np.bincount(plot, fate == "survivor", minlength=n)
+    alive = measured + np.bincount(plot, np.isin(fate, ["no growth", "missed before"]), minlength=n)
+    alive = alive + np.bincount(plot, np.isin(fate, ["mortality", "ingrowth"]) * (1 - chance), minlength=n)
+    whole = alive.sum() / measured.sum() if measured.sum() else 1.0
+    return np.where(measured > 0, alive / np.maximum(measured, 1), whole)

@@ -1,0 +1,244 @@
+"""The page about two dates."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import geopandas as gpd
+import numpy as np
+import pandas as pd
+
+from ... import __version__
+from ..stand.document import Document, ReportBlock
+from ..stand.tables import Column, Table
+from .growth import Change
+from .joining import FATES
+
+_LABELS = {
+    "growth_cm_a": ("Growth of DBH, survivors", "cm a year", 3),
+    "ba_growth": ("Basal area: growth of survivors", "m²/ha", 3),
+    "ba_ingrowth": ("Basal area: ingrowth", "m²/ha", 3),
+    "ba_mortality": ("Basal area: mortality", "m²/ha", 3),
+    "ba_change": ("Basal area: net change", "m²/ha", 3),
+    "trees_ingrowth": ("Trees: ingrowth", "per ha", 1),
+    "trees_mortality": ("Trees: mortality", "per ha", 1),
+    "trees_change": ("Trees: net change", "per ha", 1),
+}
+_COLOURS = {
+    "survivor": "#0072B2",
+    "ingrowth": "#009E73",
+    "mortality": "#D55E00",
+    "missed before": "#56B4E9",
+    "no growth": "#999999",
+    "unsure": "#CC79A7",
+    "small": "#cccccc",
+    "dead": "#666666",
+}
+
+
+def make_change_document(
+    table: gpd.GeoDataFrame,
+    changes: dict[str, Change],
+    counts: dict[str, int],
+    warnings: list[str],
+    notes: list[str],
+    settings: Any,
+) -> Document:
+    """Compose the page; also the PDF's."""
+    cards = []
+    for name in ("growth_cm_a", "ba_growth", "ba_mortality", "ba_change"):
+        if name in changes and np.isfinite(changes[name].mean):
+            label, unit, _ = _LABELS[name]
+            c = changes[name]
+            spread = f"{c.low:+.2f} to {c.high:+.2f}" if np.isfinite(c.low) else ""
+            cards.append((label, f"{c.mean:+.2f} {unit}", spread))
+    known = table[table["fate"] == "survivor"]
+    if not cards and len(known):
+        cards = [("Growth of DBH, survivors", f"{known['grow_cm_a'].mean():+.2f} cm a year", f"{len(known)} trees")]
+    cards += [
+        (fate.capitalize(), str(counts[fate]), "trees")
+        for fate in ("survivor", "ingrowth", "mortality")
+        if fate in counts
+    ]
+    blocks = [ReportBlock("cards", items=cards)]
+    if warnings:
+        blocks.append(ReportBlock("warnings", items=warnings))
+    if changes:
+        blocks.append(ReportBlock("table", table=_changes_table(changes, settings)))
+    blocks += [
+        ReportBlock("table", table=_fates_table(counts)),
+        ReportBlock("picture", "growth over DBH, and a map of what became of each tree", picture=_draw(table)),
+        ReportBlock("heading", "How the figures were made"),
+        ReportBlock("list", items=[*notes, *_facts(settings)]),
+        ReportBlock("heading", "Trees"),
+        ReportBlock("table", table=_trees_table(table)),
+    ]
+    return Document(
+        f"Two dates: {settings.before.stem} and {settings.after.stem}",
+        f"{settings.years:g} years; intervals are {settings.confidence_pct:g} %; TreeDGS {__version__}",
+        blocks,
+        {},
+        "metric",
+    )
+
+
+def _facts(settings: Any) -> list[str]:
+    return [
+        f"Shared errors: a bias of {settings.common_se_cm:g} cm (standard error) of each date's DBHs, of whose "
+        f"variance "
+        f"{settings.cancels_pct:g} % cancels between the dates; relative error of each block's lengths "
+        f"{settings.block_before_pct:g} % and {settings.block_after_pct:g} %. They do not average out over trees.",
+        "A new tree that is thicker than any can have grown (1.5 times the survivors' 95 % quantile, at most "
+        f"{settings.max_yearly_growth_cm:g} cm a year, over the smallest DBH) was missed at the first date. Their "
+        f"share "
+        f"among "
+        "the thick trees says how many of the lost and of the thin new ones were only missed; each counts by that "
+        "chance.",
+        "Trees are paired by position alone, as field plots are (docs/technician/pairing.md).",
+    ]
+
+
+def _changes_table(changes: dict[str, Change], settings: Any) -> Table:
+    level = f"{settings.confidence_pct:g} %"
+    rows = []
+    for name, found in changes.items():
+        label, unit, _ = _LABELS[name]
+        rows.append(
+            {
+                "what": f"{label}, {unit}",
+                **{
+                    key: _known(getattr(found, key))
+                    for key in ("mean", "se_plots", "se_trees", "se_shared", "se", "low", "high")
+                },
+                "year": None if name == "growth_cm_a" else _known(found.mean / settings.years),
+            }
+        )
+    return Table(
+        "changes",
+        f"Change over {settings.years:g} years",
+        [
+            Column("what", "Figure"),
+            Column("mean", "Change", 3),
+            Column("year", "a year", 3),
+            Column("se_plots", "s.e. between plots", 3),
+            Column("se_trees", "s.e. of tree DBHs", 3),
+            Column("se_shared", "s.e. of shared errors", 3),
+            Column("se", "s.e. in all", 3),
+            Column("low", f"{level} from", 3),
+            Column("high", f"{level} to", 3),
+        ],
+        rows,
+        "Components of change (Beers 1962): growth of survivors + ingrowth − mortality = net change. A tree that "
+        "grew over "
+        "the smallest DBH brings its whole basal area. What the DBHs' own errors add to squared diameters is taken "
+        "off. "
+        "How many of the lost trees were only missed is part of the shared errors.",
+    )
+
+
+def _fates_table(counts: dict[str, int]) -> Table:
+    rows = [{"fate": fate, "n": counts[fate], "means": FATES[fate]} for fate in FATES if fate in counts]
+    return Table(
+        "fates",
+        "What became of the trees",
+        [Column("fate", "Fate"), Column("n", "Trees", 0), Column("means", "Means")],
+        rows,
+    )
+
+
+def _trees_table(table: gpd.GeoDataFrame) -> Table:
+    rows = [
+        {
+            "plot": row.plot_id,
+            "before": "" if pd.isna(row.before_id) else str(row.before_id),
+            "after": "" if pd.isna(row.after_id) else str(row.after_id),
+            "fate": row.fate,
+            **{
+                key: _known(getattr(row, source))
+                for key, source in (
+                    ("d1", "dbh1_cm"),
+                    ("d2", "dbh2_cm"),
+                    ("g", "growth_cm"),
+                    ("low", "grow_lo"),
+                    ("high", "grow_hi"),
+                )
+            },
+        }
+        for row in table.itertuples()
+        if row.fate != "small"
+    ]
+    return Table(
+        "change_trees",
+        "Trees",
+        [
+            Column("plot", "Plot"),
+            Column("before", "Number, first"),
+            Column("after", "second"),
+            Column("fate", "Fate"),
+            Column("d1", "DBH first, cm", 1),
+            Column("d2", "second", 1),
+            Column("g", "Growth, cm", 1),
+            Column("low", "from", 1),
+            Column("high", "to", 1),
+        ],
+        rows,
+    )
+
+
+def _known(value: Any) -> float | None:
+    return None if pd.isna(value) else float(value)
+
+
+def _draw(table: gpd.GeoDataFrame) -> bytes:
+    """PNG: growth over the first DBH with intervals; the map of fates."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(ncols=2, figsize=(9.2, 4.2), layout="constrained")
+    grown = table[table["fate"] == "survivor"]
+    axes[0].axhline(0, color="0.6", lw=1)
+    half = np.nan_to_num((grown["grow_hi"] - grown["grow_lo"]).to_numpy(float) / 2)
+    axes[0].errorbar(
+        grown["dbh1_cm"],
+        grown["growth_cm"],
+        yerr=half,
+        fmt="o",
+        ms=3.5,
+        elinewidth=0.8,
+        color=_COLOURS["survivor"],
+        alpha=0.8,
+    )
+    axes[0].set(xlabel="DBH at the first date, cm", ylabel="Growth, cm")
+    origin = table[["x", "y"]].mean().round(0).to_numpy(float) if len(table) else np.zeros(2)
+    for fate, colour in _COLOURS.items():
+        mine = table[table["fate"] == fate]
+        if not len(mine):
+            continue
+        across = mine["dbh2_cm"].fillna(mine["dbh1_cm"]).fillna(12.0).to_numpy(float)
+        marker = "x" if fate in ("mortality", "dead") else "o"
+        axes[1].scatter(
+            mine["x"] - origin[0],
+            mine["y"] - origin[1],
+            s=(across / 3.2) ** 2 + 6,
+            color=colour,
+            marker=marker,
+            alpha=0.85,
+            lw=1.2 if marker == "x" else 0,
+            label=f"{fate} ({len(mine)})",
+        )
+    axes[1].set_aspect("equal", adjustable="datalim")
+    axes[1].set(xlabel=f"Easting − {origin[0]:.0f} m", ylabel=f"Northing − {origin[1]:.0f} m")
+    for axis in axes:
+        axis.grid(alpha=0.3)
+        axis.spines[["top", "right"]].set_visible(False)
+    if len(table):
+        figure.legend(
+            *axes[1].get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False, fontsize=8
+        )
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png", dpi=160)
+    plt.close(figure)
+    return picture.getvalue()

@@ -1,0 +1,222 @@
+"""From the settings of ``compare`` to its files."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ... import __version__
+from ...core.crs import check_projected, project_crs
+from ...core.errors import CRSError, InputError
+from ...core.files import atomic_path, ensure_writable, fingerprint, write_json
+from ...core.geopackage import ensure_unlocked
+from ...core.progress import Reporter
+from ...core.scale import check_place
+from ...core.tables import safe_frame
+from ..pairing import PairingOptions
+from ..stand.estimate import Design
+from ..stand.page import write_page
+from ..stand.pdf import report_fonts, write_pdf
+from ..stand.sample import SamplePlot, read_sample
+from ..stand.treelist import TreeList, from_layer, settle_status
+from ..stand.values import count_of
+from .growth import Change, SharedErrors, stand_change, tree_growth
+from .joining import Joined, Limits, join_dates
+from .layer import OWN_LAYERS, change_table, write_layer
+from .report import make_change_document
+
+#: A tree that shrank, or grew faster than the limit, by more than this many standard errors is named.
+_ODD = 3.0
+
+
+def compare_dates(settings: Any, reporter: Reporter) -> dict[str, Any]:
+    """settings: ``CompareSettings``.
+
+    Raises:
+        InputError: inputs that do not fit together.
+    """
+    folder = Path(settings.output)
+    ensure_writable(folder / "change.json")
+    report_fonts()  # says that the extra "reports" is missing before anything is written
+    ensure_unlocked(folder / "change.gpkg", OWN_LAYERS)
+    with reporter.stage("read", 0.0, 0.2):
+        before, after, plots = _read(settings)
+    with reporter.stage("pair trees", 0.2, 0.6):
+        limits = Limits(settings.min_dbh_cm, settings.max_yearly_growth_cm * settings.years)
+        options = PairingOptions(
+            centre_error_m=settings.centre_error_m, rotation_deg=settings.rotation_deg, gate_m=settings.gate_m
+        )
+        joined = join_dates(before, after, plots, options, limits)
+    with reporter.stage("estimate", 0.6, 0.7):
+        level = settings.confidence_pct / 100
+        shared = SharedErrors(
+            settings.common_se_cm,
+            settings.cancels_pct / 100,
+            settings.block_before_pct / 100,
+            settings.block_after_pct / 100,
+        )
+        trees = joined.trees.join(tree_growth(joined.trees, shared, settings.years, level))
+        changes: dict[str, Change] = {}
+        if plots:
+            design = Design(np.array([plot.area_ha for plot in plots]), False, level)
+            changes = stand_change(trees, design, shared, settings.years)
+    warnings, notes = _remarks(before, after, joined, trees, plots, settings)
+    for sentence in warnings:
+        reporter.warn(sentence)
+    for sentence in notes:
+        reporter.info(sentence)
+    counts = {str(fate): int(n) for fate, n in trees["fate"].value_counts().items()}
+    with reporter.stage("write", 0.7, 1.0):
+        (folder / "change.json").unlink(missing_ok=True)
+        names = [plot.plot_id for plot in plots] or ["all"]
+        table = change_table(trees, names, after.crs)
+        write_layer(folder / "change.gpkg", table)
+        with atomic_path(folder / "change.csv") as temporary:
+            safe_frame(pd.DataFrame(table.drop(columns="geometry"))).to_csv(temporary, index=False)
+        document = make_change_document(table, changes, counts, warnings, notes, settings)
+        write_page(folder / "change.html", document)
+        write_pdf(folder / "change.pdf", document)
+        figures = {name: {key: _plain(value) for key, value in vars(found).items()} for name, found in changes.items()}
+        write_json(
+            folder / "change.json",
+            {
+                "years": settings.years,
+                "confidence": level,
+                "fates": counts,
+                "per_ha": figures,
+                "offsets_m": {name: [round(v, 3) for v in offset] for name, offset in joined.offsets.items()},
+                "warnings": warnings,
+                "notes": notes,
+                "inputs": {
+                    f"{when}: {path.name}": fingerprint([path])
+                    for when, path in (("before", Path(settings.before)), ("after", Path(settings.after)))
+                },
+                "version": __version__,
+            },
+        )
+    found: dict[str, Any] = {
+        "output": str(folder),
+        "report": str(folder / "change.html"),
+        "pdf": str(folder / "change.pdf"),
+        "layer": str(folder / "change.gpkg"),
+        "n_survivors": counts.get("survivor", 0),
+        "n_ingrowth": counts.get("ingrowth", 0),
+        "n_mortality": counts.get("mortality", 0),
+        "n_unsure": counts.get("unsure", 0),
+    }
+    for key, name in (("growth_cm_a", "growth_cm_a"), ("ba_change_m2_ha", "ba_change")):
+        value = changes[name].mean if name in changes else math.nan
+        found[key] = round(value, 4) if math.isfinite(value) else None
+    return found
+
+
+def _plain(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _read(settings: Any) -> tuple[TreeList, TreeList, list[SamplePlot]]:
+    crs = project_crs(settings.crs) if settings.crs else None
+    lists = []
+    for path in (settings.before, settings.after):
+        found = from_layer(path, crs)
+        settle_status(found)
+        found.crs = found.crs or crs
+        if found.crs is None:
+            raise CRSError(f"{path}: holds no CRS; give it with --crs.")
+        check_projected(found.crs, str(path))
+        check_place(found.crs, found.trees[["x", "y"]].to_numpy(float), str(path))
+        lists.append(found)
+    before, after = lists
+    if before.crs != after.crs:
+        import pyproj
+
+        x, y = pyproj.Transformer.from_crs(before.crs, after.crs, always_xy=True).transform(
+            before.trees["x"].to_numpy(float), before.trees["y"].to_numpy(float)
+        )
+        before.trees["x"], before.trees["y"], before.crs = x, y, after.crs
+    if len(before.trees) and len(after.trees):
+        away = np.hypot(*(before.trees[["x", "y"]].mean() - after.trees[["x", "y"]].mean()))
+        span = (
+            np.ptp(after.trees[["x", "y"]].to_numpy(float), axis=0).max()
+            + np.ptp(before.trees[["x", "y"]].to_numpy(float), axis=0).max()
+        )
+        if away > max(span, 50.0):
+            raise InputError(
+                f"{settings.after}: its trees are {away:,.0f} m away from those of {settings.before}; give two "
+                f"layers of "
+                "the same ground."
+            )
+    plots = read_sample(settings.plots, after.crs) if settings.plots is not None else []
+    return before, after, plots
+
+
+def _remarks(
+    before: TreeList, after: TreeList, joined: Joined, trees: pd.DataFrame, plots: list[SamplePlot], settings: Any
+) -> tuple[list[str], list[str]]:
+    warnings = [*joined.warnings]
+    notes = [f"First date: {text}" for text in before.notes] + [f"Second date: {text}" for text in after.notes]
+    fate = trees["fate"]
+    lost = (fate == "mortality") & trees["after_id"].isna()
+    n_lost = int(lost.sum())
+    if n_lost:
+        dead = float(trees.loc[lost, "chance"].sum())
+        said = (
+            f"{count_of(joined.n_missed, 'thick tree')} of the second date {'was' if joined.n_missed == 1 else 'were'} "
+            f"missed at the first ({100 * joined.miss:.1f} %); if the second flight missed as many, {dead:.1f} of "
+            f"the lost "
+            "ones are dead, and so many count"
+            if joined.n_missed
+            else "nothing says that a flight misses trees here: all of them count as dead"
+        )
+        warnings.append(
+            f"Not found again: {count_of(n_lost, 'tree')}. A flight may miss a living tree ({said}). Look at them "
+            f"(fate "
+            "'mortality' in the layer) before you report mortality."
+        )
+    unsure = int((fate == "unsure").sum())
+    if unsure:
+        warnings.append(
+            f"Which tree is which is not sure for {count_of(unsure, 'tree')}: they count neither as growth nor as dead."
+        )
+    open_ = int((fate == "no growth").sum())
+    if open_:
+        notes.append(
+            f"Alive, without a DBH at one date: {count_of(open_, 'tree')}; each counts as the mean of its plot."
+        )
+    odd = trees[(fate == "survivor") & (trees["growth_cm"] < -_ODD * trees["growth_se"])]
+    fast = trees[
+        (fate == "survivor")
+        & (trees["growth_cm"] > settings.max_yearly_growth_cm * settings.years + _ODD * trees["growth_se"].fillna(0.0))
+    ]
+    for part, text in (
+        (odd, "shrank by more than their errors allow"),
+        (fast, "grew faster than --max-yearly-growth-cm"),
+    ):
+        if len(part):
+            named = ", ".join(f"{row.after_id:.0f} ({row.growth_cm:+.1f} cm)" for row in part.head(8).itertuples())
+            warnings.append(
+                f"{count_of(len(part), 'tree')} {text}: {named}{', …' if len(part) > 8 else ''}; look whether they "
+                f"are the "
+                "same trees, and at their flags."
+            )
+    blind = int(trees.loc[fate == "survivor", "growth_se"].isna().sum())
+    if blind:
+        warnings.append(f"{count_of(blind, 'survivor')} without a standard error of DBH: their growth has no interval.")
+    if not plots:
+        notes.append("Without --plots there is no area: nothing is given per hectare.")
+    elif len(plots) == 1:
+        warnings.append(
+            "One plot: how much the stand differs from it cannot be known; the intervals are of measuring this one "
+            "plot."
+        )
+    if not settings.cancels_pct:
+        notes.append(
+            "The bias of both dates is taken as independent. Flown with the same camera and measured in the same "
+            "way, part "
+            "of it cancels in the growth: --cancels-pct."
+        )
+    return warnings, notes

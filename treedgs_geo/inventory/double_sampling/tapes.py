@@ -1,0 +1,218 @@
+"""The tape table: what tape-sample draws and prints, and what comes back from the field in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import geopandas as gpd
+import numpy as np
+import pandas as pd
+import pyogrio
+
+from ...core.errors import InputError
+from ..field_trees import numbers, read_table
+from .estimators import Tapes, without_unanswered
+
+#: Layer of the GeoPackage that tape-sample writes.
+LAYER = "tapes"
+#: What is filled in: columns of a diameter or girth -> centimetres of diameter in one of its unit.
+TAPED = {
+    "taped_cm": 1.0,
+    "taped_mm": 0.1,
+    "taped_in": 2.54,
+    "girth_cm": 1 / np.pi,
+    "girth_mm": 0.1 / np.pi,
+    "girth_in": 2.54 / np.pi,
+}
+#: What a crew writes into ``state`` -> what it means: the tree was taped; no tree stands there; it is dead; it was not
+#: reached, so that nothing is known of it.
+STATES = {
+    "": "",
+    **dict.fromkeys(("taped", "ok", "live", "alive"), "taped"),
+    **dict.fromkeys(("none", "no tree", "no_tree", "false"), "none"),
+    **dict.fromkeys(("dead", "snag"), "dead"),
+    **dict.fromkeys(("not reached", "not_reached", "not found", "not_found", "skipped"), "not reached"),
+}
+#: Columns of the draw, without which no total can be corrected.
+DRAWN = ("stratum", "prob", "n_frame")
+#: A tape and a measured DBH that are this often apart by a factor are in other units, not wrong.
+_SLIPS = ((1 / 2.54, "inches", "taped_in"), (10.0, "millimetres", "taped_mm"), (np.pi, "girths", "girth_cm"))
+#: A drawn tree is the layer's tree of that number within this distance.
+SAME_M = 0.5
+
+
+@dataclass
+class Taped:
+    """trees: drawn trees, ``tree_id, plot_id, taped_cm`` (NaN: none), ``state`` (``taped``, ``none``, ``dead`` or
+    ``not reached``), ``note, stratum, prob, x, y, dbh_cm`` (as measured when drawn). extra: trees that the layer lacks,
+    ``plot_id, near_id, taped_cm, note``. n_frame: trees that were drawn from (0: the table does not say it). frame:
+    mark of that list."""
+
+    trees: pd.DataFrame
+    extra: pd.DataFrame
+    n_frame: int
+    frame: str
+    path: Path
+
+    @property
+    def answered(self) -> np.ndarray:
+        """(n,) whether something is known of the drawn tree."""
+        return (self.trees["state"] != "not reached").to_numpy()
+
+    def sample(self) -> Tapes:
+        """The trees that were answered for, with their probabilities.
+
+        Raises:
+            InputError: the table does not hold the draw, or a stratum went without a tape.
+        """
+        if not self.n_frame:
+            raise InputError(
+                f"{self.path}: lacks {', '.join(DRAWN)}, the chances with which the trees were drawn; fill in the "
+                f"table "
+                "that tape-sample wrote, and leave its columns."
+            )
+        drawn = Tapes(self.trees["prob"].to_numpy(float), self.trees["stratum"].to_numpy(object))
+        try:
+            return without_unanswered(drawn, self.answered)
+        except InputError as problem:
+            raise InputError(f"{self.path}: {problem}") from None
+
+
+def read_taped(path: Path) -> Taped:
+    """Read the filled-in table: CSV (commas or semicolons), or the GeoPackage of tape-sample.
+
+    Raises:
+        InputError: not readable, not a tape table, nothing filled in, numbers that no tape reads, unknown states.
+    """
+    path = Path(path)
+    table = _table(path)
+    if "tree_id" not in table or not (set(TAPED) & set(table.columns)):
+        raise InputError(
+            f"{path}: found columns {', '.join(table.columns)}; expected tree_id and taped_cm (or {', '.join(TAPED)}): "
+            "give the table that tape-sample wrote, filled in."
+        )
+    found = pd.DataFrame({"tree_id": numbers(path, table, "tree_id", required=False)})
+    found["taped_cm"] = _diameters(path, table)
+    found["state"] = _states(path, table, found)
+    for name, column in (("plot_id", "plot_id"), ("note", "tape_note"), ("stratum", "stratum"), ("frame", "frame")):
+        text = table[column].map(_text) if column in table else pd.Series([None] * len(table))
+        found[name] = text.astype(object).where(text.notna(), None)
+    for name in ("prob", "n_frame", "x", "y", "dbh_cm", "near_id"):
+        found[name] = numbers(path, table, name, required=False) if name in table else np.nan
+    empty = found["tree_id"].isna() & (found["state"] == "not reached") & found["note"].isna()
+    found = found[~empty]
+    extra = found[found["tree_id"].isna()]
+    trees = found[found["tree_id"].notna()].copy()
+    trees["tree_id"] = trees["tree_id"].astype(int)
+    _check(path, trees, extra)
+    whole = trees["prob"].between(0, 1, inclusive="right").all() and trees[["stratum", "n_frame"]].notna().all(
+        axis=None
+    )
+    return Taped(
+        trees.reset_index(drop=True),
+        extra[["plot_id", "near_id", "taped_cm", "note"]].reset_index(drop=True),
+        int(trees["n_frame"].iloc[0]) if whole else 0,
+        str(trees["frame"].iloc[0] or ""),
+        path,
+    )
+
+
+def _table(path: Path) -> pd.DataFrame:
+    if path.suffix.lower() == ".csv":
+        return read_table(path)
+    try:
+        names = [str(name) for name, _ in pyogrio.list_layers(path)]
+        table = gpd.read_file(path, engine="pyogrio", layer=LAYER if LAYER in names else names[0])
+    except Exception as problem:
+        raise InputError(f"{path}: cannot be read as a tape table ({problem}); give a CSV or a GeoPackage.") from None
+    if not len(table):
+        raise InputError(f"{path}: holds no row, expected one row a taped tree.")
+    return pd.DataFrame(table.drop(columns=table.geometry.name)) if "geometry" in table else pd.DataFrame(table)
+
+
+def _diameters(path: Path, table: pd.DataFrame) -> pd.Series:
+    found = pd.Series(np.full(len(table), np.nan))
+    for name, factor in TAPED.items():
+        if name not in table:
+            continue
+        values = numbers(path, table, name, required=False).reset_index(drop=True) * factor
+        both = values.notna() & found.notna()
+        if both.any():
+            raise InputError(f"{path}: {_which(table, both)} has two diameters ({name} and another); leave one.")
+        bad = values.notna() & ~values.between(0.5, 500)
+        if bad.any():
+            raise InputError(
+                f"{path}: {_which(table, bad)} has {name} of {values[bad].iloc[0] / factor:g}, which is "
+                f"{values[bad].iloc[0]:.3g} cm across, expected 0.5 to 500; correct it (leave it empty where nothing "
+                f"was "
+                "taped)."
+            )
+        found = found.where(found.notna(), values)
+    return found
+
+
+def _states(path: Path, table: pd.DataFrame, found: pd.DataFrame) -> pd.Series:
+    said = (
+        table["state"].map(lambda value: (_text(value) or "").lower())
+        if "state" in table
+        else pd.Series("", table.index)
+    )
+    odd = ~said.isin(list(STATES))
+    if odd.any():
+        raise InputError(
+            f"{path}: {_which(table, odd)} has state {said[odd].iloc[0]!r}, expected taped, none (no tree stands "
+            f"there), "
+            "dead, not reached, or nothing."
+        )
+    state = said.map(STATES).reset_index(drop=True)
+    has = found["taped_cm"].notna()
+    for wrong, text in (
+        (has & state.isin(["none", "not reached"]), "a diameter, and a state that says that none was taped"),
+        (~has & (state == "taped"), "state taped, and no diameter"),
+    ):
+        if wrong.any():
+            raise InputError(f"{path}: {_which(table, wrong)} has {text}; correct one of them.")
+    return state.where(state != "", np.where(has, "taped", "not reached"))
+
+
+def _check(path: Path, trees: pd.DataFrame, extra: pd.DataFrame) -> None:
+    twice = trees["tree_id"].duplicated()
+    if twice.any():
+        raise InputError(f"{path}: tree {trees['tree_id'][twice.idxmax()]} appears twice; leave one row a tree.")
+    if not (trees["state"] != "not reached").any():
+        raise InputError(f"{path}: no tree is filled in; write the diameters into taped_cm.")
+    bare = extra["taped_cm"].isna()
+    if bare.any():
+        raise InputError(
+            f"{path}: a row without tree_id has no diameter: rows without tree_id are trees that the map lacks; tape "
+            "them, or delete the row."
+        )
+    lost = extra["plot_id"].isna() & extra["near_id"].isna()
+    if lost.any():
+        raise InputError(
+            f"{path}: a tree that the map lacks has no plot_id and no near_id; write the plot that was searched, or "
+            f"the "
+            "drawn tree that it stands nearest to."
+        )
+    both = trees[["taped_cm", "dbh_cm"]].dropna()
+    if len(both) < 3:
+        return
+    ratio = float((both["taped_cm"] / both["dbh_cm"]).median())
+    for factor, unit, name in _SLIPS:
+        if abs(np.log(ratio / factor)) < 0.15:
+            raise InputError(
+                f"{path}: the taped values are {ratio:.2f} times the measured ones (median of {len(both)}): they look "
+                f"like {unit}; rename the column {name}, or correct them."
+            )
+
+
+def _text(value: object) -> str | None:
+    text = "" if value is None or pd.isna(value) else str(value).strip()
+    return text or None
+
+
+def _which(table: pd.DataFrame, bad: pd.Series) -> str:
+    row = int(np.flatnonzero(np.asarray(bad))[0])
+    name = table["tree_id"].iloc[row]
+    return f"line {row + 2}" + (f" (tree {name})" if _text(name) else "")

@@ -1,0 +1,233 @@
+"""Decisions into a tree layer: into columns of their own, nothing that was measured is touched."""
+
+from __future__ import annotations
+
+import datetime
+import getpass
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import geopandas as gpd
+import numpy as np
+import pandas as pd
+import pyogrio
+
+from ...core.errors import InputError
+from ...core.tables import plain_cell
+from ...trees.priors import BREAST_HEIGHT_M
+from ...trees.tree import TREE_FIELDS
+from ..carried import kept_place, merge_note, merged_into
+from ..reviewed import COLUMNS, NO_TREE, decided
+from ..tree_layer import check_output, write_table
+from ..tree_reading import read_trees
+from .decisions import UNDO, Decision, read_decisions
+
+#: A stem that a person adds is no other tree's from this distance on, m; and no farther from the layer's trees.
+BESIDE_M, FAR_M = 0.3, 500.0
+#: A taped DBH that differs more than this share from the measured one is worth a second look.
+_APART = 0.25
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """counts: decisions that were made, by word. added: numbers of the trees that were added. sentences: to look at."""
+
+    counts: dict[str, int]
+    added: list[int]
+    sentences: list[str]
+
+
+def review_trees(
+    trees: str | Path, decisions: str | Path | list[Decision], by: str | None = None, dbh_unit: str = "auto"
+) -> Outcome:
+    """Write a person's decisions into a tree layer: the verb ``review``.
+
+    Args:
+        trees: the tree layer (.gpkg, .shp, .geojson, .csv); it is changed in place, all decisions or none.
+        decisions: a CSV (:func:`.decisions.read_decisions`), or its rows.
+        by: who decided, where the table does not say; ``None`` = the user of this machine.
+        dbh_unit: unit of the table's DBHs where its column does not say it.
+
+    Returns:
+        what was decided.
+
+    Raises:
+        InputError: a decision about a tree that the layer does not have, or that cannot be. OutputError: the layer
+            cannot be written.
+
+    Examples:
+        >>> import treedgs_geo as tg
+        >>> path = tg.write_trees(work / "seen.gpkg", [tg.Tree(1, 500000.0, 5.2e6, dbh_cm=31.0)], "EPSG:32632")
+        >>> _ = (work / "decisions.csv").write_text("tree_id,decision,dbh_cm\\n1,dbh,29.4\\n")
+        >>> tg.review_trees(path, work / "decisions.csv").counts
+        {'dbh': 1}
+        >>> tg.read_trees(path)[["dbh_cm", "rev_flag", "rev_dbh_cm"]].values.tolist()
+        [[31.0, 'dbh', 29.4]]
+    """
+    path = Path(trees)
+    rows = decisions if isinstance(decisions, list) else read_decisions(Path(decisions), dbh_unit)
+    check_output(path)
+    table = _read(path)
+    source = path if isinstance(decisions, list) else Path(decisions)
+    made, outcome = decide(table, rows, by or _user(), source, path)
+    write_table(path, made)
+    return outcome
+
+
+def decide(
+    table: gpd.GeoDataFrame, decisions: list[Decision], by: str, source: Path, path: Path
+) -> tuple[gpd.GeoDataFrame, Outcome]:
+    """The table with the decisions. source, path: of the decisions and of the layer, for messages.
+
+    Raises:
+        InputError: see :func:`review_trees`.
+    """
+    made, now = table.copy(), datetime.datetime.now(datetime.timezone.utc).strftime("%Y-%m-%dT%H:%M:%SZ")
+    for name in COLUMNS:
+        column = made[name] if name in made else pd.Series([None] * len(made), index=made.index)
+        made[name] = column.astype(object).where(column.notna(), None)
+    numbers = pd.to_numeric(made["tree_id"]).astype(int)
+    if numbers.duplicated().any():
+        raise InputError(f"{path}: tree_id {numbers[numbers.duplicated()].iloc[0]} appears twice; give each its own.")
+    row_of, added, said = {int(number): row for row, number in enumerate(numbers)}, [], []
+    for decision in decisions:
+        tree = decision.tree
+        if tree is None:
+            tree = _at_place(made, decision, source, path)
+            if tree is None:
+                made, tree = _with_place(made, decision)
+                row_of[tree] = len(made) - 1
+                added.append(tree)
+        if tree not in row_of:
+            raise InputError(f"{source}, line {decision.line}: tree {tree} is not in {path}; correct the number.")
+        values: dict[str, Any] = {
+            "rev_flag": None if decision.word == UNDO else decision.word,
+            "rev_dbh_cm": decision.dbh_cm,
+            "rev_note": decision.note or None,
+            "rev_by": decision.by or by,
+            "rev_at": decision.at or now,
+        }
+        if decision.same_as is not None and decision.word == "merge":
+            if decision.same_as not in row_of:
+                raise InputError(
+                    f"{source}, line {decision.line}: same_as is {decision.same_as}, which is not in {path}."
+                )
+            values["rev_note"] = merge_note(decision.same_as, decision.note)
+        for name, value in values.items():
+            made.iloc[row_of[tree], made.columns.get_loc(name)] = value
+        said += _odd(made.iloc[row_of[tree]], tree, decision)
+    _check_merges(made, source, path)
+    return _typed(made), Outcome(dict(Counter(decision.word for decision in decisions)), added, said)
+
+
+def _odd(row: pd.Series, tree: int, decision: Decision) -> list[str]:
+    """What is worth a second look."""
+    measured = pd.to_numeric(row["dbh_cm"])
+    if decision.word == "accept" and pd.isna(measured):
+        return [f"Tree {tree} has no DBH: it is accepted as a tree without one; give 'dbh' with its taped diameter."]
+    taped = decision.dbh_cm if decision.word == "dbh" else None
+    if taped is None or pd.isna(measured) or abs(measured - taped) <= _APART * taped:
+        return []
+    return [
+        f"Tree {tree}: taped {taped:.1f} cm, measured {measured:.1f} cm; check the number, the unit and that it is "
+        "this tree."
+    ]
+
+
+def _check_merges(made: gpd.GeoDataFrame, source: Path, path: Path) -> None:
+    """Every merged tree's partner counts."""
+    flag, _ = decided(made, path)
+    by_number = dict(zip(pd.to_numeric(made["tree_id"]).astype(int), flag, strict=True))
+    for tree, word, note in zip(made["tree_id"], flag, made["rev_note"], strict=True):
+        other = merged_into(note) if word == "merge" else None
+        if other is not None and by_number.get(other) in NO_TREE:
+            raise InputError(
+                f"{source}: tree {tree} is merged into tree {other}, which is itself '{by_number[other]}': one of "
+                "the two has to count; correct the decisions."
+            )
+
+
+def _at_place(made: gpd.GeoDataFrame, decision: Decision, source: Path, path: Path) -> int | None:
+    """The tree that a person added at this place before; ``None`` where there is none.
+
+    Raises:
+        InputError: another tree stands there, or the place is not of this layer.
+    """
+    if not len(made):
+        return None
+    assert decision.x is not None and decision.y is not None
+    away = np.hypot(made.geometry.x - decision.x, made.geometry.y - decision.y).to_numpy()
+    nearest = int(np.nanargmin(away))
+    if away[nearest] > FAR_M:
+        raise InputError(
+            f"{source}, line {decision.line}: the stem at {decision.x:g} {decision.y:g} lies {away[nearest]:,.0f} m "
+            f"from the nearest tree of {path}; give x and y in metres of the layer's CRS."
+        )
+    if away[nearest] > BESIDE_M:
+        return None
+    tree = int(float(made["tree_id"].iloc[nearest]))
+    if str(made["qc_reason"].iloc[nearest] if "qc_reason" in made else "") != "not_found":
+        raise InputError(
+            f"{source}, line {decision.line}: tree {tree} of {path} stands {away[nearest]:.2f} m from this place; "
+            "decide about that tree (by its tree_id)."
+        )
+    return tree
+
+
+def _with_place(made: gpd.GeoDataFrame, decision: Decision) -> tuple[gpd.GeoDataFrame, int]:
+    """The table with one more row, for a stem that nothing measured, and its number."""
+    assert decision.x is not None and decision.y is not None
+    number = int(pd.to_numeric(made["tree_id"]).max()) + 1 if len(made) else 1
+    heights = pd.to_numeric(made["bh_m"]).dropna() if "bh_m" in made else []
+    entry = pd.Series(dict.fromkeys((*TREE_FIELDS, *COLUMNS)), dtype=object)
+    entry["bh_m"] = float(np.median(heights)) if len(heights) else BREAST_HEIGHT_M
+    row = {name: value for name, value in kept_place(entry, number, decision.x, decision.y).items() if name in made}
+    geometry, kinds = made.geometry.name, made.dtypes
+    extra = pd.DataFrame([row], dtype=object).reindex(columns=made.columns)
+    extra[geometry] = gpd.points_from_xy([decision.x], [decision.y], [0.0])
+    both = pd.concat([pd.DataFrame(made).astype(object), extra], ignore_index=True)
+    for name, kind in kinds.items():
+        if name == geometry:
+            continue
+        # A gap makes fractions of plain whole numbers.
+        gap = kind.kind in "iu" and both[name].isna().any()
+        both[name] = both[name].astype("Int64" if gap else kind)
+    return gpd.GeoDataFrame(both, geometry=gpd.GeoSeries(both[geometry], crs=made.crs)), number
+
+
+def _typed(made: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
+    made["rev_dbh_cm"] = pd.to_numeric(made["rev_dbh_cm"]).astype(float)
+    return made
+
+
+def _read(path: Path) -> gpd.GeoDataFrame:
+    """Every column as it is in the file."""
+    if path.suffix.lower() == ".csv":
+        try:
+            table = pd.read_csv(path, dtype=str, encoding="utf-8-sig").map(plain_cell)
+            x, y = (pd.to_numeric(table[name]) for name in ("x", "y"))
+            pd.to_numeric(table["tree_id"]).astype(int), table[["dbh_cm", "qc_flag"]]
+        except (OSError, ValueError, KeyError, pd.errors.ParserError) as problem:
+            raise InputError(
+                f"{path}: cannot be read as a tree table ({problem}); give a layer made by TreeDGS."
+            ) from None
+        return gpd.GeoDataFrame(table, geometry=gpd.points_from_xy(x, y))
+    table = read_trees(path)
+    if table["tree_id"].isna().any():
+        raise InputError(f"{path}: a tree has no tree_id; give every tree its own number.")
+    layer = {"layer": "trees"} if path.suffix.lower() == ".gpkg" else {}
+    info = pyogrio.read_info(path, **layer)
+    for name, kind in zip(info["fields"], info["dtypes"], strict=True):
+        # Whole numbers with gaps would be read as fractions.
+        if str(kind).startswith("int") and str(table[name].dtype).startswith("float"):
+            table[name] = table[name].astype("Int64")
+    return table
+
+
+def _user() -> str:
+    try:
+        return getpass.getuser()
+    except (OSError, KeyError, ImportError):
+        return ""

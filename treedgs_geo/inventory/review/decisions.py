@@ -1,0 +1,115 @@
+"""The table of decisions: one row a tree, what a person decided about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from ...core.errors import InputError
+from ..field_trees import NAMES, dbh_in_cm, numbers, read_table
+from ..reviewed import DECISIONS, LEAST_TAPED_CM, MOST_TAPED_CM
+
+#: Takes a decision back.
+UNDO = "undo"
+#: Other words for the decisions.
+_WORDS = {"ok": "accept", "yes": "accept", "no": "reject", "tape": "dbh", "taped": "dbh", "clear": UNDO}
+
+
+@dataclass(frozen=True)
+class Decision:
+    """One row. tree: its number, ``None`` for a stem at ``x, y`` (project CRS) that the layer does not have.
+
+    word: a key of ``reviewed.DECISIONS``, or :data:`UNDO`. dbh_cm: of ``dbh`` (and of a stem whose DBH is known).
+    same_as: of ``merge``. by, at: who and when (ISO 8601), empty where the table does not say. line: in the file.
+    """
+
+    line: int
+    word: str
+    tree: int | None = None
+    dbh_cm: float | None = None
+    same_as: int | None = None
+    x: float | None = None
+    y: float | None = None
+    note: str = ""
+    by: str = ""
+    at: str = ""
+
+
+def read_decisions(path: Path, dbh_unit: str = "auto") -> list[Decision]:
+    """Read a CSV with ``tree_id, decision`` and, where needed, ``dbh_cm`` (``dbh_in`` ...), ``same_as``, ``x, y``,
+    ``note, by, at``.
+
+    Raises:
+        InputError: line, what was found, what was expected.
+    """
+    path = Path(path)
+    table = read_table(path)
+    column = {key: next((n for n in NAMES[key] if n in table.columns), "") for key in ("field_id", "x", "y", "dbh")}
+    if "decision" not in table or not (column["field_id"] or (column["x"] and column["y"])):
+        raise InputError(
+            f"{path}: found columns {', '.join(table.columns)}; expected tree_id (or x and y) and decision "
+            f"({', '.join(DECISIONS)} or {UNDO})."
+        )
+    unit = dbh_unit if column["dbh"] else "cm"
+    values = {"dbh": dbh_in_cm(path, table, unit).to_numpy(float)}
+    for key, name in (("tree", column["field_id"]), ("x", column["x"]), ("y", column["y"]), ("same_as", "same_as")):
+        empty = pd.Series(np.full(len(table), np.nan))
+        values[key] = (numbers(path, table, name, required=False) if name in table else empty).to_numpy(float)
+    found = [_decision(path, table, values, row) for row in range(len(table))]
+    seen: dict[int, int] = {}
+    for decision in found:
+        if decision.tree is None:
+            continue
+        if decision.tree in seen:
+            raise InputError(
+                f"{path}, line {decision.line}: tree {decision.tree} is decided on line {seen[decision.tree]} already; "
+                "give each tree one row."
+            )
+        seen[decision.tree] = decision.line
+    return found
+
+
+def _decision(path: Path, table: pd.DataFrame, values: dict[str, np.ndarray], row: int) -> Decision:
+    where, cells = f"{path}, line {row + 2}", table.iloc[row]
+    text = {name: _text(cells.get(name)) for name in ("decision", "note", "by", "at")}
+    dbh, x, y = (_number(values[key][row]) for key in ("dbh", "x", "y"))
+    tree, same_as = (_whole(where, name, values[key][row]) for name, key in (("tree_id", "tree"), ("same_as",) * 2))
+    word = text["decision"].lower() or ("dbh" if dbh is not None else "")
+    word = _WORDS.get(word, word)
+    if word not in DECISIONS and word != UNDO:
+        raise InputError(f"{where}: the decision is {text['decision']!r}, expected {', '.join(DECISIONS)} or {UNDO}.")
+    if tree is None and (word not in ("stem", "dbh") or x is None or y is None):
+        raise InputError(
+            f"{where}: has no tree_id; give it (a stem that the layer does not have: decision stem or dbh, with x "
+            "and y)."
+        )
+    if word == "merge" and (same_as is None or same_as == tree):
+        raise InputError(f"{where}: 'merge' needs same_as, the number of the other tree that this one is.")
+    if word == "dbh" and dbh is None:
+        raise InputError(f"{where}: 'dbh' needs the taped diameter in dbh_cm (or dbh_in, dbh_mm).")
+    if dbh is not None and word not in ("dbh", "stem"):
+        raise InputError(f"{where}: has a DBH but the decision {word!r}; write 'dbh', or empty the cell.")
+    if dbh is not None and not LEAST_TAPED_CM <= dbh <= MOST_TAPED_CM:
+        raise InputError(f"{where}: a DBH of {dbh:g} cm, expected {LEAST_TAPED_CM:g} to {MOST_TAPED_CM:g} cm.")
+    word = "dbh" if word == "stem" and dbh is not None else word
+    placed = (x, y) if tree is None else (None, None)
+    return Decision(row + 2, word, tree, dbh, same_as, *placed, text["note"], text["by"], text["at"])
+
+
+def _whole(where: str, name: str, value: float) -> int | None:
+    if not np.isfinite(value):
+        return None
+    if value != int(value):
+        raise InputError(f"{where}: {name} is {value:g}, expected a whole number as in the tree layer.")
+    return int(value)
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _text(value: object) -> str:
+    return "" if value is None or pd.isna(value) else str(value).strip()

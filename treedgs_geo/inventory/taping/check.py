@@ -1,0 +1,286 @@
+"""From the settings of ``tape-check`` to its files."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import geopandas as gpd
+import numpy as np
+import pandas as pd
+
+from ... import __version__
+from ...core.crs import project_crs
+from ...core.files import atomic_path, ensure_writable, fingerprint, write_json
+from ...core.geopackage import atomic_geopackage, ensure_unlocked, save_style
+from ...core.progress import Reporter
+from ...core.tables import safe_frame
+from ..double_sampling.joining import join
+from ..double_sampling.tapes import read_taped
+from ..stand.document import Document, ReportBlock
+from ..stand.page import write_page
+from ..stand.pdf import report_fonts, write_pdf
+from ..stand.tables import Column, Table
+from .frame import Frame, read_frame
+from .statistics import Checked, check_tapes
+
+LAYER = "tape_check"
+OWN_LAYERS = {LAYER: frozenset({"tree_id", "taped_cm", "error_cm"})}
+_COLOURS = {"ok": "#009E73", "check": "#E69F00", "reject": "#D55E00"}
+_SHOWN = (
+    "tree_id", "plot_id", "qc_flag", "dbh_cm", "dbh_lo_cm", "dbh_hi_cm", "taped_cm", "error_cm", "inside", "state",
+    "outlier", "note", "x", "y",
+)  # fmt: skip
+
+
+def check_tape_table(settings: Any, reporter: Reporter) -> dict[str, Any]:
+    """settings: ``TapeCheckSettings``.
+
+    Raises:
+        InputError: inputs that do not fit together.
+    """
+    folder = Path(settings.output)
+    ensure_writable(folder / "tape_check.json")
+    report_fonts()  # says that the extra "reports" is missing before anything is written
+    ensure_unlocked(folder / "tape_check.gpkg", OWN_LAYERS)
+    with reporter.stage("read", 0.0, 0.4):
+        taped = read_taped(settings.taped)
+        frame = read_frame(settings.trees, project_crs(settings.crs) if settings.crs else None, settings.plots)
+        rows, dbh_cm, notes = join(frame.trees, taped, settings.trees)
+    with reporter.stage("check", 0.4, 0.5):
+        checked = check_tapes(frame, taped, rows, dbh_cm, settings.confidence_pct / 100)
+    checked.notes[:0] = notes
+    restored = Frame(frame.trees.assign(dbh_cm=dbh_cm), frame.crs, frame.plots)
+    if taped.frame and taped.frame != restored.mark or taped.n_frame not in (0, len(frame.trees)):
+        checked.warnings.append(
+            f"{settings.trees.name} is not quite the layer that the trees were drawn from ({taped.n_frame} trees then, "
+            f"{len(frame.trees)} now; plots left out here count too): the totals hold for that layer only."
+        )
+    for sentence in checked.warnings:
+        reporter.warn(sentence)
+    for sentence in checked.notes:
+        reporter.info(sentence)
+    with reporter.stage("write", 0.5, 1.0):
+        _write(folder, frame, checked, settings)
+    f = checked.figures
+    keys = ("n_taped", "bias_cm", "bias_lo_cm", "bias_hi_cm", "rmse_cm", "n_intervals", "n_inside")
+    found: dict[str, Any] = {key: f[key] for key in keys}
+    return {
+        "output": str(folder),
+        "page": str(folder / "tape_check.html"),
+        "pdf": str(folder / "tape_check.pdf"),
+        "layer": str(folder / "tape_check.gpkg"),
+        **{key: round(value, 4) if isinstance(value, float) else value for key, value in found.items()},
+        "n_outliers": int(checked.trees["outlier"].notna().sum()),
+    }
+
+
+def _write(folder: Path, frame: Frame, checked: Checked, settings: Any) -> None:
+    (folder / "tape_check.json").unlink(missing_ok=True)
+    document = _document(checked, settings)
+    write_page(folder / "tape_check.html", document)
+    write_pdf(folder / "tape_check.pdf", document)
+    table = checked.trees[list(_SHOWN)].copy()
+    table["inside"] = table["inside"].map({True: "yes", False: "no"}).astype(object)
+    table["error_cm"] = table["error_cm"].round(2)
+    with atomic_path(folder / "tape_check.csv") as temporary:
+        safe_frame(table).to_csv(temporary, index=False)
+    place = frame.trees.set_index("tree_id").loc[table["tree_id"], ["x", "y"]].to_numpy(float)
+    for name in ("plot_id", "qc_flag", "inside", "state", "outlier", "note"):
+        table[name] = table[name].astype(object).where(table[name].notna(), None)
+    layer = gpd.GeoDataFrame(
+        table.assign(x=place[:, 0], y=place[:, 1]), geometry=gpd.points_from_xy(*place.T), crs=frame.crs
+    )
+    with atomic_geopackage(folder / "tape_check.gpkg", OWN_LAYERS) as temporary:
+        layer.to_file(
+            temporary, layer=LAYER, driver="GPKG", engine="pyogrio", geometry_type="Point",
+            dataset_options={"VERSION": "1.2"},
+        )  # fmt: skip
+        save_style(temporary, LAYER)
+    write_json(
+        folder / "tape_check.json",
+        {
+            **_plain(checked.figures),
+            "outliers": [int(tree) for tree in checked.trees["tree_id"][checked.trees["outlier"].notna()]],
+            "warnings": checked.warnings,
+            "notes": checked.notes,
+            "inputs": {Path(p).name: fingerprint([Path(p)]) for p in (settings.trees, settings.taped)},
+            "version": __version__,
+        },
+    )
+
+
+def _plain(value: Any) -> Any:
+    """Without NaN and numpy types."""
+    if isinstance(value, dict):
+        return {key: _plain(entry) for key, entry in value.items()}
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else None
+    return json.loads(json.dumps(value, default=int))
+
+
+def _document(checked: Checked, settings: Any) -> Document:
+    f = checked.figures
+    level = f"{100 * f['confidence']:g} %"
+    cards = [
+        ("Taped and measured", f"{f['n_taped']} trees", ""),
+        ("Bias, measured − taped", f"{f['bias_cm']:+.2f} cm", f"{f['bias_lo_cm']:+.2f} to {f['bias_hi_cm']:+.2f}"),
+        ("RMSE", f"{f['rmse_cm']:.2f} cm", f"{f['rmse_lo_cm']:.2f} to {f['rmse_hi_cm']:.2f}"),
+    ]
+    if f["n_intervals"]:
+        cards.append(
+            (
+                "Inside the 90 % interval",
+                f"{f['n_inside']} of {f['n_intervals']}",
+                f"{100 * f['inside_lo']:.0f} to {100 * f['inside_hi']:.0f} %",
+            )
+        )
+    blocks = [ReportBlock("cards", items=cards)]
+    if checked.warnings:
+        blocks.append(ReportBlock("warnings", items=checked.warnings))
+    blocks += [
+        ReportBlock("picture", "measured against taped diameters", picture=_draw(checked)),
+        ReportBlock("list", items=checked.notes),
+    ]
+    if checked.totals:
+        blocks += [
+            ReportBlock("heading", "Totals of the trees that were drawn from"),
+            ReportBlock("table", table=_totals_table(checked, level)),
+        ]
+    blocks += [ReportBlock("heading", "Trees"), ReportBlock("table", table=_trees_table(checked))]
+    return Document(
+        f"Tape check: {settings.trees.stem}",
+        f"{f['n_taped']} taped trees; intervals are {level}; TreeDGS {__version__}",
+        blocks,
+        {},
+        "metric",
+    )
+
+
+def _totals_table(checked: Checked, level: str) -> Table:
+    words = {"trees": "Trees", "ba_m2": "Basal area, m²"}
+    rows = []
+    for (name, estimator), found in checked.totals.items():
+        entry = checked.figures[f"{name}_{estimator}"]
+        rows.append(
+            {
+                "quantity": words[name],
+                "estimator": estimator,
+                **{key: entry[key] for key in ("measured", "corrected", "se", "low", "high")},
+                "change": 100 * (found.total / found.measured - 1) if found.measured else None,
+                "more": entry["more_tapes_to_halve_se"],
+            }
+        )
+    return Table(
+        "totals",
+        "Measured and corrected",
+        [
+            Column("quantity", "Quantity"),
+            Column("estimator", "Estimator"),
+            Column("measured", "As measured", 2),
+            Column("corrected", "Corrected", 2),
+            Column("change", "Change, %", 1),
+            Column("se", "s.e.", 3),
+            Column("low", f"{level} from", 2),
+            Column("high", f"{level} to", 2),
+            Column("more", "Tapes more that halve the s.e.", 0),
+        ],
+        rows,
+        "Design-based: the chances of the draw alone make the standard errors, nothing is assumed of the errors of the "
+        "diameters. Stems without a DBH count as the median tree until tapes say more. Difference and ratio "
+        "estimators: "
+        "Särndal, Swensson and Wretman 1992, 6.3 and 7.3; Cochran 1977, ch. 6 and 12. Per hectare, with volume and "
+        "biomass: stand-table --taped.",
+    )
+
+
+def _trees_table(checked: Checked) -> Table:
+    rows: list[dict[str, Any]] = []
+    for tree in checked.trees.itertuples():
+        rows.append(
+            {
+                "tree": str(tree.tree_id),
+                "plot": tree.plot_id if pd.notna(tree.plot_id) else "",
+                "flag": tree.qc_flag,
+                "dbh": _known(tree.dbh_cm),
+                "low": _known(tree.dbh_lo_cm),
+                "high": _known(tree.dbh_hi_cm),
+                "taped": _known(tree.taped_cm),
+                "error": _known(tree.error_cm),
+                "inside": {True: "yes", False: "no"}.get(tree.inside, ""),
+                "state": tree.state,
+                "note": "; ".join(
+                    str(text)
+                    for text in ("look again" if pd.notna(tree.outlier) else None, tree.note)
+                    if pd.notna(text)
+                ),
+            }
+        )
+    return Table(
+        "tapes",
+        "Taped trees",
+        [
+            Column("tree", "Tree"),
+            Column("plot", "Plot"),
+            Column("flag", "Flag"),
+            Column("dbh", "Measured, cm", 1),
+            Column("low", "90 % from", 1),
+            Column("high", "to", 1),
+            Column("taped", "Taped, cm", 1),
+            Column("error", "Error, cm", 1),
+            Column("inside", "Inside"),
+            Column("state", "State"),
+            Column("note", "Note"),
+        ],
+        rows,
+        "Error: measured minus taped.",
+    )
+
+
+def _known(value: Any) -> float | None:
+    return None if pd.isna(value) else float(value)
+
+
+def _draw(checked: Checked) -> bytes:
+    """PNG: measured against taped, and the errors over the taped diameter with each tree's interval."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    table = checked.trees[checked.trees["error_cm"].notna()]
+    figure, axes = plt.subplots(ncols=2, figsize=(9.2, 3.9), layout="constrained")
+    limits = [
+        float(table[["dbh_cm", "taped_cm"]].min(axis=None)) - 2,
+        float(table[["dbh_cm", "taped_cm"]].max(axis=None)) + 2,
+    ]
+    axes[0].plot(limits, limits, color="0.6", lw=1)
+    axes[1].axhline(0, color="0.6", lw=1)
+    axes[1].axhspan(checked.figures["bias_lo_cm"], checked.figures["bias_hi_cm"], color="#56B4E9", alpha=0.25, lw=0)
+    axes[1].axhline(checked.figures["bias_cm"], color="#0072B2", lw=1.2, label="bias and its interval")
+    for flag, colour in _COLOURS.items():
+        mine = table[table["qc_flag"] == flag]
+        if not len(mine):
+            continue
+        axes[0].scatter(mine["taped_cm"], mine["dbh_cm"], s=26, color=colour, label=flag, zorder=3)
+        below, above = mine["dbh_cm"] - mine["dbh_lo_cm"], mine["dbh_hi_cm"] - mine["dbh_cm"]
+        axes[1].errorbar(
+            mine["taped_cm"], mine["error_cm"], yerr=np.nan_to_num([below, above]), fmt="o", ms=4.5, color=colour,
+            elinewidth=1, zorder=3,
+        )  # fmt: skip
+    for tree in table[table["outlier"].notna()].itertuples():
+        for axis, y in ((axes[0], tree.dbh_cm), (axes[1], tree.error_cm)):
+            axis.annotate(str(tree.tree_id), (tree.taped_cm, y), xytext=(5, 4), textcoords="offset points", fontsize=8)
+    axes[0].set(xlabel="Taped DBH, cm", ylabel="Measured DBH, cm", xlim=limits, ylim=limits, aspect="equal")
+    axes[1].set(xlabel="Taped DBH, cm", ylabel="Measured − taped, cm")
+    for axis in axes:
+        axis.legend(frameon=False, fontsize=9)
+        axis.grid(alpha=0.3)
+        axis.spines[["top", "right"]].set_visible(False)
+    picture = io.BytesIO()
+    figure.savefig(picture, format="png", dpi=160)
+    plt.close(figure)
+    return picture.getvalue()

@@ -1,0 +1,105 @@
+"""The list of trees that tapes are drawn from: every tree of the layer that can count, with its plot."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyproj
+
+from ...core.crs import check_projected
+from ...core.errors import CRSError, InputError
+from ...core.scale import check_place
+from ..field_trees import read_table
+from ..stand.sample import SamplePlot, read_sample
+from ..stand.treelist import from_layer, settle_status
+from ..stand.values import BA, count_of
+from ..tree_reading import read_trees
+
+
+@dataclass
+class Frame:
+    """trees: ``tree_id, plot_id`` (None: in no plot), ``x, y, dbh_cm, dbh_se_cm, dbh_lo_cm, dbh_hi_cm, qc_flag, bh_m``
+    and ``size`` (basal area, m2; of a stem without a DBH the median). plots: where trees are drawn (empty: everywhere).
+    """
+
+    trees: pd.DataFrame
+    crs: pyproj.CRS
+    plots: list[SamplePlot]
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def mark(self) -> str:
+        """Short hash of numbers and diameters: whether a layer is still the one that was drawn from."""
+        text = ";".join(
+            f"{row.tree_id}:{row.dbh_cm:.1f}" for row in self.trees.sort_values("tree_id").itertuples(index=False)
+        )
+        return hashlib.sha256(text.encode()).hexdigest()[:8]
+
+    def members(self) -> dict[object, int]:
+        """Plot -> trees of the frame in it."""
+        return self.trees["plot_id"].value_counts().to_dict()
+
+
+def read_frame(path: Path, crs: pyproj.CRS | None, plots: Path | None) -> Frame:
+    """Trees of a layer, without those that are dead; of the plots only, where ``plots`` or the layer name any.
+
+    Raises:
+        InputError: not readable, no tree in any plot. CRSError: no CRS, or no projected one in metres.
+    """
+    path = Path(path)
+    found = from_layer(path, crs)
+    settle_status(found)
+    used = found.crs or crs
+    if used is None:
+        raise CRSError(f"{path}: holds no CRS; give it with --crs.")
+    check_projected(used, str(path))
+    check_place(used, found.trees[["x", "y"]].to_numpy(float), str(path))
+    # Read once more for what a tree list does not keep: the plot and the interval.
+    more = _more(path).reindex(found.trees["tree_id"].to_numpy())
+    trees = found.trees.assign(
+        plot_id=more["plot_id"].to_numpy(object),
+        dbh_lo_cm=more["dbh_lo_cm"].to_numpy(float),
+        dbh_hi_cm=more["dbh_hi_cm"].to_numpy(float),
+    )
+    frame = Frame(trees, used, [], [*found.notes, *found.warnings])
+    if plots is not None:
+        frame.plots = read_sample(plots, used)
+        place = trees[["x", "y"]].to_numpy(float)
+        trees["plot_id"] = None
+        for plot in reversed(frame.plots):
+            trees.loc[plot.contains(place[:, 0], place[:, 1]), "plot_id"] = plot.plot_id
+    inside = trees["plot_id"].notna()
+    keep = ~trees["dead"].to_numpy(bool) & (inside | (not inside.any() and plots is None)).to_numpy(bool)
+    if not keep.any():
+        raise InputError(
+            f"{path}: none of its {len(trees)} trees is alive and in a plot; check the plots and their epsg."
+        )
+    n_out = int((~inside).sum())
+    if inside.any() and n_out:
+        frame.notes.append(f"Outside the plots, and not drawn from: {count_of(n_out, 'tree')}.")
+    n_dead = int(trees["dead"].sum())
+    if n_dead:
+        frame.notes.append(f"Dead by their status, and not drawn from: {count_of(n_dead, 'tree')}.")
+    trees = trees[keep].reset_index(drop=True)
+    area = BA * trees["dbh_cm"].to_numpy(float) ** 2
+    middle = float(np.nanmedian(area)) if np.isfinite(area).any() else 1.0
+    frame.trees = trees.assign(size=np.where(np.isfinite(area), area, middle))
+    return frame
+
+
+def _more(path: Path) -> pd.DataFrame:
+    """``plot_id, dbh_lo_cm, dbh_hi_cm`` by tree_id."""
+    table = read_table(path) if path.suffix.lower() == ".csv" else pd.DataFrame(read_trees(path))
+    key = "tree_id" if "tree_id" in table else next(name for name in ("tree", "treeid", "n") if name in table)
+    found = pd.DataFrame(index=pd.to_numeric(table[key]).astype(int))
+    plot = table["plot_id"] if "plot_id" in table else pd.Series(None, table.index, dtype=object)
+    said = plot.map(lambda value: None if value is None or pd.isna(value) else str(value).strip() or None)
+    found["plot_id"] = said.astype(object).where(said.notna(), None).to_numpy(object)
+    for name in ("dbh_lo_cm", "dbh_hi_cm"):
+        values = pd.to_numeric(table[name], errors="coerce") if name in table else np.nan
+        found[name] = np.asarray(values, float) if name in table else np.nan
+    return found
