@@ -1,5 +1,5 @@
-# make setup | demo | quick | test | qgis340 | lint | docs | qgis | parameters | styles | models | translations | package | lock | screenshot | clean
-.PHONY: setup demo quick test qgis340 lint docs qgis parameters styles models translations package lock screenshot clean
+# make setup | demo | quick | test | qgis340 | qgis344 | lint | docs | qgis | parameters | styles | models | translations | package | lock | screenshot | clean
+.PHONY: setup demo quick test qgis340 qgis344 lint docs qgis parameters styles models translations package lock screenshot clean
 PYTHON = .venv/bin/python
 SHELL = /bin/sh
 
@@ -40,7 +40,10 @@ models: setup  ## the ready-made models, with PyQGIS
 	@/usr/bin/python3 tools/write_models.py
 
 qgis340:  ## the plugin's tests with QGIS 3.40 (Debian trixie in a folder; root, and network the first time)
-	@sh tools/qgis340.sh
+	@sh tools/qgis.sh 3.40
+
+qgis344:  ## the same with QGIS 3.44 (Debian sid)
+	@sh tools/qgis.sh 3.44
 
 translations: setup  ## collect and compile the texts (PyQGIS, lrelease)
 	@/usr/bin/python3 tools/write_translations.py

@@ -13,14 +13,17 @@ from qgis.core import (
     QgsSettings,
 )
 
-from ..treedgs_qgis import compat, engine, environment, gpu, locked
+from ..treedgs_qgis import compat, engine, environment, extras, gpu, locked, own_python, pythons
 from ..treedgs_qgis.algorithm import BaseAlgorithm
 from ..treedgs_qgis.listener import is_cancelled
 
 HELP = """<p><b>Install the libraries that the TreeDGS algorithms need, in an environment of their own.</b></p>
-<p>Makes a Python environment in your data folder (or in TREEDGS_HOME), about 3 GB, and installs the locked list of
-libraries with pip. QGIS and its Python are not touched. It needs Python 3.10 or newer with venv on this computer, and
-the network or a folder of wheels. What was cut short is taken up by running it again.</p>
+<p>Makes a Python environment in your data folder (or in TREEDGS_HOME), about {size}, and installs the locked list of
+libraries with pip. QGIS and its Python are not touched. Python 3.10 to 3.14 with venv is found on this computer, or
+fetched for the engine alone. It needs the network or a folder of wheels. What was cut short is taken up by running it
+again.</p>
+<p>Parts that not everybody needs are ticked; run it again to add one. What is there stays, unless you start from
+scratch.</p>
 <p>On a machine with <code>make</code>, <code>make setup</code> does the same for the repository.</p>"""
 
 
@@ -53,12 +56,18 @@ class Algorithm(BaseAlgorithm):
 
     def shortHelpString(self):
         """The help panel."""
-        return self.tr(HELP)
+        return self.tr(HELP).format(size=extras.size())
 
     def initAlgorithm(self, configuration=None):
         """Declare parameters."""
+        parts = [
+            QgsProcessingParameterBoolean(name.upper(), extras.title(name), name in extras.USUAL)
+            for name in extras.CHOICES
+        ]
+        for part in parts:
+            part.setHelp(self.tr("Measuring trees from photos and clouds does not need it; it can be added later."))
         python = QgsProcessingParameterFile("PYTHON", self.tr("Python to build with"), compat.FILE, "", None, True)
-        python.setHelp(self.tr("A Python 3.10 or newer with venv; left empty, the system's is found."))
+        python.setHelp(self.tr("A Python 3.10 to 3.14 with venv; left empty, the system's is found."))
         wheels = QgsProcessingParameterFile(
             "WHEELS", self.tr("Folder of wheels (no network)"), compat.FOLDER, "", None, True
         )
@@ -81,7 +90,7 @@ class Algorithm(BaseAlgorithm):
         rebuild.setHelp(self.tr("Remove the environment first, to repair a broken one."))
         for advanced in (python, build, rebuild):
             advanced.setFlags(advanced.flags() | compat.FLAG_ADVANCED)
-        for made in (wheels, python, build, rebuild):
+        for made in (*parts, wheels, python, build, rebuild):
             self.addParameter(made)
         self.addOutput(QgsProcessingOutputString("ENGINE", self.tr("The engine's Python")))
 
@@ -99,6 +108,24 @@ class Algorithm(BaseAlgorithm):
             text = self.tr("PYTHON: {path} does not exist; give a Python program or leave it empty.")
             return text.format(path=python)
         return ""
+
+    def extras(self, parameters, context) -> list[str]:
+        """The names of the chosen extras."""
+        return [name for name in extras.CHOICES if self.parameterAsBoolean(parameters, name.upper(), context)]
+
+    def python(self, wanted, offline, run, feedback) -> str:
+        """The Python to build with: named, the system's, or one that is fetched.
+
+        Raises:
+            SetupError: none of these.
+        """
+        folder = engine.data_dir() / "python"
+        try:
+            return pythons.find_python(wanted or own_python.fetched(folder))
+        except environment.SetupError:
+            if wanted or offline:
+                raise
+        return own_python.fetch(folder, run, feedback.pushInfo)
 
     def processAlgorithm(self, parameters, context, feedback):
         """Build, then use it from now on."""
@@ -128,14 +155,19 @@ class Algorithm(BaseAlgorithm):
                     else self.tr("The engine will use the processor only: {why}.")
                 )
                 feedback.pushInfo(text.format(why=choice.why))
-            listed = locked.write_list(build, target.with_name(f"{target.name}-{build}.txt"))
+            # What an earlier run brought stays: pip takes nothing away.
+            chosen = sorted({*self.extras(parameters, context), *environment.read_record(target).get("extras", [])})
+            listed = locked.write_list(build, target.with_name(f"{target.name}-{build}.txt"), extras=chosen)
+            needed_gb = extras.needed_gb([*chosen, *([extras.GPU] if build == "cuda" else [])])
             environment.build(
                 target,
                 [listed],
-                f"{locked.lock_hash()} {build}",
-                environment.find_python(self.parameterAsString(parameters, "PYTHON", context)),
+                " ".join([locked.lock_hash(), build, *chosen]),
+                self.python(self.parameterAsString(parameters, "PYTHON", context), bool(wheels), run, feedback),
                 wheels=Path(wheels) if wheels else None,
                 run=run,
+                needed_gb=needed_gb,
+                record={"extras": chosen, "build": build},
                 say=lambda text: feedback.pushInfo(
                     text.replace(environment.what(listed), self.tr("the locked list of libraries"))
                 ),

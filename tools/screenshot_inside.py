@@ -229,7 +229,7 @@ def cancelled():
     iface.mapCanvas().setCenter(middle)
     layer.startEditing()
     form = iface.getFeatureForm(layer, first)
-    form.setParent(window, Qt.Tool)
+    form.setParent(window, Qt.WindowType.Tool)
     form.setGeometry(720, 150, 540, 600)
     form.show()
     layers.form = form
@@ -251,9 +251,13 @@ def pairs():
 @step(0.5)
 def report():
     from qgis.PyQt.QtCore import QUrl
-    from qgis.PyQt.QtWebKitWidgets import QWebView
 
-    view = QWebView()
+    try:
+        from qgis.PyQt.QtWebKitWidgets import QWebView as Page
+    except ImportError:  # Qt 6
+        from qgis.PyQt.QtWebEngineWidgets import QWebEngineView as Page
+
+    view = Page()
     view.resize(1000, 1180)
     view.load(QUrl.fromLocalFile(JOB["report"]))
     view.show()

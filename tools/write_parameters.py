@@ -34,11 +34,14 @@ def parameters_text() -> str:
 
 
 def requirements_text() -> str:
-    """The pinned ranges of ``pyproject.toml``, torch included, one a line."""
+    """The pinned ranges of ``pyproject.toml``, one a line: what measuring needs, then each extra that QGIS can set up,
+    then torch."""
     text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
-    lists = re.findall(r"^(dependencies|torch) = \[(.*?)\]\s*$", text, re.S | re.M)
-    items = [item for _, body in lists for item in re.findall(r'"([^"]+)"', body)]
-    return "# Written from pyproject.toml by make parameters.\n" + "\n".join(items) + "\n"
+    lists = dict(re.findall(r"^(\w+) = \[(.*?)\]\s*$", text, re.S | re.M))
+    lines = ["# Written from pyproject.toml by make parameters."]
+    for name in ("dependencies", "simulate", "cluster", "reports", "gpu", "torch"):
+        lines += [f"# [{name}]"] * (name != "dependencies") + re.findall(r'"([^"]+)"', lists[name])
+    return "\n".join(lines) + "\n"
 
 
 def main() -> int:

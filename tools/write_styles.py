@@ -12,8 +12,8 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 # The order of XML attributes follows Qt's hash: without a fixed seed every run writes other files.
 os.environ["QT_HASH_SEED"] = "0"
 
-from layer_styles import flight, pairs, stand, trees
-from layer_styles.common import ROOT
+from layer_styles import change, flight, pairs, stand, tapes, trees
+from layer_styles.common import ROOT, show_texts_as_text
 from qgis.core import QgsApplication, QgsMapLayer
 
 STYLES = ROOT / "treedgs_geo" / "core" / "styles"
@@ -36,9 +36,11 @@ def main() -> int:
     )
     made = (
         trees.trees, trees.circles, trees.slices, flight.stations, pairs.pairs, pairs.suggested, pairs.field_trees,
-        pairs.measured_trees, pairs.plots, stand.stand_plots, stand.stand_trees,
+        pairs.measured_trees, pairs.plots, stand.stand_plots, stand.stand_trees, tapes.tapes,
+        tapes.tape_check, change.change,
     )  # fmt: skip
     for layer in (make() for make in made):
+        show_texts_as_text(layer)
         path = STYLES / f"{layer.name()}.qml"
         message, ok = layer.saveNamedStyle(str(path), categories)
         if not ok:

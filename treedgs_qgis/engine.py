@@ -10,7 +10,6 @@ import json
 import os
 import queue
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
@@ -18,21 +17,22 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
-from contextlib import closing, suppress
+from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
-from .environment import find_program
+from . import extras
 from .exits import explain_exit
+from .groups import own_group, stop_group
+from .pythons import find_program, no_window
+from .windows_job import Job
 from .words import tr
 
 #: Must equal ``treedgs_geo.core.progress.PROTOCOL``.
 PROTOCOL = 1
 #: The folder that holds the plugin and, inside it, the library.
 PLUGIN_ROOT = Path(__file__).resolve().parents[1]
-#: Seconds between asking a process group to stop and killing it.
-GRACE_S = 1.2
 #: Seconds the engine may take to end after closing its output.
 CLOSING_S = 20
 #: Seconds that lines of an engine which has ended may take to arrive.
@@ -189,7 +189,7 @@ def _check(python: Path, source: str, modules: list[str]) -> None:
             timeout=60,
             env=child_environment(),
             cwd=tempfile.gettempdir(),
-            **_no_window(),
+            **no_window(),
         )
         answer = json.loads(done.stdout.strip().splitlines()[-1])
     except (OSError, subprocess.SubprocessError, ValueError, IndexError) as problem:
@@ -203,6 +203,14 @@ def _check(python: Path, source: str, modules: list[str]) -> None:
             tr("The TreeDGS engine needs Python 3.10 or newer: {python} ({source}) is {version}; {do}.").format(
                 **words, version=".".join(map(str, answer["version"]))
             )
+        )
+    if answer["missing"] and (lacking := extras.missing(answer["missing"])):
+        chosen = [f"{name}, {extras.size(name)}" for name in lacking]
+        raise EngineMissing(
+            tr(
+                "This algorithm needs a part of the engine that is not set up ({extras}); run 'Set up the engine' "
+                "(treedgs:setupengine) once more and tick it ({names})."
+            ).format(extras="; ".join(chosen), names=", ".join(f"{name.upper()}=true" for name in lacking))
         )
     if answer["missing"]:
         raise EngineMissing(
@@ -331,14 +339,14 @@ def start(command: list[str], cwd: Path) -> subprocess.Popen:
         EngineError: the program cannot be started.
     """
     try:
-        return subprocess.Popen(
+        process = subprocess.Popen(
             command,
             cwd=cwd,
             env=child_environment(),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
-            **_own_group(),
+            **own_group(),
         )
     except OSError as problem:
         raise EngineError(
@@ -346,6 +354,10 @@ def start(command: list[str], cwd: Path) -> subprocess.Popen:
                 program=command[0], problem=problem.strerror, do=how_to_install()
             )
         ) from None
+
+    # At once: what the child starts belongs to its job from its first moment.
+    process.job = Job(process)  # type: ignore[attr-defined]
+    return process
 
 
 def stream(process: subprocess.Popen, is_cancelled: Callable[[], bool]) -> Generator[tuple[bool, str], None, None]:
@@ -387,40 +399,4 @@ def stream(process: subprocess.Popen, is_cancelled: Callable[[], bool]) -> Gener
         while process.poll() is None and not is_cancelled() and time.monotonic() < until:
             time.sleep(0.02)
     finally:
-        stop_group(process)
-
-
-def stop_group(process: subprocess.Popen) -> None:
-    """End the child and everything it started: ask, wait, kill. Returns within 2 s."""
-    if sys.platform == "win32":
-        if process.poll() is None:
-            subprocess.run(["taskkill", "/T", "/F", "/PID", str(process.pid)], capture_output=True, **_no_window())
-        return
-    group = process.pid
-    if process.poll() is None:
-        _signal_group(group, signal.SIGTERM)
-        with suppress(subprocess.TimeoutExpired):
-            process.wait(GRACE_S)
-    # Also when the engine itself has ended: its own children must not outlive it.
-    _signal_group(group, signal.SIGKILL)
-    with suppress(subprocess.TimeoutExpired):
-        process.wait(1)
-
-
-def _signal_group(group: int, number: int) -> None:
-    if sys.platform == "win32":
-        return
-    with suppress(ProcessLookupError, PermissionError):
-        os.killpg(group, number)
-
-
-def _own_group() -> dict[str, Any]:
-    if sys.platform == "win32":
-        return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW}
-    return {"start_new_session": True}
-
-
-def _no_window() -> dict[str, Any]:
-    if sys.platform == "win32":
-        return {"creationflags": subprocess.CREATE_NO_WINDOW}
-    return {}
+        stop_group(process, getattr(process, "job", None))

@@ -16,34 +16,19 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+from .pipwords import why_pip_failed
+from .pythons import SetupError, find_python, usable_python, version_of
+from .words import tr
+
 ROOT = Path(__file__).resolve().parents[1]
 REQUIREMENTS = Path(__file__).with_name("requirements.txt")
 READY = "treedgs-ready.json"
 NEEDED_DISK_GB = 4
+#: Windows allows 259 characters in a path; the longest path below an environment has 150.
+LONGEST_TARGET = 100
 #: Lines of pip's log that are shown when it fails.
 TAIL = 15
-OLDEST = (3, 10)
-
-_PYTHON_CHECK = f"""
-import sys
-assert sys.version_info >= {OLDEST}
-import ensurepip, venv
-"""
-
-
-class SetupError(Exception):
-    """One sentence: what is missing and what to do."""
-
-
 Runner = Callable[[list], int]
-
-
-def find_program(name: str) -> str | None:
-    """Absolute path of a program on the PATH (or the path itself); never one of the current folder, which an empty
-    entry of the PATH means and where Windows looks first."""
-    places = [place for place in os.environ.get("PATH", "").split(os.pathsep) if os.path.isabs(place)]
-    found = shutil.which(name, path=os.pathsep.join(places))
-    return found if found and os.path.isabs(found) else None
 
 
 def requirements() -> list[str]:
@@ -52,48 +37,18 @@ def requirements() -> list[str]:
     return sorted((line for line in lines if line and line[0] != "#"), key=lambda line: not line.startswith("torch"))
 
 
-def usable_python(python: str) -> bool:
-    """True when ``python`` is 3.10 or newer and can make virtual environments."""
+def read_record(target: Path) -> dict:
+    """What was written down when ``target`` was finished last; empty where it was not."""
     try:
-        return (
-            subprocess.run(
-                [python, "-I", "-c", _PYTHON_CHECK], capture_output=True, timeout=60, cwd=tempfile.gettempdir()
-            ).returncode
-            == 0
-        )
-    except (OSError, subprocess.SubprocessError):
-        return False
-
-
-def find_python(wanted: str = "") -> str:
-    """A Python to build the environment with: ``wanted``, or the first usable one of the system.
-
-    Raises:
-        SetupError: there is none.
-    """
-    if wanted:
-        if not usable_python(wanted):
-            raise SetupError(
-                f"{wanted}: is not a Python 3.10 or newer with venv and ensurepip; install one or name another."
-            )
-        return wanted
-    names = ["python3.12", "python3.11", "python3.10", "python3", "/usr/bin/python3", "python3.13", "python"]
-    for name in names:
-        found = find_program(name)
-        if found and usable_python(found):
-            return found
-    raise SetupError(
-        "No Python 3.10 or newer with venv was found; install one (Debian and Ubuntu: apt install "
-        "python3-venv; Windows and macOS: python.org, version 3.12) and run this again."
-    )
+        found = json.loads((target / READY).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
 
 
 def is_ready(target: Path, key: str) -> bool:
     """True when ``target`` was finished with the same key."""
-    try:
-        return json.loads((target / READY).read_text(encoding="utf-8"))["key"] == key
-    except (OSError, ValueError, KeyError):
-        return False
+    return read_record(target).get("key") == key
 
 
 def remove(target: Path) -> None:
@@ -112,11 +67,14 @@ def build(
     run: Runner = subprocess.call,
     say: Callable[[str], None] = print,
     torch: str = "cpu",
+    needed_gb: float = NEEDED_DISK_GB,
+    record: dict | None = None,
 ) -> None:
     """Make (or repair) the virtual environment ``target`` and install ``packages``, one pip call per list.
 
     A marker file is written last, so that a build that was cut short is taken up again. run: starts a command and
-    returns its exit code. wheels: install from this folder only, without network.
+    returns its exit code. wheels: install from this folder only, without network. needed_gb: free disk that it takes.
+    record: kept in the marker file (:func:`read_record`).
 
     Raises:
         SetupError: no disk space, or a step failed.
@@ -127,11 +85,18 @@ def build(
     if wheels is not None and not any(wheels.glob("*.whl")):
         raise SetupError(f"{wheels}: holds no .whl files, expected the wheels of the engine's libraries.")
     target = Path(os.path.abspath(target))  # its Python is asked from another folder
+    if sys.platform == "win32" and len(str(target)) > LONGEST_TARGET:
+        raise SetupError(
+            tr(
+                "{target}: has {count} characters; the libraries' own paths would be longer than Windows allows, "
+                "expected at most {most}: set TREEDGS_HOME to a short folder like C:\\treedgs."
+            ).format(target=target, count=len(str(target)), most=LONGEST_TARGET)
+        )
     target.parent.mkdir(parents=True, exist_ok=True)
     free = shutil.disk_usage(target.parent).free / 1e9
-    if free < NEEDED_DISK_GB and not (target / READY).exists():
+    if free < needed_gb and not (target / READY).exists():
         raise SetupError(
-            f"{target.parent}: {free:.1f} GB are free, about {NEEDED_DISK_GB} GB are needed; make room or "
+            f"{target.parent}: {free:.1f} GB are free, about {needed_gb:g} GB are needed; make room or "
             "set TREEDGS_HOME to a larger disk."
         )
     inside = target / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
@@ -144,7 +109,8 @@ def build(
             )
     (target / READY).unlink(missing_ok=True)
     pip = [str(inside), "-I", "-m", "pip", "install", "--no-input", "--disable-pip-version-check"]
-    pip += ["--progress-bar", "off"]
+    log = target / "pip.log"
+    pip += ["--progress-bar", "off", "--log", str(log)]
     if wheels is not None:
         pip += ["--no-index", "--find-links", str(wheels)]
     for group in packages:
@@ -155,12 +121,13 @@ def build(
             )
             continue
         say(f"Installing {what(group)}")
+        log.unlink(missing_ok=True)
         if run([*pip, *group]) != 0:
-            raise SetupError(
-                f"pip could not install {what(group)} into {target}; read the lines above: without "
-                "network give a folder of wheels, behind a proxy set HTTPS_PROXY, then run this again."
-            )
-    (target / READY).write_text(json.dumps({"key": key, "packages": packages}) + "\n", encoding="utf-8")
+            said = log.read_text(encoding="utf-8", errors="replace") if log.exists() else ""
+            raise SetupError(why_pip_failed(said, what(group), target, version_of(str(inside)), wheels))
+    (target / READY).write_text(
+        json.dumps({**(record or {}), "key": key, "packages": packages}) + "\n", encoding="utf-8"
+    )
 
 
 def what(group: list[str]) -> str:

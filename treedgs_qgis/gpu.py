@@ -6,11 +6,10 @@ Standard library only. The limits are those of the locked version of NVIDIA Warp
 from __future__ import annotations
 
 import subprocess
-import sys
 import tempfile
 from dataclasses import dataclass
 
-from .environment import find_program
+from .pythons import find_program, no_window
 from .words import tr
 
 #: Driver of CUDA 12 (525 for Linux, 528 for Windows); GeForce GTX 9xx; room for the field of one plot.
@@ -31,9 +30,6 @@ def ask() -> tuple[int | None, str]:
     program = find_program("nvidia-smi")
     if program is None:
         return None, ""
-    hidden = 0
-    if sys.platform == "win32":
-        hidden = subprocess.CREATE_NO_WINDOW
     try:
         done = subprocess.run(
             [program, *QUERY],
@@ -41,7 +37,7 @@ def ask() -> tuple[int | None, str]:
             text=True,
             timeout=30,
             cwd=tempfile.gettempdir(),
-            creationflags=hidden,
+            **no_window(),
         )
     except (OSError, subprocess.SubprocessError) as problem:
         return None, str(problem)

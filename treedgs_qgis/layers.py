@@ -130,3 +130,20 @@ class Given:
 
     def _holds_pairs(self) -> bool:
         return isinstance(self.layer, QgsVectorLayer) and self.layer.fields().indexOf("pair_status") >= 0
+
+
+def reload_file(path: str) -> int:
+    """Read again what the project shows of a vector file, columns included; how many layers. Main thread only."""
+    if not path:
+        return 0
+    found = 0
+    for layer in QgsProject.instance().mapLayers().values():
+        if not isinstance(layer, QgsVectorLayer) or not layer.isValid():
+            continue
+        source = layer.source().partition("|")[0]
+        if os.path.exists(source) and os.path.samefile(source, path) and not layer.isEditable():
+            layer.dataProvider().reloadData()
+            layer.updateFields()
+            layer.triggerRepaint()
+            found += 1
+    return found

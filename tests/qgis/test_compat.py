@@ -162,8 +162,8 @@ for language in ("de", "es_MX", "fr"):
     assert "TIP de <b>Baum 1</b><br>Kein BHD" in said and "der Stamm ist stärker geneigt" in said, said + done.stderr
     assert "TIP es_MX <b>Árbol 1</b><br>Sin DAP" in said and "muy pocas fotos ven el tronco" in said
     assert "TIP fr <b>Tree 1</b><br>No DBH" in said and "too few photos see the stem" in said
-    assert "WORDS de Grundfläche [m²] ['gemessen', 'gemessen, zu prüfen', 'gesehen, kein BHD']" in said
-    assert "WORDS fr Basal area [m²] ['measured', 'measured, to be checked', 'seen, no DBH']" in said
+    assert "WORDS de Grundfläche [m²] ['gemessen', 'gemessen, zu prüfen', 'gesehen, kein BHD'" in said
+    assert "WORDS fr Basal area [m²] ['measured', 'measured, to be checked', 'seen, no DBH'" in said
 
 
 def test_titles_and_refusals_are_shown_in_the_users_language(qgis):

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import ast
 import importlib
+import re
 import sys
 
 import pytest
 from qgis_driver import ROOT
 
+from treedgs_geo.cli import main
 from treedgs_geo.commands import MODULES
 from treedgs_geo.commands.doctor import COMMAND, NEEDS, OPTIONAL, PACKAGES, DoctorSettings, check_libraries, machine
 from treedgs_geo.core.errors import MissingComponentError
+from treedgs_geo.core.extras import EXTRAS
 from treedgs_geo.core.progress import Reporter
 
 
@@ -34,7 +37,54 @@ def test_every_library_that_is_imported_is_checked():
 
 def test_every_verb_says_what_it_needs():
     assert set(NEEDS) == set(MODULES)
-    assert {name for modules in NEEDS.values() for name in modules} <= set(PACKAGES)
+    assert {name for modules in NEEDS.values() for name in modules} <= {*PACKAGES, *OPTIONAL}
+
+
+def test_extras_are_the_same_everywhere():
+    """What the library, the plugin, the doctor and pyproject.toml call an extra, and what it brings."""
+    from qgis_driver import load
+
+    load("treedgs_shell", ROOT / "treedgs_qgis" / "__init__.py", ROOT / "treedgs_qgis")
+    plugin = load("treedgs_shell.extras", ROOT / "treedgs_qgis" / "extras.py")
+    brought = [module for modules in EXTRAS.values() for module in modules]
+    assert sorted(brought) == sorted(OPTIONAL)
+    assert plugin.CHOICES == {name: EXTRAS[name] for name in plugin.CHOICES}
+    text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    for name, modules in EXTRAS.items():
+        listed = re.search(rf"^{name} = \[(.*?)\]$", text, re.M | re.S)
+        packages = {re.split("[<>=]", item)[0] for item in re.findall(r'"([^"]+)"', listed[1])}
+        assert packages == {OPTIONAL[module] for module in modules}, name
+    for part in ("", *plugin.CHOICES, "gpu"):
+        assert plugin.disk_mb(part) > plugin.download_mb(part) > 0
+    assert plugin.missing(["open3d", "dask"]) == ["simulate", "cluster"] and plugin.missing(["open3d", "numpy"]) == []
+    assert plugin.needed_gb(["simulate"]) > plugin.needed_gb([]) > 1
+
+
+def test_an_extra_that_was_not_chosen_is_no_fault(monkeypatch):
+    real = importlib.import_module
+
+    def without(name, *more):
+        if name in ("open3d", "dask"):
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+        return real(name, *more)
+
+    monkeypatch.setattr(importlib, "import_module", without)
+    said: list[str] = []
+    reporter = Reporter()
+    monkeypatch.setattr(reporter, "info", said.append)
+    result = COMMAND.run(DoctorSettings(), reporter)
+    assert "but campaign, benchmark, simulate-plot" in result["status"] and "cluster, simulate" in result["status"]
+    assert "simulate-plot: not set up, it needs the extra simulate" in said and "terrain: works" in said
+
+
+def test_a_verb_without_its_extra_says_so_in_one_sentence(tmp_path, monkeypatch, capsys):
+    """A real engine from which the library is taken away."""
+    monkeypatch.setitem(sys.modules, "open3d", None)
+    command = ["simulate-plot", "--preset", "test", "--output", str(tmp_path / "plot"), "--log-format", "plain"]
+    assert main(command) == 3
+    said = capsys.readouterr().err
+    assert "simulate-plot: needs the library open3d" in said and "SIMULATE=true" in said
+    assert "Traceback" not in said and not (tmp_path / "plot").exists()
 
 
 def test_a_missing_library_and_a_broken_one_are_named(monkeypatch):

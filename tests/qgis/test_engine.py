@@ -15,6 +15,7 @@ from qgis_driver import ROOT, STUBBORN, alive, kill_all, load, patience_s
 load("treedgs_shell", ROOT / "treedgs_qgis" / "__init__.py", ROOT / "treedgs_qgis")
 engine = load("treedgs_shell.engine", ROOT / "treedgs_qgis" / "engine.py")
 environment = load("treedgs_shell.environment", ROOT / "treedgs_qgis" / "environment.py")
+pythons, pipwords = sys.modules["treedgs_shell.pythons"], sys.modules["treedgs_shell.pipwords"]
 
 
 @pytest.fixture(autouse=True)
@@ -284,6 +285,51 @@ def test_building_an_environment_executes_nothing_of_the_current_folder(tmp_path
     for name in ("venv", "pip", "json", "ensurepip"):
         (tmp_path / f"{name}.py").write_text(TRAP)
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(environment.SetupError, match="could not install"):
+    with pytest.raises(environment.SetupError, match="has no ready-made package"):
         environment.build(tmp_path / "env", [["--no-index", "no-such-library"]], "k", sys.executable, say=str)
     assert (tmp_path / "env" / "bin" / "pip").exists() and not list(tmp_path.glob("*.executed"))
+
+
+def test_a_library_without_a_wheel_is_not_called_a_network_problem(tmp_path):
+    """pip, for real, in a folder of wheels that has the library for another Python only; and its words online."""
+    wheels = tmp_path / "wheels"
+    wheels.mkdir()
+    (wheels / "treels_filter-1.1-cp36-cp36m-win_amd64.whl").touch()
+    with pytest.raises(environment.SetupError, match="no wheel of treels-filter for Python 3") as caught:
+        environment.build(tmp_path / "env", [["treels-filter==1.1"]], "k", sys.executable, wheels, say=str)
+    assert "proxy" not in str(caught.value)
+    why = pipwords.why_pip_failed
+    online = (
+        "2026-11-23T04:00:00,000 ERROR: Could not find a version that satisfies the requirement "
+        "cloth-simulation-filter==1.1.7 (from versions: none)\n"
+        "2026-11-23T04:00:00,001 ERROR: No matching distribution found for cloth-simulation-filter==1.1.7\n"
+    )
+    text = why(online, "the locked list", tmp_path, (3, 14))
+    assert text.startswith("cloth-simulation-filter has no ready-made package (wheel) for Python 3.14")
+    offline = "WARNING: Retrying (Retry(total=4)) after connection broken by 'NewConnectionError(...)'\n" + online
+    assert "could not reach the package index" in why(offline, "the locked list", tmp_path, (3, 14))
+    assert "is full" in why("ERROR: Could not install packages due to an OSError: [Errno 28] No space left on device",
+                            "x", tmp_path, (3, 12))  # fmt: skip
+    assert "in use" in why("OSError: [WinError 5] Access is denied: 'numpy.pyd'", "x", tmp_path, (3, 12))
+    assert "hash differs" in why("ERROR: THESE PACKAGES DO NOT MATCH THE HASHES", "x", tmp_path, (3, 12))
+    assert "read the lines above" in why("", "x", tmp_path, None)
+
+
+def test_a_python_is_found_that_the_libraries_know(tmp_path, monkeypatch):
+    """Newer than the wheels is passed over, and named where there is no other."""
+    place = tmp_path / "bin"
+    place.mkdir()
+    for name in ("python3.12", "python3", "python"):
+        (place / name).write_text(f"#!/bin/sh\n# {name}\n")
+        (place / name).chmod(0o755)
+    monkeypatch.setenv("PATH", str(place))
+    monkeypatch.setattr(pythons, "_everywhere", lambda: iter([str(place / n) for n in ("python3", "python3.12")]))
+    ages = {"python3": (3, 15), "python3.12": (3, 12)}
+    assert pythons.find_python("", lambda path: ages.get(Path(path).name)).endswith("python3.12")
+    with pytest.raises(environment.SetupError, match=r"python3 \(3.15\) is newer .*3.10 to 3.14"):
+        pythons.find_python("", lambda path: (3, 15))
+    with pytest.raises(environment.SetupError, match="No Python 3.10 or newer"):
+        pythons.find_python("", lambda path: None)
+    with pytest.raises(environment.SetupError, match="is not a Python 3.10"):
+        pythons.find_python("/old", lambda path: (3, 9))
+    assert pythons.version_of(sys.executable) == sys.version_info[:2] and pythons.version_of(str(place)) is None

@@ -33,9 +33,13 @@ FROZEN = {
     "samplesurface",
     "segmentstems",
     "measuredbh",
+    "review",
     "matchplots",
     "evaluate",
+    "tapesample",
+    "tapecheck",
     "standtable",
+    "compare",
     "benchmark",
     "simulateplot",
     "checkengine",
@@ -242,7 +246,7 @@ for name in ("standtable", "pointcloudtodbh", "photostodbh", "matchplots", "reco
     assert said["standtable"] == "['TREES', 'PLOTS', 'SPECIES', 'PAIRS', 'FIELD', 'BOUNDARY']", done.stderr
     assert said["pointcloudtodbh"].startswith("['INPUT', 'PLOTS', 'DTM', 'CRS'")
     assert said["matchplots"].startswith("['TREES', 'FIELD', 'PLOTS', 'NORTH'")
-    assert kinds["standtable"] == str(dict.fromkeys(("TREES", "PLOTS", "PAIRS", "BOUNDARY"), "vector"))
+    assert kinds["standtable"] == str(dict.fromkeys(("TREES", "PLOTS", "PAIRS", "BOUNDARY", "TAPED"), "vector"))
     assert kinds["photostodbh"] == kinds["reconstruct"] == kinds["pointcloudtodbh"] == "{'DTM': 'raster'}"
 
 

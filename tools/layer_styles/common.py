@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -24,7 +25,7 @@ from qgis.PyQt.QtGui import QColor, QFont
 
 ROOT = Path(__file__).resolve().parents[2]
 
-GREEN, AMBER, RED, GREY = "#2e8b3d", "#f2a10d", "#c62828", "#7a7a7a"
+GREEN, AMBER, RED, GREY, BLUE = "#2e8b3d", "#f2a10d", "#c62828", "#7a7a7a", "#1f4e9c"
 #: True size on the map (1 cm of DBH = 10 / scale mm), never smaller than what can be distinguished on a screen.
 TREE_SIZE = 'max(coalesce("dbh_cm", 0) * 10 / @map_scale, 1.4 + coalesce("dbh_cm", 15) * 0.05)'
 #: Languages of the map tips; the catalogues are the plugin's.
@@ -58,6 +59,27 @@ def said(text: str) -> str:
     """A text of a map tip or label as a QGIS expression, in the language of QGIS: the file itself carries it."""
     words = {language: translations(language).get(text) or text for language in LANGUAGES}
     return in_language({"en": quoted(text), **{language: quoted(word) for language, word in words.items()}})
+
+
+def escaped(expression: str) -> str:
+    """A text, as a QGIS expression, that HTML shows as it is."""
+    return f"replace(replace(replace({expression}, '&', '&amp;'), '<', '&lt;'), '>', '&gt;')"
+
+
+def show_texts_as_text(layer: QgsVectorLayer) -> None:
+    """In the layer's map tip, what text fields hold is shown as text, not as HTML."""
+    names = [field.name() for field in layer.fields() if field.typeName().lower() in ("string", "text")]
+    if names:
+        pattern = re.compile('"(' + "|".join(names) + ')"')
+        layer.setMapTipTemplate(pattern.sub(lambda found: escaped(found[0]), layer.mapTipTemplate()))
+
+
+def file_url(path: str) -> str:
+    """A path, as a QGIS expression, as the address of a file in an attribute of HTML."""
+    url = path
+    for letter in "%#?\"'<>& ":
+        url = f"replace({url}, {quoted(letter)}, '%{ord(letter):02X}')"
+    return f"'file:///' || regexp_replace({url}, '^/+', '')"
 
 
 def memory_layer(fields: dict[str, tuple[str, str]], name: str, geometry: str = "PointZ") -> QgsVectorLayer:

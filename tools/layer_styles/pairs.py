@@ -32,6 +32,8 @@ PAIRS = {
     "dbh_lo_cm": ("double", "DBH, lower end of 90 % interval [cm]"),
     "dbh_hi_cm": ("double", "DBH, upper end of 90 % interval [cm]"),
     "qc_flag": ("string", "Quality"),
+    "meas_cm": ("double", "DBH as measured [cm]"),
+    "rev_flag": ("string", "Decision"),
     "dist_m": ("double", "Distance after co-registration [m]"),
     "margin": ("double", "Log-odds against the next best pairing"),
     "pair_status": ("string", "Pair status"),
@@ -58,6 +60,8 @@ MEASURED_TREES = {
     "y": ("double", "Northing [m]"),
     "dbh_cm": ("double", "Measured DBH [cm]"),
     "qc_flag": ("string", "Quality"),
+    "meas_cm": ("double", "DBH as measured [cm]"),
+    "rev_flag": ("string", "Decision"),
     "paired": ("string", "Paired"),
     "in_plot": ("string", "In the plot's circle"),
 }

@@ -16,11 +16,14 @@ from qgis.core import (
 
 from .common import (
     AMBER,
+    BLUE,
     GREEN,
+    GREY,
     LANGUAGES,
     RED,
     ROOT,
     TREE_SIZE,
+    file_url,
     in_language,
     labels,
     marker,
@@ -59,9 +62,34 @@ TREES = {
     "species": ("string", "Species"),
     "status": ("string", "Live or dead"),
     "note": ("string", "Note"),
+    "rev_flag": ("string", "Decision"),
+    "rev_dbh_cm": ("double", "Taped DBH [cm]"),
+    "rev_note": ("string", "Why"),
+    "rev_by": ("string", "Decided by"),
+    "rev_at": ("string", "Decided at (UTC)"),
 }
+#: Folder of the evidence sheets from the layer on: ``treedgs_geo.inventory.tree_layer.SHEETS_FOLDER``, which is
+#: replaced when a layer is written; and how wide a sheet is shown, pixels.
+SHEETS_FOLDER, SHEET_WIDTH = "folder-of-the-sheets", 760
 #: What a person writes; the rest is measured.
-WRITTEN = ("species", "status", "note")
+WRITTEN = ("rev_flag", "rev_dbh_cm", "rev_note", "rev_by", "rev_at", "species", "status", "note")
+#: decision -> how the form says it; the keys are those of treedgs_geo/inventory/reviewed.py
+DECISIONS = {
+    "accept": "accepted",
+    "reject": "no tree stands here",
+    "dbh": "taped",
+    "merge": "the same tree as another",
+    "stem": "a stem stands here, DBH unknown",
+}
+#: The DBH that counts, as an expression: a person's before the measured one.
+COUNTED = """CASE WHEN "rev_flag" IN ('reject', 'merge', 'stem') THEN NULL ELSE coalesce("rev_dbh_cm", "dbh_cm") END"""
+COUNTED_SIZE = TREE_SIZE.replace('"dbh_cm"', 'coalesce("rev_dbh_cm", "dbh_cm")')
+#: How a tree is drawn: by its quality, or by what a person decided.
+DRAWN_AS = (
+    """CASE WHEN "rev_flag" IN ('reject', 'merge') THEN 'out' WHEN "rev_dbh_cm" IS NOT NULL THEN 'decided' """
+    """WHEN "rev_flag" = 'accept' AND "dbh_cm" IS NOT NULL THEN 'decided' """
+    """WHEN "rev_flag" IN ('accept', 'stem') THEN 'stem' ELSE "qc_flag" END"""
+)
 CIRCLES = {
     "tree_id": ("integer", "Tree"),
     "dbh_cm": ("double", "DBH [cm]"),
@@ -104,6 +132,17 @@ def reason_expression() -> str:
     )
 
 
+def sheet_tip() -> str:
+    """The evidence sheet of the tree, where it lies: ``SHEETS/RUN_ID/TREE_ID.jpg``."""
+    path = (
+        f"file_path(decode_uri(@layer_id, 'path')) || '/' || {quoted(SHEETS_FOLDER)} || '/' || \"run_id\" || '/' || "
+        "\"tree_id\" || '.jpg'"
+    )
+    picture = f"""'<br><img width="{SHEET_WIDTH}" src="' || {file_url("@sheet")} || '">'"""
+    shown = f"CASE WHEN file_exists(@sheet) THEN {picture} ELSE '' END"
+    return f"[% coalesce(with_variable('sheet', {path}, {shown}), '') %]"
+
+
 def trees() -> QgsVectorLayer:
     """Trees: size by DBH, colour by quality, hollow when rejected."""
     layer = memory_layer(TREES, "trees")
@@ -114,16 +153,25 @@ def trees() -> QgsVectorLayer:
             "seen, no DBH",
             marker("2.6", color="255,255,255,0", outline_color=RED, outline_width="0.5"),
         ),
+        "decided": (
+            "accepted or taped by a person",
+            marker(COUNTED_SIZE, color=GREEN, outline_color=BLUE, outline_width="0.7"),
+        ),
+        "stem": (
+            "a person says: a stem without a DBH",
+            marker("2.6", color="255,255,255,0", outline_color=BLUE, outline_width="0.7"),
+        ),
+        "out": ("a person says: no tree of its own", marker("2.6", name="cross2", outline_color=GREY)),
     }
     layer.setRenderer(
         QgsCategorizedSymbolRenderer(
-            "qc_flag", [QgsRendererCategory(value, symbol, text) for value, (text, symbol) in looks.items()]
+            DRAWN_AS, [QgsRendererCategory(value, symbol, text) for value, (text, symbol) in looks.items()]
         )
     )
-    layer.setLabeling(labels("""CASE WHEN "dbh_cm" IS NOT NULL THEN format_number("dbh_cm", 1) END""", "#1b1b1b", 3000))
+    layer.setLabeling(labels(f"format_number({COUNTED}, 1)", "#1b1b1b", 3000))
     layer.setLabelsEnabled(True)
     layer.setDisplayExpression(
-        f"""{said("Tree")} || ' ' || "tree_id" || coalesce(': ' || format_number("dbh_cm", 1) || ' cm', """
+        f"""{said("Tree")} || ' ' || "tree_id" || coalesce(': ' || format_number({COUNTED}, 1) || ' cm', """
         f"""', ' || {said("no DBH")})"""
     )
     layer.setMapTipTemplate(
@@ -139,7 +187,7 @@ def trees() -> QgsVectorLayer:
         """[% CASE WHEN coalesce("qc_reason", '') <> '' THEN '<br><i>' || """
         f"""{reason_expression()} || '</i>' ELSE '' END %]"""
         """[% coalesce('<br>' || "species", '') %][% coalesce('<br>' || "status", '') %]"""
-        """[% coalesce('<br>' || "note", '') %]"""
+        """[% coalesce('<br>' || "note", '') %]""" + sheet_tip()
     )
     quality = {"measured": "ok", "measured, to be checked": "check", "seen, no DBH": "reject"}
     layer.setEditorWidgetSetup(
@@ -153,6 +201,10 @@ def trees() -> QgsVectorLayer:
     )
     layer.setEditorWidgetSetup(
         list(TREES).index("note"), QgsEditorWidgetSetup("TextEdit", {"IsMultiline": True, "UseHtml": False})
+    )
+    decisions = {"not decided": null, **{text: word for word, text in DECISIONS.items()}}
+    layer.setEditorWidgetSetup(
+        list(TREES).index("rev_flag"), QgsEditorWidgetSetup("ValueMap", {"map": [{k: v} for k, v in decisions.items()]})
     )
     write_on_top(layer, list(TREES), "Yours to write", WRITTEN, "Measured")
     return layer

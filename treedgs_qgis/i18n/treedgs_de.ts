@@ -8,6 +8,10 @@
       <translation>Bäume</translation>
     </message>
     <message>
+      <source>Change</source>
+      <translation>Veränderung</translation>
+    </message>
+    <message>
       <source>Camera stations</source>
       <translation>Kamerastandorte</translation>
     </message>
@@ -24,15 +28,21 @@
       <translation>INPUT: {path} ist keine LAS- oder LAZ-Datei; wandeln Sie die Wolke zuerst in LAZ um.</translation>
     </message>
     <message>
+      <source>TREES: the layer '{layer}' is filtered or no file; remove the filter, or give its file.</source>
+      <translation>TREES: Der Layer '{layer}' ist gefiltert oder keine Datei; den Filter entfernen oder seine Datei angeben.</translation>
+    </message>
+    <message>
       <source>&lt;p&gt;&lt;b&gt;Install the libraries that the TreeDGS algorithms need, in an environment of their own.&lt;/b&gt;&lt;/p&gt;
-&lt;p&gt;Makes a Python environment in your data folder (or in TREEDGS_HOME), about 3 GB, and installs the locked list of
-libraries with pip. QGIS and its Python are not touched. It needs Python 3.10 or newer with venv on this computer, and
-the network or a folder of wheels. What was cut short is taken up by running it again.&lt;/p&gt;
+&lt;p&gt;Makes a Python environment in your data folder (or in TREEDGS_HOME), about {size}, and installs the locked list of
+libraries with pip. QGIS and its Python are not touched. Python 3.10 to 3.14 with venv is found on this computer, or
+fetched for the engine alone. It needs the network or a folder of wheels. What was cut short is taken up by running it
+again.&lt;/p&gt;
+&lt;p&gt;Parts that not everybody needs are ticked; run it again to add one. What is there stays, unless you start from
+scratch.&lt;/p&gt;
 &lt;p&gt;On a machine with &lt;code&gt;make&lt;/code&gt;, &lt;code&gt;make setup&lt;/code&gt; does the same for the repository.&lt;/p&gt;</source>
       <translation>&lt;p&gt;&lt;b&gt;Installiert die Bibliotheken, die die TreeDGS-Algorithmen brauchen, in einer eigenen Umgebung.&lt;/b&gt;&lt;/p&gt;
-&lt;p&gt;Legt in Ihrem Datenordner (oder in TREEDGS_HOME) eine Python-Umgebung von etwa 3 GB an und installiert die festgeschriebene
-Liste von Bibliotheken mit pip. QGIS und sein Python bleiben unberührt. Nötig sind Python 3.10 oder neuer mit venv auf diesem
-Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei erneutem Start fortgesetzt.&lt;/p&gt;
+&lt;p&gt;Legt in Ihrem Datenordner (oder in TREEDGS_HOME) eine Python-Umgebung an, etwa {size}, und installiert die festgelegte Liste der Bibliotheken mit pip. QGIS und sein Python bleiben unberührt. Ein Python 3.10 bis 3.14 mit venv wird auf diesem Rechner gefunden oder eigens für den Rechenkern geholt. Nötig ist das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, setzt ein neuer Lauf fort.&lt;/p&gt;
+&lt;p&gt;Teile, die nicht alle brauchen, werden angehakt; ein neuer Lauf fügt einen hinzu. Was da ist, bleibt, außer Sie beginnen von vorn.&lt;/p&gt;
 &lt;p&gt;Auf einem Rechner mit &lt;code&gt;make&lt;/code&gt; tut &lt;code&gt;make setup&lt;/code&gt; dasselbe für das Repository.&lt;/p&gt;</translation>
     </message>
     <message>
@@ -52,8 +62,8 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Python für die Einrichtung</translation>
     </message>
     <message>
-      <source>A Python 3.10 or newer with venv; left empty, the system's is found.</source>
-      <translation>Ein Python 3.10 oder neuer mit venv; leer gelassen wird das des Systems gesucht.</translation>
+      <source>A Python 3.10 to 3.14 with venv; left empty, the system's is found.</source>
+      <translation>Ein Python 3.10 bis 3.14 mit venv; leer gelassen, wird das des Systems gefunden.</translation>
     </message>
     <message>
       <source>Folder of wheels (no network)</source>
@@ -92,6 +102,10 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>PYTHON: {path} gibt es nicht; geben Sie ein Python-Programm an oder lassen Sie es leer.</translation>
     </message>
     <message>
+      <source>Measuring trees from photos and clouds does not need it; it can be added later.</source>
+      <translation>Zum Messen von Bäumen aus Fotos und Punktwolken nicht nötig; kann später hinzugefügt werden.</translation>
+    </message>
+    <message>
       <source>The engine's Python</source>
       <translation>Python des Rechenkerns</translation>
     </message>
@@ -116,8 +130,24 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>die festgeschriebene Liste der Bibliotheken</translation>
     </message>
     <message>
+      <source>Tape check</source>
+      <translation>Bandmaß-Prüfung</translation>
+    </message>
+    <message>
+      <source>Trees to tape</source>
+      <translation>Bäume zum Nachmessen</translation>
+    </message>
+    <message>
       <source>Terrain model</source>
       <translation>Geländemodell</translation>
+    </message>
+    <message>
+      <source>Tree</source>
+      <translation>Baum</translation>
+    </message>
+    <message>
+      <source>growth</source>
+      <translation>Zuwachs</translation>
     </message>
     <message>
       <source>yaw</source>
@@ -184,10 +214,6 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Bäume/ha</translation>
     </message>
     <message>
-      <source>Tree</source>
-      <translation>Baum</translation>
-    </message>
-    <message>
       <source>plot</source>
       <translation>Fläche</translation>
     </message>
@@ -204,20 +230,24 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>zählt als</translation>
     </message>
     <message>
-      <source>No DBH</source>
-      <translation>Kein BHD</translation>
-    </message>
-    <message>
-      <source>at</source>
-      <translation>in</translation>
+      <source>taped</source>
+      <translation>mit dem Band gemessen</translation>
     </message>
     <message>
       <source>drawn at true scale</source>
       <translation>maßstäblich gezeichnet</translation>
     </message>
     <message>
+      <source>at</source>
+      <translation>in</translation>
+    </message>
+    <message>
       <source>points round</source>
       <translation>Punkte rundum</translation>
+    </message>
+    <message>
+      <source>No DBH</source>
+      <translation>Kein BHD</translation>
     </message>
     <message>
       <source>Parameter {name} is unknown to {algorithm}; {hint}</source>
@@ -356,6 +386,10 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Der TreeDGS-Rechenkern braucht Python 3.10 oder neuer: {python} ({source}) ist {version}; {do}.</translation>
     </message>
     <message>
+      <source>This algorithm needs a part of the engine that is not set up ({extras}); run 'Set up the engine' (treedgs:setupengine) once more and tick it ({names}).</source>
+      <translation>Dieser Algorithmus braucht einen Teil des Rechenkerns, der nicht eingerichtet ist ({extras}); führen Sie „Rechenkern einrichten“ (treedgs:setupengine) noch einmal aus und haken Sie ihn an ({names}).</translation>
+    </message>
+    <message>
       <source>The TreeDGS engine is incomplete: {python} ({source}) lacks {names}; {do}.</source>
       <translation>Der TreeDGS-Rechenkern ist unvollständig: {python} ({source}) hat nicht: {names}; {do}.</translation>
     </message>
@@ -370,6 +404,10 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
     <message>
       <source>The engine speaks protocol {found}, this plugin {own}; run 'Set up the engine' (treedgs:setupengine) to update it.</source>
       <translation>Der Rechenkern spricht Protokoll {found}, diese Erweiterung {own}; starten Sie 'Rechenkern einrichten' (treedgs:setupengine), um ihn zu aktualisieren.</translation>
+    </message>
+    <message>
+      <source>{target}: has {count} characters; the libraries' own paths would be longer than Windows allows, expected at most {most}: set TREEDGS_HOME to a short folder like C:\treedgs.</source>
+      <translation>{target}: hat {count} Zeichen; die Pfade der Bibliotheken würden länger, als Windows erlaubt, erwartet sind höchstens {most}: Setzen Sie TREEDGS_HOME auf einen kurzen Ordner wie C:\treedgs.</translation>
     </message>
     <message>
       <source>it touched memory it does not own</source>
@@ -406,6 +444,18 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
     <message>
       <source>The engine crashed: {why} (log: {log}).</source>
       <translation>Der Rechenkern stürzte ab: {why} (Protokoll: {log}).</translation>
+    </message>
+    <message>
+      <source>Stand tables as Excel and PDF ({size})</source>
+      <translation>Bestandestabellen als Excel und PDF ({size})</translation>
+    </message>
+    <message>
+      <source>Many plots at once, also on a cluster ({size})</source>
+      <translation>Viele Plots auf einmal, auch auf einem Rechencluster ({size})</translation>
+    </message>
+    <message>
+      <source>Simulated plots, dense points as PLY ({size})</source>
+      <translation>Simulierte Plots, dichte Punkte als PLY ({size})</translation>
     </message>
     <message>
       <source>no NVIDIA card was found</source>
@@ -536,6 +586,14 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Schreiben verorteter Kopien der Fotos</translation>
     </message>
     <message>
+      <source>Drawing trees</source>
+      <translation>Bäume werden gezogen</translation>
+    </message>
+    <message>
+      <source>Comparing with the tapes</source>
+      <translation>Vergleich mit dem Bandmaß</translation>
+    </message>
+    <message>
       <source>Growing the stand</source>
       <translation>Der Bestand wächst</translation>
     </message>
@@ -590,6 +648,10 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
     <message>
       <source>Pairing field and measured trees</source>
       <translation>Paarung von Feld- und gemessenen Bäumen</translation>
+    </message>
+    <message>
+      <source>A picture of the evidence for each tree</source>
+      <translation>Ein Bild der Belege zu jedem Baum</translation>
     </message>
     <message>
       <source>Writing layer and report</source>
@@ -656,6 +718,18 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Fertige Modelle</translation>
     </message>
     <message>
+      <source>No Python that will do was found, and none that could fetch one; install Python 3.12 (python.org) and run this again.</source>
+      <translation>Es wurde kein geeignetes Python gefunden und keines, das eines holen könnte; installieren Sie Python 3.12 (python.org) und starten Sie noch einmal.</translation>
+    </message>
+    <message>
+      <source>{what} could not be fetched; read the lines above, and check the network (behind a proxy set HTTPS_PROXY), or install Python 3.12 (python.org) and run this again.</source>
+      <translation>{what} konnte nicht geholt werden; lesen Sie die Zeilen darüber und prüfen Sie das Netz (hinter einem Proxy setzen Sie HTTPS_PROXY), oder installieren Sie Python 3.12 (python.org) und starten Sie noch einmal.</translation>
+    </message>
+    <message>
+      <source>No suitable Python is installed; getting Python {version} for the engine alone.</source>
+      <translation>Kein geeignetes Python ist installiert; Python {version} wird eigens für den Rechenkern geholt.</translation>
+    </message>
+    <message>
       <source>{low} to {high}</source>
       <translation>{low} bis {high}</translation>
     </message>
@@ -666,6 +740,46 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
     <message>
       <source>at most {high}</source>
       <translation>höchstens {high}</translation>
+    </message>
+    <message>
+      <source>A library that pip received is not the one that was tested (its hash differs); a proxy or a mirror may have changed it: try another network, or give a folder of wheels.</source>
+      <translation>Eine Bibliothek, die pip erhielt, ist nicht die geprüfte (ihr Hash weicht ab); ein Proxy oder Spiegelserver hat sie vielleicht verändert: Versuchen Sie es über ein anderes Netz oder geben Sie einen Ordner mit Wheels an.</translation>
+    </message>
+    <message>
+      <source>pip could not install {packages} into {target}; read the lines above: without network give a folder of wheels, behind a proxy set HTTPS_PROXY, then run this again.</source>
+      <translation>pip konnte {packages} nicht in {target} installieren; lesen Sie die Zeilen darüber: ohne Netz geben Sie einen Ordner mit Wheels an, hinter einem Proxy setzen Sie HTTPS_PROXY, dann noch einmal ausführen.</translation>
+    </message>
+    <message>
+      <source>The disk with {target} is full; make room or set TREEDGS_HOME to a larger disk.</source>
+      <translation>Der Datenträger mit {target} ist voll; schaffen Sie Platz oder setzen Sie TREEDGS_HOME auf einen größeren.</translation>
+    </message>
+    <message>
+      <source>{target}: a file is in use; close QGIS and other programs that run the engine, and run this again.</source>
+      <translation>{target}: Eine Datei ist in Gebrauch; schließen Sie QGIS und andere Programme, die den Rechenkern ausführen, und starten Sie noch einmal.</translation>
+    </message>
+    <message>
+      <source>{wheels}: has no wheel of {name} for Python {python} on this system; make the folder with this Python's version on the same system, or choose another Python (PYTHON).</source>
+      <translation>{wheels}: enthält kein Wheel von {name} für Python {python} auf diesem System; füllen Sie den Ordner mit derselben Python-Version auf dem gleichen System, oder wählen Sie ein anderes Python (PYTHON).</translation>
+    </message>
+    <message>
+      <source>{name} has no ready-made package (wheel) for Python {python} on this system; install Python 3.12 and name it (PYTHON), and run this again. The network works.</source>
+      <translation>{name} hat kein fertiges Paket (Wheel) für Python {python} auf diesem System; installieren Sie Python 3.12, geben Sie es an (PYTHON) und starten Sie noch einmal. Das Netz funktioniert.</translation>
+    </message>
+    <message>
+      <source>pip could not reach the package index to install {packages}; without network give a folder of wheels, behind a proxy set HTTPS_PROXY, then run this again.</source>
+      <translation>pip konnte den Paketindex nicht erreichen, um {packages} zu installieren; ohne Netz geben Sie einen Ordner mit Wheels an, hinter einem Proxy setzen Sie HTTPS_PROXY, dann noch einmal ausführen.</translation>
+    </message>
+    <message>
+      <source>No Python 3.10 or newer with venv was found; install one (Debian and Ubuntu: apt install python3-venv; Windows and macOS: python.org, version 3.12) and run this again.</source>
+      <translation>Es wurde kein Python 3.10 oder neuer mit venv gefunden; installieren Sie eines (Debian und Ubuntu: apt install python3-venv; Windows und macOS: python.org, Version 3.12) und starten Sie noch einmal.</translation>
+    </message>
+    <message>
+      <source>{path} is newer than the engine's libraries, which exist for Python 3.10 to 3.14; install one of these beside it and run this again.</source>
+      <translation>{path} ist neuer als die Bibliotheken des Rechenkerns, die es für Python 3.10 bis 3.14 gibt; installieren Sie eines davon daneben und starten Sie noch einmal.</translation>
+    </message>
+    <message>
+      <source>{path}: is not a Python 3.10 or newer with venv and ensurepip; install one or name another.</source>
+      <translation>{path}: ist kein Python 3.10 oder neuer mit venv und ensurepip; installieren Sie eines oder geben Sie ein anderes an.</translation>
     </message>
     <message>
       <source>Measure DBH from drone photos</source>
@@ -760,12 +874,20 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Brusthöhe über dem Boden.</translation>
     </message>
     <message>
+      <source>Sheets</source>
+      <translation>Belegblätter</translation>
+    </message>
+    <message>
+      <source>Evidence sheets, one small picture a tree: of all trees, of those to check and not measured, or none; auto = as the preset: those to check with fast, all otherwise.</source>
+      <translation>Belegblätter, ein kleines Bild je Baum: von allen Bäumen, von denen, die zu prüfen oder nicht gemessen sind, oder keine; auto = wie die Voreinstellung: mit fast die zu prüfenden, sonst alle.</translation>
+    </message>
+    <message>
       <source>Stem network</source>
       <translation>Stammnetz</translation>
     </message>
     <message>
-      <source>Experiment: ask a small network, trained on simulated photos, which pixels show stems. Dense stands: more stems; it does not see through ivy.</source>
-      <translation>Versuch: ein kleines, an simulierten Fotos trainiertes Netz fragen, welche Pixel Stämme zeigen. Dichte Bestände: mehr Stämme; durch Efeu sieht es nicht.</translation>
+      <source>What a small network, trained on simulated photos, is asked: ivy = which measured stems are under ivy; full = also which pixels show stems; auto = full where too many stems are not certain without it, as in dense stands; off = nothing.</source>
+      <translation>Was ein kleines, mit simulierten Fotos trainiertes Netz gefragt wird: ivy = welche gemessenen Stämme unter Efeu stehen; full = auch, welche Pixel Stämme zeigen; auto = full, wo ohne es zu viele Stämme unsicher sind, wie in dichten Beständen; off = nichts.</translation>
     </message>
     <message>
       <source>Seed</source>
@@ -966,6 +1088,10 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
     <message>
       <source>Only check the cloud, its CRS, density and DTM, memory and disk, and estimate the time; writes nothing</source>
       <translation>Nur Wolke, KBS, Dichte und Geländemodell, Speicher und Platte prüfen und die Zeit schätzen; schreibt nichts</translation>
+    </message>
+    <message>
+      <source>Evidence sheets, one small picture a tree: of all trees, of those to check and not measured, or none; auto = those to check and not measured.</source>
+      <translation>Belegblätter, ein kleines Bild je Baum: von allen Bäumen, von denen, die zu prüfen oder nicht gemessen sind, oder keine; auto = die zu prüfenden und nicht gemessenen.</translation>
     </message>
     <message>
       <source>Stems output</source>
@@ -1780,12 +1906,68 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Dimension der Wolke, die die Baumkennungen enthält</translation>
     </message>
     <message>
-      <source>Pair field and measured trees</source>
-      <translation>Feld- und gemessene Bäume paaren</translation>
+      <source>Review trees</source>
+      <translation>Bäume prüfen</translation>
     </message>
     <message>
       <source>Inventory</source>
       <translation>Inventur</translation>
+    </message>
+    <message>
+      <source>Write a person's decisions on trees into the tree layer, beside the measured values.</source>
+      <translation>Entscheidungen eines Menschen über Bäume in den Baumlayer schreiben, neben die gemessenen Werte.</translation>
+    </message>
+    <message>
+      <source>Decisions: accept (tree and DBH count as measured), reject (no tree stands here), dbh (the taped diameter counts), merge (the same tree as same_as, which counts), stem (a stem stands here, its DBH is not known; without tree_id: at x, y of the layer's CRS), undo. They go into the columns rev_flag, rev_dbh_cm, rev_note, rev_by and rev_at; what was measured stays as it is. All decisions of a table are written or none. Pairing, evaluation and stand table use them and say how many; measuring again into the same layer keeps them. In QGIS the panel Review trees does the same by mouse.</source>
+      <translation>Entscheidungen: accept (Baum und BHD gelten wie gemessen), reject (hier steht kein Baum), dbh (der mit dem Band gemessene Durchmesser gilt), merge (derselbe Baum wie same_as, der gilt), stem (hier steht ein Stamm, sein BHD ist nicht bekannt; ohne tree_id: bei x, y im KBS des Layers), undo. Sie kommen in die Spalten rev_flag, rev_dbh_cm, rev_note, rev_by und rev_at; was gemessen wurde, bleibt, wie es ist. Es werden alle Entscheidungen einer Tabelle geschrieben oder keine. Paarung, Bewertung und Bestandestabelle verwenden sie und sagen, wie viele; ein neuer Messlauf in denselben Layer behält sie. In QGIS tut das Bedienfeld Bäume prüfen dasselbe mit der Maus.</translation>
+    </message>
+    <message>
+      <source>tree layer that the decisions are written into, in columns of their own</source>
+      <translation>Baumlayer, in den die Entscheidungen geschrieben werden, in eigene Spalten</translation>
+    </message>
+    <message>
+      <source>Decisions</source>
+      <translation>Entscheidungen</translation>
+    </message>
+    <message>
+      <source>CSV with tree_id, decision (accept, reject, dbh, merge, stem or undo) and, where needed, dbh_cm, same_as, x, y, note, by, at</source>
+      <translation>CSV mit tree_id, decision (accept, reject, dbh, merge, stem oder undo) und, wo nötig, dbh_cm, same_as, x, y, note, by, at</translation>
+    </message>
+    <message>
+      <source>By</source>
+      <translation>Von</translation>
+    </message>
+    <message>
+      <source>who decided, where the table does not say (the user's name)</source>
+      <translation>wer entschieden hat, wo die Tabelle es nicht sagt (der Name des Benutzers)</translation>
+    </message>
+    <message>
+      <source>DBH unit</source>
+      <translation>Einheit des BHD</translation>
+    </message>
+    <message>
+      <source>unit of the DBH column (auto: from a name like dbh_cm)</source>
+      <translation>Einheit der BHD-Spalte (auto: nach einem Namen wie dbh_cm)</translation>
+    </message>
+    <message>
+      <source>decisions written</source>
+      <translation>geschriebene Entscheidungen</translation>
+    </message>
+    <message>
+      <source>stems added</source>
+      <translation>hinzugefügte Stämme</translation>
+    </message>
+    <message>
+      <source>trees that a person decided on, in all</source>
+      <translation>Bäume, über die ein Mensch entschieden hat, insgesamt</translation>
+    </message>
+    <message>
+      <source>trees to check, or without a DBH, that nobody decided on yet</source>
+      <translation>Bäume zum Prüfen oder ohne BHD, über die noch niemand entschieden hat</translation>
+    </message>
+    <message>
+      <source>Pair field and measured trees</source>
+      <translation>Feld- und gemessene Bäume paaren</translation>
     </message>
     <message>
       <source>Pair field trees with measured trees by position, as an editable layer.</source>
@@ -1864,14 +2046,6 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Einheit der Richtungswinkel: Grad, Gon (400 im Kreis) oder Mil (6400); auto: nach einem Namen wie azimuth_gon, sonst Grad</translation>
     </message>
     <message>
-      <source>DBH unit</source>
-      <translation>Einheit des BHD</translation>
-    </message>
-    <message>
-      <source>unit of the DBH column (auto: from a name like dbh_cm)</source>
-      <translation>Einheit der BHD-Spalte (auto: nach einem Namen wie dbh_cm)</translation>
-    </message>
-    <message>
       <source>Distance unit</source>
       <translation>Einheit der Entfernung</translation>
     </message>
@@ -1926,6 +2100,10 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
     <message>
       <source>pairs made or confirmed</source>
       <translation>gebildete oder bestätigte Paare</translation>
+    </message>
+    <message>
+      <source>measured trees that a person decided on</source>
+      <translation>gemessene Bäume, über die ein Mensch entschieden hat</translation>
     </message>
     <message>
       <source>suggestions left to a hand check</source>
@@ -2076,6 +2254,170 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Anteil im angegebenen 90-%-Intervall, 0 bis 1</translation>
     </message>
     <message>
+      <source>Choose trees to tape</source>
+      <translation>Bäume zum Nachmessen wählen</translation>
+    </message>
+    <message>
+      <source>Draws the trees to tape with known chances, with a map and form to print and waypoints for the phone.</source>
+      <translation>Zieht die nachzumessenden Bäume mit bekannten Wahrscheinlichkeiten; mit Karte und Formular zum Drucken und Wegpunkten fürs Telefon.</translation>
+    </message>
+    <message>
+      <source>Draws trees of a tree layer so that the tapes can correct its totals (tape-check, stand-table --taped): stratified by flag and DBH class (simple random in each), or with probability proportional to basal area by Brewer's method. Stems without a DBH can be drawn too; dead trees are not. Writes tapes.gpkg and tapes.csv to fill in (taped_cm, or girth_cm; state none, dead or not reached; a row without tree_id is a tree that the map lacks), tapes.gpx for the phone, and tape_form.pdf and tape_form.html to print: per plot a map, the trees in the order of a walk, and room for trees that the map lacks. The form shows the measured DBH rounded to 5 cm, so that nobody reads the tape towards it. A folder whose table is filled in already is not written over.</source>
+      <translation>Zieht Bäume einer Baumebene so, dass das Bandmaß ihre Summen berichtigen kann (tape-check, stand-table --taped): geschichtet nach Kennzeichen und BHD-Klasse (in jeder einfach zufällig) oder mit Wahrscheinlichkeit proportional zur Grundfläche nach Brewer. Auch Stämme ohne BHD können gezogen werden, tote Bäume nicht. Schreibt tapes.gpkg und tapes.csv zum Ausfüllen (taped_cm oder girth_cm; state none, dead oder not reached; eine Zeile ohne tree_id ist ein Baum, der auf der Karte fehlt), tapes.gpx fürs Telefon sowie tape_form.pdf und tape_form.html zum Drucken: je Fläche eine Karte, die Bäume in der Reihenfolge des Rundgangs und Platz für Bäume, die auf der Karte fehlen. Das Formular zeigt den gemessenen BHD auf 5 cm gerundet, damit niemand das Band darauf hin abliest. Ein Ordner mit ausgefüllter Tabelle wird nicht überschrieben.</translation>
+    </message>
+    <message>
+      <source>measured trees: the tree layer</source>
+      <translation>gemessene Bäume: der Baumlayer</translation>
+    </message>
+    <message>
+      <source>plots, as for stand-table: only trees in them are drawn, and the form gives bearing and distance from the plot's centre; without: the trees that have a plot_id, or all</source>
+      <translation>Flächen wie für stand-table: nur Bäume darin werden gezogen, und das Formular nennt Richtung und Entfernung vom Mittelpunkt; ohne: die Bäume mit plot_id, sonst alle</translation>
+    </message>
+    <message>
+      <source>N</source>
+      <translation>n</translation>
+    </message>
+    <message>
+      <source>trees to tape</source>
+      <translation>nachzumessende Bäume</translation>
+    </message>
+    <message>
+      <source>Design</source>
+      <translation>Verfahren</translation>
+    </message>
+    <message>
+      <source>how trees are drawn: stratified by flag and DBH, or with probability proportional to basal area (within flags)</source>
+      <translation>wie gezogen wird: geschichtet nach Kennzeichen und BHD, oder mit Wahrscheinlichkeit proportional zur Grundfläche (innerhalb der Kennzeichen)</translation>
+    </message>
+    <message>
+      <source>folder for the tape table, the form and the phone's waypoints</source>
+      <translation>Ordner für die Tabelle, das Formular und die Wegpunkte fürs Telefon</translation>
+    </message>
+    <message>
+      <source>another number draws other trees; the same draws the same again</source>
+      <translation>eine andere Zahl zieht andere Bäume, dieselbe wieder dieselben</translation>
+    </message>
+    <message>
+      <source>north that the form's bearings refer to (magnetic needs --field-date, or the declination)</source>
+      <translation>Nordrichtung, auf die sich die Richtungen im Formular beziehen (magnetic braucht --field-date oder die Missweisung)</translation>
+    </message>
+    <message>
+      <source>magnetic declination at the plots; default: from the World Magnetic Model by --field-date</source>
+      <translation>Missweisung an den Flächen; sonst: aus dem World Magnetic Model nach --field-date</translation>
+    </message>
+    <message>
+      <source>day of the field work, year-month-day, for magnetic bearings</source>
+      <translation>Tag der Feldarbeit, Jahr-Monat-Tag, für magnetische Richtungen</translation>
+    </message>
+    <message>
+      <source>CRS of trees in a CSV, or of a layer without one</source>
+      <translation>KBS der Bäume in einer CSV oder eines Layers ohne KBS</translation>
+    </message>
+    <message>
+      <source>the drawn trees, to fill in</source>
+      <translation>die gezogenen Bäume, zum Ausfüllen</translation>
+    </message>
+    <message>
+      <source>the same as CSV</source>
+      <translation>dasselbe als CSV</translation>
+    </message>
+    <message>
+      <source>the form to print (PDF)</source>
+      <translation>das Formular zum Drucken (PDF)</translation>
+    </message>
+    <message>
+      <source>the form as a page</source>
+      <translation>das Formular als Seite</translation>
+    </message>
+    <message>
+      <source>waypoints</source>
+      <translation>Wegpunkte</translation>
+    </message>
+    <message>
+      <source>trees drawn</source>
+      <translation>gezogene Bäume</translation>
+    </message>
+    <message>
+      <source>trees they were drawn from</source>
+      <translation>Bäume, aus denen gezogen wurde</translation>
+    </message>
+    <message>
+      <source>Check diameters against tapes</source>
+      <translation>Durchmesser mit dem Bandmaß prüfen</translation>
+    </message>
+    <message>
+      <source>What taped trees say of the measured ones: bias, intervals, flags, outliers, corrected totals.</source>
+      <translation>Was nachgemessene Bäume über die gemessenen sagen: Verzerrung, Intervalle, Kennzeichen, Ausreißer, berichtigte Summen.</translation>
+    </message>
+    <message>
+      <source>Reads the filled-in table of tape-sample. Bias (measured minus taped) and RMSE of all trees of the layer, with intervals that follow from the draw; whether the layer's 90 % intervals hold; whether trees marked ok are better than those marked check; outliers by name (and whether two numbers were exchanged); number and basal area of the trees corrected by the difference and the ratio estimator of double sampling, with standard errors and how many more tapes would halve them. Units that the values contradict (inches, girths) are refused. Writes tape_check.html, .pdf, .csv, .gpkg and .json. stand-table --taped takes the same table.</source>
+      <translation>Liest die ausgefüllte Tabelle von tape-sample. Verzerrung (gemessen minus Bandmaß) und RMSE aller Bäume der Ebene, mit Intervallen, die aus der Ziehung folgen; ob die 90-%-Intervalle der Ebene halten; ob Bäume mit ok besser sind als solche mit check; Ausreißer mit Nummer (und ob zwei Nummern vertauscht wurden); Zahl und Grundfläche der Bäume, berichtigt mit Differenz- und Verhältnisschätzer der zweiphasigen Stichprobe, mit Standardfehlern und wie viele Bäume mehr sie halbieren würden. Einheiten, denen die Werte widersprechen (Zoll, Umfänge), werden abgelehnt. Schreibt tape_check.html, .pdf, .csv, .gpkg und .json. stand-table --taped nimmt dieselbe Tabelle.</translation>
+    </message>
+    <message>
+      <source>the tree layer that the taped trees were drawn from</source>
+      <translation>die Baumebene, aus der die Bäume gezogen wurden</translation>
+    </message>
+    <message>
+      <source>Taped</source>
+      <translation>Nachgemessen</translation>
+    </message>
+    <message>
+      <source>the tape table of tape-sample, filled in: tapes.gpkg or tapes.csv</source>
+      <translation>die ausgefüllte Tabelle von tape-sample: tapes.gpkg oder tapes.csv</translation>
+    </message>
+    <message>
+      <source>the plots that were given to tape-sample</source>
+      <translation>die Flächen, die tape-sample bekam</translation>
+    </message>
+    <message>
+      <source>folder for the page and the tables</source>
+      <translation>Ordner für Seite und Tabellen</translation>
+    </message>
+    <message>
+      <source>Confidence [%]</source>
+      <translation>Vertrauen [%]</translation>
+    </message>
+    <message>
+      <source>confidence of the intervals</source>
+      <translation>Vertrauensniveau der Intervalle</translation>
+    </message>
+    <message>
+      <source>the same as PDF</source>
+      <translation>dasselbe als PDF</translation>
+    </message>
+    <message>
+      <source>the taped trees with their errors</source>
+      <translation>die nachgemessenen Bäume mit ihren Fehlern</translation>
+    </message>
+    <message>
+      <source>trees both measured and taped</source>
+      <translation>Bäume mit Messung und Bandmaß</translation>
+    </message>
+    <message>
+      <source>mean error, measured minus taped, cm</source>
+      <translation>mittlerer Fehler, gemessen minus Bandmaß, cm</translation>
+    </message>
+    <message>
+      <source>its interval from, cm</source>
+      <translation>sein Intervall von, cm</translation>
+    </message>
+    <message>
+      <source>its interval to, cm</source>
+      <translation>sein Intervall bis, cm</translation>
+    </message>
+    <message>
+      <source>trees with an interval</source>
+      <translation>Bäume mit Intervall</translation>
+    </message>
+    <message>
+      <source>of these, with the tape inside</source>
+      <translation>davon mit dem Bandmaß darin</translation>
+    </message>
+    <message>
+      <source>trees to look at again</source>
+      <translation>Bäume, die man noch einmal ansehen sollte</translation>
+    </message>
+    <message>
       <source>Stand table and report</source>
       <translation>Bestandestabelle und Bericht</translation>
     </message>
@@ -2084,12 +2426,8 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Bestandes- und Vorratstabellen je Hektar mit ihren Fehlern und ein Bericht für den Auftraggeber.</translation>
     </message>
     <message>
-      <source>Expands the trees of fixed-area plots (round, rectangular or any polygon) to the hectare: trees, basal area, quadratic mean diameter, Lorey's and dominant height, volume and biomass by species and DBH class, plot means with standard errors and t intervals. Basal area and volume are freed of what the DBHs' own errors add to them, and the amount is shown. Stems without a DBH are counted and either imputed or left out; both are reported. Plots over the stand's edge are flagged and weighted. Volume and biomass come from a table of equations with source and range (loblolly and other pines first); give your own with --equations. From one plot no error for the stand can be given, and none is. Writes report.html, report.pdf, stand_table.xlsx, CSV files, stand.gpkg, shapefiles and FVS_Data.db (US units, for the Forest Vegetation Simulator), all with the same numbers. Result figures are metric.</source>
-      <translation>Rechnet die Bäume fester Probeflächen (rund, rechteckig oder beliebige Vielecke) auf den Hektar hoch: Stammzahl, Grundfläche, Durchmesser des Grundflächenmittelstamms, Lorey'sche und Oberhöhe, Volumen und Biomasse nach Baumart und BHD-Klasse, Flächenmittel mit Standardfehlern und t-Intervallen. Grundfläche und Volumen werden von dem befreit, was die Fehler der BHD selbst hinzufügen, und der Betrag wird gezeigt. Stämme ohne BHD werden gezählt und entweder ergänzt oder ausgelassen; beides wird berichtet. Flächen über den Bestandesrand hinaus werden gekennzeichnet und gewichtet. Volumen und Biomasse kommen aus einer Tabelle von Gleichungen mit Quelle und Gültigkeitsbereich (Weihrauchkiefer und andere Kiefern zuerst); geben Sie eigene mit --equations an. Aus einer einzigen Probefläche lässt sich kein Fehler für den Bestand angeben, und es wird keiner angegeben. Schreibt report.html, report.pdf, stand_table.xlsx, CSV-Dateien, stand.gpkg, Shapefiles und FVS_Data.db (US-Einheiten, für den Forest Vegetation Simulator), alle mit denselben Zahlen. Die Ergebniswerte sind metrisch.</translation>
-    </message>
-    <message>
-      <source>measured trees: the tree layer</source>
-      <translation>gemessene Bäume: der Baumlayer</translation>
+      <source>Expands the trees of fixed-area plots (round, rectangular or any polygon) to the hectare: trees, basal area, quadratic mean diameter, Lorey's and dominant height, volume and biomass by species and DBH class, plot means with standard errors and t intervals. Basal area and volume are freed of what the DBHs' own errors add to them, and the amount is shown. Stems without a DBH are counted and either imputed or left out; both are reported. With --taped (tape-sample) trees, basal area, volume and biomass are corrected by taped trees, and the interval is that of the tapes and the plots. Plots over the stand's edge are flagged and weighted. Volume and biomass come from a table of equations with source and range (loblolly and other pines first); give your own with --equations. From one plot no error for the stand can be given, and none is. Writes report.html, report.pdf, stand_table.xlsx, CSV files, stand.gpkg, shapefiles and FVS_Data.db (US units, for the Forest Vegetation Simulator), all with the same numbers. Result figures are metric.</source>
+      <translation>Rechnet die Bäume fester Probeflächen (rund, rechteckig oder beliebige Vielecke) auf den Hektar hoch: Stammzahl, Grundfläche, Durchmesser des Grundflächenmittelstamms, Lorey'sche und Oberhöhe, Volumen und Biomasse nach Baumart und BHD-Klasse, Flächenmittel mit Standardfehlern und t-Intervallen. Grundfläche und Volumen werden von dem befreit, was die Fehler der BHD selbst hinzufügen, und der Betrag wird gezeigt. Stämme ohne BHD werden gezählt und entweder ergänzt oder ausgelassen; beides wird berichtet. Mit --taped (tape-sample) werden Stammzahl, Grundfläche, Volumen und Biomasse durch nachgemessene Bäume berichtigt, und das Intervall ist das der Nachmessung und der Flächen. Flächen über den Bestandesrand hinaus werden gekennzeichnet und gewichtet. Volumen und Biomasse kommen aus einer Tabelle von Gleichungen mit Quelle und Gültigkeitsbereich (Weihrauchkiefer und andere Kiefern zuerst); geben Sie eigene mit --equations an. Aus einer einzigen Probefläche lässt sich kein Fehler für den Bestand angeben, und es wird keiner angegeben. Schreibt report.html, report.pdf, stand_table.xlsx, CSV-Dateien, stand.gpkg, Shapefiles und FVS_Data.db (US-Einheiten, für den Forest Vegetation Simulator), alle mit denselben Zahlen. Die Ergebniswerte sind metrisch.</translation>
     </message>
     <message>
       <source>plots: centre and radius_m (or width_m, length_m), or a polygon layer; without: the whole boundary is one census</source>
@@ -2118,6 +2456,10 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
     <message>
       <source>the stand's outline: finds plots that reach over its edge</source>
       <translation>der Umriss des Bestands: findet Probeflächen, die über seinen Rand reichen</translation>
+    </message>
+    <message>
+      <source>the tape table of tape-sample, filled in: corrects trees, basal area, volume and biomass</source>
+      <translation>die ausgefüllte Tabelle von tape-sample: berichtigt Bäume, Grundfläche, Volumen und Biomasse</translation>
     </message>
     <message>
       <source>Units</source>
@@ -2176,8 +2518,12 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Name des Bestands, in jeder Datei</translation>
     </message>
     <message>
-      <source>CRS of trees in a CSV, or of a layer without one</source>
-      <translation>KBS der Bäume in einer CSV oder eines Layers ohne KBS</translation>
+      <source>Taped estimator</source>
+      <translation>Schätzer fürs Bandmaß</translation>
+    </message>
+    <message>
+      <source>how the tapes correct: by the mean difference (unbiased for any number of tapes) or by the ratio</source>
+      <translation>wie das Bandmaß berichtigt: um die mittlere Differenz (unverzerrt bei jeder Zahl von Bäumen) oder im Verhältnis</translation>
     </message>
     <message>
       <source>Height unit</source>
@@ -2252,14 +2598,6 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Standardfehler einer Abweichung, die alle BHD teilen (nicht angegeben: 0.2 für gemessene Bäume, 0 für eine Feldaufnahme)</translation>
     </message>
     <message>
-      <source>Confidence [%]</source>
-      <translation>Vertrauen [%]</translation>
-    </message>
-    <message>
-      <source>confidence of the intervals</source>
-      <translation>Vertrauensniveau der Intervalle</translation>
-    </message>
-    <message>
       <source>breast height of the height curve, for a field tally (a tree layer says its own)</source>
       <translation>Brusthöhe der Höhenkurve, für eine Feldaufnahme (ein Baumlayer nennt seine eigene)</translation>
     </message>
@@ -2280,10 +2618,6 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Jahr der Inventur, für FVS</translation>
     </message>
     <message>
-      <source>the same as PDF</source>
-      <translation>dasselbe als PDF</translation>
-    </message>
-    <message>
       <source>plots and trees as map layers</source>
       <translation>Probeflächen und Bäume als Kartenlayer</translation>
     </message>
@@ -2294,6 +2628,10 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
     <message>
       <source>stems seen without a DBH</source>
       <translation>gesehene Stämme ohne BHD</translation>
+    </message>
+    <message>
+      <source>trees that a person decided on</source>
+      <translation>Bäume, über die ein Mensch entschieden hat</translation>
     </message>
     <message>
       <source>trees per hectare</source>
@@ -2326,6 +2664,126 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
     <message>
       <source>above-ground biomass, t/ha</source>
       <translation>oberirdische Biomasse, t/ha</translation>
+    </message>
+    <message>
+      <source>Compare two dates</source>
+      <translation>Zwei Zeitpunkte vergleichen</translation>
+    </message>
+    <message>
+      <source>Growth, ingrowth and mortality between two tree layers of the same ground, per tree and per hectare.</source>
+      <translation>Zuwachs, Einwuchs und Abgang zwischen zwei Baumebenen desselben Geländes, je Baum und je Hektar.</translation>
+    </message>
+    <message>
+      <source>Pairs the trees of both dates by position, plot by plot, as match-plots pairs field plots (the maps may be shifted and turned against each other; a plot whose placing is not sure is left out and named). Per tree: growth of DBH with its interval. Per hectare (with plots): growth of survivors, ingrowth, mortality and net change of basal area and of the number of trees, with errors from the spread of the plots and from what all trees of a date share (bias of the camera, scale of the block), which does not average out. A new tree that is too thick to be new was missed at the first date; the share of such trees says how many of those that are not found again are dead. Reviewed trees count as reviewed. Writes change.gpkg, change.csv, change.html, change.pdf and change.json.</source>
+      <translation>Ordnet die Bäume beider Zeitpunkte nach der Lage einander zu, Fläche für Fläche, wie match-plots es mit Feldflächen tut (die Karten können gegeneinander verschoben und gedreht sein; eine Fläche mit unsicherer Lage wird ausgelassen und genannt). Je Baum: BHD-Zuwachs mit Intervall. Je Hektar (mit Flächen): Zuwachs der Überlebenden, Einwuchs, Abgang und Nettoveränderung von Grundfläche und Stammzahl, mit Fehlern aus der Streuung der Flächen und aus dem, was alle Bäume eines Zeitpunkts teilen (Verzerrung der Kamera, Maßstab des Blocks) und was sich nicht herausmittelt. Ein neuer Baum, der zu dick ist, um neu zu sein, wurde am ersten Zeitpunkt übersehen; der Anteil solcher Bäume sagt, wie viele der nicht wiedergefundenen tot sind. Geprüfte Bäume zählen, wie sie geprüft wurden. Schreibt change.gpkg, change.csv, change.html, change.pdf und change.json.</translation>
+    </message>
+    <message>
+      <source>Before</source>
+      <translation>Vorher</translation>
+    </message>
+    <message>
+      <source>tree layer of the first date</source>
+      <translation>Baumebene des ersten Zeitpunkts</translation>
+    </message>
+    <message>
+      <source>After</source>
+      <translation>Nachher</translation>
+    </message>
+    <message>
+      <source>tree layer of the second date</source>
+      <translation>Baumebene des zweiten Zeitpunkts</translation>
+    </message>
+    <message>
+      <source>Years</source>
+      <translation>Jahre</translation>
+    </message>
+    <message>
+      <source>years (seasons of growth) between the dates</source>
+      <translation>Jahre (Vegetationszeiten) zwischen den Zeitpunkten</translation>
+    </message>
+    <message>
+      <source>plots, as for stand-table; without: all trees together, and nothing per hectare</source>
+      <translation>Flächen wie für stand-table; ohne: alle Bäume zusammen und nichts je Hektar</translation>
+    </message>
+    <message>
+      <source>folder for the page, the layer and the tables</source>
+      <translation>Ordner für Seite, Ebene und Tabellen</translation>
+    </message>
+    <message>
+      <source>Max yearly growth [cm]</source>
+      <translation>Größter Jahreszuwachs [cm]</translation>
+    </message>
+    <message>
+      <source>what no tree grows more in a year: a new one that is thicker than this allows was missed at the first date</source>
+      <translation>mehr wächst kein Baum im Jahr: ein neuer, der dicker ist, als dies erlaubt, wurde am ersten Zeitpunkt übersehen</translation>
+    </message>
+    <message>
+      <source>standard error of a bias that all DBHs of one date share</source>
+      <translation>Standardfehler einer Verzerrung, die alle BHD eines Zeitpunkts teilen</translation>
+    </message>
+    <message>
+      <source>Cancels [%]</source>
+      <translation>Hebt sich auf [%]</translation>
+    </message>
+    <message>
+      <source>of that bias's variance, what both dates have alike (same camera, same method, same settings) and what so cancels in the growth; 0 where it is not known</source>
+      <translation>von der Varianz dieser Verzerrung der Teil, den beide Zeitpunkte gemeinsam haben (gleiche Kamera, gleiches Verfahren, gleiche Einstellungen) und der sich im Zuwachs aufhebt; 0, wo man es nicht weiß</translation>
+    </message>
+    <message>
+      <source>Block before [%]</source>
+      <translation>Block vorher [%]</translation>
+    </message>
+    <message>
+      <source>relative standard error of lengths in the first date's block (scale_sd in the workspace's run.json, times 100)</source>
+      <translation>relativer Standardfehler der Längen im Block des ersten Zeitpunkts (scale_sd in run.json des Arbeitsordners, mal 100)</translation>
+    </message>
+    <message>
+      <source>Block after [%]</source>
+      <translation>Block nachher [%]</translation>
+    </message>
+    <message>
+      <source>the same of the second date's block</source>
+      <translation>dasselbe für den Block des zweiten Zeitpunkts</translation>
+    </message>
+    <message>
+      <source>how far the two maps may be shifted against each other, standard error (0.05 with RTK or PPK, 3 without)</source>
+      <translation>wie weit die beiden Karten gegeneinander verschoben sein können, Standardfehler (0,05 mit RTK oder PPK, 3 ohne)</translation>
+    </message>
+    <message>
+      <source>how far they may be turned against each other</source>
+      <translation>wie weit sie gegeneinander gedreht sein können</translation>
+    </message>
+    <message>
+      <source>trees further apart than this after co-registration are never the same tree</source>
+      <translation>Bäume, die nach dem Einpassen weiter auseinander stehen, sind nie derselbe Baum</translation>
+    </message>
+    <message>
+      <source>every tree with what became of it</source>
+      <translation>jeder Baum mit seinem Verbleib</translation>
+    </message>
+    <message>
+      <source>trees measured at both dates</source>
+      <translation>an beiden Zeitpunkten gemessene Bäume</translation>
+    </message>
+    <message>
+      <source>trees that grew into the count</source>
+      <translation>eingewachsene Bäume</translation>
+    </message>
+    <message>
+      <source>trees not found again, or dead</source>
+      <translation>nicht wiedergefundene oder tote Bäume</translation>
+    </message>
+    <message>
+      <source>trees whose partner is not sure</source>
+      <translation>Bäume ohne sicheren Partner</translation>
+    </message>
+    <message>
+      <source>mean growth of DBH of the survivors, cm a year</source>
+      <translation>mittlerer BHD-Zuwachs der Überlebenden, cm im Jahr</translation>
+    </message>
+    <message>
+      <source>net change of basal area, m²/ha</source>
+      <translation>Nettoveränderung der Grundfläche, m²/ha</translation>
     </message>
     <message>
       <source>Benchmark speed and accuracy</source>
@@ -3252,6 +3710,14 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Fotos ansehen oder von Hand messen</translation>
     </message>
     <message>
+      <source>ivy or other growth covers the bark at breast height</source>
+      <translation>Efeu oder anderer Bewuchs bedeckt die Rinde in Brusthöhe</translation>
+    </message>
+    <message>
+      <source>measure under it by hand; what is seen is thicker than the stem</source>
+      <translation>darunter von Hand messen; was zu sehen ist, ist dicker als der Stamm</translation>
+    </message>
+    <message>
       <source>the points cover too little of the stem's circumference</source>
       <translation>die Punkte decken zu wenig vom Umfang des Stamms ab</translation>
     </message>
@@ -3364,12 +3830,108 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>die Einheit der Höhen in der Punktwolke prüfen und neu messen</translation>
     </message>
     <message>
+      <source>a person says that a stem stands here, but none was found</source>
+      <translation>ein Mensch sagt, dass hier ein Stamm steht, aber es wurde keiner gefunden</translation>
+    </message>
+    <message>
+      <source>measure it at its place in the photos, or by tape</source>
+      <translation>an seinem Ort in den Fotos messen oder mit dem Band</translation>
+    </message>
+    <message>
       <source>the tree stands at the edge of the data</source>
       <translation>der Baum steht am Rand der Daten</translation>
     </message>
     <message>
       <source>extend the survey beyond the plot</source>
       <translation>über die Probefläche hinaus aufnehmen</translation>
+    </message>
+    <message>
+      <source>Number at the first date</source>
+      <translation>Nummer am ersten Zeitpunkt</translation>
+    </message>
+    <message>
+      <source>Number at the second date</source>
+      <translation>Nummer am zweiten Zeitpunkt</translation>
+    </message>
+    <message>
+      <source>Fate</source>
+      <translation>Verbleib</translation>
+    </message>
+    <message>
+      <source>DBH at the first date [cm]</source>
+      <translation>BHD am ersten Zeitpunkt [cm]</translation>
+    </message>
+    <message>
+      <source>DBH at the second date [cm]</source>
+      <translation>BHD am zweiten Zeitpunkt [cm]</translation>
+    </message>
+    <message>
+      <source>Growth [cm]</source>
+      <translation>Zuwachs [cm]</translation>
+    </message>
+    <message>
+      <source>Growth, standard error [cm]</source>
+      <translation>Zuwachs, Standardfehler [cm]</translation>
+    </message>
+    <message>
+      <source>Growth, lower end of the interval [cm]</source>
+      <translation>Zuwachs, Intervall von [cm]</translation>
+    </message>
+    <message>
+      <source>Growth, upper end of the interval [cm]</source>
+      <translation>Zuwachs, Intervall bis [cm]</translation>
+    </message>
+    <message>
+      <source>Growth [cm a year]</source>
+      <translation>Zuwachs [cm im Jahr]</translation>
+    </message>
+    <message>
+      <source>Growth of basal area [m²]</source>
+      <translation>Zuwachs der Grundfläche [m²]</translation>
+    </message>
+    <message>
+      <source>Distance after co-registration [m]</source>
+      <translation>Abstand nach der Einpassung [m]</translation>
+    </message>
+    <message>
+      <source>Easting [m]</source>
+      <translation>Ostwert [m]</translation>
+    </message>
+    <message>
+      <source>Northing [m]</source>
+      <translation>Nordwert [m]</translation>
+    </message>
+    <message>
+      <source>survivor</source>
+      <translation>überlebend</translation>
+    </message>
+    <message>
+      <source>ingrowth</source>
+      <translation>Einwuchs</translation>
+    </message>
+    <message>
+      <source>mortality</source>
+      <translation>Abgang</translation>
+    </message>
+    <message>
+      <source>missed before</source>
+      <translation>zuvor übersehen</translation>
+    </message>
+    <message>
+      <source>no growth known</source>
+      <translation>Zuwachs unbekannt</translation>
+    </message>
+    <message>
+      <source>unsure</source>
+      <translation>unsicher</translation>
+    </message>
+    <message>
+      <source>too small</source>
+      <translation>zu klein</translation>
+    </message>
+    <message>
+      <source>dead</source>
+      <translation>tot</translation>
     </message>
     <message>
       <source>DBH [cm]</source>
@@ -3432,16 +3994,16 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Paar abgelehnt</translation>
     </message>
     <message>
-      <source>Easting [m]</source>
-      <translation>Ostwert [m]</translation>
-    </message>
-    <message>
-      <source>Northing [m]</source>
-      <translation>Nordwert [m]</translation>
-    </message>
-    <message>
       <source>Measured DBH [cm]</source>
       <translation>Gemessener BHD [cm]</translation>
+    </message>
+    <message>
+      <source>DBH as measured [cm]</source>
+      <translation>BHD wie gemessen [cm]</translation>
+    </message>
+    <message>
+      <source>Decision</source>
+      <translation>Entscheidung</translation>
     </message>
     <message>
       <source>In the plot's circle</source>
@@ -3458,10 +4020,6 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
     <message>
       <source>DBH, upper end of 90 % interval [cm]</source>
       <translation>BHD, oberes Ende des 90-%-Intervalls [cm]</translation>
-    </message>
-    <message>
-      <source>Distance after co-registration [m]</source>
-      <translation>Abstand nach der Einpassung [m]</translation>
     </message>
     <message>
       <source>Log-odds against the next best pairing</source>
@@ -3692,14 +4250,6 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Gründe</translation>
     </message>
     <message>
-      <source>too small</source>
-      <translation>zu klein</translation>
-    </message>
-    <message>
-      <source>dead</source>
-      <translation>tot</translation>
-    </message>
-    <message>
       <source>Photo</source>
       <translation>Foto</translation>
     </message>
@@ -3784,6 +4334,94 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>unbekannt</translation>
     </message>
     <message>
+      <source>Taped DBH [cm]</source>
+      <translation>BHD mit dem Band [cm]</translation>
+    </message>
+    <message>
+      <source>Measured - taped DBH [cm]</source>
+      <translation>BHD gemessen - Bandmaß [cm]</translation>
+    </message>
+    <message>
+      <source>Tape inside the interval</source>
+      <translation>Bandmaß im Intervall</translation>
+    </message>
+    <message>
+      <source>State</source>
+      <translation>Zustand</translation>
+    </message>
+    <message>
+      <source>Look again</source>
+      <translation>Noch einmal ansehen</translation>
+    </message>
+    <message>
+      <source>Place in the walk</source>
+      <translation>Platz im Rundgang</translation>
+    </message>
+    <message>
+      <source>Drawn tree beside it</source>
+      <translation>Gezogener Baum daneben</translation>
+    </message>
+    <message>
+      <source>Measured DBH, about [cm]</source>
+      <translation>Gemessener BHD, etwa [cm]</translation>
+    </message>
+    <message>
+      <source>Bearing from the centre [°]</source>
+      <translation>Richtung vom Mittelpunkt [°]</translation>
+    </message>
+    <message>
+      <source>Distance from the centre [m]</source>
+      <translation>Entfernung vom Mittelpunkt [m]</translation>
+    </message>
+    <message>
+      <source>Longitude [°]</source>
+      <translation>Länge [°]</translation>
+    </message>
+    <message>
+      <source>Latitude [°]</source>
+      <translation>Breite [°]</translation>
+    </message>
+    <message>
+      <source>Stratum</source>
+      <translation>Schicht</translation>
+    </message>
+    <message>
+      <source>Chance of being drawn</source>
+      <translation>Wahrscheinlichkeit der Ziehung</translation>
+    </message>
+    <message>
+      <source>Trees that were drawn from</source>
+      <translation>Bäume, aus denen gezogen wurde</translation>
+    </message>
+    <message>
+      <source>Mark of the list</source>
+      <translation>Kennung der Liste</translation>
+    </message>
+    <message>
+      <source>to tape</source>
+      <translation>nachzumessen</translation>
+    </message>
+    <message>
+      <source>no tree there</source>
+      <translation>kein Baum da</translation>
+    </message>
+    <message>
+      <source>not reached</source>
+      <translation>nicht erreicht</translation>
+    </message>
+    <message>
+      <source>Filled in by the crew</source>
+      <translation>Vom Trupp ausgefüllt</translation>
+    </message>
+    <message>
+      <source>Drawn tree</source>
+      <translation>Gezogener Baum</translation>
+    </message>
+    <message>
+      <source>none (no tree there)</source>
+      <translation>none (kein Baum da)</translation>
+    </message>
+    <message>
       <source>Easting at breast height [m]</source>
       <translation>Ostwert in Brusthöhe [m]</translation>
     </message>
@@ -3840,8 +4478,32 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
       <translation>Lebend oder tot</translation>
     </message>
     <message>
+      <source>Why</source>
+      <translation>Warum</translation>
+    </message>
+    <message>
+      <source>Decided by</source>
+      <translation>Entschieden von</translation>
+    </message>
+    <message>
+      <source>Decided at (UTC)</source>
+      <translation>Entschieden am (UTC)</translation>
+    </message>
+    <message>
       <source>seen, no DBH</source>
       <translation>gesehen, kein BHD</translation>
+    </message>
+    <message>
+      <source>accepted or taped by a person</source>
+      <translation>von einem Menschen angenommen oder nachgemessen</translation>
+    </message>
+    <message>
+      <source>a person says: a stem without a DBH</source>
+      <translation>ein Mensch sagt: ein Stamm ohne BHD</translation>
+    </message>
+    <message>
+      <source>a person says: no tree of its own</source>
+      <translation>ein Mensch sagt: kein eigener Baum</translation>
     </message>
     <message>
       <source>Yours to write</source>
@@ -3858,6 +4520,26 @@ Rechner und das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, wird bei
     <message>
       <source>live</source>
       <translation>lebend</translation>
+    </message>
+    <message>
+      <source>not decided</source>
+      <translation>nicht entschieden</translation>
+    </message>
+    <message>
+      <source>accepted</source>
+      <translation>angenommen</translation>
+    </message>
+    <message>
+      <source>no tree stands here</source>
+      <translation>hier steht kein Baum</translation>
+    </message>
+    <message>
+      <source>the same tree as another</source>
+      <translation>derselbe Baum wie ein anderer</translation>
+    </message>
+    <message>
+      <source>a stem stands here, DBH unknown</source>
+      <translation>hier steht ein Stamm, BHD unbekannt</translation>
     </message>
   </context>
 </TS>

@@ -8,6 +8,10 @@
       <translation>Árboles</translation>
     </message>
     <message>
+      <source>Change</source>
+      <translation>Cambio</translation>
+    </message>
+    <message>
       <source>Camera stations</source>
       <translation>Estaciones de cámara</translation>
     </message>
@@ -24,15 +28,21 @@
       <translation>INPUT: {path} no es un archivo LAS ni LAZ; convierta antes la nube a LAZ.</translation>
     </message>
     <message>
+      <source>TREES: the layer '{layer}' is filtered or no file; remove the filter, or give its file.</source>
+      <translation>TREES: la capa '{layer}' está filtrada o no es un archivo; quite el filtro o indique su archivo.</translation>
+    </message>
+    <message>
       <source>&lt;p&gt;&lt;b&gt;Install the libraries that the TreeDGS algorithms need, in an environment of their own.&lt;/b&gt;&lt;/p&gt;
-&lt;p&gt;Makes a Python environment in your data folder (or in TREEDGS_HOME), about 3 GB, and installs the locked list of
-libraries with pip. QGIS and its Python are not touched. It needs Python 3.10 or newer with venv on this computer, and
-the network or a folder of wheels. What was cut short is taken up by running it again.&lt;/p&gt;
+&lt;p&gt;Makes a Python environment in your data folder (or in TREEDGS_HOME), about {size}, and installs the locked list of
+libraries with pip. QGIS and its Python are not touched. Python 3.10 to 3.14 with venv is found on this computer, or
+fetched for the engine alone. It needs the network or a folder of wheels. What was cut short is taken up by running it
+again.&lt;/p&gt;
+&lt;p&gt;Parts that not everybody needs are ticked; run it again to add one. What is there stays, unless you start from
+scratch.&lt;/p&gt;
 &lt;p&gt;On a machine with &lt;code&gt;make&lt;/code&gt;, &lt;code&gt;make setup&lt;/code&gt; does the same for the repository.&lt;/p&gt;</source>
-      <translation>&lt;p&gt;&lt;b&gt;Instala en un entorno propio las bibliotecas que necesitan los algoritmos de TreeDGS.&lt;/b&gt;&lt;/p&gt;
-&lt;p&gt;Crea un entorno de Python de unos 3 GB en su carpeta de datos (o en TREEDGS_HOME) e instala con pip la lista fijada de
-bibliotecas. QGIS y su Python no se tocan. Hace falta Python 3.10 o posterior con venv en este equipo, y la red o una
-carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/p&gt;
+      <translation>&lt;p&gt;&lt;b&gt;Instala las bibliotecas que necesitan los algoritmos de TreeDGS, en un entorno propio.&lt;/b&gt;&lt;/p&gt;
+&lt;p&gt;Crea un entorno de Python en su carpeta de datos (o en TREEDGS_HOME), de unos {size}, e instala con pip la lista fijada de bibliotecas. QGIS y su Python no se tocan. Se busca un Python 3.10 a 3.14 con venv en este equipo, o se descarga uno solo para el motor. Hace falta la red o una carpeta de wheels. Lo interrumpido se retoma al ejecutarlo otra vez.&lt;/p&gt;
+&lt;p&gt;Las partes que no todos necesitan se marcan; ejecútelo otra vez para añadir una. Lo que hay se queda, salvo que empiece desde cero.&lt;/p&gt;
 &lt;p&gt;En un equipo con &lt;code&gt;make&lt;/code&gt;, &lt;code&gt;make setup&lt;/code&gt; hace lo mismo para el repositorio.&lt;/p&gt;</translation>
     </message>
     <message>
@@ -52,8 +62,8 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Python para la instalación</translation>
     </message>
     <message>
-      <source>A Python 3.10 or newer with venv; left empty, the system's is found.</source>
-      <translation>Un Python 3.10 o posterior con venv; si se deja vacío, se busca el del sistema.</translation>
+      <source>A Python 3.10 to 3.14 with venv; left empty, the system's is found.</source>
+      <translation>Un Python 3.10 a 3.14 con venv; si se deja vacío, se busca el del sistema.</translation>
     </message>
     <message>
       <source>Folder of wheels (no network)</source>
@@ -92,6 +102,10 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>PYTHON: {path} no existe; dé un programa Python o déjelo vacío.</translation>
     </message>
     <message>
+      <source>Measuring trees from photos and clouds does not need it; it can be added later.</source>
+      <translation>No hace falta para medir árboles en fotos y nubes de puntos; se puede añadir después.</translation>
+    </message>
+    <message>
       <source>The engine's Python</source>
       <translation>Python del motor</translation>
     </message>
@@ -116,8 +130,24 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>la lista fijada de bibliotecas</translation>
     </message>
     <message>
+      <source>Tape check</source>
+      <translation>Comprobación con cinta</translation>
+    </message>
+    <message>
+      <source>Trees to tape</source>
+      <translation>Árboles que medir con cinta</translation>
+    </message>
+    <message>
       <source>Terrain model</source>
       <translation>Modelo del terreno</translation>
+    </message>
+    <message>
+      <source>Tree</source>
+      <translation>Árbol</translation>
+    </message>
+    <message>
+      <source>growth</source>
+      <translation>crecimiento</translation>
     </message>
     <message>
       <source>yaw</source>
@@ -184,10 +214,6 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>árboles/ha</translation>
     </message>
     <message>
-      <source>Tree</source>
-      <translation>Árbol</translation>
-    </message>
-    <message>
       <source>plot</source>
       <translation>parcela</translation>
     </message>
@@ -204,20 +230,24 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>cuenta como</translation>
     </message>
     <message>
-      <source>No DBH</source>
-      <translation>Sin DAP</translation>
-    </message>
-    <message>
-      <source>at</source>
-      <translation>a</translation>
+      <source>taped</source>
+      <translation>medido con cinta</translation>
     </message>
     <message>
       <source>drawn at true scale</source>
       <translation>dibujado a escala real</translation>
     </message>
     <message>
+      <source>at</source>
+      <translation>a</translation>
+    </message>
+    <message>
       <source>points round</source>
       <translation>puntos alrededor de</translation>
+    </message>
+    <message>
+      <source>No DBH</source>
+      <translation>Sin DAP</translation>
     </message>
     <message>
       <source>Parameter {name} is unknown to {algorithm}; {hint}</source>
@@ -356,6 +386,10 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>El motor de TreeDGS necesita Python 3.10 o posterior: {python} ({source}) es {version}; {do}.</translation>
     </message>
     <message>
+      <source>This algorithm needs a part of the engine that is not set up ({extras}); run 'Set up the engine' (treedgs:setupengine) once more and tick it ({names}).</source>
+      <translation>Este algoritmo necesita una parte del motor que no está instalada ({extras}); ejecute otra vez «Instalar el motor» (treedgs:setupengine) y márquela ({names}).</translation>
+    </message>
+    <message>
       <source>The TreeDGS engine is incomplete: {python} ({source}) lacks {names}; {do}.</source>
       <translation>El motor de TreeDGS está incompleto: a {python} ({source}) le falta {names}; {do}.</translation>
     </message>
@@ -370,6 +404,10 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
     <message>
       <source>The engine speaks protocol {found}, this plugin {own}; run 'Set up the engine' (treedgs:setupengine) to update it.</source>
       <translation>El motor habla el protocolo {found}, este complemento el {own}; ejecute 'Instalar el motor' (treedgs:setupengine) para actualizarlo.</translation>
+    </message>
+    <message>
+      <source>{target}: has {count} characters; the libraries' own paths would be longer than Windows allows, expected at most {most}: set TREEDGS_HOME to a short folder like C:\treedgs.</source>
+      <translation>{target}: tiene {count} caracteres; las rutas de las bibliotecas serían más largas de lo que permite Windows, se esperan como máximo {most}: defina TREEDGS_HOME en una carpeta corta como C:\treedgs.</translation>
     </message>
     <message>
       <source>it touched memory it does not own</source>
@@ -406,6 +444,18 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
     <message>
       <source>The engine crashed: {why} (log: {log}).</source>
       <translation>El motor falló: {why} (registro: {log}).</translation>
+    </message>
+    <message>
+      <source>Stand tables as Excel and PDF ({size})</source>
+      <translation>Tablas de rodal en Excel y PDF ({size})</translation>
+    </message>
+    <message>
+      <source>Many plots at once, also on a cluster ({size})</source>
+      <translation>Muchas parcelas a la vez, también en un clúster ({size})</translation>
+    </message>
+    <message>
+      <source>Simulated plots, dense points as PLY ({size})</source>
+      <translation>Parcelas simuladas, puntos densos en PLY ({size})</translation>
     </message>
     <message>
       <source>no NVIDIA card was found</source>
@@ -536,6 +586,14 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Escritura de copias geoetiquetadas de las fotos</translation>
     </message>
     <message>
+      <source>Drawing trees</source>
+      <translation>Sorteando árboles</translation>
+    </message>
+    <message>
+      <source>Comparing with the tapes</source>
+      <translation>Comparando con las cintas</translation>
+    </message>
+    <message>
       <source>Growing the stand</source>
       <translation>Crecimiento del rodal</translation>
     </message>
@@ -590,6 +648,10 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
     <message>
       <source>Pairing field and measured trees</source>
       <translation>Emparejamiento de árboles de campo y medidos</translation>
+    </message>
+    <message>
+      <source>A picture of the evidence for each tree</source>
+      <translation>Una imagen de la evidencia de cada árbol</translation>
     </message>
     <message>
       <source>Writing layer and report</source>
@@ -656,6 +718,18 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Modelos preparados</translation>
     </message>
     <message>
+      <source>No Python that will do was found, and none that could fetch one; install Python 3.12 (python.org) and run this again.</source>
+      <translation>No se encontró ningún Python adecuado ni ninguno que pudiera descargarlo; instale Python 3.12 (python.org) y ejecútelo de nuevo.</translation>
+    </message>
+    <message>
+      <source>{what} could not be fetched; read the lines above, and check the network (behind a proxy set HTTPS_PROXY), or install Python 3.12 (python.org) and run this again.</source>
+      <translation>No se pudo descargar {what}; lea las líneas anteriores y compruebe la red (detrás de un proxy defina HTTPS_PROXY), o instale Python 3.12 (python.org) y ejecútelo de nuevo.</translation>
+    </message>
+    <message>
+      <source>No suitable Python is installed; getting Python {version} for the engine alone.</source>
+      <translation>No hay instalado ningún Python adecuado; se descarga Python {version} solo para el motor.</translation>
+    </message>
+    <message>
       <source>{low} to {high}</source>
       <translation>de {low} a {high}</translation>
     </message>
@@ -666,6 +740,46 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
     <message>
       <source>at most {high}</source>
       <translation>como máximo {high}</translation>
+    </message>
+    <message>
+      <source>A library that pip received is not the one that was tested (its hash differs); a proxy or a mirror may have changed it: try another network, or give a folder of wheels.</source>
+      <translation>Una biblioteca que recibió pip no es la que se probó (su hash difiere); quizá la cambió un proxy o un espejo: pruebe con otra red o indique una carpeta de wheels.</translation>
+    </message>
+    <message>
+      <source>pip could not install {packages} into {target}; read the lines above: without network give a folder of wheels, behind a proxy set HTTPS_PROXY, then run this again.</source>
+      <translation>pip no pudo instalar {packages} en {target}; lea las líneas anteriores: sin red indique una carpeta de wheels, detrás de un proxy defina HTTPS_PROXY, y ejecútelo de nuevo.</translation>
+    </message>
+    <message>
+      <source>The disk with {target} is full; make room or set TREEDGS_HOME to a larger disk.</source>
+      <translation>El disco de {target} está lleno; libere espacio o defina TREEDGS_HOME en un disco mayor.</translation>
+    </message>
+    <message>
+      <source>{target}: a file is in use; close QGIS and other programs that run the engine, and run this again.</source>
+      <translation>{target}: un archivo está en uso; cierre QGIS y otros programas que ejecuten el motor y ejecútelo de nuevo.</translation>
+    </message>
+    <message>
+      <source>{wheels}: has no wheel of {name} for Python {python} on this system; make the folder with this Python's version on the same system, or choose another Python (PYTHON).</source>
+      <translation>{wheels}: no tiene wheel de {name} para Python {python} en este sistema; llene la carpeta con esa versión de Python en el mismo sistema, o elija otro Python (PYTHON).</translation>
+    </message>
+    <message>
+      <source>{name} has no ready-made package (wheel) for Python {python} on this system; install Python 3.12 and name it (PYTHON), and run this again. The network works.</source>
+      <translation>{name} no tiene paquete listo (wheel) para Python {python} en este sistema; instale Python 3.12, indíquelo (PYTHON) y ejecútelo de nuevo. La red funciona.</translation>
+    </message>
+    <message>
+      <source>pip could not reach the package index to install {packages}; without network give a folder of wheels, behind a proxy set HTTPS_PROXY, then run this again.</source>
+      <translation>pip no pudo llegar al índice de paquetes para instalar {packages}; sin red indique una carpeta de wheels, detrás de un proxy defina HTTPS_PROXY, y ejecútelo de nuevo.</translation>
+    </message>
+    <message>
+      <source>No Python 3.10 or newer with venv was found; install one (Debian and Ubuntu: apt install python3-venv; Windows and macOS: python.org, version 3.12) and run this again.</source>
+      <translation>No se encontró Python 3.10 o posterior con venv; instale uno (Debian y Ubuntu: apt install python3-venv; Windows y macOS: python.org, versión 3.12) y ejecútelo de nuevo.</translation>
+    </message>
+    <message>
+      <source>{path} is newer than the engine's libraries, which exist for Python 3.10 to 3.14; install one of these beside it and run this again.</source>
+      <translation>{path} es más nuevo que las bibliotecas del motor, que existen para Python 3.10 a 3.14; instale uno de estos además y ejecútelo de nuevo.</translation>
+    </message>
+    <message>
+      <source>{path}: is not a Python 3.10 or newer with venv and ensurepip; install one or name another.</source>
+      <translation>{path}: no es un Python 3.10 o posterior con venv y ensurepip; instale uno o indique otro.</translation>
     </message>
     <message>
       <source>Measure DBH from drone photos</source>
@@ -760,12 +874,20 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Altura del pecho sobre el suelo.</translation>
     </message>
     <message>
+      <source>Sheets</source>
+      <translation>Hojas de evidencia</translation>
+    </message>
+    <message>
+      <source>Evidence sheets, one small picture a tree: of all trees, of those to check and not measured, or none; auto = as the preset: those to check with fast, all otherwise.</source>
+      <translation>Hojas de evidencia, una imagen pequeña por árbol: de todos los árboles, de los que hay que revisar y los no medidos, o ninguna; auto = según el ajuste: con fast las que hay que revisar, si no todas.</translation>
+    </message>
+    <message>
       <source>Stem network</source>
       <translation>Red de troncos</translation>
     </message>
     <message>
-      <source>Experiment: ask a small network, trained on simulated photos, which pixels show stems. Dense stands: more stems; it does not see through ivy.</source>
-      <translation>Experimento: preguntar a una pequeña red, entrenada con fotos simuladas, qué píxeles muestran troncos. Rodales densos: más troncos; no ve a través de la hiedra.</translation>
+      <source>What a small network, trained on simulated photos, is asked: ivy = which measured stems are under ivy; full = also which pixels show stems; auto = full where too many stems are not certain without it, as in dense stands; off = nothing.</source>
+      <translation>Qué se pregunta a una pequeña red entrenada con fotos simuladas: ivy = qué fustes medidos están bajo hiedra; full = también qué píxeles muestran fustes; auto = full donde sin ella demasiados fustes son inciertos, como en rodales densos; off = nada.</translation>
     </message>
     <message>
       <source>Seed</source>
@@ -966,6 +1088,10 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
     <message>
       <source>Only check the cloud, its CRS, density and DTM, memory and disk, and estimate the time; writes nothing</source>
       <translation>Solo comprueba la nube, su SRC, densidad y MDT, memoria y disco, y estima el tiempo; no escribe nada</translation>
+    </message>
+    <message>
+      <source>Evidence sheets, one small picture a tree: of all trees, of those to check and not measured, or none; auto = those to check and not measured.</source>
+      <translation>Hojas de evidencia, una imagen pequeña por árbol: de todos los árboles, de los que hay que revisar y los no medidos, o ninguna; auto = las que hay que revisar y las no medidas.</translation>
     </message>
     <message>
       <source>Stems output</source>
@@ -1780,12 +1906,68 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>dimensión de la nube que contiene los identificadores de árbol</translation>
     </message>
     <message>
-      <source>Pair field and measured trees</source>
-      <translation>Emparejar árboles de campo y medidos</translation>
+      <source>Review trees</source>
+      <translation>Revisar árboles</translation>
     </message>
     <message>
       <source>Inventory</source>
       <translation>Inventario</translation>
+    </message>
+    <message>
+      <source>Write a person's decisions on trees into the tree layer, beside the measured values.</source>
+      <translation>Escribir las decisiones de una persona sobre los árboles en la capa de árboles, junto a los valores medidos.</translation>
+    </message>
+    <message>
+      <source>Decisions: accept (tree and DBH count as measured), reject (no tree stands here), dbh (the taped diameter counts), merge (the same tree as same_as, which counts), stem (a stem stands here, its DBH is not known; without tree_id: at x, y of the layer's CRS), undo. They go into the columns rev_flag, rev_dbh_cm, rev_note, rev_by and rev_at; what was measured stays as it is. All decisions of a table are written or none. Pairing, evaluation and stand table use them and say how many; measuring again into the same layer keeps them. In QGIS the panel Review trees does the same by mouse.</source>
+      <translation>Decisiones: accept (el árbol y su DAP cuentan como se midieron), reject (aquí no hay árbol), dbh (cuenta el diámetro medido con cinta), merge (el mismo árbol que same_as, que es el que cuenta), stem (aquí hay un fuste, su DAP no se conoce; sin tree_id: en x, y del SRC de la capa), undo. Van a las columnas rev_flag, rev_dbh_cm, rev_note, rev_by y rev_at; lo medido queda como está. Se escriben todas las decisiones de una tabla o ninguna. El emparejamiento, la evaluación y la tabla de rodal las usan y dicen cuántas; medir de nuevo en la misma capa las conserva. En QGIS el panel Revisar árboles hace lo mismo con el ratón.</translation>
+    </message>
+    <message>
+      <source>tree layer that the decisions are written into, in columns of their own</source>
+      <translation>capa de árboles en la que se escriben las decisiones, en columnas propias</translation>
+    </message>
+    <message>
+      <source>Decisions</source>
+      <translation>Decisiones</translation>
+    </message>
+    <message>
+      <source>CSV with tree_id, decision (accept, reject, dbh, merge, stem or undo) and, where needed, dbh_cm, same_as, x, y, note, by, at</source>
+      <translation>CSV con tree_id, decision (accept, reject, dbh, merge, stem o undo) y, donde haga falta, dbh_cm, same_as, x, y, note, by, at</translation>
+    </message>
+    <message>
+      <source>By</source>
+      <translation>Por</translation>
+    </message>
+    <message>
+      <source>who decided, where the table does not say (the user's name)</source>
+      <translation>quién decidió, donde la tabla no lo dice (el nombre del usuario)</translation>
+    </message>
+    <message>
+      <source>DBH unit</source>
+      <translation>Unidad del DAP</translation>
+    </message>
+    <message>
+      <source>unit of the DBH column (auto: from a name like dbh_cm)</source>
+      <translation>unidad de la columna de DAP (auto: según un nombre como dbh_cm)</translation>
+    </message>
+    <message>
+      <source>decisions written</source>
+      <translation>decisiones escritas</translation>
+    </message>
+    <message>
+      <source>stems added</source>
+      <translation>fustes añadidos</translation>
+    </message>
+    <message>
+      <source>trees that a person decided on, in all</source>
+      <translation>árboles sobre los que decidió una persona, en total</translation>
+    </message>
+    <message>
+      <source>trees to check, or without a DBH, that nobody decided on yet</source>
+      <translation>árboles por comprobar, o sin DAP, sobre los que nadie ha decidido aún</translation>
+    </message>
+    <message>
+      <source>Pair field and measured trees</source>
+      <translation>Emparejar árboles de campo y medidos</translation>
     </message>
     <message>
       <source>Pair field trees with measured trees by position, as an editable layer.</source>
@@ -1864,14 +2046,6 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>unidad de los rumbos: grados, gon (400 por círculo) o mil (6400); auto: según un nombre como azimuth_gon, si no grados</translation>
     </message>
     <message>
-      <source>DBH unit</source>
-      <translation>Unidad del DAP</translation>
-    </message>
-    <message>
-      <source>unit of the DBH column (auto: from a name like dbh_cm)</source>
-      <translation>unidad de la columna de DAP (auto: según un nombre como dbh_cm)</translation>
-    </message>
-    <message>
       <source>Distance unit</source>
       <translation>Unidad de la distancia</translation>
     </message>
@@ -1926,6 +2100,10 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
     <message>
       <source>pairs made or confirmed</source>
       <translation>pares hechos o confirmados</translation>
+    </message>
+    <message>
+      <source>measured trees that a person decided on</source>
+      <translation>árboles medidos sobre los que decidió una persona</translation>
     </message>
     <message>
       <source>suggestions left to a hand check</source>
@@ -2076,6 +2254,170 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>parte dentro del intervalo del 90 % indicado, de 0 a 1</translation>
     </message>
     <message>
+      <source>Choose trees to tape</source>
+      <translation>Elegir árboles para medir con cinta</translation>
+    </message>
+    <message>
+      <source>Draws the trees to tape with known chances, with a map and form to print and waypoints for the phone.</source>
+      <translation>Sortea con probabilidades conocidas los árboles que medir con cinta; con mapa y formulario para imprimir y puntos para el teléfono.</translation>
+    </message>
+    <message>
+      <source>Draws trees of a tree layer so that the tapes can correct its totals (tape-check, stand-table --taped): stratified by flag and DBH class (simple random in each), or with probability proportional to basal area by Brewer's method. Stems without a DBH can be drawn too; dead trees are not. Writes tapes.gpkg and tapes.csv to fill in (taped_cm, or girth_cm; state none, dead or not reached; a row without tree_id is a tree that the map lacks), tapes.gpx for the phone, and tape_form.pdf and tape_form.html to print: per plot a map, the trees in the order of a walk, and room for trees that the map lacks. The form shows the measured DBH rounded to 5 cm, so that nobody reads the tape towards it. A folder whose table is filled in already is not written over.</source>
+      <translation>Sortea árboles de una capa de árboles para que las cintas puedan corregir sus totales (tape-check, stand-table --taped): estratificado por marca y clase de DAP (aleatorio simple en cada una), o con probabilidad proporcional al área basal por el método de Brewer. También pueden salir fustes sin DAP; los árboles muertos no. Escribe tapes.gpkg y tapes.csv para rellenar (taped_cm o girth_cm; state none, dead o not reached; una fila sin tree_id es un árbol que falta en el mapa), tapes.gpx para el teléfono, y tape_form.pdf y tape_form.html para imprimir: por parcela un mapa, los árboles en el orden del recorrido y sitio para árboles que faltan en el mapa. El formulario muestra el DAP medido redondeado a 5 cm, para que nadie lea la cinta hacia él. No se sobrescribe una carpeta con la tabla ya rellenada.</translation>
+    </message>
+    <message>
+      <source>measured trees: the tree layer</source>
+      <translation>árboles medidos: la capa de árboles</translation>
+    </message>
+    <message>
+      <source>plots, as for stand-table: only trees in them are drawn, and the form gives bearing and distance from the plot's centre; without: the trees that have a plot_id, or all</source>
+      <translation>parcelas, como para stand-table: solo se sortean árboles en ellas, y el formulario da rumbo y distancia desde el centro; sin ellas: los árboles con plot_id, o todos</translation>
+    </message>
+    <message>
+      <source>N</source>
+      <translation>n</translation>
+    </message>
+    <message>
+      <source>trees to tape</source>
+      <translation>árboles que medir con cinta</translation>
+    </message>
+    <message>
+      <source>Design</source>
+      <translation>Diseño</translation>
+    </message>
+    <message>
+      <source>how trees are drawn: stratified by flag and DBH, or with probability proportional to basal area (within flags)</source>
+      <translation>cómo se sortea: estratificado por marca y DAP, o con probabilidad proporcional al área basal (dentro de cada marca)</translation>
+    </message>
+    <message>
+      <source>folder for the tape table, the form and the phone's waypoints</source>
+      <translation>carpeta para la tabla, el formulario y los puntos para el teléfono</translation>
+    </message>
+    <message>
+      <source>another number draws other trees; the same draws the same again</source>
+      <translation>otro número sortea otros árboles; el mismo, los mismos otra vez</translation>
+    </message>
+    <message>
+      <source>north that the form's bearings refer to (magnetic needs --field-date, or the declination)</source>
+      <translation>norte al que se refieren los rumbos del formulario (magnetic necesita --field-date o la declinación)</translation>
+    </message>
+    <message>
+      <source>magnetic declination at the plots; default: from the World Magnetic Model by --field-date</source>
+      <translation>declinación magnética en las parcelas; por defecto: del World Magnetic Model según --field-date</translation>
+    </message>
+    <message>
+      <source>day of the field work, year-month-day, for magnetic bearings</source>
+      <translation>día del trabajo de campo, año-mes-día, para rumbos magnéticos</translation>
+    </message>
+    <message>
+      <source>CRS of trees in a CSV, or of a layer without one</source>
+      <translation>SRC de los árboles en un CSV, o de una capa sin SRC</translation>
+    </message>
+    <message>
+      <source>the drawn trees, to fill in</source>
+      <translation>los árboles sorteados, para rellenar</translation>
+    </message>
+    <message>
+      <source>the same as CSV</source>
+      <translation>lo mismo como CSV</translation>
+    </message>
+    <message>
+      <source>the form to print (PDF)</source>
+      <translation>el formulario para imprimir (PDF)</translation>
+    </message>
+    <message>
+      <source>the form as a page</source>
+      <translation>el formulario como página</translation>
+    </message>
+    <message>
+      <source>waypoints</source>
+      <translation>puntos de ruta</translation>
+    </message>
+    <message>
+      <source>trees drawn</source>
+      <translation>árboles sorteados</translation>
+    </message>
+    <message>
+      <source>trees they were drawn from</source>
+      <translation>árboles entre los que se sorteó</translation>
+    </message>
+    <message>
+      <source>Check diameters against tapes</source>
+      <translation>Comprobar diámetros con cinta</translation>
+    </message>
+    <message>
+      <source>What taped trees say of the measured ones: bias, intervals, flags, outliers, corrected totals.</source>
+      <translation>Qué dicen los árboles medidos con cinta: sesgo, intervalos, marcas, atípicos, totales corregidos.</translation>
+    </message>
+    <message>
+      <source>Reads the filled-in table of tape-sample. Bias (measured minus taped) and RMSE of all trees of the layer, with intervals that follow from the draw; whether the layer's 90 % intervals hold; whether trees marked ok are better than those marked check; outliers by name (and whether two numbers were exchanged); number and basal area of the trees corrected by the difference and the ratio estimator of double sampling, with standard errors and how many more tapes would halve them. Units that the values contradict (inches, girths) are refused. Writes tape_check.html, .pdf, .csv, .gpkg and .json. stand-table --taped takes the same table.</source>
+      <translation>Lee la tabla rellenada de tape-sample. Sesgo (medido menos cinta) y RMSE de todos los árboles de la capa, con intervalos que se siguen del sorteo; si los intervalos del 90 % de la capa se cumplen; si los árboles ok son mejores que los check; atípicos por número (y si se intercambiaron dos números); número y área basal de los árboles corregidos con los estimadores de diferencia y de razón del muestreo doble, con errores estándar y cuántas cintas más los reducirían a la mitad. Se rechazan unidades que los valores contradicen (pulgadas, circunferencias). Escribe tape_check.html, .pdf, .csv, .gpkg y .json. stand-table --taped toma la misma tabla.</translation>
+    </message>
+    <message>
+      <source>the tree layer that the taped trees were drawn from</source>
+      <translation>la capa de árboles de la que se sortearon</translation>
+    </message>
+    <message>
+      <source>Taped</source>
+      <translation>Medidos con cinta</translation>
+    </message>
+    <message>
+      <source>the tape table of tape-sample, filled in: tapes.gpkg or tapes.csv</source>
+      <translation>la tabla de tape-sample, rellenada: tapes.gpkg o tapes.csv</translation>
+    </message>
+    <message>
+      <source>the plots that were given to tape-sample</source>
+      <translation>las parcelas que se dieron a tape-sample</translation>
+    </message>
+    <message>
+      <source>folder for the page and the tables</source>
+      <translation>carpeta para la página y las tablas</translation>
+    </message>
+    <message>
+      <source>Confidence [%]</source>
+      <translation>Confianza [%]</translation>
+    </message>
+    <message>
+      <source>confidence of the intervals</source>
+      <translation>confianza de los intervalos</translation>
+    </message>
+    <message>
+      <source>the same as PDF</source>
+      <translation>lo mismo en PDF</translation>
+    </message>
+    <message>
+      <source>the taped trees with their errors</source>
+      <translation>los árboles medidos con cinta con sus errores</translation>
+    </message>
+    <message>
+      <source>trees both measured and taped</source>
+      <translation>árboles con medición y cinta</translation>
+    </message>
+    <message>
+      <source>mean error, measured minus taped, cm</source>
+      <translation>error medio, medido menos cinta, cm</translation>
+    </message>
+    <message>
+      <source>its interval from, cm</source>
+      <translation>su intervalo desde, cm</translation>
+    </message>
+    <message>
+      <source>its interval to, cm</source>
+      <translation>su intervalo hasta, cm</translation>
+    </message>
+    <message>
+      <source>trees with an interval</source>
+      <translation>árboles con intervalo</translation>
+    </message>
+    <message>
+      <source>of these, with the tape inside</source>
+      <translation>de ellos, con la cinta dentro</translation>
+    </message>
+    <message>
+      <source>trees to look at again</source>
+      <translation>árboles que mirar otra vez</translation>
+    </message>
+    <message>
       <source>Stand table and report</source>
       <translation>Tabla de rodal e informe</translation>
     </message>
@@ -2084,12 +2426,8 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Tablas de rodal y existencias por hectárea con sus errores, y un informe para el cliente.</translation>
     </message>
     <message>
-      <source>Expands the trees of fixed-area plots (round, rectangular or any polygon) to the hectare: trees, basal area, quadratic mean diameter, Lorey's and dominant height, volume and biomass by species and DBH class, plot means with standard errors and t intervals. Basal area and volume are freed of what the DBHs' own errors add to them, and the amount is shown. Stems without a DBH are counted and either imputed or left out; both are reported. Plots over the stand's edge are flagged and weighted. Volume and biomass come from a table of equations with source and range (loblolly and other pines first); give your own with --equations. From one plot no error for the stand can be given, and none is. Writes report.html, report.pdf, stand_table.xlsx, CSV files, stand.gpkg, shapefiles and FVS_Data.db (US units, for the Forest Vegetation Simulator), all with the same numbers. Result figures are metric.</source>
-      <translation>Expande a la hectárea los árboles de parcelas de superficie fija (redondas, rectangulares o cualquier polígono): número de pies, área basal, diámetro medio cuadrático, alturas de Lorey y dominante, volumen y biomasa por especie y clase diamétrica, medias de parcela con errores estándar e intervalos t. El área basal y el volumen se libran de lo que les añaden los propios errores del DAP, y se muestra cuánto es. Los troncos sin DAP se cuentan y se imputan o se omiten; se informa de ambas opciones. Las parcelas que pasan del límite del rodal se señalan y se ponderan. Volumen y biomasa salen de una tabla de ecuaciones con fuente y rango (primero pino taeda y otros pinos); dé las suyas con --equations. De una sola parcela no se puede dar un error para el rodal, y no se da. Escribe report.html, report.pdf, stand_table.xlsx, archivos CSV, stand.gpkg, shapefiles y FVS_Data.db (unidades de EE. UU., para el Forest Vegetation Simulator), todos con las mismas cifras. Los valores de resultado son métricos.</translation>
-    </message>
-    <message>
-      <source>measured trees: the tree layer</source>
-      <translation>árboles medidos: la capa de árboles</translation>
+      <source>Expands the trees of fixed-area plots (round, rectangular or any polygon) to the hectare: trees, basal area, quadratic mean diameter, Lorey's and dominant height, volume and biomass by species and DBH class, plot means with standard errors and t intervals. Basal area and volume are freed of what the DBHs' own errors add to them, and the amount is shown. Stems without a DBH are counted and either imputed or left out; both are reported. With --taped (tape-sample) trees, basal area, volume and biomass are corrected by taped trees, and the interval is that of the tapes and the plots. Plots over the stand's edge are flagged and weighted. Volume and biomass come from a table of equations with source and range (loblolly and other pines first); give your own with --equations. From one plot no error for the stand can be given, and none is. Writes report.html, report.pdf, stand_table.xlsx, CSV files, stand.gpkg, shapefiles and FVS_Data.db (US units, for the Forest Vegetation Simulator), all with the same numbers. Result figures are metric.</source>
+      <translation>Expande a la hectárea los árboles de parcelas de superficie fija (redondas, rectangulares o cualquier polígono): número de pies, área basal, diámetro medio cuadrático, alturas de Lorey y dominante, volumen y biomasa por especie y clase diamétrica, medias de parcela con errores estándar e intervalos t. El área basal y el volumen se libran de lo que les añaden los propios errores del DAP, y se muestra cuánto es. Los troncos sin DAP se cuentan y se imputan o se omiten; se informa de ambas opciones. Con --taped (tape-sample) los árboles medidos con cinta corrigen número de pies, área basal, volumen y biomasa, y el intervalo es el de las cintas y las parcelas. Las parcelas que pasan del límite del rodal se señalan y se ponderan. Volumen y biomasa salen de una tabla de ecuaciones con fuente y rango (primero pino taeda y otros pinos); dé las suyas con --equations. De una sola parcela no se puede dar un error para el rodal, y no se da. Escribe report.html, report.pdf, stand_table.xlsx, archivos CSV, stand.gpkg, shapefiles y FVS_Data.db (unidades de EE. UU., para el Forest Vegetation Simulator), todos con las mismas cifras. Los valores de resultado son métricos.</translation>
     </message>
     <message>
       <source>plots: centre and radius_m (or width_m, length_m), or a polygon layer; without: the whole boundary is one census</source>
@@ -2118,6 +2456,10 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
     <message>
       <source>the stand's outline: finds plots that reach over its edge</source>
       <translation>el contorno del rodal: detecta las parcelas que pasan de su borde</translation>
+    </message>
+    <message>
+      <source>the tape table of tape-sample, filled in: corrects trees, basal area, volume and biomass</source>
+      <translation>la tabla de tape-sample, rellenada: corrige árboles, área basal, volumen y biomasa</translation>
     </message>
     <message>
       <source>Units</source>
@@ -2176,8 +2518,12 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>nombre del rodal, en cada archivo</translation>
     </message>
     <message>
-      <source>CRS of trees in a CSV, or of a layer without one</source>
-      <translation>SRC de los árboles en un CSV, o de una capa sin SRC</translation>
+      <source>Taped estimator</source>
+      <translation>Estimador con cintas</translation>
+    </message>
+    <message>
+      <source>how the tapes correct: by the mean difference (unbiased for any number of tapes) or by the ratio</source>
+      <translation>cómo corrigen las cintas: por la diferencia media (insesgada con cualquier número de cintas) o por la razón</translation>
     </message>
     <message>
       <source>Height unit</source>
@@ -2252,14 +2598,6 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>error estándar de un sesgo común a todos los DAP (si no se da: 0.2 para árboles medidos, 0 para datos de campo)</translation>
     </message>
     <message>
-      <source>Confidence [%]</source>
-      <translation>Confianza [%]</translation>
-    </message>
-    <message>
-      <source>confidence of the intervals</source>
-      <translation>confianza de los intervalos</translation>
-    </message>
-    <message>
       <source>breast height of the height curve, for a field tally (a tree layer says its own)</source>
       <translation>altura del pecho de la curva de alturas, para datos de campo (una capa de árboles dice la suya)</translation>
     </message>
@@ -2280,10 +2618,6 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>año del inventario, para FVS</translation>
     </message>
     <message>
-      <source>the same as PDF</source>
-      <translation>lo mismo en PDF</translation>
-    </message>
-    <message>
       <source>plots and trees as map layers</source>
       <translation>parcelas y árboles como capas del mapa</translation>
     </message>
@@ -2294,6 +2628,10 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
     <message>
       <source>stems seen without a DBH</source>
       <translation>troncos vistos sin DAP</translation>
+    </message>
+    <message>
+      <source>trees that a person decided on</source>
+      <translation>árboles sobre los que decidió una persona</translation>
     </message>
     <message>
       <source>trees per hectare</source>
@@ -2326,6 +2664,126 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
     <message>
       <source>above-ground biomass, t/ha</source>
       <translation>biomasa aérea, t/ha</translation>
+    </message>
+    <message>
+      <source>Compare two dates</source>
+      <translation>Comparar dos fechas</translation>
+    </message>
+    <message>
+      <source>Growth, ingrowth and mortality between two tree layers of the same ground, per tree and per hectare.</source>
+      <translation>Crecimiento, incorporación y mortalidad entre dos capas de árboles del mismo terreno, por árbol y por hectárea.</translation>
+    </message>
+    <message>
+      <source>Pairs the trees of both dates by position, plot by plot, as match-plots pairs field plots (the maps may be shifted and turned against each other; a plot whose placing is not sure is left out and named). Per tree: growth of DBH with its interval. Per hectare (with plots): growth of survivors, ingrowth, mortality and net change of basal area and of the number of trees, with errors from the spread of the plots and from what all trees of a date share (bias of the camera, scale of the block), which does not average out. A new tree that is too thick to be new was missed at the first date; the share of such trees says how many of those that are not found again are dead. Reviewed trees count as reviewed. Writes change.gpkg, change.csv, change.html, change.pdf and change.json.</source>
+      <translation>Empareja por posición los árboles de ambas fechas, parcela por parcela, como match-plots con las parcelas de campo (los mapas pueden estar desplazados y girados entre sí; una parcela de colocación insegura se deja fuera y se nombra). Por árbol: crecimiento del DAP con su intervalo. Por hectárea (con parcelas): crecimiento de los supervivientes, incorporación, mortalidad y cambio neto del área basal y del número de pies, con errores de la dispersión entre parcelas y de lo que comparten todos los árboles de una fecha (sesgo de la cámara, escala del bloque), que no se promedia. Un árbol nuevo demasiado grueso para serlo se omitió en la primera fecha; la proporción de tales árboles dice cuántos de los no encontrados están muertos. Los árboles revisados cuentan como se revisaron. Escribe change.gpkg, change.csv, change.html, change.pdf y change.json.</translation>
+    </message>
+    <message>
+      <source>Before</source>
+      <translation>Antes</translation>
+    </message>
+    <message>
+      <source>tree layer of the first date</source>
+      <translation>capa de árboles de la primera fecha</translation>
+    </message>
+    <message>
+      <source>After</source>
+      <translation>Después</translation>
+    </message>
+    <message>
+      <source>tree layer of the second date</source>
+      <translation>capa de árboles de la segunda fecha</translation>
+    </message>
+    <message>
+      <source>Years</source>
+      <translation>Años</translation>
+    </message>
+    <message>
+      <source>years (seasons of growth) between the dates</source>
+      <translation>años (períodos vegetativos) entre las fechas</translation>
+    </message>
+    <message>
+      <source>plots, as for stand-table; without: all trees together, and nothing per hectare</source>
+      <translation>parcelas, como para stand-table; sin ellas: todos los árboles juntos y nada por hectárea</translation>
+    </message>
+    <message>
+      <source>folder for the page, the layer and the tables</source>
+      <translation>carpeta para la página, la capa y las tablas</translation>
+    </message>
+    <message>
+      <source>Max yearly growth [cm]</source>
+      <translation>Crecimiento anual máximo [cm]</translation>
+    </message>
+    <message>
+      <source>what no tree grows more in a year: a new one that is thicker than this allows was missed at the first date</source>
+      <translation>lo que ningún árbol supera en un año: uno nuevo más grueso de lo que esto permite se omitió en la primera fecha</translation>
+    </message>
+    <message>
+      <source>standard error of a bias that all DBHs of one date share</source>
+      <translation>error estándar de un sesgo que comparten todos los DAP de una fecha</translation>
+    </message>
+    <message>
+      <source>Cancels [%]</source>
+      <translation>Se anula [%]</translation>
+    </message>
+    <message>
+      <source>of that bias's variance, what both dates have alike (same camera, same method, same settings) and what so cancels in the growth; 0 where it is not known</source>
+      <translation>de la varianza de ese sesgo, la parte que ambas fechas tienen igual (misma cámara, mismo método, mismos ajustes) y que se anula en el crecimiento; 0 si no se sabe</translation>
+    </message>
+    <message>
+      <source>Block before [%]</source>
+      <translation>Bloque antes [%]</translation>
+    </message>
+    <message>
+      <source>relative standard error of lengths in the first date's block (scale_sd in the workspace's run.json, times 100)</source>
+      <translation>error estándar relativo de las longitudes en el bloque de la primera fecha (scale_sd en run.json del espacio de trabajo, por 100)</translation>
+    </message>
+    <message>
+      <source>Block after [%]</source>
+      <translation>Bloque después [%]</translation>
+    </message>
+    <message>
+      <source>the same of the second date's block</source>
+      <translation>lo mismo del bloque de la segunda fecha</translation>
+    </message>
+    <message>
+      <source>how far the two maps may be shifted against each other, standard error (0.05 with RTK or PPK, 3 without)</source>
+      <translation>cuánto pueden estar desplazados los dos mapas entre sí, error estándar (0,05 con RTK o PPK, 3 sin)</translation>
+    </message>
+    <message>
+      <source>how far they may be turned against each other</source>
+      <translation>cuánto pueden estar girados entre sí</translation>
+    </message>
+    <message>
+      <source>trees further apart than this after co-registration are never the same tree</source>
+      <translation>árboles más separados que esto tras el ajuste nunca son el mismo árbol</translation>
+    </message>
+    <message>
+      <source>every tree with what became of it</source>
+      <translation>cada árbol con lo que fue de él</translation>
+    </message>
+    <message>
+      <source>trees measured at both dates</source>
+      <translation>árboles medidos en ambas fechas</translation>
+    </message>
+    <message>
+      <source>trees that grew into the count</source>
+      <translation>árboles incorporados</translation>
+    </message>
+    <message>
+      <source>trees not found again, or dead</source>
+      <translation>árboles no encontrados de nuevo, o muertos</translation>
+    </message>
+    <message>
+      <source>trees whose partner is not sure</source>
+      <translation>árboles sin pareja segura</translation>
+    </message>
+    <message>
+      <source>mean growth of DBH of the survivors, cm a year</source>
+      <translation>crecimiento medio del DAP de los supervivientes, cm al año</translation>
+    </message>
+    <message>
+      <source>net change of basal area, m²/ha</source>
+      <translation>cambio neto del área basal, m²/ha</translation>
     </message>
     <message>
       <source>Benchmark speed and accuracy</source>
@@ -3252,6 +3710,14 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>revise las fotos o mida a mano</translation>
     </message>
     <message>
+      <source>ivy or other growth covers the bark at breast height</source>
+      <translation>hiedra u otra vegetación cubre la corteza a la altura del pecho</translation>
+    </message>
+    <message>
+      <source>measure under it by hand; what is seen is thicker than the stem</source>
+      <translation>mida a mano por debajo; lo que se ve es más grueso que el fuste</translation>
+    </message>
+    <message>
       <source>the points cover too little of the stem's circumference</source>
       <translation>los puntos cubren muy poco de la circunferencia del tronco</translation>
     </message>
@@ -3364,12 +3830,108 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>compruebe la unidad de las alturas de la nube y mida de nuevo</translation>
     </message>
     <message>
+      <source>a person says that a stem stands here, but none was found</source>
+      <translation>una persona dice que aquí hay un fuste, pero no se encontró ninguno</translation>
+    </message>
+    <message>
+      <source>measure it at its place in the photos, or by tape</source>
+      <translation>medirlo en su lugar en las fotos o con cinta</translation>
+    </message>
+    <message>
       <source>the tree stands at the edge of the data</source>
       <translation>el árbol está en el borde de los datos</translation>
     </message>
     <message>
       <source>extend the survey beyond the plot</source>
       <translation>amplíe el vuelo más allá de la parcela</translation>
+    </message>
+    <message>
+      <source>Number at the first date</source>
+      <translation>Número en la primera fecha</translation>
+    </message>
+    <message>
+      <source>Number at the second date</source>
+      <translation>Número en la segunda fecha</translation>
+    </message>
+    <message>
+      <source>Fate</source>
+      <translation>Destino</translation>
+    </message>
+    <message>
+      <source>DBH at the first date [cm]</source>
+      <translation>DAP en la primera fecha [cm]</translation>
+    </message>
+    <message>
+      <source>DBH at the second date [cm]</source>
+      <translation>DAP en la segunda fecha [cm]</translation>
+    </message>
+    <message>
+      <source>Growth [cm]</source>
+      <translation>Crecimiento [cm]</translation>
+    </message>
+    <message>
+      <source>Growth, standard error [cm]</source>
+      <translation>Crecimiento, error estándar [cm]</translation>
+    </message>
+    <message>
+      <source>Growth, lower end of the interval [cm]</source>
+      <translation>Crecimiento, intervalo desde [cm]</translation>
+    </message>
+    <message>
+      <source>Growth, upper end of the interval [cm]</source>
+      <translation>Crecimiento, intervalo hasta [cm]</translation>
+    </message>
+    <message>
+      <source>Growth [cm a year]</source>
+      <translation>Crecimiento [cm al año]</translation>
+    </message>
+    <message>
+      <source>Growth of basal area [m²]</source>
+      <translation>Crecimiento del área basal [m²]</translation>
+    </message>
+    <message>
+      <source>Distance after co-registration [m]</source>
+      <translation>Distancia tras el ajuste [m]</translation>
+    </message>
+    <message>
+      <source>Easting [m]</source>
+      <translation>Este [m]</translation>
+    </message>
+    <message>
+      <source>Northing [m]</source>
+      <translation>Norte [m]</translation>
+    </message>
+    <message>
+      <source>survivor</source>
+      <translation>superviviente</translation>
+    </message>
+    <message>
+      <source>ingrowth</source>
+      <translation>incorporación</translation>
+    </message>
+    <message>
+      <source>mortality</source>
+      <translation>mortalidad</translation>
+    </message>
+    <message>
+      <source>missed before</source>
+      <translation>omitido antes</translation>
+    </message>
+    <message>
+      <source>no growth known</source>
+      <translation>crecimiento desconocido</translation>
+    </message>
+    <message>
+      <source>unsure</source>
+      <translation>inseguro</translation>
+    </message>
+    <message>
+      <source>too small</source>
+      <translation>demasiado pequeño</translation>
+    </message>
+    <message>
+      <source>dead</source>
+      <translation>muerto</translation>
     </message>
     <message>
       <source>DBH [cm]</source>
@@ -3432,16 +3994,16 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>par rechazado</translation>
     </message>
     <message>
-      <source>Easting [m]</source>
-      <translation>Este [m]</translation>
-    </message>
-    <message>
-      <source>Northing [m]</source>
-      <translation>Norte [m]</translation>
-    </message>
-    <message>
       <source>Measured DBH [cm]</source>
       <translation>DAP medido [cm]</translation>
+    </message>
+    <message>
+      <source>DBH as measured [cm]</source>
+      <translation>DAP medido [cm]</translation>
+    </message>
+    <message>
+      <source>Decision</source>
+      <translation>Decisión</translation>
     </message>
     <message>
       <source>In the plot's circle</source>
@@ -3458,10 +4020,6 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
     <message>
       <source>DBH, upper end of 90 % interval [cm]</source>
       <translation>DAP, extremo superior del intervalo del 90 % [cm]</translation>
-    </message>
-    <message>
-      <source>Distance after co-registration [m]</source>
-      <translation>Distancia tras el ajuste [m]</translation>
     </message>
     <message>
       <source>Log-odds against the next best pairing</source>
@@ -3692,14 +4250,6 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Motivos</translation>
     </message>
     <message>
-      <source>too small</source>
-      <translation>demasiado pequeño</translation>
-    </message>
-    <message>
-      <source>dead</source>
-      <translation>muerto</translation>
-    </message>
-    <message>
       <source>Photo</source>
       <translation>Foto</translation>
     </message>
@@ -3784,6 +4334,94 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>desconocida</translation>
     </message>
     <message>
+      <source>Taped DBH [cm]</source>
+      <translation>DAP con cinta [cm]</translation>
+    </message>
+    <message>
+      <source>Measured - taped DBH [cm]</source>
+      <translation>DAP medido - cinta [cm]</translation>
+    </message>
+    <message>
+      <source>Tape inside the interval</source>
+      <translation>Cinta dentro del intervalo</translation>
+    </message>
+    <message>
+      <source>State</source>
+      <translation>Estado</translation>
+    </message>
+    <message>
+      <source>Look again</source>
+      <translation>Mirar otra vez</translation>
+    </message>
+    <message>
+      <source>Place in the walk</source>
+      <translation>Lugar en el recorrido</translation>
+    </message>
+    <message>
+      <source>Drawn tree beside it</source>
+      <translation>Árbol sorteado al lado</translation>
+    </message>
+    <message>
+      <source>Measured DBH, about [cm]</source>
+      <translation>DAP medido, aproximado [cm]</translation>
+    </message>
+    <message>
+      <source>Bearing from the centre [°]</source>
+      <translation>Rumbo desde el centro [°]</translation>
+    </message>
+    <message>
+      <source>Distance from the centre [m]</source>
+      <translation>Distancia desde el centro [m]</translation>
+    </message>
+    <message>
+      <source>Longitude [°]</source>
+      <translation>Longitud [°]</translation>
+    </message>
+    <message>
+      <source>Latitude [°]</source>
+      <translation>Latitud [°]</translation>
+    </message>
+    <message>
+      <source>Stratum</source>
+      <translation>Estrato</translation>
+    </message>
+    <message>
+      <source>Chance of being drawn</source>
+      <translation>Probabilidad del sorteo</translation>
+    </message>
+    <message>
+      <source>Trees that were drawn from</source>
+      <translation>Árboles entre los que se sorteó</translation>
+    </message>
+    <message>
+      <source>Mark of the list</source>
+      <translation>Marca de la lista</translation>
+    </message>
+    <message>
+      <source>to tape</source>
+      <translation>por medir</translation>
+    </message>
+    <message>
+      <source>no tree there</source>
+      <translation>no hay árbol</translation>
+    </message>
+    <message>
+      <source>not reached</source>
+      <translation>no alcanzado</translation>
+    </message>
+    <message>
+      <source>Filled in by the crew</source>
+      <translation>Rellenado por la cuadrilla</translation>
+    </message>
+    <message>
+      <source>Drawn tree</source>
+      <translation>Árbol sorteado</translation>
+    </message>
+    <message>
+      <source>none (no tree there)</source>
+      <translation>none (no hay árbol)</translation>
+    </message>
+    <message>
       <source>Easting at breast height [m]</source>
       <translation>Este a la altura del pecho [m]</translation>
     </message>
@@ -3840,8 +4478,32 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
       <translation>Vivo o muerto</translation>
     </message>
     <message>
+      <source>Why</source>
+      <translation>Por qué</translation>
+    </message>
+    <message>
+      <source>Decided by</source>
+      <translation>Decidido por</translation>
+    </message>
+    <message>
+      <source>Decided at (UTC)</source>
+      <translation>Decidido el (UTC)</translation>
+    </message>
+    <message>
       <source>seen, no DBH</source>
       <translation>visto, sin DAP</translation>
+    </message>
+    <message>
+      <source>accepted or taped by a person</source>
+      <translation>aceptado o medido con cinta por una persona</translation>
+    </message>
+    <message>
+      <source>a person says: a stem without a DBH</source>
+      <translation>una persona dice: un fuste sin DAP</translation>
+    </message>
+    <message>
+      <source>a person says: no tree of its own</source>
+      <translation>una persona dice: no es un árbol aparte</translation>
     </message>
     <message>
       <source>Yours to write</source>
@@ -3858,6 +4520,26 @@ carpeta de wheels. Lo que quedó a medias continúa al ejecutarlo otra vez.&lt;/
     <message>
       <source>live</source>
       <translation>vivo</translation>
+    </message>
+    <message>
+      <source>not decided</source>
+      <translation>sin decidir</translation>
+    </message>
+    <message>
+      <source>accepted</source>
+      <translation>aceptado</translation>
+    </message>
+    <message>
+      <source>no tree stands here</source>
+      <translation>aquí no hay árbol</translation>
+    </message>
+    <message>
+      <source>the same tree as another</source>
+      <translation>el mismo árbol que otro</translation>
+    </message>
+    <message>
+      <source>a stem stands here, DBH unknown</source>
+      <translation>aquí hay un fuste, DAP desconocido</translation>
     </message>
   </context>
 </TS>

@@ -1,0 +1,71 @@
+"""The tape verbs and two dates in real QGIS: drawn, filled in as in the layer's form, checked, corrected, compared."""
+
+import json
+import subprocess
+
+import geopandas as gpd
+import numpy as np
+import pytest
+
+from tests.inventory.stand_helpers import edit_in_qgis, make_survey
+
+#: Types every drawn tree's diameter, and that one of them is no tree, as the form does.
+FILL_IN = """
+import json, sys
+from qgis.core import QgsApplication, QgsVectorLayer
+application = QgsApplication([], False)
+application.initQgis()
+layer = QgsVectorLayer(sys.argv[1] + "|layername=tapes", "tapes", "ogr")
+assert layer.isValid() and layer.startEditing()
+given = json.loads(sys.argv[2])
+names = layer.fields()
+for feature in layer.getFeatures():
+    value = given[str(feature["tree_id"])]
+    if value is None:
+        layer.changeAttributeValue(feature.id(), names.indexOf("state"), "none")
+    else:
+        layer.changeAttributeValue(feature.id(), names.indexOf("taped_cm"), value)
+setup = layer.editorWidgetSetup(names.indexOf("state"))
+assert layer.commitChanges(), layer.commitErrors()
+print("SAVED", setup.type(), json.dumps(setup.config()))
+"""
+
+
+def test_from_the_draw_to_the_corrected_table(qgis, tmp_path):
+    folder = make_survey(tmp_path)
+    shared = {"TREES": folder / "trees.gpkg", "PLOTS": folder / "plots.csv"}
+    done = qgis.run("tapesample", None, **shared, N=15, OUTPUT=folder / "tapes")
+    assert done.returncode == 0, done.stdout
+    table = gpd.read_file(folder / "tapes" / "tapes.gpkg", layer="tapes")
+    rng = np.random.default_rng(1)
+    typed = {
+        str(row.tree_id): round(float(np.nan_to_num(row.dbh_cm, nan=16.0) - 0.6 + rng.normal(0, 0.3)), 1)
+        for row in table.itertuples()
+    }
+    typed[next(iter(typed))] = None
+    said = edit_in_qgis(FILL_IN, folder / "tapes" / "tapes.gpkg", typed)
+    assert "ValueMap" in said and "not reached" in said
+    taped = folder / "tapes" / "tapes.gpkg"
+    done = qgis.run("tapecheck", None, **shared, TAPED=taped, OUTPUT=folder / "check")
+    assert done.returncode == 0, done.stdout
+    kept = json.loads((folder / "check" / "tape_check.json").read_text())
+    assert kept["bias_cm"] == pytest.approx(0.6, abs=0.3) and kept["trees_difference"]["corrected"] < kept["n_frame"]
+    done = qgis.run("standtable", None, **shared, TAPED=taped, SPECIES="PITA", OUTPUT=folder / "stand")
+    assert done.returncode == 0, done.stdout
+    found = json.loads((folder / "stand" / "summary.json").read_text())["taped"]
+    assert found["n"] == 15 and found["quantities"]["ba"]["corrected"] < found["quantities"]["ba"]["measured"]
+    # The form as a page of paper.
+    text = subprocess.run(["pdftotext", folder / "tapes" / "tape_form.pdf", "-"], capture_output=True, text=True).stdout
+    assert "Trees that are not on the map" in text
+
+
+def test_two_dates(qgis, tmp_path):
+    folder = make_survey(tmp_path)
+    later = gpd.read_file(folder / "trees.gpkg", layer="trees")
+    later["dbh_cm"] += 1.5
+    later.to_file(folder / "later.gpkg", layer="trees")
+    values = {"BEFORE": folder / "trees.gpkg", "AFTER": folder / "later.gpkg", "PLOTS": folder / "plots.csv"}
+    done = qgis.run("compare", None, **values, YEARS=5, OUTPUT=folder / "change")
+    assert done.returncode == 0, done.stdout
+    kept = json.loads((folder / "change" / "change.json").read_text())
+    assert kept["per_ha"]["growth_cm_a"]["mean"] == pytest.approx(0.3, abs=0.001)
