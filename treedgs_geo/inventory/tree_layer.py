@@ -46,6 +46,12 @@ def tree_table(trees: list[Tree], crs: pyproj.CRS | str) -> gpd.GeoDataFrame:
     :data:`treedgs_geo.trees.tree.TREE_FIELDS`.
 
     Missing numbers are NULL in every file; z falls back to 0 only in the geometry (``z_ground`` stays NULL).
+
+    Examples:
+        >>> import treedgs_geo as tg
+        >>> table = tg.tree_table([tg.Tree(1, 500000.0, 5.2e6, dbh_cm=31.04)], "EPSG:32632")
+        >>> table[["tree_id", "dbh_cm"]].values.tolist()
+        [[1, 31.04]]
     """
     rows = [{name: getattr(tree.finish(), name) for name in TREE_FIELDS} for tree in trees]
     table = pd.DataFrame(rows, columns=list(TREE_FIELDS))
