@@ -71,7 +71,7 @@ COMMAND = Command(
     group="Inventory",
     summary="Draws the trees to tape with known chances, with a map and form to print and waypoints for the phone.",
     help=(
-        "Draws trees of a tree layer so that the tapes can correct its totals (tape-check, stand-table --taped): "
+        "Draws trees of a tree layer so that the tapes can correct its totals (tape-check, stand-table): "
         "stratified by flag and DBH class (simple random in each), or with probability proportional to basal area by "
         "Brewer's method. Stems without a DBH can be drawn too; dead trees are not. Writes tapes.gpkg and tapes.csv to "
         "fill in (taped_cm, or girth_cm; state none, dead or not reached; a row without tree_id is a tree that the map "
