@@ -36,6 +36,7 @@ WRITERS = {
     "gaussian_growth.json": "benchmarks.gaussians.growth",
     "gaussian_route_*.json": "benchmarks.gaussians.route",
     "gaussian_throughput.json": "benchmarks.gaussians.throughput",
+    "given_stems.json": "benchmarks.chain.given_stems",
     "geotags.json": "benchmarks.reconstruction.geotags",
     "ground_filters.json": "benchmarks.terrain.filters",
     "ground_cut.json": "benchmarks.terrain.ground_cut",

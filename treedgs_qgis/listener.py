@@ -52,6 +52,7 @@ STAGES = {
     "plots and terrain": "Plots and terrain model",
     "overlap": "Overlap of the photos",
     "pair trees": "Pairing field and measured trees",
+    "given stems": "Stems at the places given",
     "sheets": "A picture of the evidence for each tree",
     "write": "Writing layer and report",
     "read": "Reading the tables",

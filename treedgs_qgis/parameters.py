@@ -58,6 +58,7 @@ _WORDS = {
     "ha": "hectare",
     "gcp": "ground control points",
     "gnss": "GNSS",
+    "at": "at these points",
 }
 #: Endings of a name that only repeat the unit.
 _UNIT_WORDS = {"m", "cm", "mm", "deg", "s", "px", "gb", "pct", "m2", "ha", "min", "ms", "stops"}

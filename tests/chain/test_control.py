@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from small_flight import CRS, Flight, lines, write_photos
 
-from treedgs_geo.chain.photos import _control, _geotag, _reconstruct
+from treedgs_geo.chain.prepare import _control, _geotag, _reconstruct
 from treedgs_geo.chain.routes import CHAIN_PRESETS
 from treedgs_geo.chain.run import Run
 from treedgs_geo.chain.settings import PhotosToDbhSettings
@@ -60,10 +60,10 @@ def handed(monkeypatch) -> list[dict]:
             (sfm / name).write_text(json.dumps(REPORTED))
         return REPORTED
 
-    for module in ("chain.photos", "reconstruction.pipeline"):
+    for module in ("chain.prepare", "reconstruction.pipeline"):
         monkeypatch.setattr(f"treedgs_geo.{module}.reconstruct_photos", reconstruct)
-    monkeypatch.setattr("treedgs_geo.chain.photos.load_views", lambda *_: (None, []))
-    monkeypatch.setattr("treedgs_geo.chain.photos.load_points", lambda _: SimpleNamespace(xyz=np.zeros((0, 3))))
+    monkeypatch.setattr("treedgs_geo.chain.prepare.load_views", lambda *_: (None, []))
+    monkeypatch.setattr("treedgs_geo.chain.prepare.load_points", lambda _: SimpleNamespace(xyz=np.zeros((0, 3))))
     return calls
 
 

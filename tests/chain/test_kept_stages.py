@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from treedgs_geo.chain.photos import _geotag
+from treedgs_geo.chain.prepare import _geotag
 from treedgs_geo.chain.routes import CHAIN_PRESETS
 from treedgs_geo.chain.run import Run
 from treedgs_geo.chain.settings import PhotosToDbhSettings

@@ -12,7 +12,7 @@ import pyproj
 import pytest
 from small_campaign import make_cloud
 
-from treedgs_geo.chain.photos import read_kept_trees
+from treedgs_geo.chain.measure import read_kept_trees
 from treedgs_geo.cli import main
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.errors import CRSError, GeotagError, InputError, OutputError

@@ -10,8 +10,8 @@ from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.from_photos.backdrop import cut_silhouette, make_backdrop
 from treedgs_geo.from_photos.carving import CELL_M, HEIGHTS, carved_seeds, clear_known, hidden_ground, searched
-from treedgs_geo.from_photos.find import chance_contrast
 from treedgs_geo.from_photos.fine import NO_STEMS
+from treedgs_geo.from_photos.looks import chance_contrast
 from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.from_photos.stack import GroundGrid, load_stack
 from treedgs_geo.reconstruction.area import Area

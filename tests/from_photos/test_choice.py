@@ -12,9 +12,10 @@ from rendered_stems import Stem, oblique_views, render
 from treedgs_geo.from_photos.choice import Explanation, choose
 from treedgs_geo.from_photos.coarse import Mode
 from treedgs_geo.from_photos.errors import OVAL_SD, oval_error_cm, standard_error_cm
-from treedgs_geo.from_photos.find import looked_at_twice, stems_from_photos
+from treedgs_geo.from_photos.find import stems_from_photos
 from treedgs_geo.from_photos.fine import FineFit
 from treedgs_geo.from_photos.options import PhotoStemOptions
+from treedgs_geo.from_photos.settle import looked_at_twice
 from treedgs_geo.from_photos.strips import StemAxis
 from treedgs_geo.from_photos.touching import crowded
 from treedgs_geo.from_photos.verdict import GAIN_LOW_CONFIDENCE, GAIN_MERGED, FitQuality, verdict

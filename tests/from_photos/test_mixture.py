@@ -10,10 +10,10 @@ import pytest
 from treedgs_geo.core.intervals import HALF_WIDTH_SE
 from treedgs_geo.from_photos.choice import Choice, Explanation
 from treedgs_geo.from_photos.coarse import Mode
-from treedgs_geo.from_photos.find import merge, without_open_diameter
 from treedgs_geo.from_photos.fine import FineFit
 from treedgs_geo.from_photos.fit import PhotoFit
 from treedgs_geo.from_photos.mixture import PAIR_SE_CM, Mixture, Others
+from treedgs_geo.from_photos.settle import merge, without_open_diameter
 from treedgs_geo.from_photos.strips import StemAxis
 from treedgs_geo.from_photos.verdict import GAIN_LOW_CONFIDENCE, GAIN_MERGED, companion_share
 from treedgs_geo.trees.tree import Tree, with_block_errors

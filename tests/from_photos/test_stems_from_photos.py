@@ -17,7 +17,7 @@ from treedgs_geo.from_photos.coarse import terminators
 from treedgs_geo.from_photos.detect import N_BINS, lean_grid, rank_lut
 from treedgs_geo.from_photos.errors import azimuth_spread
 from treedgs_geo.from_photos.find import stems_from_photos
-from treedgs_geo.from_photos.kept import read_fits, write_fits
+from treedgs_geo.from_photos.kept import KeptFits, read_fits, write_fits
 from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.from_photos.stack import GroundGrid, choose_views, load_stack
 from treedgs_geo.from_photos.strips import StemAxis, StripLayout, cut_strips
@@ -84,8 +84,9 @@ def test_same_inputs_give_the_same_stems(views, fits):
 
 def test_fits_are_kept_as_they_are(fits, views, tmp_path):
     """A later stage, or a later run, goes on from them."""
-    write_fits(tmp_path / "fits.json", fits, {1: 27.25})
-    kept, second_cm = read_fits(tmp_path / "fits.json")
+    write_fits(tmp_path / "fits.json", KeptFits(fits, {1: 27.25}))
+    read = read_fits(tmp_path / "fits.json")
+    kept, second_cm = read.fits, read.second_cm
     assert second_cm == {1: 27.25} and len(kept) == len(fits)
     for fit, again in zip(fits, kept, strict=True):
         assert set(again.photos) <= {view.name for view in views} and len(again.photos) == len(again.seen)

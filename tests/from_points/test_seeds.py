@@ -8,7 +8,8 @@ from synthetic_cloud import plot_cloud
 
 from treedgs_geo.cli import main
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.from_points.segmentation.field_stems import FIELD_MATCH_M, answer_stems, name_stems, read_field_stems
+from treedgs_geo.core.field_stems import read_field_stems
+from treedgs_geo.from_points.segmentation.field_stems import FIELD_MATCH_M, answer_stems, name_stems
 from treedgs_geo.from_points.segmentation.segment import find_stems
 from treedgs_geo.pointcloud.cloud import PointCloud
 from treedgs_geo.pointcloud.files import read_cloud, write_cloud

@@ -247,7 +247,8 @@ for name in ("standtable", "pointcloudtodbh", "photostodbh", "matchplots", "reco
     assert said["pointcloudtodbh"].startswith("['INPUT', 'PLOTS', 'DTM', 'CRS'")
     assert said["matchplots"].startswith("['TREES', 'FIELD', 'PLOTS', 'NORTH'")
     assert kinds["standtable"] == str(dict.fromkeys(("TREES", "PLOTS", "PAIRS", "BOUNDARY", "TAPED"), "vector"))
-    assert kinds["photostodbh"] == kinds["reconstruct"] == kinds["pointcloudtodbh"] == "{'DTM': 'raster'}"
+    assert kinds["reconstruct"] == kinds["pointcloudtodbh"] == "{'DTM': 'raster'}"
+    assert kinds["photostodbh"] == "{'DTM': 'raster', 'FIELD_STEMS': 'vector', 'AT': 'vector'}"
 
 
 def test_make_setup_adds_its_own_locked_list(shell, tmp_path):

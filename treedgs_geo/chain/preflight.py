@@ -49,8 +49,8 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     from ..geotags.reading import read_stations
     from ..reconstruction.calibration import calibration_of
     from ..terrain.dtm import read_dtm
-    from .photos import check_cover
     from .planned import only_nadir, planned_ground, planned_views, search_ahead
+    from .prepare import check_cover
     from .routes import CHAIN_PRESETS
     from .run import Flight
 

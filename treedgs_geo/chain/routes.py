@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -10,8 +11,9 @@ import numpy as np
 from ..core import workspace as names
 from ..core.machine import available_threads
 from ..core.progress import Reporter
-from ..from_photos.find import stems_from_photos
-from ..from_photos.fit import PhotoFit
+from ..from_photos.find import Searched, search_photos
+from ..from_photos.given import GivenStems
+from ..from_photos.kept import KeptFits
 from ..from_photos.options import PhotoStemOptions
 from ..from_photos.trees import trees_of_photo_fits
 from ..reconstruction.pipeline import ReconstructOptions
@@ -39,13 +41,11 @@ class Preset:
 
 @dataclass(frozen=True)
 class Found:
-    """What a route found. trees: project coordinates. fits: the stems as the photos show them, local frame; the tree
-    with ``tree_id`` N is that of ``fits[N - 1]``. second_cm: diameters that a second measurement read, by index of the
-    fit. facts: what the route adds to the stage's result."""
+    """What a route found. trees: project coordinates. kept: the stems as the photos show them, local frame; the tree
+    with ``tree_id`` N is that of ``kept.fits[N - 1]``. facts: what the route adds to the stage's result."""
 
     trees: list[Tree]
-    fits: list[PhotoFit]
-    second_cm: dict[int, float] = field(default_factory=dict)
+    kept: KeptFits
     facts: dict[str, Any] = field(default_factory=dict)
 
 
@@ -68,48 +68,59 @@ def preset_of(name: str, stem_network: str) -> Preset:
     return replace(preset, stems=replace(preset.stems, stem_network=stem_network))
 
 
-def photo_route(site: Site, preset: Preset, bh_m: float, reporter: Reporter) -> Found:
-    """Stems found and fitted straight in the photos."""
-    fits = _photo_fits(site, preset, bh_m, reporter)
-    return Found(trees_of_photo_fits(fits, site.frame), fits)
+def photo_route(site: Site, preset: Preset, bh_m: float, reporter: Reporter, given: GivenStems | None = None) -> Found:
+    """Stems found and fitted straight in the photos. given: stems known to stand there."""
+    searched = _searched(site, preset, bh_m, reporter, given)
+    return Found(trees_of_photo_fits(searched.fits, site.frame), KeptFits(searched.fits, looks=searched.looks))
 
 
-def _photo_fits(site: Site, preset: Preset, bh_m: float, reporter: Reporter) -> list[PhotoFit]:
+def _searched(site: Site, preset: Preset, bh_m: float, reporter: Reporter, given: GivenStems | None) -> Searched:
     options = replace(preset.stems, bh_m=bh_m)
-    return stems_from_photos(site.views, site.ground, site.area, options, reporter)
+    return search_photos(site.views, site.ground, site.area, options, reporter, given)
 
 
-def auto_route(site: Site, preset: Preset, bh_m: float, seed: int, reporter: Reporter) -> Found:
+def auto_route(
+    site: Site, preset: Preset, bh_m: float, seed: int, reporter: Reporter, given: GivenStems | None = None
+) -> Found:
     """Stems fitted straight in the photos; those of low confidence are measured again among Gaussians.
 
     The facts have what the second measurement changed; none where no stem was measured again.
     """
+    with reporter.stage("stems", 0.0, 0.6):
+        found = photo_route(site, preset, bh_m, reporter, given)
+    with reporter.stage("second measurement", 0.6, 1.0):
+        return measured_again(found, range(len(found.trees)), site, preset, bh_m, seed, reporter)
+
+
+def measured_again(
+    found: Found, asked: Collection[int], site: Site, preset: Preset, bh_m: float, seed: int, reporter: Reporter
+) -> Found:
+    """The same with those of the stems ``asked`` for (indices) measured again that the preset wants so."""
     from ..gaussians.options import GaussianOptions
     from ..gaussians.train import fit_with_report
 
-    with reporter.stage("stems", 0.0, 0.6):
-        fits = _photo_fits(site, preset, bh_m, reporter)
-    trees = trees_of_photo_fits(fits, site.frame)
+    fits = found.kept.fits
     if preset.second == "none" or not fits:
-        return Found(trees, fits)
+        return found
     places = np.array([fit.axis.p for fit in fits])
-    chosen = stems_to_measure_again(fits, site.area.contains(places, 0.0), preset.second == "all")
+    inside = site.area.contains(places, 0.0) & np.isin(np.arange(len(fits)), list(asked))
+    chosen = stems_to_measure_again(fits, inside, preset.second == "all")
     if not chosen:
-        return Found(trees, fits)
-    with reporter.stage("second measurement", 0.6, 1.0):
-        options = GaussianOptions(seed=seed, bh_m=bh_m, threads=available_threads())
-        _, report = fit_with_report(site.views, site.frame, site.ground, places[chosen], None, options, reporter)
-        found = {chosen[at]: stem for at, stem in report.primitives.items()}
-        trees, again = with_second_measurements(trees, fits, found, bh_m)
-        reporter.info(
-            f"{len(chosen)} stems measured again with a model of their bark: {again.agreed} agree, {again.gained} "
-            f"have a diameter now, {again.flagged} are to be checked."
-        )
-    second_cm = {number: stem.primitive.dbh_cm for number, stem in found.items()}
-    return Found(trees, fits, second_cm, {"second_measurement": asdict(again)})
+        return found
+    options = GaussianOptions(seed=seed, bh_m=bh_m, threads=available_threads())
+    _, report = fit_with_report(site.views, site.frame, site.ground, places[chosen], None, options, reporter)
+    primitives = {chosen[at]: stem for at, stem in report.primitives.items()}
+    trees, again = with_second_measurements(found.trees, fits, primitives, bh_m)
+    reporter.info(
+        f"{len(chosen)} stems measured again with a model of their bark: {again.agreed} agree, {again.gained} "
+        f"have a diameter now, {again.flagged} are to be checked."
+    )
+    second_cm = {number: stem.primitive.dbh_cm for number, stem in primitives.items()}
+    kept = replace(found.kept, second_cm=found.kept.second_cm | second_cm)
+    return Found(trees, kept, {"second_measurement": asdict(again)})
 
 
-def splat_route(site: Site, run: Run, reporter: Reporter, paper: bool) -> Found:
+def splat_route(site: Site, run: Run, reporter: Reporter, paper: bool, given: GivenStems | None = None) -> Found:
     """Stem primitives and Gaussians in one loop; with ``paper`` the published route: Gaussians -> samples with
     reliability -> stem points -> slices, circles, taper, with the published constants.
 
@@ -122,7 +133,7 @@ def splat_route(site: Site, run: Run, reporter: Reporter, paper: bool) -> Found:
 
     settings, frame = run.settings, site.frame
     with reporter.stage("find stems", 0.0, 0.2):
-        looked = photo_route(site, run.preset, settings.bh_m, reporter)
+        looked = photo_route(site, run.preset, settings.bh_m, reporter, given)
     found = looked.trees
     if not found:
         return looked

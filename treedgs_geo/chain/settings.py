@@ -48,6 +48,29 @@ class PhotosToDbhSettings:
         help="CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); without it all that photos see well.",
         suffixes=(".csv",),
     )
+    field_stems: Path | None = param(
+        None,
+        kind="file",
+        help="Stems that a field crew knows: a point layer, or CSV with x, y or lon, lat and tree_id; each that the "
+        "search does not find by itself is looked for at its place, and ends as a tree or with the reason why not.",
+        suffixes=("gpkg", "shp", "geojson", "csv"),
+    )
+    field_error_m: float = param(
+        0.5,
+        kind="number",
+        help="How far a place of --field-stems or --at may be from its stem.",
+        unit="m",
+        minimum=0.1,
+        maximum=2.0,
+        advanced=True,
+    )
+    at: Path | None = param(
+        None,
+        kind="file",
+        help="Measure the stems at these points (layer or CSV as for --field-stems) from the finished run in the "
+        "workspace, in seconds, and add them to its tree layer; the other settings have to be those of that run.",
+        suffixes=("gpkg", "shp", "geojson", "csv"),
+    )
     preset: str = param(
         "balanced",
         kind="choice",

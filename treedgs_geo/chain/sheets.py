@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Iterator
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -14,11 +15,12 @@ import numpy as np
 
 from ..core import workspace as names
 from ..core.errors import OutputError
+from ..core.files import temporary_beside
 from ..core.progress import Reporter
-from ..from_photos.find import known_rows, photos_of
+from ..from_photos.find import photos_of
 from ..from_photos.fit import PhotoFit
-from ..from_photos.kept import read_fits
 from ..from_photos.options import PhotoStemOptions
+from ..from_photos.settle import known_rows
 from ..from_photos.shown import DrawnStem, look_at
 from ..from_photos.stack import choose_views
 from ..from_photos.tiles import split
@@ -26,6 +28,7 @@ from ..inventory.evidence.files import sheet_file, sheets_folder, trees_with_she
 from ..inventory.evidence.photo_sheet import PhotoEvidence, photo_sheet
 from ..reconstruction.area import Area
 from ..trees.tree import Tree
+from .kept_given import fits_by_id
 from .run import Run, Site
 
 #: A stem at the rim of a piece of ground may have been found in the next one, metres.
@@ -44,7 +47,7 @@ def make_sheets(run: Run, site: Site, trees: list[Tree]) -> dict[int, Path]:
 
     def work(reporter: Reporter) -> dict[str, Any]:
         with sheets_folder(folder, chosen[0].run_id) as made:
-            return {"sheets": _write(run, site, chosen, made, reporter)}
+            return {"sheets": draw_sheets(run, site, chosen, made, reporter)}
 
     text = json.dumps([asdict(tree) for tree in chosen], sort_keys=True)
     used = {"sheets": run.settings.sheets, "trees": hashlib.sha256(text.encode()).hexdigest()[:16]}
@@ -56,17 +59,37 @@ def make_sheets(run: Run, site: Site, trees: list[Tree]) -> dict[int, Path]:
     return dict(written_sheets(folder, chosen))
 
 
-def _write(run: Run, site: Site, trees: list[Tree], folder: Path, reporter: Reporter) -> int:
-    fits, second_cm = read_fits(run.path(names.FITS))
+def add_sheets(run: Run, site: Site, trees: list[Tree], reporter: Reporter) -> None:
+    """Sheets of more trees beside those of the run (its ``run_id``); trouble with them is a warning."""
+    wanted, folder = run.settings.sheets, run.path(names.SHEETS)
+    chosen = trees_with_sheets(trees, run.preset.sheets if wanted == "auto" else wanted, wanted != "auto")
+    if not chosen:
+        return
+    place = sheet_file(folder, chosen[0]).parent
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+        with temporary_beside(place) as made:
+            made.mkdir()
+            draw_sheets(run, site, chosen, made, reporter)
+            for sheet in made.iterdir():
+                os.replace(sheet, place / sheet.name)
+    except (OutputError, OSError) as problem:
+        reporter.warn(f"No evidence sheets: {problem}")
+
+
+def draw_sheets(run: Run, site: Site, trees: list[Tree], folder: Path, reporter: Reporter) -> int:
+    """Sheets of trees of the workspace into a folder; returns how many. Trouble with one is a warning."""
+    kept = fits_by_id(run)
+    fits = kept.fits
     options = replace(run.preset.stems, bh_m=run.settings.bh_m)
     done = 0
     for piece, members in _by_piece(site, trees, fits, options):
         _, stack = photos_of(site.views, site.ground, piece, options, reporter)
         for tree in members:
-            fit = fits[tree.tree_id - 1]
+            fit = fits[tree.tree_id]
             try:
-                shown = look_at(stack, fit, shape_of(tree, fit, site), _others(fits, tree.tree_id - 1), options)
-                second = second_cm.get(tree.tree_id - 1)
+                shown = look_at(stack, fit, shape_of(tree, fit, site), _others(fits, tree.tree_id), options)
+                second = kept.second_cm.get(tree.tree_id)
                 write_sheet(folder, tree, photo_sheet(PhotoEvidence(tree, fit, shown, stack, second)))
                 done += 1
             except (ValueError, IndexError, ArithmeticError, cv2.error) as problem:
@@ -85,15 +108,14 @@ def shape_of(tree: Tree, fit: PhotoFit, site: Site) -> DrawnStem:
     return DrawnStem(replace(fit.axis, p=place), tree.dbh_cm / 200, slope)
 
 
-def _others(fits: list[PhotoFit], own: int) -> np.ndarray:
+def _others(fits: dict[int, PhotoFit], own: int) -> np.ndarray:
     """(K, 10) the measured stems round a fit."""
     place = fits[own].axis.p
-    near = [k for k, fit in enumerate(fits) if k != own and np.hypot(*(fit.axis.p - place)) < _NEAR_M]
-    return known_rows([fits[k] for k in near])
+    return known_rows([fit for k, fit in fits.items() if k != own and np.hypot(*(fit.axis.p - place)) < _NEAR_M])
 
 
 def _by_piece(
-    site: Site, trees: list[Tree], fits: list[PhotoFit], options: PhotoStemOptions
+    site: Site, trees: list[Tree], fits: dict[int, PhotoFit], options: PhotoStemOptions
 ) -> Iterator[tuple[Area, list[Tree]]]:
     """The pieces of ground that were searched at once, with their trees: of the pieces round a stem that whose photos
     it was fitted in."""
@@ -101,7 +123,7 @@ def _by_piece(
     members: list[list[Tree]] = [[] for _ in pieces]
     photos: dict[int, set[str]] = {}
     for tree in trees:
-        fit = fits[tree.tree_id - 1]
+        fit = fits[tree.tree_id]
         x, y = fit.axis.p
         away = [max(x0 - x, x - x1, y0 - y, y - y1) for _, (x0, y0, x1, y1) in pieces]
         near = [k for k, far in enumerate(away) if far <= max(_RIM_M, min(away))]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from .. import __version__
-from ..core.errors import TreeDGSError
+from ..core.errors import InputError, TreeDGSError
 from ..core.files import fingerprint
 from ..core.geopackage import move_aside
 from ..core.progress import Reporter
@@ -37,10 +38,11 @@ class Collector(Reporter):
 
 
 class Steps:
-    """Runs stages one after the other; the key of a stage covers everything before it."""
+    """Runs stages one after the other; the key of a stage covers everything before it. only_kept: nothing is done
+    again; a stage that would have to be is an error."""
 
-    def __init__(self, space: Workspace, reporter: Reporter) -> None:
-        self.space, self.reporter = space, reporter
+    def __init__(self, space: Workspace, reporter: Reporter, only_kept: bool = False) -> None:
+        self.space, self.reporter, self.only_kept = space, reporter, only_kept
         self._key, self._run, self._at = "", "", 0.0
         self._left = dict(SHARES)
         self.warnings: list[str] = []
@@ -64,17 +66,27 @@ class Steps:
         settings: whatever changes the outcome. inputs: files whose content changes it. outputs: files that must be as
         the stage left them for it to count as done. always: never keep an earlier result. readable: for outputs that
         people may edit: raises a ``TreeDGSError`` when they cannot be used any more.
+
+        Raises:
+            InputError: the stage would have to be done again, and only kept ones are wanted.
         """
         share = self._left.pop(name)
         high = min(self._at + (1.0 - self._at) * share / (share + sum(self._left.values())), 1.0)
         contents = fingerprint(inputs)
         self._run = _hash(__version__, self._run, settings, contents)
-        self._key = _hash(__version__, self._key, settings, contents)
+        # The same folder by another name is no reason to do a stage again.
+        absolute = {k: os.path.abspath(v) if isinstance(v, Path) else v for k, v in settings.items()}
+        self._key = _hash(__version__, self._key, absolute, contents)
         plain = json.loads(json.dumps(settings, default=str))
         with self.reporter.stage(name, self._at, high):
             if not always and self._is_kept(name, outputs, readable):
                 self.reporter.info(f"{name}: unchanged since the last run, kept")
                 found = self.space.result(name)
+            elif self.only_kept:
+                raise InputError(
+                    f"{self.space.folder}: the stage {name} of its run is not finished with these inputs and settings; "
+                    "run photos-to-dbh with them once without --at, then give the points again."
+                )
             else:
                 collector = Collector(self.reporter)
                 edited = outputs if readable else []

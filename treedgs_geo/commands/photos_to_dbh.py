@@ -15,6 +15,10 @@ def photos_to_dbh(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str
         from ..chain.preflight import check_photos
 
         return check_photos(settings, reporter)
+    if settings.at is not None:
+        from ..chain.given import measure_given
+
+        return measure_given(settings, reporter)
     from ..chain.photos import run_chain
     from ..chain.preflight import report_kept
 

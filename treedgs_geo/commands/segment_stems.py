@@ -112,8 +112,9 @@ def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
 def _field_stems(settings: SegmentStemsSettings, crs: Any, low: Any, high: Any) -> Any:
     """The field stems in the cloud's CRS, ``None`` without a file; some of them have to stand in the cloud."""
     from ..core.errors import InputError
+    from ..core.field_stems import read_field_stems
     from ..core.scale import zone_that_fits
-    from ..from_points.segmentation.field_stems import FIELD_MATCH_M, read_field_stems
+    from ..from_points.segmentation.field_stems import FIELD_MATCH_M
 
     if settings.field_stems is None:
         return None

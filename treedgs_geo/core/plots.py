@@ -64,7 +64,7 @@ def read_plots(path: Path, crs: pyproj.CRS) -> list[Plot]:
             ) from None
         if not 0 < radius <= 1000:
             raise InputError(f"{path}, line {number}: radius_m is {radius:g}, expected metres above 0 and up to 1000.")
-        source = _source_crs(path, number, row, crs, metric)
+        source = source_crs(path, number, row, crs, metric)
         if source is not None:
             place = pyproj.Transformer.from_crs(source, crs, always_xy=True).transform(*position)
             if not np.isfinite(place).all():
@@ -98,8 +98,13 @@ def plot_cells(plots: list[Plot], cell_m: float = 0.5, most: int = 20_000) -> tu
     return np.concatenate(parts), np.concatenate(owners)
 
 
-def _source_crs(path: Path, number: int, row: dict, crs: pyproj.CRS, metric: bool) -> pyproj.CRS | None:
-    """The row's CRS when it differs from the project's."""
+def source_crs(path: Path, number: int, row: dict, crs: pyproj.CRS, metric: bool) -> pyproj.CRS | None:
+    """The CRS of a row of a table when it differs from the project's. row: may have ``epsg``. metric: the row has
+    easting and northing, not lon and lat.
+
+    Raises:
+        CRSError: unknown ``epsg``.
+    """
     if not metric:
         return crs.geodetic_crs.to_2d() if crs.geodetic_crs else None
     code = str(row.get("epsg") or "").strip()

@@ -26,6 +26,8 @@ SURFACE = "surface.laz"
 STEMS = "stems.laz"
 TREES = "trees.gpkg"
 FITS = "fits.json"
+GIVEN = "given.json"
+FIELD_STEMS = "field_stems.csv"
 SHEETS = "sheets"
 REPORT = "report.html"
 

@@ -6,6 +6,7 @@ breast height are looked at, so that this costs seconds.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,6 +26,9 @@ PIECE = 192
 #: Standard error for each unit of ivy's share, cm: leaves stand 3 to 8 cm off the bark on both sides.
 COVER_CM = 15.0
 
+#: Plumb maps by photo.
+Plumbs = Sequence[PlumbMap] | Mapping[int, PlumbMap]
+
 
 @dataclass(frozen=True)
 class _Piece:
@@ -37,7 +41,7 @@ class _Piece:
     grid: tuple[float, float, float, float]
 
 
-def without_covered(fits: list[PhotoFit], stack: PhotoStack, plumbs: list[PlumbMap]) -> list[PhotoFit]:
+def without_covered(fits: list[PhotoFit], stack: PhotoStack, plumbs: Plumbs) -> list[PhotoFit]:
     """The fits; those that ivy covers at breast height are flagged, with a wider error, or refused (``covered``).
 
     Refused ones are looked at too: a second measurement would take the ivy for bark as well. fits: of this stack.
@@ -56,7 +60,7 @@ def without_covered(fits: list[PhotoFit], stack: PhotoStack, plumbs: list[PlumbM
     return [_judged(fit, _share(fit, shown[k], stack)) if k in shown else fit for k, fit in enumerate(fits)]
 
 
-def _pieces(number: int, fit: PhotoFit, stack: PhotoStack, plumbs: list[PlumbMap]) -> list[_Piece]:
+def _pieces(number: int, fit: PhotoFit, stack: PhotoStack, plumbs: Plumbs) -> list[_Piece]:
     """Where the photos that show a stem best show breast height."""
     out = []
     for view in np.argsort(-fit.seen, kind="stable")[:MOST_PHOTOS]:

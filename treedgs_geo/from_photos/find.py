@@ -3,54 +3,49 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..core.intervals import HALF_WIDTH_SE
 from ..core.progress import Reporter
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
-from ..trees.limits import judge
-from .backdrop import Silhouette, make_backdrop
 from .carving import carved_seeds, hidden_ground, searched
 from .covered import without_covered
 from .detect import Detector, Seed, lean_grid
 from .fine import NO_STEMS
-from .fit import Fitter, PhotoFit, Prior, build_null
+from .fit import Fitter, PhotoFit
+from .given import GivenStems, fits_of_given
+from .looks import MORE_PLACES, Look, away_from, first_look, look_of, random_places, with_chance
 from .network_seeds import network_seeds
 from .options import PhotoStemOptions
-from .plumb import make_map
+from .plumb import PlumbMap, make_map
+from .settle import APART_M, known_rows, looked_at_twice, merge, plausible, without_open_diameter
 from .stack import GroundGrid, PhotoStack, load_stack
 from .stem_net import network_maps
-from .strips import StemAxis
-from .sun import sun_azimuths
 from .tiles import split
-from .verdict import GAIN_MERGED
 
 #: Seeds this far below what chance reaches are still fitted (log likelihood units), and how many at most.
 REACH_BELOW = 22.0
 MOST_SEEDS = 90
-#: Seeds are this far apart (m), and a lean costs them this much (log likelihood units per (m/m)^2).
-APART_M, LEAN_COST = 0.4, 60.0
-#: Explanations of one stem from two seeds whose edge scores are closer than this are rivals (log likelihood units).
-RIVAL_LLR = 30.0
-#: Two looks at one stem: as far apart in lean (tangent) and in diameter (share), at most.
-SAME_LEAN, SAME_DBH = 0.09, 0.04
+#: A lean costs seeds this much (log likelihood units per (m/m)^2).
+LEAN_COST = 60.0
 #: Local maxima this close are looked at for second stems within the next distance of a found one, and at most so many.
 BESIDE_M, COMPANION_M, MOST_COMPANIONS = 0.2, 0.6, 40
 #: The first search takes leans up to this, degrees; the rest is for the second (:mod:`.carving`).
 UPRIGHT_MOST_DEG = 10.0
-#: Stems fitted quickly at first, to learn the sun's direction and the stand's diameters.
-FIRST_LOOK = 30
-#: Random places at which the silhouettes of no stem are measured, where the network says where stems are; how far from
-#: these; and how many are needed.
-MORE_PLACES, STEM_FREE_M, LEAST_PLACES = 32, 0.7, 8
 #: Share of the seen stems that are certain by their edges, from which the network is not asked for more (``auto``), and
 #: the part of the work that finding this out is.
 ENOUGH_CERTAIN, FIRST_PART = 0.75, 0.4
-#: The ground is looked at this far beyond the searched area: photos see it behind the stems at its rim.
-BACKDROP_MARGIN_M = 3.0
+
+
+@dataclass(frozen=True)
+class Searched:
+    """fits: the stems, best first. looks: what was learnt of each piece of ground (:func:`.tiles.split`), ``None``
+    where too few photos see it."""
+
+    fits: list[PhotoFit]
+    looks: list[Look | None]
 
 
 def stems_from_photos(
@@ -60,11 +55,24 @@ def stems_from_photos(
     options: PhotoStemOptions | None = None,
     reporter: Reporter | None = None,
 ) -> list[PhotoFit]:
+    """The stems of :func:`search_photos`."""
+    return search_photos(views, ground, area, options, reporter).fits
+
+
+def search_photos(
+    views: list[View],
+    ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    area: Area,
+    options: PhotoStemOptions | None = None,
+    reporter: Reporter | None = None,
+    given: GivenStems | None = None,
+) -> Searched:
     """Find and fit the stems of an area straight in the photos.
 
     views: registered photos (oblique ones are used). ground: function of local x, y (N,) -> local z (N,), NaN where
     unknown. area: circles; stems up to ``options.margin_m`` outside are found too. Refused stems stay in the list with
-    flag "reject" and reasons.
+    flag "reject" and reasons. given: stems that are known to stand there; each that the search does not find by itself
+    is looked for at its place, and stays in the list with its reason where it cannot be measured.
 
     Raises:
         InputError: no ground in the area, or a photo of another size than its camera.
@@ -75,15 +83,15 @@ def stems_from_photos(
 
         numba.set_num_threads(min(options.threads, numba.config.NUMBA_NUM_THREADS))
     if options.stem_network != "auto":
-        return _stems(views, ground, area, options, reporter)
+        return _stems(views, ground, area, options, reporter, given)
     with reporter.stage("fit stems", 0.0, FIRST_PART):
-        fits = _stems(views, ground, area, replace(options, stem_network="ivy"), reporter)
-    certain, seen = certain_stems(fits, area)
+        found = _stems(views, ground, area, replace(options, stem_network="ivy"), reporter, given)
+    certain, seen = certain_stems(found.fits, area)
     if certain >= ENOUGH_CERTAIN * seen:
-        return fits
+        return found
     reporter.info(f"{certain} of {seen} stems are certain by their edges: the network is asked for stems as well.")
     with reporter.stage("fit stems", FIRST_PART, 1.0):
-        return _stems(views, ground, area, replace(options, stem_network="full"), reporter)
+        return _stems(views, ground, area, replace(options, stem_network="full"), reporter, given)
 
 
 def certain_stems(fits: list[PhotoFit], area: Area) -> tuple[int, int]:
@@ -99,24 +107,19 @@ def _stems(
     area: Area,
     options: PhotoStemOptions,
     reporter: Reporter,
-) -> list[PhotoFit]:
+    given: GivenStems | None,
+) -> Searched:
     found: list[PhotoFit] = []
+    looks: list[Look | None] = []
     tiles = split(area, options.margin_m)
     for index, (tile, box) in enumerate(tiles):
         with reporter.stage(
             f"stems in the photos ({index + 1} of {len(tiles)})", index / len(tiles), (index + 1) / len(tiles)
         ):
-            found += _tile(views, ground, area, tile, box, options, reporter)
-    return [without_open_diameter(fit) for fit in merge(found)]
-
-
-def without_open_diameter(fit: PhotoFit) -> PhotoFit:
-    """Refused, if its explanations leave the diameter open. To be asked at the end: a place that is explained, however
-    unsure its diameter, is not to be explained again by another seed."""
-    if not fit.measured or np.isnan(fit.lo_cm):
-        return fit
-    found = judge("photos", {"open_se_cm": fit.se_cm}, fit.dbh_cm)
-    return replace(fit, flag="reject", reasons=(*fit.reasons, *found.reasons)) if found.refused else fit
+            fits, look = _tile(views, ground, area, tile, box, options, reporter, given)
+            found += fits
+            looks.append(look)
+    return Searched([without_open_diameter(fit) for fit in merge(found)], looks)
 
 
 def _tile(
@@ -127,12 +130,13 @@ def _tile(
     box: tuple,
     options: PhotoStemOptions,
     reporter: Reporter,
-) -> list[PhotoFit]:
+    given: GivenStems | None,
+) -> tuple[list[PhotoFit], Look | None]:
     rng = np.random.default_rng(options.seed)
     grid, stack = photos_of(views, ground, tile, options, reporter)
     if len(stack) < 3:
         reporter.warn(f"Only {len(stack)} oblique photos see the plot; no stem can be measured in them.")
-        return []
+        return [], None
     reporter.progress(0.1)
     detector = _detector(stack, grid, area, tile, box, options)
     total, chance = detector.accumulate(rng)
@@ -147,9 +151,10 @@ def _tile(
     seeds = [seed for seed, keep in zip(seeds, near, strict=True) if keep]
     shown = network_maps(stack, detector.maps) if options.stem_network == "full" else None
     seen = [] if shown is None else network_seeds(shown, grid, area, box, options, rng)
-    fitter = _first_look(stack, grid, tile, seeds, gate, rng, options)
+    places = random_places(tile, rng)
+    fitter = first_look(stack, grid, tile, seeds, gate, places, options)
     if shown is not None:
-        fitter = _with_chance(replace(fitter, shown=shown), away_from(seen, _random_places(tile, rng, MORE_PLACES)))
+        fitter = with_chance(replace(fitter, shown=shown), away_from(seen, random_places(tile, rng, MORE_PLACES)))
     reporter.progress(0.6)
     with reporter.stage("fit stems", 0.6, 0.85):
         fits = _pursue(fitter, seen, 1.0, reporter)
@@ -157,8 +162,15 @@ def _tile(
         fits += _companions(fitter, beside, seeds, gate, fits, reporter)
     if options.max_lean_deg > UPRIGHT_MOST_DEG:
         fits += _carved(fitter, area, box, fits, reporter)
+    if given is not None:
+        fits += fits_of_given(fitter, given.within(area, box, options.margin_m), fits, reporter)
     if options.stem_network != "off":
         fits = without_covered(fits, stack, detector.maps)
+    return with_photos(fits, stack), look_of(fitter, gate, places)
+
+
+def with_photos(fits: list[PhotoFit], stack: PhotoStack) -> list[PhotoFit]:
+    """The fits with the names of the photos that they were looked at in."""
     names = tuple(view.name for view in stack.views)
     return [replace(fit, photos=names) for fit in fits]
 
@@ -182,23 +194,6 @@ def _carved(fitter: Fitter, area: Area, box: tuple, fits: list[PhotoFit], report
     return looked_at_twice(_pursue(fitter, seeds, 1.0, reporter, known), refused)
 
 
-def looked_at_twice(found: list[PhotoFit], refused: list[PhotoFit]) -> list[PhotoFit]:
-    """What the second search found, less what the first look had refused as the same stem (place and lean) with another
-    diameter: neither is to be trusted. With the same diameter it is flagged (``ambiguous``)."""
-    kept = []
-    for fit in found:
-        before = [
-            other
-            for other in refused
-            if np.hypot(*(fit.axis.p - other.axis.p)) < APART_M and np.hypot(*(fit.axis.s - other.axis.s)) < SAME_LEAN
-        ]
-        if any(abs(fit.dbh_cm - other.dbh_cm) > max(1.0, SAME_DBH * fit.dbh_cm) for other in before):
-            continue
-        unclear = bool(before) and fit.flag == "ok"
-        kept.append(replace(fit, flag="check", reasons=(*fit.reasons, "ambiguous")) if unclear else fit)
-    return kept
-
-
 def _companions(
     fitter: Fitter, beside: list[Seed], tried: list[Seed], gate: float, fits: list[PhotoFit], reporter: Reporter
 ) -> list[PhotoFit]:
@@ -212,69 +207,6 @@ def _companions(
         if seed.score > gate and not again and (gap < COMPANION_M).any():
             close.append(seed)
     return _pursue(fitter, close[:MOST_COMPANIONS], gate, reporter, known)
-
-
-def known_rows(fits: list[PhotoFit]) -> np.ndarray:
-    """(K, 10) of the measured stems, for :func:`.strips.hide_known`."""
-    return np.array([fit.row for fit in fits if fit.measured]).reshape(-1, 10)
-
-
-def _first_look(
-    stack: PhotoStack,
-    grid: GroundGrid,
-    tile: Area,
-    seeds: list[Seed],
-    gate: float,
-    rng: np.random.Generator,
-    options: PhotoStemOptions,
-) -> Fitter:
-    """Fit the clearest stems once to learn where the sun stood and how thick the stand's stems are."""
-    places = _random_places(tile, rng)
-    unknown = np.full(max(view.flight for view in stack.views) + 1, np.nan)
-    fitter = Fitter(stack, grid, options, build_null(stack, grid, places, options, unknown), unknown)
-    clear = [
-        fit
-        for fit in (fitter.fit(seed, quick=True) for seed in seeds[:FIRST_LOOK] if seed.score > gate)
-        if fit and fit.llr > 40
-    ]
-    sun = sun_azimuths(stack, [(fit.axis, fit.r0, fit.seen) for fit in clear])
-    prior = Prior()
-    radii = np.array([fit.r0 for fit in clear])
-    if len(radii) >= 6:
-        prior = Prior(r=float(np.median(radii)), r_sd=float(max(2.0 * radii.std(), 0.06)))
-    null = build_null(stack, grid, places, options, sun) if np.isfinite(sun).any() else fitter.null
-    backdrop = make_backdrop(stack, grid, tile.bounds(options.margin_m + BACKDROP_MARGIN_M))
-    fitter = Fitter(stack, grid, options, null, sun, prior, backdrop)
-    return _with_chance(fitter, places)
-
-
-def _with_chance(fitter: Fitter, places: np.ndarray) -> Fitter:
-    """The same, with the contrast that chance reaches at (N, 2) places."""
-    if fitter.backdrop is None:
-        return fitter
-    chance = chance_contrast(fitter.outline, fitter.ground, places, fitter.null.radii, fitter.options.bh_m)
-    return replace(fitter, chance=chance)
-
-
-def away_from(seeds: list[Seed], places: np.ndarray) -> np.ndarray:
-    """Those of (N, 2) places that lie away from all seeds; all, if there are few of these."""
-    if not seeds:
-        return places
-    gap = np.min([np.hypot(places[:, 0] - seed.x, places[:, 1] - seed.y) for seed in seeds], axis=0)
-    return places[gap > STEM_FREE_M] if (gap > STEM_FREE_M).sum() >= LEAST_PLACES else places
-
-
-def chance_contrast(
-    outline_of: Callable[[StemAxis], Silhouette], ground: GroundGrid, places: np.ndarray, radii: np.ndarray, bh_m: float
-) -> float:
-    """Silhouette contrast that a place without a stem hardly reaches: twice the median of the best at (N, 2) random
-    places (a few of which may well hold a stem)."""
-    best = []
-    for place in places:
-        foot = float(ground.at(place[:1], place[1:])[0])
-        outline = outline_of(StemAxis(place, np.zeros(2), np.zeros(2), foot, bh_m))
-        best.append(max((outline.contrast(shape) for shape in outline.peaks(radii, most=1)), default=0.0))
-    return 2.0 * max(float(np.median(best)), 1e-6)
 
 
 def _pursue(
@@ -298,22 +230,18 @@ def _pursue(
     return fits
 
 
-def plausible(fit: PhotoFit, gate: float) -> bool:
-    """Is this a stem at all? What the search itself did not find has to be seen the more clearly in the fit."""
-    if fit.contrast > 1.0 and fit.llr >= 12:
-        return fit.seed_score >= gate or fit.measured
-    if fit.seed_score >= gate:
-        return fit.llr >= 30
-    return fit.llr >= 60 and fit.measured
+def maps_of(stack: PhotoStack, grid: GroundGrid, tile: Area, options: PhotoStemOptions) -> Callable[[int], PlumbMap]:
+    """Function of a photo's index -> its map of edges, over the piece of ground."""
+    outline = np.vstack([tile.outline(options.margin_m + 1.0), tile.centres])
+    z = grid.at(outline[:, 0], outline[:, 1])
+    points = np.vstack([np.column_stack([outline, z]), np.column_stack([outline, z + 5.2])])
+    return lambda view: make_map(stack, view, grid, points)
 
 
 def _detector(
     stack: PhotoStack, grid: GroundGrid, area: Area, tile: Area, box: tuple, options: PhotoStemOptions
 ) -> Detector:
-    outline = np.vstack([tile.outline(options.margin_m + 1.0), tile.centres])
-    z = grid.at(outline[:, 0], outline[:, 1])
-    points = np.vstack([np.column_stack([outline, z]), np.column_stack([outline, z + 5.2])])
-    maps = [make_map(stack, view, grid, points) for view in range(len(stack))]
+    maps = [maps_of(stack, grid, tile, options)(view) for view in range(len(stack))]
     # Leaning stems need the cells around the area too, to carry their upper layers.
     edge = 0.5
     x0, y0 = box[0] - edge, box[1] - edge
@@ -323,34 +251,3 @@ def _detector(
     mask = area.contains(np.column_stack([gx.ravel(), gy.ravel()]), options.margin_m + edge).reshape(gx.shape)
     radii = np.arange(0.04, options.max_dbh_cm / 200 + 0.01, 0.025)
     return Detector(maps, [], radii, grid, x0, y0, options.cell_m, mask, options.bh_m)
-
-
-def _random_places(tile: Area, rng: np.random.Generator, n: int = 16) -> np.ndarray:
-    k = rng.integers(len(tile.radii_m), size=n)
-    angle, far = rng.uniform(0, 2 * np.pi, n), np.sqrt(rng.uniform(size=n))
-    return tile.centres[k] + (tile.radii_m[k] * far)[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
-
-
-def merge(fits: list[PhotoFit]) -> list[PhotoFit]:
-    """One entry a stem: measured ones first, best first; what overlaps a better one is dropped. One that is nearly as
-    good and reads another diameter widens the error of the better one by half of the difference."""
-    kept: list[PhotoFit] = []
-    for fit in sorted(fits, key=lambda f: (not f.measured, -single_llr(f))):
-        near = [n for n, k in enumerate(kept) if np.hypot(*(fit.axis.p - k.axis.p)) < 0.7 * (fit.r0 + k.r0) + 0.05]
-        if not near:
-            kept.append(fit)
-            continue
-        best = kept[near[0]]
-        apart = abs(fit.dbh_cm - best.dbh_cm)
-        rival = fit.measured and single_llr(fit) > single_llr(best) - RIVAL_LLR
-        if rival and apart > max(1.0, SAME_DBH * best.dbh_cm):
-            se = float(np.hypot(best.se_cm, 0.5 * apart))
-            low, high = best.dbh_cm - HALF_WIDTH_SE * se, best.dbh_cm + HALF_WIDTH_SE * se
-            reasons = tuple(dict.fromkeys([*best.reasons, "ambiguous"]))
-            kept[near[0]] = replace(best, flag="check", reasons=reasons, se_cm=se, lo_cm=max(low, 0.0), hi_cm=high)
-    return kept
-
-
-def single_llr(fit: PhotoFit) -> float:
-    """Edge score of the best single stem at the place: two stems explain any place better than one."""
-    return fit.llr - fit.gain if fit.gain > GAIN_MERGED else fit.llr

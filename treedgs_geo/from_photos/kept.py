@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from ..core.errors import InputError
 from ..core.files import read_json, write_json
 from .fit import PhotoFit
+from .looks import Look
 from .strips import StemAxis
 
 #: Decimals of the probability that a photo sees a stem.
@@ -53,14 +54,25 @@ def fit_of_record(record: dict[str, Any]) -> PhotoFit:
     return PhotoFit(**plain)
 
 
-def write_fits(path: Path, fits: list[PhotoFit], second_cm: dict[int, float] | None = None) -> None:
-    """Keep the fits of a run, in the order of its trees (``tree_id`` 1 is the first). second_cm: diameters that a
-    second measurement read, by index of the fit."""
-    second = {str(number): round(value, 3) for number, value in (second_cm or {}).items()}
-    write_json(path, {"fits": [fit_record(fit) for fit in fits], "second_cm": second})
+@dataclass(frozen=True)
+class KeptFits:
+    """fits: in the order of the run's trees (``tree_id`` 1 is the first). second_cm: diameters that a second
+    measurement read, by index of the fit. looks: what the search learnt of each piece of ground, ``None`` where too few
+    photos see it; empty where stems were not searched for in this way."""
+
+    fits: list[PhotoFit]
+    second_cm: dict[int, float] = field(default_factory=dict)
+    looks: list[Look | None] = field(default_factory=list)
 
 
-def read_fits(path: Path) -> tuple[list[PhotoFit], dict[int, float]]:
+def write_fits(path: Path, kept: KeptFits) -> None:
+    """Keep the fits of a run."""
+    second = {str(number): round(value, 3) for number, value in kept.second_cm.items()}
+    looks = [None if look is None else look.record() for look in kept.looks]
+    write_json(path, {"fits": [fit_record(fit) for fit in kept.fits], "second_cm": second, "looks": looks})
+
+
+def read_fits(path: Path) -> KeptFits:
     """What :func:`write_fits` kept.
 
     Raises:
@@ -69,7 +81,8 @@ def read_fits(path: Path) -> tuple[list[PhotoFit], dict[int, float]]:
     kept = read_json(path)
     try:
         second = {int(number): float(value) for number, value in kept["second_cm"].items()}
-        return [fit_of_record(record) for record in kept["fits"]], second
+        looks = [None if look is None else Look.of_record(look) for look in kept.get("looks", [])]
+        return KeptFits([fit_of_record(record) for record in kept["fits"]], second, looks)
     except (KeyError, TypeError, ValueError, AttributeError) as problem:
         raise InputError(
             f"{path}: holds no fitted stems of this version ({problem}); delete it: they are then measured again."

@@ -650,6 +650,10 @@ scratch.&lt;/p&gt;
       <translation>Paarung von Feld- und gemessenen Bäumen</translation>
     </message>
     <message>
+      <source>Stems at the places given</source>
+      <translation>Stämme an den angegebenen Stellen</translation>
+    </message>
+    <message>
       <source>A picture of the evidence for each tree</source>
       <translation>Ein Bild der Belege zu jedem Baum</translation>
     </message>
@@ -848,6 +852,30 @@ scratch.&lt;/p&gt;
     <message>
       <source>CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); without it all that photos see well.</source>
       <translation>CSV der Probeflächen: plot_id, easting, northing, radius_m (oder lon, lat); sonst alles, was die Fotos gut sehen.</translation>
+    </message>
+    <message>
+      <source>Field stems</source>
+      <translation>Stämme der Feldaufnahme</translation>
+    </message>
+    <message>
+      <source>Stems that a field crew knows: a point layer, or CSV with x, y or lon, lat and tree_id; each that the search does not find by itself is looked for at its place, and ends as a tree or with the reason why not.</source>
+      <translation>Stämme, die ein Feldtrupp kennt: ein Punktlayer oder eine CSV mit x, y oder lon, lat und tree_id; jeder, den die Suche nicht selbst findet, wird an seiner Stelle gesucht und endet als Baum oder mit dem Grund, warum nicht.</translation>
+    </message>
+    <message>
+      <source>Field error [m]</source>
+      <translation>Feldfehler [m]</translation>
+    </message>
+    <message>
+      <source>How far a place of --field-stems or --at may be from its stem.</source>
+      <translation>Wie weit eine Stelle von --field-stems oder --at von ihrem Stamm entfernt sein darf.</translation>
+    </message>
+    <message>
+      <source>At these points</source>
+      <translation>An diesen Punkten</translation>
+    </message>
+    <message>
+      <source>Measure the stems at these points (layer or CSV as for --field-stems) from the finished run in the workspace, in seconds, and add them to its tree layer; the other settings have to be those of that run.</source>
+      <translation>Misst die Stämme an diesen Punkten (Layer oder CSV wie bei --field-stems) aus dem fertigen Lauf im Arbeitsordner, in Sekunden, und fügt sie seinem Baumlayer hinzu; die übrigen Einstellungen müssen die jenes Laufs sein.</translation>
     </message>
     <message>
       <source>Preset</source>
@@ -1844,10 +1872,6 @@ scratch.&lt;/p&gt;
     <message>
       <source>write every point (tree_id 0 = no stem), not only stem points</source>
       <translation>jeden Punkt schreiben (tree_id 0 = kein Stamm), nicht nur Stammpunkte</translation>
-    </message>
-    <message>
-      <source>Field stems</source>
-      <translation>Stämme der Feldaufnahme</translation>
     </message>
     <message>
       <source>positions of known stems (point layer, or CSV with x, y, tree_id): they are looked for harder, and name what is found</source>

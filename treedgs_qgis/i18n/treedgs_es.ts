@@ -650,6 +650,10 @@ scratch.&lt;/p&gt;
       <translation>Emparejamiento de árboles de campo y medidos</translation>
     </message>
     <message>
+      <source>Stems at the places given</source>
+      <translation>Fustes en los lugares indicados</translation>
+    </message>
+    <message>
       <source>A picture of the evidence for each tree</source>
       <translation>Una imagen de la evidencia de cada árbol</translation>
     </message>
@@ -848,6 +852,30 @@ scratch.&lt;/p&gt;
     <message>
       <source>CSV of plots: plot_id, easting, northing, radius_m (or lon, lat); without it all that photos see well.</source>
       <translation>CSV de parcelas: plot_id, easting, northing, radius_m (o lon, lat); si falta, todo lo que las fotos ven bien.</translation>
+    </message>
+    <message>
+      <source>Field stems</source>
+      <translation>Troncos de campo</translation>
+    </message>
+    <message>
+      <source>Stems that a field crew knows: a point layer, or CSV with x, y or lon, lat and tree_id; each that the search does not find by itself is looked for at its place, and ends as a tree or with the reason why not.</source>
+      <translation>Fustes que una cuadrilla de campo conoce: una capa de puntos o un CSV con x, y o lon, lat y tree_id; cada uno que la búsqueda no encuentra por sí misma se busca en su lugar y termina como árbol o con el motivo por el que no.</translation>
+    </message>
+    <message>
+      <source>Field error [m]</source>
+      <translation>Error de campo [m]</translation>
+    </message>
+    <message>
+      <source>How far a place of --field-stems or --at may be from its stem.</source>
+      <translation>A qué distancia de su fuste puede estar un lugar de --field-stems o --at.</translation>
+    </message>
+    <message>
+      <source>At these points</source>
+      <translation>En estos puntos</translation>
+    </message>
+    <message>
+      <source>Measure the stems at these points (layer or CSV as for --field-stems) from the finished run in the workspace, in seconds, and add them to its tree layer; the other settings have to be those of that run.</source>
+      <translation>Mide los fustes en estos puntos (capa o CSV como en --field-stems) a partir de la ejecución terminada en la carpeta de trabajo, en segundos, y los añade a su capa de árboles; los demás ajustes tienen que ser los de esa ejecución.</translation>
     </message>
     <message>
       <source>Preset</source>
@@ -1844,10 +1872,6 @@ scratch.&lt;/p&gt;
     <message>
       <source>write every point (tree_id 0 = no stem), not only stem points</source>
       <translation>escribir todos los puntos (tree_id 0 = ningún tronco), no solo los del tronco</translation>
-    </message>
-    <message>
-      <source>Field stems</source>
-      <translation>Troncos de campo</translation>
     </message>
     <message>
       <source>positions of known stems (point layer, or CSV with x, y, tree_id): they are looked for harder, and name what is found</source>

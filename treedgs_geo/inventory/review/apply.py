@@ -13,6 +13,7 @@ import geopandas as gpd
 import numpy as np
 import pandas as pd
 import pyogrio
+import shapely
 
 from ...core.errors import InputError
 from ...core.tables import plain_cell
@@ -69,7 +70,7 @@ def review_trees(
     path = Path(trees)
     rows = decisions if isinstance(decisions, list) else read_decisions(Path(decisions), dbh_unit)
     check_output(path)
-    table = _read(path)
+    table = read_whole(path)
     source = path if isinstance(decisions, list) else Path(decisions)
     made, outcome = decide(table, rows, by or _user(), source, path)
     write_table(path, made)
@@ -184,9 +185,14 @@ def _with_place(made: gpd.GeoDataFrame, decision: Decision) -> tuple[gpd.GeoData
     entry = pd.Series(dict.fromkeys((*TREE_FIELDS, *COLUMNS)), dtype=object)
     entry["bh_m"] = float(np.median(heights)) if len(heights) else BREAST_HEIGHT_M
     row = {name: value for name, value in kept_place(entry, number, decision.x, decision.y).items() if name in made}
+    return with_row(made, row, shapely.Point(decision.x, decision.y, 0.0)), number
+
+
+def with_row(made: gpd.GeoDataFrame, row: dict[str, Any], point: shapely.Point) -> gpd.GeoDataFrame:
+    """The table with one more row; columns that it does not name are empty, and every column keeps its kind."""
     geometry, kinds = made.geometry.name, made.dtypes
     extra = pd.DataFrame([row], dtype=object).reindex(columns=made.columns)
-    extra[geometry] = gpd.points_from_xy([decision.x], [decision.y], [0.0])
+    extra[geometry] = [point]
     both = pd.concat([pd.DataFrame(made).astype(object), extra], ignore_index=True)
     for name, kind in kinds.items():
         if name == geometry:
@@ -194,7 +200,7 @@ def _with_place(made: gpd.GeoDataFrame, decision: Decision) -> tuple[gpd.GeoData
         # A gap makes fractions of plain whole numbers.
         gap = kind.kind in "iu" and both[name].isna().any()
         both[name] = both[name].astype("Int64" if gap else kind)
-    return gpd.GeoDataFrame(both, geometry=gpd.GeoSeries(both[geometry], crs=made.crs)), number
+    return gpd.GeoDataFrame(both, geometry=gpd.GeoSeries(both[geometry], crs=made.crs))
 
 
 def _typed(made: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
@@ -202,8 +208,12 @@ def _typed(made: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
     return made
 
 
-def _read(path: Path) -> gpd.GeoDataFrame:
-    """Every column as it is in the file."""
+def read_whole(path: Path) -> gpd.GeoDataFrame:
+    """A tree layer with every column as it is in the file, to be written back.
+
+    Raises:
+        InputError: not readable, no tree layer, or a tree without a number.
+    """
     if path.suffix.lower() == ".csv":
         try:
             table = pd.read_csv(path, dtype=str, encoding="utf-8-sig").map(plain_cell)
