@@ -100,7 +100,8 @@ def anew(
     true_xy = local_places(truth, frame)
     places = np.array([fit.axis.p for fit in kept.fits])
     own = [k for k in np.flatnonzero(area.contains(places, 0.0)) if kept.fits[k].measured]
-    rows, began = [], time.monotonic()
+    rows: list[dict[str, Any]] = []
+    began = time.monotonic()
     for k in own:
         fit = kept.fits[k]
         given = GivenStems((places[k] + off(rng))[None], REACH_M)
