@@ -50,6 +50,8 @@ WRITERS = {
     "photo_choice*.json": "benchmarks.photos.choice",
     "photos_to_dbh.json": "benchmarks.photos.photos_to_dbh",
     "photos_*.json": "benchmarks.photos.stems_from_photos",
+    "planning_curves.json": "benchmarks.planning.curves",
+    "planning_views.json": "benchmarks.planning.views",
     "plot_a-*": "benchmarks.evidence",
     "pointcloud_accuracy.json": "benchmarks.clouds.accuracy",
     "published.json": "benchmarks.evidence",

@@ -12,7 +12,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 # The order of XML attributes follows Qt's hash: without a fixed seed every run writes other files.
 os.environ["QT_HASH_SEED"] = "0"
 
-from layer_styles import change, flight, pairs, stand, tapes, trees
+from layer_styles import change, flight, pairs, plan, stand, tapes, trees
 from layer_styles.common import ROOT, show_texts_as_text
 from qgis.core import QgsApplication, QgsMapLayer
 
@@ -37,7 +37,7 @@ def main() -> int:
     made = (
         trees.trees, trees.circles, trees.slices, flight.stations, pairs.pairs, pairs.suggested, pairs.field_trees,
         pairs.measured_trees, pairs.plots, stand.stand_plots, stand.stand_trees, tapes.tapes,
-        tapes.tape_check, change.change,
+        tapes.tape_check, change.change, plan.plan_photos, plan.plan_line, plan.plan_footprints, plan.plan_plots,
     )  # fmt: skip
     for layer in (make() for make in made):
         show_texts_as_text(layer)

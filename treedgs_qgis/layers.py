@@ -22,7 +22,7 @@ from .i18n import tr
 
 _VECTORS, _RASTERS = {".gpkg", ".shp", ".geojson"}, {".tif", ".tiff"}
 #: Tables that the engine looks for in a GeoPackage of ours; they come with others that it reads too.
-OWN_TABLES = ("trees", "pairs")
+OWN_TABLES = ("trees", "pairs", "plan_photos", "plan_plots", "plan_line", "plan_footprints")
 
 
 def kind_of(entry: dict[str, Any]) -> str:

@@ -53,6 +53,7 @@ STAGES = {
     "overlap": "Overlap of the photos",
     "pair trees": "Pairing field and measured trees",
     "given stems": "Stems at the places given",
+    "flights": "Comparing flights",
     "sheets": "A picture of the evidence for each tree",
     "write": "Writing layer and report",
     "read": "Reading the tables",

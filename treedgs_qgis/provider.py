@@ -13,6 +13,7 @@ from .parameters import declarations
 
 #: Modules of ``processing/``, in the order of the work.
 ALGORITHMS = (
+    "planflight",
     "photostodbh",
     "pointcloudtodbh",
     "campaign",

@@ -24,7 +24,7 @@ import numpy as np
 
 from benchmarks.records import RESULTS, ROOT, write_record
 from benchmarks.verbs import CRS, words
-from treedgs_geo.campaign.costs import FEATURES, MEASURES, CostModel, fit
+from treedgs_geo.core.costs import FEATURES, MEASURES, CostModel, fit
 
 #: Plots of an inventory, for the arithmetic: the plots of the README's table.
 TYPICAL = {"photos": {"photos": 62, "megapixels": 76.2}, "cloud": {"points_m": 1.0}}
@@ -115,7 +115,7 @@ def main() -> int:
     parser.add_argument("--steps", type=int, nargs="+", default=[1, 2, 3], help="every how many-th photo")
     parser.add_argument("--scratch", type=Path, default=ROOT / "build" / "campaign_costs")
     parser.add_argument("--runs", type=Path, nargs="*", default=[])
-    parser.add_argument("--ship", action="store_true", help="write treedgs_geo/campaign/costs.json")
+    parser.add_argument("--ship", action="store_true", help="write treedgs_geo/core/costs.json")
     given = parser.parse_args()
     given.scratch = given.scratch.resolve()
     if given.thin:
@@ -151,7 +151,7 @@ def main() -> int:
     print(json.dumps({name: value for name, value in found.items() if name != "runs"}, indent=1))
     write_record(RESULTS / "campaign_costs.json", found)
     if given.ship:
-        model.save(ROOT / "treedgs_geo" / "campaign" / "costs.json")
+        model.save(ROOT / "treedgs_geo" / "core" / "costs.json")
     return 0
 
 

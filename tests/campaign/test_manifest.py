@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from small_campaign import make_cloud, write_manifest
 
-from treedgs_geo.campaign.costs import CostModel
 from treedgs_geo.campaign.manifest import Checker, read_rows
 from treedgs_geo.campaign.places import folder_name
 from treedgs_geo.campaign.state import make_plan
+from treedgs_geo.core.costs import CostModel
 from treedgs_geo.core.errors import CRSError, InputError, TreeDGSError
 from treedgs_geo.core.progress import Reporter
 

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 
 from treedgs_geo.campaign.clusters import Shape, queue_arguments, shape_of
-from treedgs_geo.campaign.costs import CostModel, fit, makespan
 from treedgs_geo.campaign.engine_process import explain
 from treedgs_geo.campaign.inputs import content_key, input_files
 from treedgs_geo.campaign.record import MOST_INTERRUPTIONS, RETRIES, Record
 from treedgs_geo.core import lease as leases
+from treedgs_geo.core.costs import CostModel, fit, makespan
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.lease import Busy, Lease, Lost
 from treedgs_geo.core.shortage import is_full

@@ -36,6 +36,7 @@ FROZEN = {
     "review",
     "matchplots",
     "evaluate",
+    "planflight",
     "tapesample",
     "tapecheck",
     "standtable",

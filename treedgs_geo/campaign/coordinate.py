@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from ..core.costs import time_text
 from ..core.errors import TreeDGSError
 from ..core.lease import Busy, Lease
 from ..core.progress import Reporter
 from .clusters import Crew
-from .costs import time_text
 from .places import RECORD, TREES
 from .progress import Board
 from .record import ELSEWHERE, RETRIES, Record

@@ -8,8 +8,8 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..core.costs import time_text
 from ..core.progress import Reporter
-from .costs import time_text
 from .places import PROGRESS, STATUS
 
 if TYPE_CHECKING:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..core.costs import CostModel, makespan, time_text
 from ..core.errors import Incomplete, InputError, OutputError, TreeDGSError
 from ..core.lease import Busy, Lease
 from ..core.machine import cores
@@ -15,7 +16,6 @@ from ..core.progress import Reporter
 from ..core.shortage import is_full
 from .clusters import QUEUES, Shape, memory_for_plots, open_crew, shape_of
 from .coordinate import Coordinator, Tally
-from .costs import CostModel, makespan, time_text
 from .layer import check_output, twins, write_layer
 from .places import COSTS, PLOTS, REPORT, STATUS, TABLE, TREES
 from .progress import write_text

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
+from ..core.costs import CostModel
 from ..core.errors import InputError
 from ..core.files import atomic_path, read_json, write_json
 from ..core.progress import Reporter
-from .costs import CostModel
 from .manifest import Checker, PlotRow
 from .places import CAMPAIGN, PLAN, plot_folder
 

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 
 from ..core import workspace as names
 from ..core.errors import OutputError
+from ..core.files import write_json
 from ..core.geopackage import is_whole, move_aside
 from ..core.progress import Reporter
 from ..inventory.report import write_report
 from ..inventory.reviewed import reviewed
 from ..inventory.tree_layer import write_trees
 from ..inventory.tree_reading import LAYER
+from ..planning.flown import planned_and_got
 from ..trees.tree import Tree
 from .facts import kept_table, photo_facts
 from .run import Aligned, Flight, Run
@@ -36,6 +38,19 @@ def write_layers(run: Run, trees: list[Tree], crs: CRS, reporter: Reporter) -> N
         reporter.warn(str(problem))
 
 
+def compare_with_plan(run: Run, aligned: Aligned | None, trees: list[Tree], reporter: Reporter) -> list[str]:
+    """``planned.json`` in the workspace and its sentences, where a flight plan was given."""
+    if not run.settings.flight_plan:
+        return []
+    compared = planned_and_got(run.settings.flight_plan, trees, len(aligned.views) if aligned else 0)
+    write_json(run.space.folder / "planned.json", compared)
+    said = compared["sentences"]
+    reporter.info(said[0])
+    for sentence in said[1:]:
+        reporter.warn(sentence)
+    return said
+
+
 def write_page(
     run: Run,
     run_id: str,
@@ -44,8 +59,10 @@ def write_page(
     trees: list[Tree],
     sheets: dict[int, Path],
     reporter: Collector,
+    planned: list[str],
 ) -> None:
-    """The report. aligned: ``None`` where nothing was matched. sheets: ``tree_id`` -> evidence sheet."""
+    """The report. aligned: ``None`` where nothing was matched. sheets: ``tree_id`` -> evidence sheet. planned:
+    sentences about the flight plan."""
     stages = {
         name: entry
         for name, entry in run.space.record["stages"].items()
@@ -67,6 +84,8 @@ def write_page(
         "run": run_id,
     }
     facts = photo_facts(run.space, views, flight.plots, sfm) | facts
+    if planned:
+        facts["planned and got"] = planned[0]
     warnings = run.steps.warnings + reporter.warnings
     # The layer has what a person decided in earlier runs; the page shows what counts.
     table, review = reviewed(kept_table(run.path(names.TREES), trees, crs), run.settings.output)

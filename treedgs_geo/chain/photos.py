@@ -14,10 +14,11 @@ from ..core.settings import to_json
 from ..core.workspace import Workspace, peak_memory_mb
 from ..geotags.photos import list_photos
 from ..inventory.tree_layer import check_output
+from ..planning.flown import read_expected
 from ..trees.tree import Tree
 from .kept_given import read_given, with_given
 from .measure import measure, placed
-from .outputs import write_layers, write_page
+from .outputs import compare_with_plan, write_layers, write_page
 from .prepare import Ready, prepare
 from .routes import preset_of
 from .run import Run
@@ -37,6 +38,8 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
         TreeDGSError: an input that cannot be used, with what to do about it.
     """
     check_output(settings.output)
+    if settings.flight_plan:
+        read_expected(settings.flight_plan)
     photos = list_photos(settings.photos)
     with Workspace.held(settings.workspace) as space:
         space.record["parameters"] = to_json(settings)
@@ -80,7 +83,8 @@ def _write(run: Run, ready: Ready, trees: list[Tree], nothing: str) -> dict[str,
         if trees and all(tree.plot_id is None for tree in trees) and plots:
             reporter.warn("All stems found stand outside the plots; check the plot centres.")
         write_layers(run, trees, flight.stations.crs, reporter)
-        write_page(run, run_id, flight, aligned, trees, sheets, reporter)
+        planned = compare_with_plan(run, aligned, trees, reporter)
+        write_page(run, run_id, flight, aligned, trees, sheets, reporter, planned)
         return {"report": str(report)}
 
     # The outputs may be changed by the user between runs: always written anew, it costs a second.

@@ -71,6 +71,13 @@ class PhotosToDbhSettings:
         "workspace, in seconds, and add them to its tree layer; the other settings have to be those of that run.",
         suffixes=("gpkg", "shp", "geojson", "csv"),
     )
+    flight_plan: Path | None = param(
+        None,
+        kind="file",
+        help="Flight plan (plan.gpkg of plan-flight) that was flown: planned and got are compared.",
+        suffixes=(".gpkg",),
+        advanced=True,
+    )
     preset: str = param(
         "balanced",
         kind="choice",

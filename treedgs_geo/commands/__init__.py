@@ -11,6 +11,7 @@ from ..core.command import Command
 
 #: Verb -> module, in the order of the work. By name, so that a verb may live in a room above this one.
 MODULES = {
+    "plan-flight": "treedgs_geo.commands.plan_flight",
     "photos-to-dbh": "treedgs_geo.commands.photos_to_dbh",
     "pointcloud-to-dbh": "treedgs_geo.commands.pointcloud_to_dbh",
     "campaign": "treedgs_geo.campaign.command",

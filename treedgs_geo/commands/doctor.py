@@ -72,6 +72,7 @@ _MANY = ("dask", "distributed", "cryptography")
 NEEDS: dict[str, tuple[str, ...]] = {
     "photos-to-dbh": (*_BASE, *_CLOUDS, *_PHOTOS),
     "pointcloud-to-dbh": (*_BASE, *_CLOUDS),
+    "plan-flight": (*_BASE, *_CLOUDS, "reportlab"),
     "campaign": (*_BASE, *_CLOUDS, *_PHOTOS, *_MANY),
     "geotag": (*_BASE, "PIL"),
     "reconstruct": (*_BASE, *_CLOUDS, *_PHOTOS),

@@ -64,6 +64,14 @@ class Shot(NamedTuple):
     roll_deg: float
 
 
+def planned_shots(photos: np.ndarray) -> list[Shot]:
+    """Photos as planned, (P, 5): x, y, height, yaw, pitch."""
+    return [
+        Shot(0, "nadir" if pitch < -85 else "oblique", np.array([x, y, up]), float(yaw), float(pitch), 0.0)
+        for x, y, up, yaw, pitch in photos
+    ]
+
+
 def ring_shots(rng: np.random.Generator, sizes: Sizes) -> list[Shot]:
     """Nadir grid and rings around the plot."""
     shots: list[Shot] = []

@@ -109,11 +109,11 @@ class FlightSettings:
 
     flight: str = param(
         "rings",
-        kind="choice",
-        choices=("rings", "grid"),
+        kind="text",
         advanced=True,
         help="rings: nadir photos and rings aimed at the plot; grid: parallel nadir lines and a crosshatch of oblique "
-        "ones over an area, not aimed at any plot",
+        "ones over an area, not aimed at any plot; or a flight plan, plan.gpkg of plan-flight: its photos, camera and "
+        "plots",
     )
     height_m: float = param(
         70.0, kind="number", unit="m", minimum=20, maximum=200, advanced=True, help="height of a grid flight"

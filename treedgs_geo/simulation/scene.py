@@ -180,7 +180,10 @@ def grow_stand(
     limit = np.radians(settings.lean_max_deg)
     lean = np.minimum(np.abs(rng.normal(0, np.radians(1.7), count)), limit)
     kinds = np.full(count, "normal", dtype=object)
-    away, near_plot = centre_distance(xy, centres), sizes.radius_m + NEAR_PLOT_M[settings.flight]
+    away, near_plot = (
+        centre_distance(xy, centres),
+        sizes.radius_m + NEAR_PLOT_M.get(settings.flight, NEAR_PLOT_M["grid"]),
+    )
     inside = np.flatnonzero(away < sizes.radius_m)
     draw = iter(rng.permutation(inside))
     for kind, number in (

@@ -194,6 +194,8 @@ def resolve(settings: SimulateSettings) -> tuple[SimulateSettings, Sizes]:
     fields = ("radius_m", "image_width", "image_height", "photos", "samples", "lidar_density_m2")
     given = {field: value for field in fields if (value := getattr(settings, field)) is not None}
     sizes = dataclasses.replace(SIZES[settings.preset], name=name, **given)
+    if settings.flight not in ("rings", "grid"):
+        return _planned(settings, sizes, name, given)
     if settings.flight == "grid":
         if settings.photos is not None:
             raise InputError("--photos: a grid flight has as many as its overlaps and height ask for; leave it out.")
@@ -205,6 +207,32 @@ def resolve(settings: SimulateSettings) -> tuple[SimulateSettings, Sizes]:
         raise InputError("--plots, --terrain-following: are for grid flights; give --flight grid.")
     _check_rings(settings, sizes)
     return dataclasses.replace(settings, name=name, **{field: getattr(sizes, field) for field in fields}), sizes
+
+
+def _planned(
+    settings: SimulateSettings, sizes: Sizes, name: str, given: dict[str, float]
+) -> tuple[SimulateSettings, Sizes]:
+    """Settings for a planned flight: its plots, and its camera with as many pixels as asked for."""
+    path = Path(settings.flight)
+    if path.suffix.lower() != ".gpkg" or not path.is_file():
+        raise InputError(
+            f"--flight: found {settings.flight!r}, expected rings, grid, or a flight plan that exists (plan.gpkg)."
+        )
+    if settings.photos is not None or settings.plots > 1:
+        raise InputError("--photos, --plots: are those of the flight plan; leave them out.")
+    from .flight_plan import read_flight
+
+    plan = read_flight(path)
+    width = int(given.get("image_width", plan.width_px))
+    height = int(given.get("image_height", round(width * plan.height_px / plan.width_px)))
+    radius = float(given.get("radius_m", plan.radius_m))
+    sizes = dataclasses.replace(sizes, image_width=width, image_height=height, radius_m=radius, photos=len(plan.photos))
+    gsd_cm = 7000 / (plan.focal_px * width / plan.width_px)
+    fields = {
+        field: getattr(sizes, field)
+        for field in ("image_width", "image_height", "radius_m", "samples", "lidar_density_m2")
+    }
+    return dataclasses.replace(settings, name=name, gsd_cm=gsd_cm, plots=len(plan.centres), **fields), sizes
 
 
 def _check_rings(settings: SimulateSettings, sizes: Sizes) -> None:

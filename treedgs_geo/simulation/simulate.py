@@ -20,6 +20,7 @@ from .barks import make_barks
 from .camera import Motion, camera_of_flight, make_camera, motions
 from .control import Plates, cleared, lay_out, painted, write_control
 from .dress import dressed
+from .flight_plan import read_flight
 from .grid import follow_terrain, grid_shots, survey_area
 from .layout import Layout, grid_layout, plot_centres, ring_layout
 from .lidar import scan
@@ -39,6 +40,18 @@ LON_LAT = (-91.8, 33.6)
 FINE_GROUND_M = 120.0
 #: Texels of the litter along a side, at most: bounds memory on wide surveys.
 MOST_TEXELS = 9000
+#: Parts of a plot that draw from streams of their own: changing the photos does not change the trees.
+PARTS = (
+    "site", "stand", "leaves", "textures", "flight", "sensor", "lidar", "field", "light", "trouble", "camera",
+    "image", "plots", "wind", "control", "spacing", "snags", "hardwoods", "barks", "ivy", "wrap", "sections",
+    "shrubs",
+)  # fmt: skip
+
+
+def streams(seed: int) -> dict[str, np.random.Generator]:
+    """One independent stream of random numbers a part."""
+    made = np.random.SeedSequence(seed).spawn(len(PARTS))
+    return {name: np.random.default_rng(stream) for name, stream in zip(PARTS, made, strict=True)}
 
 
 def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) -> dict[str, Any]:
@@ -58,44 +71,17 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
     if output.exists() and any(output.iterdir()) and not (output / "truth" / "config.json").exists():
         raise OutputError(f"{output}: is not empty and not a simulated plot; choose an empty or new folder.")
     began = time.monotonic()
-    # One independent stream a part: changing the photos does not change the trees.
-    parts = (
-        "site",
-        "stand",
-        "leaves",
-        "textures",
-        "flight",
-        "sensor",
-        "lidar",
-        "field",
-        "light",
-        "trouble",
-        "camera",
-        "image",
-        "plots",
-        "wind",
-        "control",
-        "spacing",
-        "snags",
-        "hardwoods",
-        "barks",
-        "ivy",
-        "wrap",
-        "sections",
-        "shrubs",
-    )
-    streams = dict(zip(parts, np.random.SeedSequence(settings.seed).spawn(len(parts)), strict=True))
-    rng = {name: np.random.default_rng(stream) for name, stream in streams.items()}
+    rng = streams(settings.seed)
     with reporter.stage("stand", 0.0, 0.12):
         camera = make_camera(settings, sizes)
-        shots, layout = _plan(rng, settings, sizes, camera)
-        world, stems, plates = _grow(rng, settings, sizes, layout, reporter)
-    geo, start_utc = _site(rng["site"])
-    if settings.terrain_following:
+        shots, layout = plan_shots(rng, settings, sizes, camera)
+        world, stems, plates = grow_world(rng, settings, sizes, layout, reporter)
+    geo, start_utc = site_of(rng["site"])
+    if settings.terrain_following or settings.flight not in ("rings", "grid"):
         shots = follow_terrain(shots, world.ground)
     stations = flight.fly(rng["flight"], shots, start_utc, settings.sun_shift_min, settings.flight_speed_m_s)
     moves = motions(settings, np.array([s.velocity for s in stations]), rng["camera"])
-    views = _views(settings, camera, stations, moves)
+    views = true_views(settings, camera, stations, moves)
     track = flight.ppk_track(rng["flight"], stations, start_utc, settings.float_epochs)
     if settings.gnss == "consumer":
         track = replace(track, floating=np.zeros(len(stations), bool))
@@ -162,19 +148,23 @@ def simulate_plot(settings: SimulateSettings, reporter: Reporter | None = None) 
     }
 
 
-def _plan(
+def plan_shots(
     rng: dict[str, np.random.Generator], settings: SimulateSettings, sizes: Sizes, camera: Camera
 ) -> tuple[list[flight.Shot], Layout]:
     """The photos to take, heights above the origin, and what world they need."""
     if settings.flight == "rings":
         return flight.ring_shots(rng["flight"], sizes), ring_layout(settings, sizes)
+    if settings.flight != "grid":
+        planned = read_flight(Path(settings.flight))
+        shots = flight.planned_shots(planned.photos)
+        return shots, grid_layout(planned.centres, shots, camera, sizes)
     centres = plot_centres(rng["plots"], settings.plots, sizes.radius_m)
     area = survey_area(rng["plots"], centres, sizes.radius_m)
     shots = grid_shots(rng["flight"], settings, camera, area)
     return shots, grid_layout(centres, shots, camera, sizes)
 
 
-def _grow(
+def grow_world(
     rng: dict[str, np.random.Generator], settings: SimulateSettings, sizes: Sizes, layout: Layout, reporter: Reporter
 ) -> tuple[World, list[PlantedStem], Plates | None]:
     """The world, its stems, and the control points laid out in it."""
@@ -202,7 +192,7 @@ def _grow(
     return world, stems, plates
 
 
-def _views(
+def true_views(
     settings: SimulateSettings, camera: Camera, stations: list[flight.Station], moves: list[Motion]
 ) -> list[View]:
     """The true views: pose of the middle row, travel over the readout, the flight's own focal length."""
@@ -220,7 +210,7 @@ def _views(
     ]
 
 
-def _site(rng: np.random.Generator) -> tuple[files.Georeference, dt.datetime]:
+def site_of(rng: np.random.Generator) -> tuple[files.Georeference, dt.datetime]:
     """Origin of the local frame and start of the first flight, 14:40-15:25 UTC on 12 March 2026."""
     import pyproj
 

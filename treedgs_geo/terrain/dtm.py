@@ -199,13 +199,16 @@ def grid_over(xy_min: np.ndarray, xy_max: np.ndarray, resolution_m: float) -> tu
     return Affine(resolution_m, 0, west, 0, -resolution_m, south + rows * resolution_m), rows, cols
 
 
-def read_dtm(path: Path, crs: pyproj.CRS | None = None, reporter: Reporter | None = None) -> Dtm:
+def read_dtm(
+    path: Path, crs: pyproj.CRS | None = None, reporter: Reporter | None = None, over_ground: bool = False
+) -> Dtm:
     """Read a terrain raster to be asked in the project CRS.
 
     crs: the project CRS; a raster in another projected CRS is asked through a coordinate transformation, and when both
     name a vertical datum its heights are turned into the project's. A raster without CRS is taken to be in ``crs``.
     Band 1 holds heights in metres; a second band described ``support`` is kept. Numbers that stand for "nothing here"
     without being declared so are unknown heights; what is not a usual one of those (0 among heights of 100 m) is said.
+    over_ground: heights are over the ground (a canopy), where 0 is a height like any other.
 
     Raises:
         InputError: not a raster, or no height in it. CRSError: geographic or not in metres.
@@ -234,7 +237,8 @@ def read_dtm(path: Path, crs: pyproj.CRS | None = None, reporter: Reporter | Non
     heights[~np.isfinite(heights) | np.isin(heights, _SILENT_NODATA) | (np.abs(heights) > 12_000)] = np.nan
     if nodata is not None:
         heights[heights == nodata] = np.nan
-    heights = _without_fillings(heights, abs(float(transform.a)), path, reporter or Reporter())
+    if not over_ground:
+        heights = _without_fillings(heights, abs(float(transform.a)), path, reporter or Reporter())
     if not np.isfinite(heights).any():
         raise InputError(f"{path}: holds no ground height (every cell is nodata); give a DTM with heights in metres.")
     if units in ("ft", "foot", "feet", "us survey foot", "us-ft"):

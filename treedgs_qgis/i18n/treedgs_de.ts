@@ -24,6 +24,10 @@
       <translation>PHOTOS: {folder} enthält {found} Fotos, erwartet sind mindestens {least} (besser 40 oder mehr) als {kinds}.</translation>
     </message>
     <message>
+      <source>Flight plan</source>
+      <translation>Flugplan</translation>
+    </message>
+    <message>
       <source>INPUT: {path} is not a LAS or LAZ file; convert the cloud to LAZ first.</source>
       <translation>INPUT: {path} ist keine LAS- oder LAZ-Datei; wandeln Sie die Wolke zuerst in LAZ um.</translation>
     </message>
@@ -200,6 +204,26 @@ scratch.&lt;/p&gt;
     <message>
       <source>no DBH</source>
       <translation>kein BHD</translation>
+    </message>
+    <message>
+      <source>Photo</source>
+      <translation>Foto</translation>
+    </message>
+    <message>
+      <source>over the take-off</source>
+      <translation>über dem Startplatz</translation>
+    </message>
+    <message>
+      <source>over the ground</source>
+      <translation>über dem Boden</translation>
+    </message>
+    <message>
+      <source>expected</source>
+      <translation>erwartet</translation>
+    </message>
+    <message>
+      <source>clear views a stem</source>
+      <translation>freie Blicke je Stamm</translation>
     </message>
     <message>
       <source>trees</source>
@@ -654,6 +678,10 @@ scratch.&lt;/p&gt;
       <translation>Stämme an den angegebenen Stellen</translation>
     </message>
     <message>
+      <source>Comparing flights</source>
+      <translation>Flüge werden verglichen</translation>
+    </message>
+    <message>
       <source>A picture of the evidence for each tree</source>
       <translation>Ein Bild der Belege zu jedem Baum</translation>
     </message>
@@ -786,6 +814,314 @@ scratch.&lt;/p&gt;
       <translation>{path}: ist kein Python 3.10 oder neuer mit venv und ensurepip; installieren Sie eines oder geben Sie ein anderes an.</translation>
     </message>
     <message>
+      <source>Plan the flight</source>
+      <translation>Flug planen</translation>
+    </message>
+    <message>
+      <source>Plan</source>
+      <translation>Planen</translation>
+    </message>
+    <message>
+      <source>What to fly for a wanted error here: the flight with the fewest photos, as mission files and a brief.</source>
+      <translation>Was hier für einen gewünschten Fehler zu fliegen ist: der Flug mit den wenigsten Fotos, als Missionsdateien und Einsatzblatt.</translation>
+    </message>
+    <message>
+      <source>Compares flights over the plots (orbits, crosshatch, nadir with oblique lines; two heights, two tilts, several densities) by a model of what crowns and stems leave to be seen at breast height, and takes the one with the fewest photos that reaches the wanted standard error and share of stems. The stand is described by a canopy height model, a LiDAR cloud, the tree layer of an earlier visit, or five numbers. The flight follows the terrain, keeps its clearance over the canopy everywhere, and is as fast as trigger, blur and rolling shutter allow; what cannot be flown safely is refused. Heights in the mission files are over the take-off. Writes plan.kmz (DJI), plan.plan (QGroundControl), plan_litchi_1.csv, plan.gpkg (photos, way, footprints, plots with what is expected), brief.pdf and brief.html. Expectations are a model's; after the flight photos-to-dbh with --flight-plan reports planned against got. Rules of the air and the pilot's eyes come first.</source>
+      <translation>Vergleicht Flüge über den Probekreisen (Umkreisungen, Kreuzgitter, senkrechte mit schrägen Linien; zwei Höhen, zwei Neigungen, mehrere Dichten) mit einem Modell dessen, was Kronen und Stämme in Brusthöhe sehen lassen, und nimmt den mit den wenigsten Fotos, der den gewünschten Standardfehler und Anteil der Stämme erreicht. Den Bestand beschreibt ein Kronenhöhenmodell, eine LiDAR-Punktwolke, die Baumebene eines früheren Besuchs oder fünf Zahlen. Der Flug folgt dem Gelände, hält überall seinen Abstand zu den Kronen und ist so schnell, wie Auslösung, Unschärfe und Rollverschluss erlauben; was nicht sicher zu fliegen ist, wird abgelehnt. Höhen in den Missionsdateien gelten über dem Startplatz. Schreibt plan.kmz (DJI), plan.plan (QGroundControl), plan_litchi_1.csv, plan.gpkg (Fotos, Weg, Bildflächen, Probekreise mit dem Erwarteten), brief.pdf und brief.html. Erwartungen sind die eines Modells; nach dem Flug berichtet photos-to-dbh mit --flight-plan Geplantes gegen Erreichtes. Luftrecht und die Augen des Piloten gehen vor.</translation>
+    </message>
+    <message>
+      <source>plots to photograph: CSV as for stand-table, or polygons</source>
+      <translation>zu fotografierende Probekreise: CSV wie für stand-table, oder Polygone</translation>
+    </message>
+    <message>
+      <source>DTM</source>
+      <translation>Geländemodell (DGM)</translation>
+    </message>
+    <message>
+      <source>terrain model; without one the ground is taken as level</source>
+      <translation>Geländemodell; ohne gilt der Boden als eben</translation>
+    </message>
+    <message>
+      <source>Stand</source>
+      <translation>Bestand</translation>
+    </message>
+    <message>
+      <source>what stands there: canopy height model (GeoTIFF), LiDAR cloud, or tree layer of an earlier visit; what it does not say comes from the numbers below</source>
+      <translation>was dort steht: Kronenhöhenmodell (GeoTIFF), LiDAR-Punktwolke oder Baumebene eines früheren Besuchs; was sie nicht sagt, kommt aus den Zahlen unten</translation>
+    </message>
+    <message>
+      <source>Camera</source>
+      <translation>Kamera</translation>
+    </message>
+    <message>
+      <source>camera: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, or width,height,focal length in pixels</source>
+      <translation>Kamera: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, oder Breite,Höhe,Brennweite in Pixeln</translation>
+    </message>
+    <message>
+      <source>Target error [cm]</source>
+      <translation>Zielfehler [cm]</translation>
+    </message>
+    <message>
+      <source>wanted standard error of a DBH, median of the stems</source>
+      <translation>gewünschter Standardfehler eines BHD, Median der Stämme</translation>
+    </message>
+    <message>
+      <source>Target share [%]</source>
+      <translation>Zielanteil [%]</translation>
+    </message>
+    <message>
+      <source>wanted share of the stems that get a DBH</source>
+      <translation>gewünschter Anteil der Stämme, die einen BHD bekommen</translation>
+    </message>
+    <message>
+      <source>Batteries</source>
+      <translation>Akkus</translation>
+    </message>
+    <message>
+      <source>instead of the targets: the best flight with so many batteries</source>
+      <translation>statt der Ziele: der beste Flug mit so vielen Akkus</translation>
+    </message>
+    <message>
+      <source>Stems [1/ha]</source>
+      <translation>Stämme [1/ha]</translation>
+    </message>
+    <message>
+      <source>stems a hectare, where nothing maps them</source>
+      <translation>Stämme je Hektar, wo nichts sie kartiert</translation>
+    </message>
+    <message>
+      <source>DBH mean [cm]</source>
+      <translation>Mittlerer BHD [cm]</translation>
+    </message>
+    <message>
+      <source>mean DBH</source>
+      <translation>mittlerer BHD</translation>
+    </message>
+    <message>
+      <source>DBH standard deviation [cm]</source>
+      <translation>Standardabweichung des BHD [cm]</translation>
+    </message>
+    <message>
+      <source>standard deviation of the DBHs</source>
+      <translation>Standardabweichung der BHD</translation>
+    </message>
+    <message>
+      <source>Tree height [m]</source>
+      <translation>Baumhöhe [m]</translation>
+    </message>
+    <message>
+      <source>mean height of the trees</source>
+      <translation>mittlere Höhe der Bäume</translation>
+    </message>
+    <message>
+      <source>Crown base [m]</source>
+      <translation>Kronenansatz [m]</translation>
+    </message>
+    <message>
+      <source>mean height of the lowest living branches</source>
+      <translation>mittlere Höhe der untersten grünen Äste</translation>
+    </message>
+    <message>
+      <source>Take off</source>
+      <translation>Startplatz</translation>
+    </message>
+    <message>
+      <source>place of the take-off, easting,northing in the CRS of the plan; all heights in the mission files are over it; default: the most open place near the plots</source>
+      <translation>Startplatz, Ost,Nord im KBS des Plans; alle Höhen in den Missionsdateien gelten über ihm; Vorgabe: der offenste Platz bei den Probekreisen</translation>
+    </message>
+    <message>
+      <source>Flight date</source>
+      <translation>Flugtag</translation>
+    </message>
+    <message>
+      <source>day of the flight, year-month-day, for the sun; default: today</source>
+      <translation>Tag des Fluges, Jahr-Monat-Tag, für die Sonne; Vorgabe: heute</translation>
+    </message>
+    <message>
+      <source>Output</source>
+      <translation>Ausgabe</translation>
+    </message>
+    <message>
+      <source>folder for the plan's files</source>
+      <translation>Ordner für die Dateien des Plans</translation>
+    </message>
+    <message>
+      <source>Leaf area index</source>
+      <translation>Blattflächenindex</translation>
+    </message>
+    <message>
+      <source>one-sided leaf area over ground area; default: from a LiDAR cloud, else 2.5</source>
+      <translation>einseitige Blattfläche je Bodenfläche; Vorgabe: aus einer LiDAR-Punktwolke, sonst 2,5</translation>
+    </message>
+    <message>
+      <source>Crown radius [m]</source>
+      <translation>Kronenradius [m]</translation>
+    </message>
+    <message>
+      <source>reach of the crown of a tree of mean DBH; default: 1 m and four times the DBH</source>
+      <translation>Reichweite der Krone eines Baums von mittlerem BHD; Vorgabe: 1 m und das Vierfache des BHD</translation>
+    </message>
+    <message>
+      <source>Exposure [ms]</source>
+      <translation>Belichtungszeit [ms]</translation>
+    </message>
+    <message>
+      <source>shutter: 1 ms is 1/1000 s</source>
+      <translation>Verschluss: 1 ms ist 1/1000 s</translation>
+    </message>
+    <message>
+      <source>Trigger [s]</source>
+      <translation>Auslösung [s]</translation>
+    </message>
+    <message>
+      <source>shortest time between two photos; default: the camera's</source>
+      <translation>kürzeste Zeit zwischen zwei Fotos; Vorgabe: die der Kamera</translation>
+    </message>
+    <message>
+      <source>Readout [ms]</source>
+      <translation>Auslesezeit [ms]</translation>
+    </message>
+    <message>
+      <source>rolling shutter: first row to last; default: the camera's</source>
+      <translation>Rollverschluss: erste bis letzte Zeile; Vorgabe: der der Kamera</translation>
+    </message>
+    <message>
+      <source>Speed [m/s]</source>
+      <translation>Geschwindigkeit [m/s]</translation>
+    </message>
+    <message>
+      <source>most speed to fly at</source>
+      <translation>höchste Fluggeschwindigkeit</translation>
+    </message>
+    <message>
+      <source>Clearance [m]</source>
+      <translation>Abstand [m]</translation>
+    </message>
+    <message>
+      <source>least height over the canopy, anywhere on the way</source>
+      <translation>kleinste Höhe über den Kronen, überall auf dem Weg</translation>
+    </message>
+    <message>
+      <source>Highest [m]</source>
+      <translation>Größte Höhe [m]</translation>
+    </message>
+    <message>
+      <source>most height over the ground, by law or permit</source>
+      <translation>größte Höhe über dem Boden, nach Gesetz oder Genehmigung</translation>
+    </message>
+    <message>
+      <source>CRS</source>
+      <translation>KBS</translation>
+    </message>
+    <message>
+      <source>CRS of the plan, in metres; default: that of the DTM, or of the plots</source>
+      <translation>KBS des Plans, in Metern; Vorgabe: das des DGM oder der Probekreise</translation>
+    </message>
+    <message>
+      <source>Pattern</source>
+      <translation>Muster</translation>
+    </message>
+    <message>
+      <source>pattern of the flight; auto: whichever needs the fewest photos</source>
+      <translation>Muster des Fluges; auto: das mit den wenigsten Fotos</translation>
+    </message>
+    <message>
+      <source>Seed</source>
+      <translation>Startwert</translation>
+    </message>
+    <message>
+      <source>seed of the drawn trees</source>
+      <translation>Startwert der gezogenen Bäume</translation>
+    </message>
+    <message>
+      <source>the plan's folder</source>
+      <translation>Ordner des Plans</translation>
+    </message>
+    <message>
+      <source>the plan as layers (GeoPackage)</source>
+      <translation>der Plan als Ebenen (GeoPackage)</translation>
+    </message>
+    <message>
+      <source>mission for DJI Pilot 2 (WPML)</source>
+      <translation>Mission für DJI Pilot 2 (WPML)</translation>
+    </message>
+    <message>
+      <source>mission for QGroundControl</source>
+      <translation>Mission für QGroundControl</translation>
+    </message>
+    <message>
+      <source>mission for Litchi (the first file)</source>
+      <translation>Mission für Litchi (die erste Datei)</translation>
+    </message>
+    <message>
+      <source>brief for the crew (PDF)</source>
+      <translation>Einsatzblatt für die Mannschaft (PDF)</translation>
+    </message>
+    <message>
+      <source>the same as a page</source>
+      <translation>dasselbe als Seite</translation>
+    </message>
+    <message>
+      <source>photos</source>
+      <translation>Fotos</translation>
+    </message>
+    <message>
+      <source>pattern of the flight</source>
+      <translation>Muster des Fluges</translation>
+    </message>
+    <message>
+      <source>height over the ground, metres</source>
+      <translation>Höhe über dem Boden, Meter</translation>
+    </message>
+    <message>
+      <source>heading of the lines, degrees from grid north</source>
+      <translation>Richtung der Linien, Grad von Gitternord</translation>
+    </message>
+    <message>
+      <source>expected share of the stems with a DBH</source>
+      <translation>erwarteter Anteil der Stämme mit BHD</translation>
+    </message>
+    <message>
+      <source>expected standard error of a DBH, median, cm</source>
+      <translation>erwarteter Standardfehler eines BHD, Median, cm</translation>
+    </message>
+    <message>
+      <source>expected clear views a stem, mean</source>
+      <translation>erwartete freie Blicke je Stamm, Mittel</translation>
+    </message>
+    <message>
+      <source>minutes in the air</source>
+      <translation>Minuten in der Luft</translation>
+    </message>
+    <message>
+      <source>batteries</source>
+      <translation>Akkus</translation>
+    </message>
+    <message>
+      <source>gigabytes of photos</source>
+      <translation>Gigabyte an Fotos</translation>
+    </message>
+    <message>
+      <source>seconds to process on one thread</source>
+      <translation>Sekunden der Auswertung auf einem Thread</translation>
+    </message>
+    <message>
+      <source>speed, metres a second</source>
+      <translation>Geschwindigkeit, Meter je Sekunde</translation>
+    </message>
+    <message>
+      <source>lowest height over the canopy, metres</source>
+      <translation>kleinste Höhe über den Kronen, Meter</translation>
+    </message>
+    <message>
+      <source>share of the stems with 20 photos more</source>
+      <translation>Anteil der Stämme mit 20 Fotos mehr</translation>
+    </message>
+    <message>
+      <source>standard error with 20 photos more, cm</source>
+      <translation>Standardfehler mit 20 Fotos mehr, cm</translation>
+    </message>
+    <message>
       <source>Measure DBH from drone photos</source>
       <translation>BHD aus Drohnenfotos messen</translation>
     </message>
@@ -834,16 +1170,8 @@ scratch.&lt;/p&gt;
       <translation>camera.json einer früheren Rekonstruktion mit derselben Kamera und Fotogröße; ohne sie gelten die Objektivdaten aus den Metadaten der Fotos.</translation>
     </message>
     <message>
-      <source>DTM</source>
-      <translation>Geländemodell (DGM)</translation>
-    </message>
-    <message>
       <source>Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is found in the photos.</source>
       <translation>Geländemodell (GeoTIFF) in den Höhen der Geotags; ohne es wird der Boden in den Fotos gesucht.</translation>
-    </message>
-    <message>
-      <source>CRS</source>
-      <translation>KBS</translation>
     </message>
     <message>
       <source>Project CRS, projected and in metres, for example EPSG:6344.</source>
@@ -876,6 +1204,10 @@ scratch.&lt;/p&gt;
     <message>
       <source>Measure the stems at these points (layer or CSV as for --field-stems) from the finished run in the workspace, in seconds, and add them to its tree layer; the other settings have to be those of that run.</source>
       <translation>Misst die Stämme an diesen Punkten (Layer oder CSV wie bei --field-stems) aus dem fertigen Lauf im Arbeitsordner, in Sekunden, und fügt sie seinem Baumlayer hinzu; die übrigen Einstellungen müssen die jenes Laufs sein.</translation>
+    </message>
+    <message>
+      <source>Flight plan (plan.gpkg of plan-flight) that was flown: planned and got are compared.</source>
+      <translation>Flugplan</translation>
     </message>
     <message>
       <source>Preset</source>
@@ -918,10 +1250,6 @@ scratch.&lt;/p&gt;
       <translation>Was ein kleines, mit simulierten Fotos trainiertes Netz gefragt wird: ivy = welche gemessenen Stämme unter Efeu stehen; full = auch, welche Pixel Stämme zeigen; auto = full, wo ohne es zu viele Stämme unsicher sind, wie in dichten Beständen; off = nichts.</translation>
     </message>
     <message>
-      <source>Seed</source>
-      <translation>Startwert</translation>
-    </message>
-    <message>
       <source>Seed of every random choice.</source>
       <translation>Startwert aller Zufallszüge.</translation>
     </message>
@@ -940,10 +1268,6 @@ scratch.&lt;/p&gt;
     <message>
       <source>Folder for intermediate results; a second run resumes there.</source>
       <translation>Ordner für Zwischenergebnisse; ein zweiter Lauf setzt dort fort.</translation>
-    </message>
-    <message>
-      <source>Output</source>
-      <translation>Ausgabe</translation>
     </message>
     <message>
       <source>Tree layer to write (.gpkg, .shp, .geojson or .csv).</source>
@@ -1404,10 +1728,6 @@ scratch.&lt;/p&gt;
     <message>
       <source>camera stations layer (file)</source>
       <translation>Layer der Kamerastandorte (Datei)</translation>
-    </message>
-    <message>
-      <source>photos</source>
-      <translation>Fotos</translation>
     </message>
     <message>
       <source>photos with a fixed PPK/RTK position</source>
@@ -3058,16 +3378,8 @@ scratch.&lt;/p&gt;
       <translation>JPEG-Qualität (Farbe in halber Auflösung)</translation>
     </message>
     <message>
-      <source>Readout [ms]</source>
-      <translation>Auslesezeit [ms]</translation>
-    </message>
-    <message>
       <source>rolling shutter: time from reading the first row of a photo to the last</source>
       <translation>Rolling Shutter: Zeit vom Auslesen der ersten Zeile eines Fotos bis zur letzten</translation>
-    </message>
-    <message>
-      <source>Exposure [ms]</source>
-      <translation>Belichtungszeit [ms]</translation>
     </message>
     <message>
       <source>exposure time of a row: motion blur of a flying drone</source>
@@ -3158,8 +3470,8 @@ scratch.&lt;/p&gt;
       <translation>Flug</translation>
     </message>
     <message>
-      <source>rings: nadir photos and rings aimed at the plot; grid: parallel nadir lines and a crosshatch of oblique ones over an area, not aimed at any plot</source>
-      <translation>rings: Nadirfotos und auf die Probefläche gerichtete Ringe; grid: parallele Nadirstreifen und ein Kreuzraster schräger Streifen über einem Gebiet, auf keine Probefläche gerichtet</translation>
+      <source>rings: nadir photos and rings aimed at the plot; grid: parallel nadir lines and a crosshatch of oblique ones over an area, not aimed at any plot; or a flight plan, plan.gpkg of plan-flight: its photos, camera and plots</source>
+      <translation>rings: senkrechte Fotos und auf die Probefläche gerichtete Ringe; grid: parallele senkrechte Linien und ein Kreuzgitter schräger Linien über einer Fläche, auf keine Probefläche gerichtet; oder ein Flugplan, plan.gpkg von plan-flight: seine Fotos, Kamera und Probekreise</translation>
     </message>
     <message>
       <source>Height [m]</source>
@@ -3462,24 +3774,12 @@ scratch.&lt;/p&gt;
       <translation>Radius der Probefläche</translation>
     </message>
     <message>
-      <source>Stems [1/ha]</source>
-      <translation>Stämme [1/ha]</translation>
-    </message>
-    <message>
       <source>planting density</source>
       <translation>Pflanzdichte</translation>
     </message>
     <message>
-      <source>DBH mean [cm]</source>
-      <translation>Mittlerer BHD [cm]</translation>
-    </message>
-    <message>
       <source>mean diameter at breast height</source>
       <translation>mittlerer Brusthöhendurchmesser</translation>
-    </message>
-    <message>
-      <source>DBH standard deviation [cm]</source>
-      <translation>Standardabweichung des BHD [cm]</translation>
     </message>
     <message>
       <source>its standard deviation</source>
@@ -4098,6 +4398,98 @@ scratch.&lt;/p&gt;
       <translation>von Hand verschoben</translation>
     </message>
     <message>
+      <source>Ground sample distance in the middle [cm]</source>
+      <translation>Bodenauflösung in der Mitte [cm]</translation>
+    </message>
+    <message>
+      <source>Line</source>
+      <translation>Linie</translation>
+    </message>
+    <message>
+      <source>Yaw, grid north [°]</source>
+      <translation>Gierwinkel, Gitternord [°]</translation>
+    </message>
+    <message>
+      <source>Yaw, true north [°]</source>
+      <translation>Gierwinkel, wahrer Norden [°]</translation>
+    </message>
+    <message>
+      <source>Pitch [°]</source>
+      <translation>Kippung [°]</translation>
+    </message>
+    <message>
+      <source>Height, datum of the terrain model [m]</source>
+      <translation>Höhe, Bezug des Geländemodells [m]</translation>
+    </message>
+    <message>
+      <source>Height above take-off [m]</source>
+      <translation>Höhe über Startpunkt [m]</translation>
+    </message>
+    <message>
+      <source>Height above ground [m]</source>
+      <translation>Höhe über dem Boden [m]</translation>
+    </message>
+    <message>
+      <source>Speed to the next photo [m/s]</source>
+      <translation>Geschwindigkeit zum nächsten Foto [m/s]</translation>
+    </message>
+    <message>
+      <source>Stems it is expected to show clearly</source>
+      <translation>Stämme, die es erwartungsgemäß frei zeigt</translation>
+    </message>
+    <message>
+      <source>Photo width [px]</source>
+      <translation>Breite des Fotos [px]</translation>
+    </message>
+    <message>
+      <source>Photo height [px]</source>
+      <translation>Höhe des Fotos [px]</translation>
+    </message>
+    <message>
+      <source>Focal length [px]</source>
+      <translation>Brennweite [px]</translation>
+    </message>
+    <message>
+      <source>oblique</source>
+      <translation>schräg</translation>
+    </message>
+    <message>
+      <source>straight down</source>
+      <translation>senkrecht nach unten</translation>
+    </message>
+    <message>
+      <source>Stems expected</source>
+      <translation>Erwartete Stämme</translation>
+    </message>
+    <message>
+      <source>Clear views a stem expected</source>
+      <translation>Erwartete freie Blicke je Stamm</translation>
+    </message>
+    <message>
+      <source>Share of the stems with a DBH expected</source>
+      <translation>Erwarteter Anteil der Stämme mit BHD</translation>
+    </message>
+    <message>
+      <source>Standard error of DBH expected, median [cm]</source>
+      <translation>Erwarteter Standardfehler des BHD, Median [cm]</translation>
+    </message>
+    <message>
+      <source>Photos that show it</source>
+      <translation>Fotos, die sie zeigen</translation>
+    </message>
+    <message>
+      <source>below 60 %</source>
+      <translation>unter 60 %</translation>
+    </message>
+    <message>
+      <source>60 to 85 %</source>
+      <translation>60 bis 85 %</translation>
+    </message>
+    <message>
+      <source>85 % and more</source>
+      <translation>85 % und mehr</translation>
+    </message>
+    <message>
       <source>Reason</source>
       <translation>Grund</translation>
     </message>
@@ -4156,10 +4548,6 @@ scratch.&lt;/p&gt;
     <message>
       <source>needs a hand check</source>
       <translation>von Hand zu prüfen</translation>
-    </message>
-    <message>
-      <source>Height above ground [m]</source>
-      <translation>Höhe über dem Boden [m]</translation>
     </message>
     <message>
       <source>Diameter [cm]</source>
@@ -4274,10 +4662,6 @@ scratch.&lt;/p&gt;
       <translation>Gründe</translation>
     </message>
     <message>
-      <source>Photo</source>
-      <translation>Foto</translation>
-    </message>
-    <message>
       <source>File</source>
       <translation>Datei</translation>
     </message>
@@ -4310,16 +4694,8 @@ scratch.&lt;/p&gt;
       <translation>Kurs [°]</translation>
     </message>
     <message>
-      <source>Pitch [°]</source>
-      <translation>Kippung [°]</translation>
-    </message>
-    <message>
       <source>Roll [°]</source>
       <translation>Rollung [°]</translation>
-    </message>
-    <message>
-      <source>Height above take-off [m]</source>
-      <translation>Höhe über Startpunkt [m]</translation>
     </message>
     <message>
       <source>Velocity east [m/s]</source>
@@ -4460,10 +4836,6 @@ scratch.&lt;/p&gt;
     <message>
       <source>Breast height used [m]</source>
       <translation>Verwendete Brusthöhe [m]</translation>
-    </message>
-    <message>
-      <source>Tree height [m]</source>
-      <translation>Baumhöhe [m]</translation>
     </message>
     <message>
       <source>Lean [°]</source>

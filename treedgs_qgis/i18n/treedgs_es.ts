@@ -24,6 +24,10 @@
       <translation>PHOTOS: {folder} contiene {found} fotos, se esperan al menos {least} (mejor 40 o más) como {kinds}.</translation>
     </message>
     <message>
+      <source>Flight plan</source>
+      <translation>Plan de vuelo</translation>
+    </message>
+    <message>
       <source>INPUT: {path} is not a LAS or LAZ file; convert the cloud to LAZ first.</source>
       <translation>INPUT: {path} no es un archivo LAS ni LAZ; convierta antes la nube a LAZ.</translation>
     </message>
@@ -200,6 +204,26 @@ scratch.&lt;/p&gt;
     <message>
       <source>no DBH</source>
       <translation>sin DAP</translation>
+    </message>
+    <message>
+      <source>Photo</source>
+      <translation>Foto</translation>
+    </message>
+    <message>
+      <source>over the take-off</source>
+      <translation>sobre el despegue</translation>
+    </message>
+    <message>
+      <source>over the ground</source>
+      <translation>sobre el suelo</translation>
+    </message>
+    <message>
+      <source>expected</source>
+      <translation>esperado</translation>
+    </message>
+    <message>
+      <source>clear views a stem</source>
+      <translation>vistas libres por fuste</translation>
     </message>
     <message>
       <source>trees</source>
@@ -654,6 +678,10 @@ scratch.&lt;/p&gt;
       <translation>Fustes en los lugares indicados</translation>
     </message>
     <message>
+      <source>Comparing flights</source>
+      <translation>Comparando vuelos</translation>
+    </message>
+    <message>
       <source>A picture of the evidence for each tree</source>
       <translation>Una imagen de la evidencia de cada árbol</translation>
     </message>
@@ -786,6 +814,314 @@ scratch.&lt;/p&gt;
       <translation>{path}: no es un Python 3.10 o posterior con venv y ensurepip; instale uno o indique otro.</translation>
     </message>
     <message>
+      <source>Plan the flight</source>
+      <translation>Planificar el vuelo</translation>
+    </message>
+    <message>
+      <source>Plan</source>
+      <translation>Planificar</translation>
+    </message>
+    <message>
+      <source>What to fly for a wanted error here: the flight with the fewest photos, as mission files and a brief.</source>
+      <translation>Qué volar aquí para un error deseado: el vuelo con menos fotos, como ficheros de misión y hoja de campo.</translation>
+    </message>
+    <message>
+      <source>Compares flights over the plots (orbits, crosshatch, nadir with oblique lines; two heights, two tilts, several densities) by a model of what crowns and stems leave to be seen at breast height, and takes the one with the fewest photos that reaches the wanted standard error and share of stems. The stand is described by a canopy height model, a LiDAR cloud, the tree layer of an earlier visit, or five numbers. The flight follows the terrain, keeps its clearance over the canopy everywhere, and is as fast as trigger, blur and rolling shutter allow; what cannot be flown safely is refused. Heights in the mission files are over the take-off. Writes plan.kmz (DJI), plan.plan (QGroundControl), plan_litchi_1.csv, plan.gpkg (photos, way, footprints, plots with what is expected), brief.pdf and brief.html. Expectations are a model's; after the flight photos-to-dbh with --flight-plan reports planned against got. Rules of the air and the pilot's eyes come first.</source>
+      <translation>Compara vuelos sobre las parcelas (órbitas, cuadrícula cruzada, nadir con líneas oblicuas; dos alturas, dos inclinaciones, varias densidades) con un modelo de lo que copas y fustes dejan ver a la altura del pecho, y toma el que con menos fotos alcanza el error estándar y la proporción de fustes deseados. El rodal se describe con un modelo de alturas de copas, una nube LiDAR, la capa de árboles de una visita anterior o cinco números. El vuelo sigue el terreno, guarda en todo lugar su distancia a las copas y es tan rápido como permiten el disparo, el desenfoque y el obturador rodante; lo que no puede volarse con seguridad se rechaza. Las alturas de los ficheros de misión son sobre el despegue. Escribe plan.kmz (DJI), plan.plan (QGroundControl), plan_litchi_1.csv, plan.gpkg (fotos, recorrido, huellas, parcelas con lo esperado), brief.pdf y brief.html. Lo esperado es de un modelo; después del vuelo photos-to-dbh con --flight-plan informa de lo planificado y lo logrado. Las normas del aire y los ojos del piloto van primero.</translation>
+    </message>
+    <message>
+      <source>plots to photograph: CSV as for stand-table, or polygons</source>
+      <translation>parcelas que fotografiar: CSV como para stand-table, o polígonos</translation>
+    </message>
+    <message>
+      <source>DTM</source>
+      <translation>MDT</translation>
+    </message>
+    <message>
+      <source>terrain model; without one the ground is taken as level</source>
+      <translation>modelo del terreno; sin él el suelo se toma como llano</translation>
+    </message>
+    <message>
+      <source>Stand</source>
+      <translation>Rodal</translation>
+    </message>
+    <message>
+      <source>what stands there: canopy height model (GeoTIFF), LiDAR cloud, or tree layer of an earlier visit; what it does not say comes from the numbers below</source>
+      <translation>lo que hay allí: modelo de alturas de copas (GeoTIFF), nube LiDAR o capa de árboles de una visita anterior; lo que no dice viene de los números de abajo</translation>
+    </message>
+    <message>
+      <source>Camera</source>
+      <translation>Cámara</translation>
+    </message>
+    <message>
+      <source>camera: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, or width,height,focal length in pixels</source>
+      <translation>cámara: m3e, m3m, m4e, p4rtk, p1-35, mini4pro, air3, o ancho,alto,distancia focal en píxeles</translation>
+    </message>
+    <message>
+      <source>Target error [cm]</source>
+      <translation>Error objetivo [cm]</translation>
+    </message>
+    <message>
+      <source>wanted standard error of a DBH, median of the stems</source>
+      <translation>error estándar deseado de un DAP, mediana de los fustes</translation>
+    </message>
+    <message>
+      <source>Target share [%]</source>
+      <translation>Proporción objetivo [%]</translation>
+    </message>
+    <message>
+      <source>wanted share of the stems that get a DBH</source>
+      <translation>proporción deseada de los fustes que reciben un DAP</translation>
+    </message>
+    <message>
+      <source>Batteries</source>
+      <translation>Baterías</translation>
+    </message>
+    <message>
+      <source>instead of the targets: the best flight with so many batteries</source>
+      <translation>en lugar de los objetivos: el mejor vuelo con tantas baterías</translation>
+    </message>
+    <message>
+      <source>Stems [1/ha]</source>
+      <translation>Troncos [1/ha]</translation>
+    </message>
+    <message>
+      <source>stems a hectare, where nothing maps them</source>
+      <translation>fustes por hectárea, donde nada los cartografía</translation>
+    </message>
+    <message>
+      <source>DBH mean [cm]</source>
+      <translation>DAP medio [cm]</translation>
+    </message>
+    <message>
+      <source>mean DBH</source>
+      <translation>DAP medio</translation>
+    </message>
+    <message>
+      <source>DBH standard deviation [cm]</source>
+      <translation>Desviación estándar del DAP [cm]</translation>
+    </message>
+    <message>
+      <source>standard deviation of the DBHs</source>
+      <translation>desviación estándar de los DAP</translation>
+    </message>
+    <message>
+      <source>Tree height [m]</source>
+      <translation>Altura del árbol [m]</translation>
+    </message>
+    <message>
+      <source>mean height of the trees</source>
+      <translation>altura media de los árboles</translation>
+    </message>
+    <message>
+      <source>Crown base [m]</source>
+      <translation>Base de la copa [m]</translation>
+    </message>
+    <message>
+      <source>mean height of the lowest living branches</source>
+      <translation>altura media de las ramas vivas más bajas</translation>
+    </message>
+    <message>
+      <source>Take off</source>
+      <translation>Despegue</translation>
+    </message>
+    <message>
+      <source>place of the take-off, easting,northing in the CRS of the plan; all heights in the mission files are over it; default: the most open place near the plots</source>
+      <translation>lugar del despegue, este,norte en el SRC del plan; todas las alturas de los ficheros de misión son sobre él; por defecto: el lugar más abierto cerca de las parcelas</translation>
+    </message>
+    <message>
+      <source>Flight date</source>
+      <translation>Fecha del vuelo</translation>
+    </message>
+    <message>
+      <source>day of the flight, year-month-day, for the sun; default: today</source>
+      <translation>día del vuelo, año-mes-día, para el sol; por defecto: hoy</translation>
+    </message>
+    <message>
+      <source>Output</source>
+      <translation>Salida</translation>
+    </message>
+    <message>
+      <source>folder for the plan's files</source>
+      <translation>carpeta para los ficheros del plan</translation>
+    </message>
+    <message>
+      <source>Leaf area index</source>
+      <translation>Índice de área foliar</translation>
+    </message>
+    <message>
+      <source>one-sided leaf area over ground area; default: from a LiDAR cloud, else 2.5</source>
+      <translation>área foliar de una cara por área de suelo; por defecto: de una nube LiDAR, si no 2,5</translation>
+    </message>
+    <message>
+      <source>Crown radius [m]</source>
+      <translation>Radio de copa [m]</translation>
+    </message>
+    <message>
+      <source>reach of the crown of a tree of mean DBH; default: 1 m and four times the DBH</source>
+      <translation>alcance de la copa de un árbol de DAP medio; por defecto: 1 m y cuatro veces el DAP</translation>
+    </message>
+    <message>
+      <source>Exposure [ms]</source>
+      <translation>Tiempo de exposición [ms]</translation>
+    </message>
+    <message>
+      <source>shutter: 1 ms is 1/1000 s</source>
+      <translation>obturador: 1 ms es 1/1000 s</translation>
+    </message>
+    <message>
+      <source>Trigger [s]</source>
+      <translation>Disparo [s]</translation>
+    </message>
+    <message>
+      <source>shortest time between two photos; default: the camera's</source>
+      <translation>tiempo más corto entre dos fotos; por defecto: el de la cámara</translation>
+    </message>
+    <message>
+      <source>Readout [ms]</source>
+      <translation>Tiempo de lectura [ms]</translation>
+    </message>
+    <message>
+      <source>rolling shutter: first row to last; default: the camera's</source>
+      <translation>obturador rodante: de la primera fila a la última; por defecto: el de la cámara</translation>
+    </message>
+    <message>
+      <source>Speed [m/s]</source>
+      <translation>Velocidad [m/s]</translation>
+    </message>
+    <message>
+      <source>most speed to fly at</source>
+      <translation>velocidad máxima de vuelo</translation>
+    </message>
+    <message>
+      <source>Clearance [m]</source>
+      <translation>Distancia libre [m]</translation>
+    </message>
+    <message>
+      <source>least height over the canopy, anywhere on the way</source>
+      <translation>altura mínima sobre las copas, en todo el recorrido</translation>
+    </message>
+    <message>
+      <source>Highest [m]</source>
+      <translation>Altura máxima [m]</translation>
+    </message>
+    <message>
+      <source>most height over the ground, by law or permit</source>
+      <translation>altura máxima sobre el suelo, por ley o permiso</translation>
+    </message>
+    <message>
+      <source>CRS</source>
+      <translation>SRC</translation>
+    </message>
+    <message>
+      <source>CRS of the plan, in metres; default: that of the DTM, or of the plots</source>
+      <translation>SRC del plan, en metros; por defecto: el del MDT o el de las parcelas</translation>
+    </message>
+    <message>
+      <source>Pattern</source>
+      <translation>Patrón</translation>
+    </message>
+    <message>
+      <source>pattern of the flight; auto: whichever needs the fewest photos</source>
+      <translation>patrón del vuelo; auto: el que necesita menos fotos</translation>
+    </message>
+    <message>
+      <source>Seed</source>
+      <translation>Semilla</translation>
+    </message>
+    <message>
+      <source>seed of the drawn trees</source>
+      <translation>semilla de los árboles sorteados</translation>
+    </message>
+    <message>
+      <source>the plan's folder</source>
+      <translation>carpeta del plan</translation>
+    </message>
+    <message>
+      <source>the plan as layers (GeoPackage)</source>
+      <translation>el plan como capas (GeoPackage)</translation>
+    </message>
+    <message>
+      <source>mission for DJI Pilot 2 (WPML)</source>
+      <translation>misión para DJI Pilot 2 (WPML)</translation>
+    </message>
+    <message>
+      <source>mission for QGroundControl</source>
+      <translation>misión para QGroundControl</translation>
+    </message>
+    <message>
+      <source>mission for Litchi (the first file)</source>
+      <translation>misión para Litchi (el primer fichero)</translation>
+    </message>
+    <message>
+      <source>brief for the crew (PDF)</source>
+      <translation>hoja para el equipo (PDF)</translation>
+    </message>
+    <message>
+      <source>the same as a page</source>
+      <translation>lo mismo como página</translation>
+    </message>
+    <message>
+      <source>photos</source>
+      <translation>fotos</translation>
+    </message>
+    <message>
+      <source>pattern of the flight</source>
+      <translation>patrón del vuelo</translation>
+    </message>
+    <message>
+      <source>height over the ground, metres</source>
+      <translation>altura sobre el suelo, metros</translation>
+    </message>
+    <message>
+      <source>heading of the lines, degrees from grid north</source>
+      <translation>rumbo de las líneas, grados desde el norte de cuadrícula</translation>
+    </message>
+    <message>
+      <source>expected share of the stems with a DBH</source>
+      <translation>proporción esperada de los fustes con DAP</translation>
+    </message>
+    <message>
+      <source>expected standard error of a DBH, median, cm</source>
+      <translation>error estándar esperado de un DAP, mediana, cm</translation>
+    </message>
+    <message>
+      <source>expected clear views a stem, mean</source>
+      <translation>vistas libres esperadas por fuste, media</translation>
+    </message>
+    <message>
+      <source>minutes in the air</source>
+      <translation>minutos en el aire</translation>
+    </message>
+    <message>
+      <source>batteries</source>
+      <translation>baterías</translation>
+    </message>
+    <message>
+      <source>gigabytes of photos</source>
+      <translation>gigabytes de fotos</translation>
+    </message>
+    <message>
+      <source>seconds to process on one thread</source>
+      <translation>segundos de proceso en un hilo</translation>
+    </message>
+    <message>
+      <source>speed, metres a second</source>
+      <translation>velocidad, metros por segundo</translation>
+    </message>
+    <message>
+      <source>lowest height over the canopy, metres</source>
+      <translation>altura mínima sobre las copas, metros</translation>
+    </message>
+    <message>
+      <source>share of the stems with 20 photos more</source>
+      <translation>proporción de los fustes con 20 fotos más</translation>
+    </message>
+    <message>
+      <source>standard error with 20 photos more, cm</source>
+      <translation>error estándar con 20 fotos más, cm</translation>
+    </message>
+    <message>
       <source>Measure DBH from drone photos</source>
       <translation>Medir el DAP en fotos de dron</translation>
     </message>
@@ -834,16 +1170,8 @@ scratch.&lt;/p&gt;
       <translation>camera.json de una reconstrucción anterior con la misma cámara y tamaño de foto; si falta, valen los datos de la lente de los metadatos de las fotos.</translation>
     </message>
     <message>
-      <source>DTM</source>
-      <translation>MDT</translation>
-    </message>
-    <message>
       <source>Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is found in the photos.</source>
       <translation>Modelo del terreno (GeoTIFF) en las alturas de las geoetiquetas; si falta, el suelo se busca en las fotos.</translation>
-    </message>
-    <message>
-      <source>CRS</source>
-      <translation>SRC</translation>
     </message>
     <message>
       <source>Project CRS, projected and in metres, for example EPSG:6344.</source>
@@ -876,6 +1204,10 @@ scratch.&lt;/p&gt;
     <message>
       <source>Measure the stems at these points (layer or CSV as for --field-stems) from the finished run in the workspace, in seconds, and add them to its tree layer; the other settings have to be those of that run.</source>
       <translation>Mide los fustes en estos puntos (capa o CSV como en --field-stems) a partir de la ejecución terminada en la carpeta de trabajo, en segundos, y los añade a su capa de árboles; los demás ajustes tienen que ser los de esa ejecución.</translation>
+    </message>
+    <message>
+      <source>Flight plan (plan.gpkg of plan-flight) that was flown: planned and got are compared.</source>
+      <translation>Plan de vuelo</translation>
     </message>
     <message>
       <source>Preset</source>
@@ -918,10 +1250,6 @@ scratch.&lt;/p&gt;
       <translation>Qué se pregunta a una pequeña red entrenada con fotos simuladas: ivy = qué fustes medidos están bajo hiedra; full = también qué píxeles muestran fustes; auto = full donde sin ella demasiados fustes son inciertos, como en rodales densos; off = nada.</translation>
     </message>
     <message>
-      <source>Seed</source>
-      <translation>Semilla</translation>
-    </message>
-    <message>
       <source>Seed of every random choice.</source>
       <translation>Semilla de toda elección al azar.</translation>
     </message>
@@ -940,10 +1268,6 @@ scratch.&lt;/p&gt;
     <message>
       <source>Folder for intermediate results; a second run resumes there.</source>
       <translation>Carpeta para resultados intermedios; una segunda ejecución continúa ahí.</translation>
-    </message>
-    <message>
-      <source>Output</source>
-      <translation>Salida</translation>
     </message>
     <message>
       <source>Tree layer to write (.gpkg, .shp, .geojson or .csv).</source>
@@ -1404,10 +1728,6 @@ scratch.&lt;/p&gt;
     <message>
       <source>camera stations layer (file)</source>
       <translation>capa de estaciones de cámara (archivo)</translation>
-    </message>
-    <message>
-      <source>photos</source>
-      <translation>fotos</translation>
     </message>
     <message>
       <source>photos with a fixed PPK/RTK position</source>
@@ -3058,16 +3378,8 @@ scratch.&lt;/p&gt;
       <translation>calidad JPEG (color a media resolución)</translation>
     </message>
     <message>
-      <source>Readout [ms]</source>
-      <translation>Tiempo de lectura [ms]</translation>
-    </message>
-    <message>
       <source>rolling shutter: time from reading the first row of a photo to the last</source>
       <translation>obturador rodante: tiempo desde la lectura de la primera fila de una foto hasta la última</translation>
-    </message>
-    <message>
-      <source>Exposure [ms]</source>
-      <translation>Tiempo de exposición [ms]</translation>
     </message>
     <message>
       <source>exposure time of a row: motion blur of a flying drone</source>
@@ -3158,8 +3470,8 @@ scratch.&lt;/p&gt;
       <translation>Vuelo</translation>
     </message>
     <message>
-      <source>rings: nadir photos and rings aimed at the plot; grid: parallel nadir lines and a crosshatch of oblique ones over an area, not aimed at any plot</source>
-      <translation>rings: fotos nadirales y anillos dirigidos a la parcela; grid: pasadas nadirales paralelas y una trama cruzada de oblicuas sobre un área, sin apuntar a ninguna parcela</translation>
+      <source>rings: nadir photos and rings aimed at the plot; grid: parallel nadir lines and a crosshatch of oblique ones over an area, not aimed at any plot; or a flight plan, plan.gpkg of plan-flight: its photos, camera and plots</source>
+      <translation>rings: fotos nadir y anillos dirigidos a la parcela; grid: líneas nadir paralelas y una cuadrícula cruzada de líneas oblicuas sobre un área, no dirigidas a ninguna parcela; o un plan de vuelo, plan.gpkg de plan-flight: sus fotos, cámara y parcelas</translation>
     </message>
     <message>
       <source>Height [m]</source>
@@ -3462,24 +3774,12 @@ scratch.&lt;/p&gt;
       <translation>radio de la parcela</translation>
     </message>
     <message>
-      <source>Stems [1/ha]</source>
-      <translation>Troncos [1/ha]</translation>
-    </message>
-    <message>
       <source>planting density</source>
       <translation>densidad de plantación</translation>
     </message>
     <message>
-      <source>DBH mean [cm]</source>
-      <translation>DAP medio [cm]</translation>
-    </message>
-    <message>
       <source>mean diameter at breast height</source>
       <translation>diámetro medio a la altura del pecho</translation>
-    </message>
-    <message>
-      <source>DBH standard deviation [cm]</source>
-      <translation>Desviación estándar del DAP [cm]</translation>
     </message>
     <message>
       <source>its standard deviation</source>
@@ -4098,6 +4398,98 @@ scratch.&lt;/p&gt;
       <translation>movido a mano</translation>
     </message>
     <message>
+      <source>Ground sample distance in the middle [cm]</source>
+      <translation>Resolución en el suelo en el centro [cm]</translation>
+    </message>
+    <message>
+      <source>Line</source>
+      <translation>Línea</translation>
+    </message>
+    <message>
+      <source>Yaw, grid north [°]</source>
+      <translation>Guiñada, norte de cuadrícula [°]</translation>
+    </message>
+    <message>
+      <source>Yaw, true north [°]</source>
+      <translation>Guiñada, norte verdadero [°]</translation>
+    </message>
+    <message>
+      <source>Pitch [°]</source>
+      <translation>Cabeceo [°]</translation>
+    </message>
+    <message>
+      <source>Height, datum of the terrain model [m]</source>
+      <translation>Altura, datum del modelo del terreno [m]</translation>
+    </message>
+    <message>
+      <source>Height above take-off [m]</source>
+      <translation>Altura sobre el despegue [m]</translation>
+    </message>
+    <message>
+      <source>Height above ground [m]</source>
+      <translation>Altura sobre el suelo [m]</translation>
+    </message>
+    <message>
+      <source>Speed to the next photo [m/s]</source>
+      <translation>Velocidad hasta la foto siguiente [m/s]</translation>
+    </message>
+    <message>
+      <source>Stems it is expected to show clearly</source>
+      <translation>Fustes que se espera que muestre libres</translation>
+    </message>
+    <message>
+      <source>Photo width [px]</source>
+      <translation>Ancho de la foto [px]</translation>
+    </message>
+    <message>
+      <source>Photo height [px]</source>
+      <translation>Alto de la foto [px]</translation>
+    </message>
+    <message>
+      <source>Focal length [px]</source>
+      <translation>Distancia focal [px]</translation>
+    </message>
+    <message>
+      <source>oblique</source>
+      <translation>oblicua</translation>
+    </message>
+    <message>
+      <source>straight down</source>
+      <translation>vertical hacia abajo</translation>
+    </message>
+    <message>
+      <source>Stems expected</source>
+      <translation>Fustes esperados</translation>
+    </message>
+    <message>
+      <source>Clear views a stem expected</source>
+      <translation>Vistas libres esperadas por fuste</translation>
+    </message>
+    <message>
+      <source>Share of the stems with a DBH expected</source>
+      <translation>Proporción esperada de los fustes con DAP</translation>
+    </message>
+    <message>
+      <source>Standard error of DBH expected, median [cm]</source>
+      <translation>Error estándar esperado del DAP, mediana [cm]</translation>
+    </message>
+    <message>
+      <source>Photos that show it</source>
+      <translation>Fotos que la muestran</translation>
+    </message>
+    <message>
+      <source>below 60 %</source>
+      <translation>menos del 60 %</translation>
+    </message>
+    <message>
+      <source>60 to 85 %</source>
+      <translation>60 a 85 %</translation>
+    </message>
+    <message>
+      <source>85 % and more</source>
+      <translation>85 % y más</translation>
+    </message>
+    <message>
       <source>Reason</source>
       <translation>Motivo</translation>
     </message>
@@ -4156,10 +4548,6 @@ scratch.&lt;/p&gt;
     <message>
       <source>needs a hand check</source>
       <translation>por revisar a mano</translation>
-    </message>
-    <message>
-      <source>Height above ground [m]</source>
-      <translation>Altura sobre el suelo [m]</translation>
     </message>
     <message>
       <source>Diameter [cm]</source>
@@ -4274,10 +4662,6 @@ scratch.&lt;/p&gt;
       <translation>Motivos</translation>
     </message>
     <message>
-      <source>Photo</source>
-      <translation>Foto</translation>
-    </message>
-    <message>
       <source>File</source>
       <translation>Archivo</translation>
     </message>
@@ -4310,16 +4694,8 @@ scratch.&lt;/p&gt;
       <translation>Rumbo [°]</translation>
     </message>
     <message>
-      <source>Pitch [°]</source>
-      <translation>Cabeceo [°]</translation>
-    </message>
-    <message>
       <source>Roll [°]</source>
       <translation>Alabeo [°]</translation>
-    </message>
-    <message>
-      <source>Height above take-off [m]</source>
-      <translation>Altura sobre el despegue [m]</translation>
     </message>
     <message>
       <source>Velocity east [m/s]</source>
@@ -4460,10 +4836,6 @@ scratch.&lt;/p&gt;
     <message>
       <source>Breast height used [m]</source>
       <translation>Altura del pecho usada [m]</translation>
-    </message>
-    <message>
-      <source>Tree height [m]</source>
-      <translation>Altura del árbol [m]</translation>
     </message>
     <message>
       <source>Lean [°]</source>

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from ..core.errors import InputError
-from ..core.files import read_json, write_json
+from .errors import InputError
+from .files import read_json, write_json
 
 #: Per route: what the cost depends on besides a constant. All known before a plot is run.
 FEATURES = {"photos": ("photos", "megapixels"), "cloud": ("points_m",)}
@@ -72,7 +72,7 @@ class CostModel:
         write_json(path, {"features": FEATURES, "routes": self.routes})
 
     def predict(self, route: str, sizes: dict[str, Any]) -> Need:
-        """Cost of a plot with these inputs (:class:`~treedgs_geo.campaign.inputs.PlotInputs` as JSON)."""
+        """Cost of a plot with these inputs (``PlotInputs`` of a campaign as JSON)."""
         entry = self.routes[route]
         x = np.array([1.0, *(float(sizes[name]) for name in FEATURES[route])])
         values = {name: float(np.dot(entry[name], x)) for name in MEASURES}

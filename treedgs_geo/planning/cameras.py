@@ -1,0 +1,96 @@
+"""Cameras that flights are planned for: a documented table, or numbers."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any
+
+from ..core.errors import InputError
+
+#: Batteries are not flown below this share.
+RESERVE = 0.3
+
+
+@dataclass(frozen=True)
+class DroneCamera:
+    """A camera on its drone. width_px, height_px: of a photo. focal_px: focal length. interval_s: fastest trigger.
+    readout_ms: rolling shutter, first row to last (0: none). gimbal_deg: lowest and highest pitch. flight_min: rated
+    minutes in the air. photo_mb: of a JPEG. wpml: drone, its sub-type, payload, its position as DJI's WPML numbers them
+    (``None``: the drone takes no such file). source: where the figures are from."""
+
+    key: str
+    name: str
+    width_px: int
+    height_px: int
+    focal_px: float
+    interval_s: float
+    readout_ms: float
+    gimbal_deg: tuple[float, float]
+    flight_min: float
+    photo_mb: float
+    wpml: tuple[int, int, int, int] | None
+    source: str
+
+    @property
+    def usable_min(self) -> float:
+        """Minutes of one battery that may be planned."""
+        return self.flight_min * (1 - RESERVE)
+
+    @property
+    def megapixels(self) -> float:
+        """Of one photo."""
+        return self.width_px * self.height_px / 1e6
+
+
+def known_cameras() -> dict[str, DroneCamera]:
+    """The table (``treedgs_geo/planning/cameras.json``)."""
+    table = json.loads((files(__package__) / "cameras.json").read_text(encoding="utf-8"))["cameras"]
+    return {key: _from_row(key, row) for key, row in table.items()}
+
+
+def _from_row(key: str, row: dict[str, Any]) -> DroneCamera:
+    return DroneCamera(
+        key, row["name"], row["width_px"], row["height_px"], row["focal_mm"] / row["sensor_mm"] * row["width_px"],
+        row["interval_s"], row["readout_ms"], (row["gimbal_deg"][0], row["gimbal_deg"][1]), row["flight_min"],
+        row["photo_mb"], tuple(row["wpml"]) if "wpml" in row else None, row["source"],
+    )  # fmt: skip
+
+
+def camera_of(text: str, interval_s: float | None = None, readout_ms: float | None = None) -> DroneCamera:
+    """The camera of a name of the table, or of numbers: ``width_px,height_px,focal_px``.
+
+    interval_s, readout_ms: in place of the table's (numbers alone: 2 s and 0 ms).
+
+    Raises:
+        InputError: neither.
+
+    Examples:
+        >>> from treedgs_geo.planning.cameras import camera_of
+        >>> round(camera_of("m3e").focal_px)
+        3751
+    """
+    known = known_cameras()
+    key = text.strip().lower()
+    if key in known:
+        found = known[key]
+    else:
+        try:
+            width, height, focal = (float(part) for part in key.split(","))
+            if not (200 <= width <= 30000 and 200 <= height <= 30000 and 100 <= focal <= 60000):
+                raise ValueError
+        except ValueError:
+            raise InputError(
+                f"--camera: {text!r} is unknown, expected one of {', '.join(known)}, or width,height,focal length in "
+                "pixels like 4000,3000,2800 (focal length in mm / sensor width in mm x width in pixels)."
+            ) from None
+        megabytes = 0.5 * width * height / 1e6
+        found = DroneCamera(
+            "own", f"own camera {width:.0f} x {height:.0f} px, f = {focal:.0f} px", int(width), int(height), focal, 2.0,
+            0.0, (-90.0, 0.0), 25.0, megabytes, None, "given by the user",
+        )  # fmt: skip
+    changes = {
+        name: value for name, value in (("interval_s", interval_s), ("readout_ms", readout_ms)) if value is not None
+    }
+    return DroneCamera(**{**vars(found), **changes})

@@ -1,0 +1,1 @@
+"""A flight as the files that drones and ground stations read."""

@@ -1,0 +1,185 @@
+"""From the settings of ``plan-flight`` to its files."""
+
+from __future__ import annotations
+
+import datetime as dt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..core.errors import InputError
+from ..core.files import ensure_writable, write_json
+from ..core.geopackage import ensure_unlocked
+from ..core.progress import Reporter
+from ..core.settings import to_json
+from ..inventory.declination import parse_date
+from ..inventory.stand.pdf import report_fonts
+from .brief import batteries_of, write_brief
+from .cameras import camera_of
+from .choose import MORE, Choice, choose, stems_of
+from .heading import heading_of
+from .layers import OWN_LAYERS, write_plan_layers
+from .missionfiles.litchi import write_litchi
+from .missionfiles.mission import mission_of
+from .missionfiles.qgc import write_plan
+from .missionfiles.wpml import write_kmz
+from .pictures import draw_brief
+from .safety import Limits, lowest_clearance
+from .settings import PlanFlightSettings
+from .site import Site, read_site
+from .sun import sun_day
+
+#: The take-off is looked for within this distance of the plots, m.
+TAKE_OFF_REACH_M = 120.0
+#: Vegetation lower than this leaves a place open, m.
+_LOW_M = 1.0
+
+
+def plan_flight(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, Any]:
+    """Read, compare flights, choose, write.
+
+    Returns:
+        paths of the files and the chosen flight's figures.
+
+    Raises:
+        InputError: one sentence about what cannot be flown and what would do. OutputError: cannot be written.
+    """
+    folder = Path(settings.output)
+    ensure_writable(folder / "plan.json")
+    report_fonts()  # says that the extra "reports" is missing before anything is computed
+    ensure_unlocked(folder / "plan.gpkg", OWN_LAYERS)
+    camera = camera_of(settings.camera, settings.trigger_s, settings.readout_ms)
+    limits = Limits(settings.clearance_m, settings.highest_m, settings.speed_m_s, settings.exposure_ms)
+    day = parse_date(settings.flight_date, "--flight-date") if settings.flight_date else dt.date.today()
+    with reporter.stage("read", 0.0, 0.1):
+        site = read_site(settings, reporter)
+        for note in site.notes:
+            reporter.warn(note)
+        take_off = take_off_of(site, settings.take_off)
+        stems = stems_of(site, settings.seed)
+    lon, lat = site.lonlat(np.zeros(2))[0]
+    sun = sun_day(day, float(lon), float(lat), site.convergence_deg)
+    heading = heading_of(site, sun)
+    with reporter.stage("flights", 0.1, 0.85):
+        choice = choose(
+            site, stems, camera, limits, take_off, heading[0], settings.target_error_cm,
+            settings.target_share_pct / 100, settings.batteries, settings.pattern, reporter,
+        )  # fmt: skip
+    with reporter.stage("write", 0.85, 1.0):
+        mission = mission_of(
+            choice.plan, site, camera, limits, take_off, folder.resolve().name,
+            dt.datetime.combine(day, dt.time(12), dt.timezone.utc),
+        )  # fmt: skip
+        (folder / "plan.kmz").unlink(missing_ok=True)
+        for old in folder.glob("plan_litchi_*.csv"):
+            old.unlink()
+        write_plan_layers(folder / "plan.gpkg", choice.plan, stems, site, camera, take_off, mission.speed_m_s)
+        if camera.wpml is not None:
+            write_kmz(folder / "plan.kmz", mission)
+        write_plan(folder / "plan.plan", mission)
+        litchi = write_litchi(folder, "plan_litchi", mission)
+        clearance = lowest_clearance(choice.plan.flight, site.canopy_top, limits.clearance_m)
+        picture = draw_brief(choice, site, take_off, settings.target_error_cm, settings.target_share_pct / 100)
+        write_brief(
+            folder, f"Flight plan: {Path(settings.plots).stem}", choice, site, camera, limits, clearance, heading, sun,
+            (mission.home[0], mission.home[1], mission.home[2]), picture,
+        )  # fmt: skip
+        figures = _figures(choice, clearance, heading[0])
+        write_json(folder / "plan.json", {**figures, "settings": to_json(settings), "tried": choice.tried})
+    reporter.info(_sentence(choice))
+    return {
+        "output": str(folder),
+        "layer": str(folder / "plan.gpkg"),
+        "kmz": str(folder / "plan.kmz") if camera.wpml is not None else None,
+        "plan": str(folder / "plan.plan"),
+        "litchi": str(litchi[0]),
+        "brief": str(folder / "brief.pdf"),
+        "page": str(folder / "brief.html"),
+        **figures,
+    }
+
+
+def take_off_of(site: Site, text: str | None) -> np.ndarray:
+    """(3,) the take-off in the planning frame: as given, else the most open place near the plots.
+
+    Raises:
+        InputError: not two numbers, far away, or off the terrain model.
+    """
+    if text is None:
+        place = _open_place(site)
+    else:
+        try:
+            east, north = (float(part) for part in text.split(","))
+        except ValueError:
+            raise InputError(
+                f"--take-off: found {text!r}, expected easting,northing like 611337.2,3718451.6."
+            ) from None
+        place = np.array([east, north]) - site.origin
+        away = min(float(np.hypot(*(target.centre - place))) for target in site.targets)
+        if away > 5000:
+            raise InputError(
+                f"--take-off: {text} lies {away / 1000:.0f} km from the nearest plot; give it in {site.crs.name}."
+            )
+    height = float(site.ground(place[None])[0])
+    if not np.isfinite(height):
+        raise InputError(
+            f"--take-off: {place[0] + site.origin[0]:.0f}, {place[1] + site.origin[1]:.0f} lies outside the terrain "
+            "model; give a place on it, or a DTM that reaches it."
+        )
+    return np.array([*place, height])
+
+
+def _open_place(site: Site) -> np.ndarray:
+    """The nearest place to the plots' middle where nothing stands; the middle of the nearest plot where none is
+    known."""
+    centres = np.array([target.centre for target in site.targets])
+    nearest = centres[np.argmin(np.hypot(*(centres - centres.mean(axis=0)).T))]
+    if site.canopy is not None:
+        reach = TAKE_OFF_REACH_M + max(target.radius_m for target in site.targets)
+        axis = np.arange(-reach, reach + 1, 2.0)
+        spots = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2) + nearest
+        top = site.canopy.highest(spots + site.origin)
+        free = np.isfinite(top) & (top < _LOW_M) & np.isfinite(site.ground(spots))
+        if free.any():
+            away = np.hypot(*(spots[free] - nearest).T)
+            return spots[free][np.argmin(away)]
+    site.notes.append(
+        "The take-off is put into the middle of a plot, as no open place is known: give yours with --take-off, "
+        "the heights in the files are over it."
+    )
+    return nearest
+
+
+def _figures(choice: Choice, clearance_m: float, heading_deg: float) -> dict[str, Any]:
+    plan = choice.plan
+    budget, found = plan.budget, plan.outcome
+    return {
+        "photos": budget.photos,
+        "pattern": plan.flight.pattern,
+        "height_m": round(max(plan.flight.heights_m), 1),
+        "heading_deg": round(float(heading_deg), 1),
+        "share_measured": round(found.share, 3),
+        "error_cm": round(found.error_cm, 3),
+        "clear_views": round(found.views, 2),
+        "minutes": round(budget.minutes, 1),
+        "batteries": budget.batteries,
+        "gigabytes": round(budget.gigabytes, 2),
+        "processing_s": round(budget.processing_s, 1),
+        "speed_m_s": round(budget.speed_m_s, 2),
+        "clearance_m": round(clearance_m, 1),
+        "more_share": round(choice.more.share, 3),
+        "more_error_cm": round(choice.more.error_cm, 3),
+    }
+
+
+def _sentence(choice: Choice) -> str:
+    plan = choice.plan
+    budget, found = plan.budget, plan.outcome
+    heights = " and ".join(f"{height:.0f}" for height in plan.flight.heights_m)
+    return (
+        f"{plan.flight.pattern} at {heights} m: {budget.photos} photos, {budget.minutes:.0f} min, "
+        f"{batteries_of(budget.batteries)}; expected {100 * found.share:.0f} % of the stems with "
+        f"{found.error_cm:.2f} cm ({found.views:.1f} clear views a stem). {MORE} photos more: "
+        f"{100 * choice.more.share:.0f} %, {choice.more.error_cm:.2f} cm."
+    )

@@ -1,0 +1,125 @@
+"""What may be flown: height over the canopy, speed, blur, gimbal. What cannot is refused, with what would do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .cameras import DroneCamera
+from .missions import Flight
+
+#: Blur within an exposure and travel within a rolling shutter's readout, pixels on the ground.
+MOST_BLUR_PX, MOST_READOUT_PX = 0.5, 3.0
+#: The way between two photos is checked every so many metres.
+CHECK_M = 3.0
+
+Canopy = Callable[[np.ndarray], np.ndarray]
+
+
+class Unsafe(Exception):
+    """A flight that may not be flown; the text says why and what would do."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """clearance_m: least distance to the canopy. highest_m: most height over the ground. speed_m_s: most speed.
+    exposure_ms: time that the shutter is open."""
+
+    clearance_m: float
+    highest_m: float
+    speed_m_s: float
+    exposure_ms: float
+
+
+def made_safe(flight: Flight, canopy: Canopy, camera: DroneCamera, limits: Limits) -> Flight:
+    """The flight with photos raised until every way between them clears the canopy.
+
+    canopy: (N, 2) -> height of the canopy's top, datum of the terrain model, NaN where the ground is unknown.
+
+    Raises:
+        Unsafe: the ground under the flight is unknown, the clearance asks for more height than is allowed, or the
+        gimbal
+            does not reach the angle.
+    """
+    if not np.isfinite(flight.ground_m).all():
+        unknown = int((~np.isfinite(flight.ground_m)).sum())
+        raise Unsafe(f"the terrain model does not cover {unknown} of {len(flight)} photo positions")
+    low, high = camera.gimbal_deg
+    if flight.pitch_deg.min() < low or flight.pitch_deg.max() > high:
+        raise Unsafe(f"the gimbal turns from {low:g} to {high:g} degrees, the flight needs {flight.pitch_deg.min():g}")
+    for _ in range(4):
+        short = _shortfall(flight, canopy, limits.clearance_m)
+        if short.max() <= 0.01:
+            break
+        flight = replace(flight, above_m=flight.above_m + short)
+    else:
+        raise Unsafe(f"no height keeps {limits.clearance_m:g} m over the canopy between its photos")
+    if flight.above_m.max() > limits.highest_m + 0.01:
+        raise Unsafe(
+            f"{limits.clearance_m:g} m from the canopy takes {flight.above_m.max():.0f} m over the ground on this slope"
+        )
+    return flight
+
+
+def ways(flight: Flight) -> tuple[np.ndarray, np.ndarray]:
+    """Points along the way: (M, 3) every :data:`CHECK_M`, and (M,) number of the photo at the way's begin."""
+    xyz = flight.xyz
+    length = np.hypot(*np.diff(xyz[:, :2], axis=0).T)
+    count = np.maximum(np.ceil(length / CHECK_M).astype(int), 1)
+    start = np.repeat(np.arange(len(count)), count)
+    share = np.concatenate([np.arange(n) / n for n in count]) if len(count) else np.zeros(0)
+    points = xyz[start] + share[:, None] * (xyz[start + 1] - xyz[start]) if len(start) else xyz[:0]
+    return np.vstack([points, xyz[-1:]]), np.append(start, len(xyz) - 1)
+
+
+def needed_height(canopy: Canopy, xy: np.ndarray, clearance_m: float) -> np.ndarray:
+    """(N,) lowest height at places (N, 2) that is ``clearance_m`` away from every canopy top around: a sphere of that
+    radius rests on the canopy, on slopes on the uphill side. NaN where the ground below is unknown."""
+    highest = canopy(xy) + clearance_m
+    for share in (0.45, 0.9):
+        turn = np.radians(np.arange(0, 360, 45))
+        ring = share * clearance_m * np.column_stack([np.sin(turn), np.cos(turn)])
+        tops = canopy((xy[:, None] + ring).reshape(-1, 2)).reshape(len(xy), -1)
+        beside = np.where(np.isfinite(tops), tops, -np.inf).max(axis=1)
+        highest = np.maximum(highest, beside + clearance_m * np.sqrt(1 - share**2))
+    return highest
+
+
+def lowest_clearance(flight: Flight, canopy: Canopy, wanted_m: float) -> float:
+    """Least distance to the canopy along the whole way, m: what :func:`needed_height` leaves, more than
+    ``wanted_m``."""
+    points, _ = ways(flight)
+    return wanted_m + float(np.nanmin(points[:, 2] - needed_height(canopy, points[:, :2], wanted_m)))
+
+
+def _shortfall(flight: Flight, canopy: Canopy, clearance_m: float) -> np.ndarray:
+    """(P,) by how much each photo has to rise so that the ways to and from it are clear."""
+    points, start = ways(flight)
+    lowest = needed_height(canopy, points[:, :2], clearance_m)
+    if not np.isfinite(lowest).all():
+        raise Unsafe("the terrain model does not cover the way between its photos")
+    lack = np.maximum(lowest - points[:, 2], 0.0)
+    short = np.zeros(len(flight))
+    np.maximum.at(short, start, lack)
+    np.maximum.at(short, np.minimum(start + 1, len(flight) - 1), lack)
+    return short
+
+
+def speed_of(flight: Flight, camera: DroneCamera, limits: Limits) -> tuple[float, str]:
+    """Speed that keeps trigger, blur and readout within limits, m/s, and what sets it."""
+    gsd_m = float(flight.above_m.min()) / camera.focal_px
+    same = np.diff(flight.leg) == 0
+    gaps = np.linalg.norm(np.diff(flight.xyz, axis=0), axis=1)[same]
+    options = [(limits.speed_m_s, "the most that was allowed")]
+    if len(gaps):
+        options.append((float(gaps.min()) / camera.interval_s, f"one photo every {camera.interval_s:g} s"))
+    if limits.exposure_ms > 0:
+        blur = f"blur below {MOST_BLUR_PX:g} px at 1/{1000 / limits.exposure_ms:.0f} s"
+        options.append((MOST_BLUR_PX * gsd_m / (limits.exposure_ms / 1000), blur))
+    if camera.readout_ms > 0:
+        options.append(
+            (MOST_READOUT_PX * gsd_m / (camera.readout_ms / 1000), f"rolling shutter of {camera.readout_ms:g} ms")
+        )
+    return min(options)

@@ -1,0 +1,241 @@
+"""The place to be flown: plots, ground, canopy and trees in one frame, from the files and numbers that were given."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+import pyproj
+
+from ..core.crs import check_projected, project_crs
+from ..core.errors import CRSError, InputError
+from ..core.frames import heights_named
+from ..core.progress import Reporter
+from ..core.scale import check_place
+from ..inventory.stand.sample import SamplePlot, read_sample
+from ..inventory.stand.treelist import from_layer, settle_status
+from ..terrain.dtm import Dtm, read_dtm
+from .canopy import Canopy, canopy_of_cloud, canopy_of_raster
+from .missions import Target
+from .settings import PlanFlightSettings
+from .stand import StandNumbers, Trees, dressed_trees
+
+#: Leaf area index where nothing says more, and the tallest tree over the mean one.
+USUAL_LAI, TALLEST = 2.5, 1.25
+#: Endings of the kinds of file that --stand takes.
+_RASTERS, _CLOUDS = (".tif", ".tiff"), (".las", ".laz", ".copc")
+
+
+@dataclass(frozen=True)
+class Site:
+    """crs: of the plan. origin: (2,) its planning frame. plots, targets: what is photographed. numbers: of the stand.
+    mapped: trees that somebody mapped. dtm: terrain. canopy: its top where measured. level_m: height of the ground
+    without a terrain model. datum: of the heights, in words. notes: sentences for the user."""
+
+    crs: pyproj.CRS
+    origin: np.ndarray
+    plots: list[SamplePlot]
+    targets: list[Target]
+    numbers: StandNumbers
+    mapped: Trees | None
+    dtm: Dtm | None
+    canopy: Canopy | None
+    datum: str
+    notes: list[str] = field(default_factory=list)
+
+    def ground(self, xy: np.ndarray) -> np.ndarray:
+        """(N,) height of the ground at planning coordinates (N, 2), NaN where unknown."""
+        xy = np.asarray(xy, float)
+        if self.dtm is None:
+            return np.zeros(xy.shape[:-1])
+        east, north = (xy[..., k] + self.origin[k] for k in (0, 1))
+        return self.dtm.height(east, north)
+
+    def canopy_top(self, xy: np.ndarray) -> np.ndarray:
+        """(N,) height of the canopy's top: as measured nearby, else that of the tallest trees of the stand."""
+        ground = self.ground(xy)
+        tallest = TALLEST * self.numbers.height_m
+        if self.canopy is None:
+            return ground + tallest
+        measured = self.canopy.highest(np.asarray(xy, float) + self.origin)
+        return ground + np.where(np.isfinite(measured), measured, tallest)
+
+    def lonlat(self, xy: np.ndarray) -> np.ndarray:
+        """(N, 2) planning coordinates -> longitude and latitude, WGS 84, degrees."""
+        to_earth = pyproj.Transformer.from_crs(self.crs, 4326, always_xy=True)
+        place = np.atleast_2d(np.asarray(xy, float)) + self.origin
+        return np.column_stack(to_earth.transform(place[:, 0], place[:, 1]))
+
+    @property
+    def convergence_deg(self) -> float:
+        """True azimuth less grid azimuth at the origin."""
+        lon, lat = self.lonlat(np.zeros(2))[0]
+        return float(pyproj.Proj(self.crs).get_factors(lon, lat).meridian_convergence)
+
+
+def read_site(settings: PlanFlightSettings, reporter: Reporter) -> Site:
+    """Everything that is given, checked.
+
+    Raises:
+        InputError: one sentence about the file or number and what would do. CRSError: no CRS in metres.
+    """
+    crs = project_crs(settings.crs) if settings.crs else None
+    dtm = read_dtm(settings.dtm, crs, reporter) if settings.dtm else None
+    crs = crs or (dtm.crs if dtm is not None else None) or _crs_of_plots(settings.plots)
+    check_projected(crs, str(settings.plots))
+    plots = read_sample(settings.plots, crs)
+    centres = np.array([[plot.x, plot.y] for plot in plots])
+    check_place(crs, centres, str(settings.plots))
+    origin = np.round(centres.mean(axis=0))
+    targets = [
+        Target(plot.plot_id, centre - origin, _radius(plot)) for plot, centre in zip(plots, centres, strict=True)
+    ]
+    notes = (
+        [] if dtm is not None else ["No terrain model was given: the ground is taken as level, check heights on site."]
+    )
+    canopy, trees = None, None
+    ending = settings.stand.suffix.lower() if settings.stand else ""
+    if settings.stand and ending in _RASTERS:
+        canopy = canopy_of_raster(settings.stand, crs)
+    elif settings.stand and ending in _CLOUDS:
+        canopy = canopy_of_cloud(settings.stand, crs, dtm, centres, max(t.radius_m for t in targets))
+    elif settings.stand:
+        trees = _mapped_trees(settings.stand, crs)
+    numbers = _numbers(plots, settings, canopy, trees, notes)
+    mapped = None
+    if trees is not None:
+        xy, dbh_m, height = trees
+        mapped = dressed_trees(xy - origin, dbh_m, numbers, height)
+    elif canopy is not None:
+        mapped = _trees_of_canopy(canopy, numbers, origin)
+    site = Site(crs, origin, plots, targets, numbers, mapped, dtm, canopy, _datum(settings, dtm), notes)
+    _require_ground(site, settings)
+    return site
+
+
+def _trees_of_canopy(canopy: Canopy, numbers: StandNumbers, origin: np.ndarray) -> Trees | None:
+    """Trees at the canopy's tops. They stand for all others too: they carry all leaves and cover all that is
+    covered."""
+    xy, height = canopy.tops()
+    found = canopy.numbers().get("stems_per_ha")
+    if not found:
+        return None
+    reach = numbers.crown_radius_m or canopy.crown_radius_m(found, numbers.crown_base_m)
+    # Thick trees are tall: DBH with the square of the height, as heights go with its root.
+    dbh_m = numbers.dbh_mean_cm / 100 * np.clip(height / numbers.height_m, 0.4, 1.6) ** 2
+    return dressed_trees(xy - origin, dbh_m, replace(numbers, stems_per_ha=found, crown_radius_m=reach), height)
+
+
+def _crs_of_plots(path: Path) -> pyproj.CRS:
+    import geopandas as gpd
+
+    if path.suffix.lower() == ".csv":
+        from ..inventory.field_trees import read_table
+
+        table = read_table(path)
+        if "epsg" in table and table["epsg"].notna().any():
+            return pyproj.CRS.from_epsg(int(float(table["epsg"].dropna().iloc[0])))
+    else:
+        found = gpd.read_file(path, engine="pyogrio", rows=1).crs
+        if found is not None:
+            return pyproj.CRS(found)
+    raise CRSError(f"{path}: names no CRS in metres; give the plan's with --crs, like EPSG:6344.")
+
+
+def _radius(plot: SamplePlot) -> float:
+    """Of the circle about the plot's centre that holds it."""
+    if plot.shape == "circle":
+        return float(plot.radius_m)
+    assert plot.outline is not None
+    corners = np.asarray(plot.outline.convex_hull.exterior.coords)[:, :2]
+    return float(np.hypot(*(corners - [plot.x, plot.y]).T).max())
+
+
+def _mapped_trees(path: Path, crs: pyproj.CRS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(N, 2) project coordinates, (N,) DBH m, (N,) height m (NaN unknown) of living trees with a place."""
+    found = from_layer(path, crs)
+    settle_status(found)
+    table = found.trees[~found.trees["dead"].to_numpy(bool)]
+    xy = table[["x", "y"]].to_numpy(float)
+    placed = np.isfinite(xy).all(axis=1)
+    if not placed.any():
+        raise InputError(f"{path}: no living tree has a place, expected a tree layer; give the five numbers instead.")
+    if found.crs is not None and found.crs != crs:
+        xy = np.column_stack(pyproj.Transformer.from_crs(found.crs, crs, always_xy=True).transform(xy[:, 0], xy[:, 1]))
+    dbh = table["dbh_cm"].to_numpy(float)
+    dbh = np.where(np.isfinite(dbh), dbh, np.nanmedian(dbh)) / 100
+    return xy[placed], dbh[placed], table["height_m"].to_numpy(float)[placed]
+
+
+def _numbers(
+    plots: list[SamplePlot], settings: PlanFlightSettings, canopy: Canopy | None, trees: tuple | None, notes: list[str]
+) -> StandNumbers:
+    """The stand's numbers: as given, else from what was measured."""
+    found: dict[str, float | None] = {
+        "stems_per_ha": settings.stems_per_ha,
+        "dbh_mean_cm": settings.dbh_mean_cm,
+        "dbh_sd_cm": settings.dbh_sd_cm,
+        "tree_height_m": settings.tree_height_m,
+        "crown_base_m": settings.crown_base_m,
+    }
+    more = {"leaf_area_index": settings.leaf_area_index, "crown_radius_m": settings.crown_radius_m}
+    found |= {name: value for name, value in more.items() if value is not None}
+    measured: dict[str, float] = {}
+    if trees is not None:
+        xy, dbh, height = trees
+        measured = {"dbh_mean_cm": 100 * float(dbh.mean()), "dbh_sd_cm": 100 * float(dbh.std())}
+        inside = sum(int(plot.contains(xy[:, 0], xy[:, 1]).sum()) for plot in plots)
+        if inside:
+            measured["stems_per_ha"] = inside / sum(plot.area_ha for plot in plots)
+        if np.isfinite(height).any():
+            measured["tree_height_m"] = float(np.nanmean(height))
+    elif canopy is not None:
+        measured = canopy.numbers()
+    for name, value in measured.items():
+        found[name] = value if found.get(name) is None else found[name]
+    missing = [f"--{name.replace('_', '-')}" for name, value in found.items() if value is None]
+    if missing:
+        given = (
+            f"{settings.stand} does not say" if settings.stand else "without --stand the stand has to be described by"
+        )
+        raise InputError(f"{given} {', '.join(missing)}; give {'it' if len(missing) == 1 else 'them'}.")
+    if found["crown_base_m"] >= found["tree_height_m"]:  # type: ignore[operator]
+        raise InputError(
+            f"--crown-base-m: found {found['crown_base_m']:g} m, expected below the trees' height "
+            f"({found['tree_height_m']:.1f} m); correct one of them."
+        )
+    if "leaf_area_index" not in found:
+        found["leaf_area_index"] = USUAL_LAI
+        notes.append(f"Leaf area index taken as {USUAL_LAI:g}: a LiDAR cloud or --leaf-area-index says more.")
+    return StandNumbers(
+        **{
+            {"tree_height_m": "height_m"}.get(name, name): float(value)
+            for name, value in found.items()
+            if value is not None
+        }
+    )
+
+
+def _datum(settings: PlanFlightSettings, dtm: Dtm | None) -> str:
+    if dtm is None:
+        return "level ground at the take-off"
+    named = heights_named(dtm.crs) or heights_named(dtm.grid_crs)
+    return f"heights of {Path(str(settings.dtm)).name}" + (
+        f" ({named})" if named else " (its datum is not named in the file)"
+    )
+
+
+def _require_ground(site: Site, settings: PlanFlightSettings) -> None:
+    """Every plot lies on the terrain model."""
+    if site.dtm is None:
+        return
+    turn = np.radians(np.arange(0, 360, 30))
+    for target in site.targets:
+        rim = target.centre + target.radius_m * np.column_stack([np.sin(turn), np.cos(turn)])
+        if not np.isfinite(site.ground(np.vstack([target.centre, rim]))).all():
+            place = target.centre + site.origin
+            raise InputError(
+                f"{settings.dtm}: plot {target.plot_id} at {place[0]:.0f}, {place[1]:.0f} lies outside it or on a gap; "
+                "give a DTM that reaches 100 m beyond the plots, or correct the plot."
+            )
