@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -59,7 +60,7 @@ def write_page(
     trees: list[Tree],
     sheets: dict[int, Path],
     reporter: Collector,
-    planned: list[str],
+    planned: Sequence[str] = (),
 ) -> None:
     """The report. aligned: ``None`` where nothing was matched. sheets: ``tree_id`` -> evidence sheet. planned:
     sentences about the flight plan."""
