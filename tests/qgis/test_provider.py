@@ -249,7 +249,7 @@ for name in ("standtable", "pointcloudtodbh", "photostodbh", "matchplots", "reco
     assert said["matchplots"].startswith("['TREES', 'FIELD', 'PLOTS', 'NORTH'")
     assert kinds["standtable"] == str(dict.fromkeys(("TREES", "PLOTS", "PAIRS", "BOUNDARY", "TAPED"), "vector"))
     assert kinds["reconstruct"] == kinds["pointcloudtodbh"] == "{'DTM': 'raster'}"
-    assert kinds["photostodbh"] == "{'DTM': 'raster', 'FIELD_STEMS': 'vector', 'AT': 'vector'}"
+    assert kinds["photostodbh"] == "{'DTM': 'raster', 'FIELD_STEMS': 'vector', 'AT': 'vector', 'FLIGHT_PLAN': 'vector'}"
 
 
 def test_make_setup_adds_its_own_locked_list(shell, tmp_path):
