@@ -83,7 +83,7 @@ def plan_footprints() -> QgsVectorLayer:
     """What each photo shows of the ground: nearly transparent, so that overlap shows as depth."""
     fields = {"photo": ("integer", "Photo"), "gsd_cm": ("double", "Ground sample distance in the middle [cm]")}
     layer = memory_layer(fields, "plan_footprints", "Polygon")
-    style = {"color": "31,78,156,10", "outline_color": "31,78,156,60", "outline_width": "0.1"}
+    style = {"color": "31,78,156,4", "outline_color": "31,78,156,45", "outline_width": "0.1"}
     layer.setRenderer(QgsSingleSymbolRenderer(QgsFillSymbol.createSimple(style)))
     layer.setDisplayExpression(f"""{said("Photo")} || ' ' || "photo\"""")
     return layer

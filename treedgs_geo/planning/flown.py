@@ -33,7 +33,8 @@ def planned_and_got(path: Path, trees: list[Tree], n_photos: int) -> dict[str, A
     where more were found: a stem that no photo shows is in no layer.
 
     Returns:
-        ``planned, got``: each ``photos, stems, views, share, error_cm``; ``sentences``.
+        ``planned, got``: each ``photos, stems, views, share, error_cm``; ``sentences``. Planned views are clear ones,
+        those got are all that the fits used, partly hidden ones too.
 
     Raises:
         InputError: not a flight plan.
@@ -54,7 +55,8 @@ def planned_and_got(path: Path, trees: list[Tree], n_photos: int) -> dict[str, A
         "share": round(mean("exp_share"), 3),
         "error_cm": round(mean("exp_err_cm"), 3),
     }
-    own = [tree for tree in trees if tree.plot_id in expected] or trees
+    # Plots may have got other names since; trees beside them are none of the plan's.
+    own = [tree for tree in trees if tree.plot_id in expected] or [tree for tree in trees if tree.plot_id] or trees
     measured = [tree for tree in own if tree.dbh_cm is not None]
     views = [tree.n_views for tree in measured if tree.n_views is not None]
     errors = [tree.dbh_se_cm for tree in measured if tree.dbh_se_cm is not None]
@@ -71,12 +73,12 @@ def planned_and_got(path: Path, trees: list[Tree], n_photos: int) -> dict[str, A
 def _sentences(planned: dict[str, Any], got: dict[str, Any]) -> list[str]:
     """What came, and what to do where it fell short."""
 
-    def text(row: dict[str, Any]) -> str:
+    def text(row: dict[str, Any], kind: str) -> str:
         views = "–" if row["views"] is None else f"{row['views']:.1f}"
         error = "–" if row["error_cm"] is None else f"{row['error_cm']:.2f} cm"
-        return f"{row['photos']} photos, {views} views a stem, {100 * row['share']:.0f} % of the stems, {error}"
+        return f"{row['photos']} photos, {views} {kind} views a stem, {100 * row['share']:.0f} % of the stems, {error}"
 
-    said = [f"Planned {text(planned)}; got {text(got)}."]
+    said = [f"Planned {text(planned, 'clear')}; got {text(got, 'used')}."]
     if got["photos"] < 0.9 * planned["photos"]:
         said.append(
             f"{planned['photos'] - got['photos']:.0f} planned photos are missing: look for a card or a battery change."
