@@ -6,6 +6,9 @@ import subprocess
 import time
 from pathlib import Path
 
+#: A text that is markup, breaks lines and ends quotes.
+HOSTILE = "<b>x</b>\n\"'&amp; ; same tree as 9"
+
 
 def refused(done: subprocess.CompletedProcess, *words: str) -> None:
     assert done.returncode == 1, done.stdout
@@ -46,3 +49,21 @@ def stems_cloud(path: Path, radii_m: tuple[float, ...] = (0.12, 0.17, 0.22)) -> 
     cloud.x, cloud.y, cloud.z = points.T
     cloud.write(path)
     return truth
+
+
+def review_trees_layer(path: Path) -> Path:
+    """Six trees in a row, two of each flag, with hostile plot ids."""
+    from treedgs_geo.inventory.tree_layer import write_trees
+    from treedgs_geo.trees.tree import Tree
+
+    flags = ["ok", "check", "reject", "check", "ok", "reject"]
+    made = []
+    for number in range(1, 7):
+        flag = flags[number - 1]
+        dbh = {} if flag == "reject" else {"dbh_cm": 20.0 + number, "dbh_se_cm": 0.5}
+        reason = {"ok": "", "check": "few_views", "reject": "occluded"}[flag]
+        about = {"plot_id": HOSTILE, "method": "photos", "run_id": "0123456789abcdef", "note": "old"}
+        made.append(
+            Tree(number, 5e5 + 4 * number, 3.45e6, 10.0, qc_flag=flag, qc_reason=reason, **dbh, **about).finish()
+        )
+    return write_trees(path, made, "EPSG:32617")

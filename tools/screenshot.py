@@ -17,7 +17,7 @@ import qgis_run
 
 from treedgs_geo.cli import main as treedgs
 
-NAMES = ("toolbox", "map", "flight", "maptip", "dialog", "log", "pairs", "report")
+NAMES = ("toolbox", "map", "flight", "maptip", "review", "dialog", "log", "pairs", "report")
 
 
 def main() -> int:

@@ -14,7 +14,7 @@ from qgis.core import (
 )
 from qgis.PyQt.QtCore import QPoint, Qt, QTimer
 from qgis.PyQt.QtWidgets import QApplication, QComboBox, QDockWidget, QLineEdit, QTreeView
-from qgis.utils import iface
+from qgis.utils import iface, plugins
 
 JOB = json.loads(os.environ["TREEDGS_SHOTS"])
 PICTURES = JOB["pictures"]
@@ -175,6 +175,22 @@ def map_tip():
 def map_tip_picture():
     picture("maptip", window)
     layers.label.deleteLater()
+    docks()
+    plugin = plugins["treedgs"]
+    plugin.action.setChecked(True)
+    plugin.panel.setMinimumWidth(470)
+
+
+@step(2)
+def review_close():
+    plugins["treedgs"].panel.zoom()
+
+
+@step(4)
+def review_picture():
+    picture("review", window)
+    plugins["treedgs"].action.setChecked(False)
+    docks("Layers")
     import processing
 
     values = {

@@ -18,11 +18,15 @@ REQUIREMENTS = ROOT / "treedgs_qgis" / "requirements.txt"
 
 
 def parameters_text() -> str:
-    """The JSON text: protocol, commands as ``treedgs describe`` gives them, and the modules each one needs."""
+    """The JSON text: protocol, commands as ``treedgs describe`` gives them, the modules each one needs, and the words
+    and limits of a person's decisions."""
     from treedgs_geo.commands import MODULES, get_command
     from treedgs_geo.commands.doctor import NEEDS
     from treedgs_geo.core.command import describe
     from treedgs_geo.core.progress import PROTOCOL
+    from treedgs_geo.inventory import reviewed
+    from treedgs_geo.inventory.review.apply import BESIDE_M, FAR_M
+    from treedgs_geo.trees.reasons import REASONS
 
     commands = []
     for name, module in MODULES.items():
@@ -30,7 +34,16 @@ def parameters_text() -> str:
             print(f"warning: {name} has no module yet, left out", file=sys.stderr)
             continue
         commands.append({**describe(get_command(name)), "needs": list(NEEDS[name])})
-    return json.dumps({"protocol": PROTOCOL, "commands": commands}, indent=1, ensure_ascii=False, default=str) + "\n"
+    review = {
+        "decisions": reviewed.DECISIONS,
+        "reasons": REASONS,
+        "least_taped_cm": reviewed.LEAST_TAPED_CM,
+        "most_taped_cm": reviewed.MOST_TAPED_CM,
+        "beside_m": BESIDE_M,
+        "far_m": FAR_M,
+    }
+    every = {"protocol": PROTOCOL, "commands": commands, "review": review}
+    return json.dumps(every, indent=1, ensure_ascii=False, default=str) + "\n"
 
 
 def requirements_text() -> str:

@@ -41,3 +41,17 @@ CAN_SHOW_CLOUDS = "pdal" in QgsProviderRegistry.instance().providerList()
 POINT_CLOUD_DESTINATION = (
     getattr(qgis.core, "QgsProcessingParameterPointCloudDestination", None) if CAN_SHOW_CLOUDS else None
 )
+POINT = first_attr("Qgis.GeometryType.Point", "QgsWkbTypes.PointGeometry")
+try:  # Qt 6
+    from qgis.PyQt.QtGui import QAction, QShortcut
+except ImportError:
+    from qgis.PyQt.QtWidgets import QAction, QShortcut  # noqa: F401
+try:  # QGIS 3.38
+    from qgis.PyQt.QtCore import QMetaType
+
+    TYPE_DOUBLE, TYPE_TEXT = QMetaType.Type.Double, QMetaType.Type.QString
+    qgis.core.QgsField("probe", TYPE_TEXT)
+except (ImportError, AttributeError, TypeError):
+    from qgis.PyQt.QtCore import QVariant
+
+    TYPE_DOUBLE, TYPE_TEXT = QVariant.Double, QVariant.String

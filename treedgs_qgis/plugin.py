@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import sys
 import traceback
+from pathlib import Path
 
 from qgis.core import QgsApplication, QgsMessageLog, QgsProcessingProvider
+from qgis.PyQt.QtGui import QIcon
 
 from . import i18n, words
-from .compat import LOG_CRITICAL
+from .compat import LOG_CRITICAL, QAction
+
+#: In the menu *Plugins*.
+MENU = "TreeDGS"
 
 
 class TreeDGSPlugin:
@@ -18,6 +23,8 @@ class TreeDGSPlugin:
         self.iface = iface
         self.provider: QgsProcessingProvider | None = None
         self.translator = None
+        self.panel = None
+        self.action = None
 
     def initProcessing(self) -> None:
         """Register the provider.
@@ -42,11 +49,47 @@ class TreeDGSPlugin:
             raise
 
     def initGui(self) -> None:
-        """Start in the graphical QGIS."""
+        """Start in the graphical QGIS: the provider, and the panel's button and menu entry."""
         self.initProcessing()
+        if self.iface is None or self.action is not None:
+            return
+        icon = QIcon(str(Path(__file__).with_name("icons") / "review.svg"))
+        self.action = QAction(icon, i18n.tr("Review trees"), self.iface.mainWindow())
+        self.action.setObjectName("TreeDGSReviewAction")
+        self.action.setCheckable(True)
+        self.action.toggled.connect(self.show_panel)
+        self.iface.addToolBarIcon(self.action)
+        self.iface.addPluginToMenu(MENU, self.action)
+
+    def show_panel(self, shown: bool) -> None:
+        """Open the panel **Review trees**, or close it."""
+        if self.panel is None and shown:
+            from .review.panel import ReviewPanel, dock_area
+
+            self.panel = ReviewPanel(self.iface)
+            self.panel.visibilityChanged.connect(self._follow_panel)
+            self.iface.addDockWidget(dock_area(), self.panel)
+        if self.panel is not None:
+            self.panel.setVisible(shown)
+
+    def _follow_panel(self, _visible: bool) -> None:
+        """The panel was closed by its own cross; one behind another dock's tab is still open."""
+        if self.action is not None and self.panel is not None:
+            self.action.blockSignals(True)
+            self.action.setChecked(not self.panel.isHidden())
+            self.action.blockSignals(False)
 
     def unload(self) -> None:
-        """Remove the provider."""
+        """Remove the provider, the panel and its button."""
+        if self.panel is not None:
+            self.panel.close_for_good()
+            self.iface.removeDockWidget(self.panel)
+            self.panel.deleteLater()
+            self.panel = None
+        if self.action is not None:
+            self.iface.removePluginMenu(MENU, self.action)
+            self.iface.removeToolBarIcon(self.action)
+            self.action = None
         if self.provider is not None:
             QgsApplication.processingRegistry().removeProvider(self.provider)
             self.provider = None

@@ -161,10 +161,14 @@ def test_a_stem_that_a_person_put_there_is_measured_in_its_row(run, simulated_pl
     rows = len(read_trees(layer))
     assert at(simulated_plot, run, points(run / "p.gpkg", [(tree.x, tree.y)])) == 0
     after = read_trees(layer)
-    assert len(after) == rows
+    assert len(after) == rows and number not in after["tree_id"].tolist()
     (row,) = after[np.hypot(after.x - tree.x, after.y - tree.y) < 0.2].itertuples()
-    assert abs(row.dbh_cm - tree.dbh_cm) < 1.0 and row.rev_flag is None and row.rev_by == "Ada"
+    assert (row.tree_id, row.dbh_cm) == (tree.tree_id, tree.dbh_cm), "one stem, one diameter"
+    assert row.rev_flag is None and row.rev_by == "Ada"
     assert "the decision is withdrawn" in capsys.readouterr().err
+    # Not a second time where the run is taken up again.
+    assert main(chain_arguments(simulated_plot, run)) == 0
+    assert len(read_trees(layer)) == rows
 
 
 def test_points_of_every_kind_are_read_alike(tmp_path) -> None:

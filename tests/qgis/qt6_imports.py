@@ -97,8 +97,9 @@ def main() -> int:
     package.__path__ = [str(ROOT)]
     sys.modules["treedgs"] = package
     sys.path.insert(0, str(ROOT / "tools"))
-    plugin = sorted((ROOT / "treedgs_qgis").glob("*.py")) + sorted((ROOT / "processing").glob("*.py"))
-    names = [f"treedgs.{path.parent.name}.{path.stem}" for path in plugin if path.stem != "__init__"]
+    plugin = sorted((ROOT / "treedgs_qgis").rglob("*.py")) + sorted((ROOT / "processing").glob("*.py"))
+    modules = [path.relative_to(ROOT).with_suffix("").parts for path in plugin if path.stem != "__init__"]
+    names = [".".join(("treedgs", *parts)) for parts in modules]
     tools = [f"layer_styles.{path.stem}" for path in (ROOT / "tools" / "layer_styles").glob("*.py")]
     for name in [*names, *tools, "write_styles", "write_models"]:
         try:

@@ -56,6 +56,16 @@ class _Places:
     said: dict[int, str] = field(default_factory=dict)
     answers: Counter = field(default_factory=Counter)
 
+    def bring_back(self, k: int, tree: Tree) -> None:
+        """Point ``k`` is a tree that the run measured and the layer lacks."""
+        self.back[k] = tree
+        self.say(k, "back", f"tree {tree.tree_id} of the run is in the layer again: {_verdict(tree)}.")
+
+    def changes(self) -> list[Change]:
+        """Those trees for the layer, in place of what a person put there."""
+        put = {k: old.tree_id for k, old in self.instead.items()}
+        return [Change(tree, put.get(k)) for k, tree in self.back.items()]
+
     def say(self, k: int, answer: str, sentence: str) -> None:
         """What became of point ``k``."""
         self.answers[answer] += 1
@@ -104,7 +114,7 @@ def _measure_at(run: Run, ready: Ready, site: Site) -> dict[str, Any]:
     with reporter.stage("given stems", 0.2, 0.9), space.running("given", "", used) as facts:
         new, kept = _measured(run, ready, site, places, held, trees, before, reporter)
         facts |= {"points": len(points.xy), **places.answers, "warnings": reporter.warnings}
-    changed = [*(Change(tree) for tree in places.back.values()), *new]
+    changed = [*places.changes(), *new]
     made = [change.tree for change in changed]
     if changed:
         # The workspace first: what it holds and the layer lacks comes back when it is asked for again.
@@ -133,18 +143,17 @@ def _sort(places: _Places, run: Run, site: Site, held: list[Held], trees: list[T
         if tree is not None and not tree.open:
             places.say(int(k), "held", f"{tree.sentence(xy)}; nothing is measured there.")
             continue
-        if tree is not None:
-            places.instead[int(k)] = tree
         gone = [t for t in trees if t.tree_id not in there and t.dbh_cm is not None]
         lost = min(
             (t for t in gone if np.hypot(t.x - xy[0], t.y - xy[1]) <= settings.field_error_m),
             key=lambda t: float(np.hypot(t.x - xy[0], t.y - xy[1])),
             default=None,
         )
-        if lost is not None and tree is None:
+        if tree is not None:
+            places.instead[int(k)] = tree
+        if lost is not None and (tree is None or tree.asked):
             there.add(lost.tree_id)
-            places.back[int(k)] = lost
-            places.say(int(k), "back", f"tree {lost.tree_id} of the run is in the layer again: {_verdict(lost)}.")
+            places.bring_back(int(k), lost)
         else:
             places.todo.append(int(k))
 
@@ -204,7 +213,9 @@ def _measured(
     given = GivenStems(local_places(places.points.xy[places.todo], site), run.settings.field_error_m)
     options = replace(run.preset.stems, bh_m=run.settings.bh_m)
     found = fits_again(site.views, site.ground, site.area, options, kept.looks, given, list(known.values()), reporter)
-    fits = _with_messages(places, site, held, found)
+    there = {tree.tree_id for tree in held} | {tree.tree_id for tree in places.back.values()}
+    gone = [tree for tree in trees if tree.tree_id not in there and tree.dbh_cm is not None]
+    fits = _with_messages(places, site, held, gone, found)
     made = _as_trees(run, site, list(known.values()), [fit for _, fit in fits], reporter)
     new = with_run_errors(run, site, ready.aligned, made.trees)
     taken = {tree.tree_id for tree in trees} | {tree.tree_id for tree in held}
@@ -236,9 +247,10 @@ def _counting(run: Run, held: list[Held]) -> dict[int, PhotoFit]:
 
 
 def _with_messages(
-    places: _Places, site: Site, held: list[Held], found: list[PhotoFit | None]
+    places: _Places, site: Site, held: list[Held], gone: list[Tree], found: list[PhotoFit | None]
 ) -> list[tuple[int, PhotoFit]]:
-    """The points with a fit of their own. A fit that lies on a tree of the layer, or on another point's, is said."""
+    """The points with a fit of their own. A fit that lies on a tree of the layer, or on another point's, is said; one
+    on a tree that the run measured and the layer lacks (``gone``) is that tree."""
     out: list[tuple[int, PhotoFit]] = []
     for k, fit in zip(places.todo, found, strict=True):
         if fit is None:
@@ -249,6 +261,13 @@ def _with_messages(
         tree = next((t for t in held if t is not own and t.dbh_cm and t.away(xy) < _same(t.dbh_cm / 200, fit.r0)), None)
         if fit.measured and tree is not None:
             places.say(k, "held", f"the stem found there is {tree.sentence(places.points.xy[k])}.")
+            continue
+        lost = next(
+            (t for t in gone if np.hypot(t.x - xy[0], t.y - xy[1]) < _same((t.dbh_cm or 0.0) / 200, fit.r0)), None
+        )
+        if fit.measured and lost is not None:
+            places.bring_back(k, lost)
+            gone = [t for t in gone if t is not lost]
             continue
         twin = next((j for j, other in out if np.hypot(*(other.axis.p - fit.axis.p)) < _same(other.r0, fit.r0)), None)
         if twin is not None:

@@ -258,6 +258,22 @@ scratch.&lt;/p&gt;
       <translation>mit dem Band gemessen</translation>
     </message>
     <message>
+      <source>accepted</source>
+      <translation>angenommen</translation>
+    </message>
+    <message>
+      <source>no tree stands here</source>
+      <translation>hier steht kein Baum</translation>
+    </message>
+    <message>
+      <source>the same tree as another</source>
+      <translation>derselbe Baum wie ein anderer</translation>
+    </message>
+    <message>
+      <source>a stem stands here, DBH unknown</source>
+      <translation>hier steht ein Stamm, BHD unbekannt</translation>
+    </message>
+    <message>
       <source>drawn at true scale</source>
       <translation>maßstäblich gezeichnet</translation>
     </message>
@@ -802,6 +818,10 @@ scratch.&lt;/p&gt;
       <translation>pip konnte den Paketindex nicht erreichen, um {packages} zu installieren; ohne Netz geben Sie einen Ordner mit Wheels an, hinter einem Proxy setzen Sie HTTPS_PROXY, dann noch einmal ausführen.</translation>
     </message>
     <message>
+      <source>Review trees</source>
+      <translation>Bäume prüfen</translation>
+    </message>
+    <message>
       <source>No Python 3.10 or newer with venv was found; install one (Debian and Ubuntu: apt install python3-venv; Windows and macOS: python.org, version 3.12) and run this again.</source>
       <translation>Es wurde kein Python 3.10 oder neuer mit venv gefunden; installieren Sie eines (Debian und Ubuntu: apt install python3-venv; Windows und macOS: python.org, Version 3.12) und starten Sie noch einmal.</translation>
     </message>
@@ -812,6 +832,274 @@ scratch.&lt;/p&gt;
     <message>
       <source>{path}: is not a Python 3.10 or newer with venv and ensurepip; install one or name another.</source>
       <translation>{path}: ist kein Python 3.10 oder neuer mit venv und ensurepip; installieren Sie eines oder geben Sie ein anderes an.</translation>
+    </message>
+    <message>
+      <source>{file}: holds no run of photos ({problem}); measure the stem by tape.</source>
+      <translation>{file}: enthält keinen Foto-Lauf ({problem}); messen Sie den Stamm mit dem Maßband.</translation>
+    </message>
+    <message>
+      <source>{layer}: its run's workspace was not found; only a layer of photos beside its workspace can do this.</source>
+      <translation>{layer}: der Arbeitsordner seines Laufs wurde nicht gefunden; das geht nur mit einem Foto-Layer neben seinem Arbeitsordner.</translation>
+    </message>
+    <message>
+      <source>{layer}: is being edited; save the edits and end editing first.</source>
+      <translation>{layer}: wird gerade bearbeitet; speichern Sie die Änderungen und beenden Sie zuerst die Bearbeitung.</translation>
+    </message>
+    <message>
+      <source>nothing was measured; the log says why</source>
+      <translation>es wurde nichts gemessen; das Protokoll sagt warum</translation>
+    </message>
+    <message>
+      <source>to be checked, or without a DBH</source>
+      <translation>zu prüfen oder ohne BHD</translation>
+    </message>
+    <message>
+      <source>to be checked</source>
+      <translation>zu prüfen</translation>
+    </message>
+    <message>
+      <source>measured, nothing against them</source>
+      <translation>gemessen, nichts spricht dagegen</translation>
+    </message>
+    <message>
+      <source>decided by a person</source>
+      <translation>von einer Person entschieden</translation>
+    </message>
+    <message>
+      <source>all</source>
+      <translation>alle</translation>
+    </message>
+    <message>
+      <source>{done} of {all} trees to check or without a DBH are decided.</source>
+      <translation>{done} von {all} zu prüfenden oder BHD-losen Bäumen sind entschieden.</translation>
+    </message>
+    <message>
+      <source>The last step was taken back.</source>
+      <translation>Der letzte Schritt wurde zurückgenommen.</translation>
+    </message>
+    <message>
+      <source>Click on the map; the right button or Esc ends it.</source>
+      <translation>Klicken Sie in die Karte; rechte Maustaste oder Esc beendet es.</translation>
+    </message>
+    <message>
+      <source>No other tree stands where you clicked; click on its symbol.</source>
+      <translation>Dort steht kein anderer Baum; klicken Sie auf sein Symbol.</translation>
+    </message>
+    <message>
+      <source>Another stem is being measured; wait for it.</source>
+      <translation>Ein anderer Stamm wird gerade gemessen; warten Sie darauf.</translation>
+    </message>
+    <message>
+      <source>No tree layer in the project: add trees.gpkg.</source>
+      <translation>Kein Baumlayer im Projekt: fügen Sie trees.gpkg hinzu.</translation>
+    </message>
+    <message>
+      <source>No such tree is left.</source>
+      <translation>Kein solcher Baum ist übrig.</translation>
+    </message>
+    <message>
+      <source>{number} of {all}</source>
+      <translation>{number} von {all}</translation>
+    </message>
+    <message>
+      <source>Not decided yet.</source>
+      <translation>Noch nicht entschieden.</translation>
+    </message>
+    <message>
+      <source>Tree {tree} was added: a stem without a DBH.</source>
+      <translation>Baum {tree} wurde hinzugefügt: ein Stamm ohne BHD.</translation>
+    </message>
+    <message>
+      <source>Tree {tree} is being measured …</source>
+      <translation>Baum {tree} wird gemessen …</translation>
+    </message>
+    <message>
+      <source>Found '{text}', expected the number of a tree.</source>
+      <translation>Gefunden: '{text}', erwartet: die Nummer eines Baums.</translation>
+    </message>
+    <message>
+      <source>Taped DBH: found '{text}', expected {low} to {high} cm.</source>
+      <translation>BHD mit Maßband: gefunden '{text}', erwartet {low} bis {high} cm.</translation>
+    </message>
+    <message>
+      <source>Tree {tree}: taped {taped} cm, measured {measured} cm; check the number and that it is this tree.</source>
+      <translation>Baum {tree}: Maßband {taped} cm, gemessen {measured} cm; prüfen Sie die Zahl und ob es dieser Baum ist.</translation>
+    </message>
+    <message>
+      <source>{layer}: nothing was written ({why}); close other programs that use the file, or save a copy of it.</source>
+      <translation>{layer}: es wurde nichts geschrieben ({why}); schließen Sie andere Programme, die die Datei benutzen, oder speichern Sie eine Kopie.</translation>
+    </message>
+    <message>
+      <source>Tree {tree} cannot be the same as {other}; give the number of another tree of this layer.</source>
+      <translation>Baum {tree} kann nicht derselbe sein wie {other}; geben Sie die Nummer eines anderen Baums dieses Layers an.</translation>
+    </message>
+    <message>
+      <source>Tree {other} counts nowhere itself (rejected, or merged): one of the two has to count.</source>
+      <translation>Baum {other} zählt selbst nirgends (abgelehnt oder zusammengelegt): einer der beiden muss zählen.</translation>
+    </message>
+    <message>
+      <source>Tree {tree} stands {away} m from here; decide about that tree.</source>
+      <translation>Baum {tree} steht {away} m von hier; entscheiden Sie über jenen Baum.</translation>
+    </message>
+    <message>
+      <source>This place lies {away} m from the nearest tree of the layer; click inside the plot.</source>
+      <translation>Diese Stelle liegt {away} m vom nächsten Baum des Layers; klicken Sie in die Fläche.</translation>
+    </message>
+    <message>
+      <source>here stands a stem</source>
+      <translation>hier steht ein Stamm</translation>
+    </message>
+    <message>
+      <source>the file cannot be changed</source>
+      <translation>die Datei lässt sich nicht ändern</translation>
+    </message>
+    <message>
+      <source>Tree {other} is merged into tree {tree}, which therefore has to count; change that one first.</source>
+      <translation>Baum {other} ist mit Baum {tree} zusammengelegt, der deshalb zählen muss; ändern Sie zuerst jenen.</translation>
+    </message>
+    <message>
+      <source>Tree {tree} has no DBH: it counts as a tree without one; give its taped DBH if you have it.</source>
+      <translation>Baum {tree} hat keinen BHD: er zählt als Baum ohne BHD; geben Sie den BHD vom Maßband an, wenn Sie ihn haben.</translation>
+    </message>
+    <message>
+      <source>Click the picture to see it in full size.</source>
+      <translation>Klicken Sie auf das Bild, um es in voller Größe zu sehen.</translation>
+    </message>
+    <message>
+      <source>Accept (A)</source>
+      <translation>Annehmen (A)</translation>
+    </message>
+    <message>
+      <source>No tree here (X)</source>
+      <translation>Hier kein Baum (X)</translation>
+    </message>
+    <message>
+      <source>Taped DBH (D)</source>
+      <translation>BHD vom Maßband (D)</translation>
+    </message>
+    <message>
+      <source>Same tree as (M)</source>
+      <translation>Derselbe Baum wie (M)</translation>
+    </message>
+    <message>
+      <source>pick on the map</source>
+      <translation>in der Karte wählen</translation>
+    </message>
+    <message>
+      <source>Here stands a stem (S)</source>
+      <translation>Hier steht ein Stamm (S)</translation>
+    </message>
+    <message>
+      <source>measure it in the photos at once</source>
+      <translation>gleich in den Fotos messen</translation>
+    </message>
+    <message>
+      <source>Save note</source>
+      <translation>Notiz speichern</translation>
+    </message>
+    <message>
+      <source>Take decision back (C)</source>
+      <translation>Entscheidung zurücknehmen (C)</translation>
+    </message>
+    <message>
+      <source>Undo last step (U)</source>
+      <translation>Letzten Schritt rückgängig (U)</translation>
+    </message>
+    <message>
+      <source>a note (goes with the decision)</source>
+      <translation>eine Notiz (gehört zur Entscheidung)</translation>
+    </message>
+    <message>
+      <source>DBH, cm</source>
+      <translation>BHD, cm</translation>
+    </message>
+    <message>
+      <source>number</source>
+      <translation>Nummer</translation>
+    </message>
+    <message>
+      <source>No evidence sheet of this tree was found beside the layer.</source>
+      <translation>Neben dem Layer wurde kein Belegblatt dieses Baums gefunden.</translation>
+    </message>
+    <message>
+      <source>only those not decided yet</source>
+      <translation>nur noch nicht entschiedene</translation>
+    </message>
+    <message>
+      <source>◀ Previous (P)</source>
+      <translation>◀ Zurück (P)</translation>
+    </message>
+    <message>
+      <source>Next (N) ▶</source>
+      <translation>Weiter (N) ▶</translation>
+    </message>
+    <message>
+      <source>Zoom to (Z)</source>
+      <translation>Heranzoomen (Z)</translation>
+    </message>
+    <message>
+      <source>The tree and its DBH are right.</source>
+      <translation>Der Baum und sein BHD stimmen.</translation>
+    </message>
+    <message>
+      <source>No tree stands here; it counts nowhere.</source>
+      <translation>Hier steht kein Baum; er zählt nirgends.</translation>
+    </message>
+    <message>
+      <source>Its DBH was taped: type it in cm. The measured one stays beside it.</source>
+      <translation>Sein BHD wurde mit dem Maßband gemessen: in cm eingeben. Der gemessene bleibt daneben stehen.</translation>
+    </message>
+    <message>
+      <source>This is the same tree as another one, which counts.</source>
+      <translation>Das ist derselbe Baum wie ein anderer, der zählt.</translation>
+    </message>
+    <message>
+      <source>Click on the map where a stem stands that the layer does not have.</source>
+      <translation>Klicken Sie in der Karte dorthin, wo ein Stamm steht, den der Layer nicht hat.</translation>
+    </message>
+    <message>
+      <source>Take the decision about this tree back.</source>
+      <translation>Die Entscheidung über diesen Baum zurücknehmen.</translation>
+    </message>
+    <message>
+      <source>Take back what was done last in this panel.</source>
+      <translation>Zurücknehmen, was zuletzt in diesem Fenster geschah.</translation>
+    </message>
+    <message>
+      <source>Show</source>
+      <translation>Zeigen</translation>
+    </message>
+    <message>
+      <source>measured, to be checked</source>
+      <translation>gemessen, zu prüfen</translation>
+    </message>
+    <message>
+      <source>No DBH was measured.</source>
+      <translation>Es wurde kein BHD gemessen.</translation>
+    </message>
+    <message>
+      <source>Decided: {meaning}</source>
+      <translation>Entschieden: {meaning}</translation>
+    </message>
+    <message>
+      <source>plot {plot}</source>
+      <translation>Fläche {plot}</translation>
+    </message>
+    <message>
+      <source>{count} photos see it</source>
+      <translation>{count} Fotos sehen ihn</translation>
+    </message>
+    <message>
+      <source>{count} slices</source>
+      <translation>{count} Scheiben</translation>
+    </message>
+    <message>
+      <source>leans {angle}°</source>
+      <translation>Neigung {angle}°</translation>
+    </message>
+    <message>
+      <source>{height} m tall</source>
+      <translation>{height} m hoch</translation>
     </message>
     <message>
       <source>Plan the flight</source>
@@ -2248,10 +2536,6 @@ scratch.&lt;/p&gt;
     <message>
       <source>dimension of the cloud that holds the tree ids</source>
       <translation>Dimension der Wolke, die die Baumkennungen enthält</translation>
-    </message>
-    <message>
-      <source>Review trees</source>
-      <translation>Bäume prüfen</translation>
     </message>
     <message>
       <source>Inventory</source>
@@ -4266,10 +4550,6 @@ scratch.&lt;/p&gt;
       <translation>Qualität</translation>
     </message>
     <message>
-      <source>measured, to be checked</source>
-      <translation>gemessen, zu prüfen</translation>
-    </message>
-    <message>
       <source>Field DBH [cm]</source>
       <translation>Feld-BHD [cm]</translation>
     </message>
@@ -4920,22 +5200,6 @@ scratch.&lt;/p&gt;
     <message>
       <source>not decided</source>
       <translation>nicht entschieden</translation>
-    </message>
-    <message>
-      <source>accepted</source>
-      <translation>angenommen</translation>
-    </message>
-    <message>
-      <source>no tree stands here</source>
-      <translation>hier steht kein Baum</translation>
-    </message>
-    <message>
-      <source>the same tree as another</source>
-      <translation>derselbe Baum wie ein anderer</translation>
-    </message>
-    <message>
-      <source>a stem stands here, DBH unknown</source>
-      <translation>hier steht ein Stamm, BHD unbekannt</translation>
     </message>
   </context>
 </TS>

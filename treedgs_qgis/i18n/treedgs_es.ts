@@ -258,6 +258,22 @@ scratch.&lt;/p&gt;
       <translation>medido con cinta</translation>
     </message>
     <message>
+      <source>accepted</source>
+      <translation>aceptado</translation>
+    </message>
+    <message>
+      <source>no tree stands here</source>
+      <translation>aquí no hay árbol</translation>
+    </message>
+    <message>
+      <source>the same tree as another</source>
+      <translation>el mismo árbol que otro</translation>
+    </message>
+    <message>
+      <source>a stem stands here, DBH unknown</source>
+      <translation>aquí hay un fuste, DAP desconocido</translation>
+    </message>
+    <message>
       <source>drawn at true scale</source>
       <translation>dibujado a escala real</translation>
     </message>
@@ -802,6 +818,10 @@ scratch.&lt;/p&gt;
       <translation>pip no pudo llegar al índice de paquetes para instalar {packages}; sin red indique una carpeta de wheels, detrás de un proxy defina HTTPS_PROXY, y ejecútelo de nuevo.</translation>
     </message>
     <message>
+      <source>Review trees</source>
+      <translation>Revisar árboles</translation>
+    </message>
+    <message>
       <source>No Python 3.10 or newer with venv was found; install one (Debian and Ubuntu: apt install python3-venv; Windows and macOS: python.org, version 3.12) and run this again.</source>
       <translation>No se encontró Python 3.10 o posterior con venv; instale uno (Debian y Ubuntu: apt install python3-venv; Windows y macOS: python.org, versión 3.12) y ejecútelo de nuevo.</translation>
     </message>
@@ -812,6 +832,274 @@ scratch.&lt;/p&gt;
     <message>
       <source>{path}: is not a Python 3.10 or newer with venv and ensurepip; install one or name another.</source>
       <translation>{path}: no es un Python 3.10 o posterior con venv y ensurepip; instale uno o indique otro.</translation>
+    </message>
+    <message>
+      <source>{file}: holds no run of photos ({problem}); measure the stem by tape.</source>
+      <translation>{file}: no contiene ninguna ejecución de fotos ({problem}); mida el fuste con cinta.</translation>
+    </message>
+    <message>
+      <source>{layer}: its run's workspace was not found; only a layer of photos beside its workspace can do this.</source>
+      <translation>{layer}: no se encontró la carpeta de trabajo de su ejecución; solo es posible con una capa de fotos junto a su carpeta de trabajo.</translation>
+    </message>
+    <message>
+      <source>{layer}: is being edited; save the edits and end editing first.</source>
+      <translation>{layer}: se está editando; guarde los cambios y termine antes la edición.</translation>
+    </message>
+    <message>
+      <source>nothing was measured; the log says why</source>
+      <translation>no se midió nada; el registro dice por qué</translation>
+    </message>
+    <message>
+      <source>to be checked, or without a DBH</source>
+      <translation>por revisar o sin DAP</translation>
+    </message>
+    <message>
+      <source>to be checked</source>
+      <translation>por revisar</translation>
+    </message>
+    <message>
+      <source>measured, nothing against them</source>
+      <translation>medidos, sin objeciones</translation>
+    </message>
+    <message>
+      <source>decided by a person</source>
+      <translation>decididos por una persona</translation>
+    </message>
+    <message>
+      <source>all</source>
+      <translation>todos</translation>
+    </message>
+    <message>
+      <source>{done} of {all} trees to check or without a DBH are decided.</source>
+      <translation>{done} de {all} árboles por revisar o sin DAP están decididos.</translation>
+    </message>
+    <message>
+      <source>The last step was taken back.</source>
+      <translation>Se deshizo el último paso.</translation>
+    </message>
+    <message>
+      <source>Click on the map; the right button or Esc ends it.</source>
+      <translation>Haga clic en el mapa; el botón derecho o Esc termina.</translation>
+    </message>
+    <message>
+      <source>No other tree stands where you clicked; click on its symbol.</source>
+      <translation>Donde hizo clic no hay otro árbol; haga clic en su símbolo.</translation>
+    </message>
+    <message>
+      <source>Another stem is being measured; wait for it.</source>
+      <translation>Se está midiendo otro fuste; espere a que termine.</translation>
+    </message>
+    <message>
+      <source>No tree layer in the project: add trees.gpkg.</source>
+      <translation>No hay capa de árboles en el proyecto: añada trees.gpkg.</translation>
+    </message>
+    <message>
+      <source>No such tree is left.</source>
+      <translation>No queda ningún árbol así.</translation>
+    </message>
+    <message>
+      <source>{number} of {all}</source>
+      <translation>{number} de {all}</translation>
+    </message>
+    <message>
+      <source>Not decided yet.</source>
+      <translation>Aún sin decidir.</translation>
+    </message>
+    <message>
+      <source>Tree {tree} was added: a stem without a DBH.</source>
+      <translation>Se añadió el árbol {tree}: un fuste sin DAP.</translation>
+    </message>
+    <message>
+      <source>Tree {tree} is being measured …</source>
+      <translation>Midiendo el árbol {tree} …</translation>
+    </message>
+    <message>
+      <source>Found '{text}', expected the number of a tree.</source>
+      <translation>Se encontró '{text}', se esperaba el número de un árbol.</translation>
+    </message>
+    <message>
+      <source>Taped DBH: found '{text}', expected {low} to {high} cm.</source>
+      <translation>DAP con cinta: se encontró '{text}', se esperaba de {low} a {high} cm.</translation>
+    </message>
+    <message>
+      <source>Tree {tree}: taped {taped} cm, measured {measured} cm; check the number and that it is this tree.</source>
+      <translation>Árbol {tree}: cinta {taped} cm, medido {measured} cm; compruebe el número y que sea este árbol.</translation>
+    </message>
+    <message>
+      <source>{layer}: nothing was written ({why}); close other programs that use the file, or save a copy of it.</source>
+      <translation>{layer}: no se escribió nada ({why}); cierre otros programas que usen el archivo o guarde una copia.</translation>
+    </message>
+    <message>
+      <source>Tree {tree} cannot be the same as {other}; give the number of another tree of this layer.</source>
+      <translation>El árbol {tree} no puede ser el mismo que {other}; indique el número de otro árbol de esta capa.</translation>
+    </message>
+    <message>
+      <source>Tree {other} counts nowhere itself (rejected, or merged): one of the two has to count.</source>
+      <translation>El árbol {other} no cuenta en ningún sitio (rechazado o unido): uno de los dos tiene que contar.</translation>
+    </message>
+    <message>
+      <source>Tree {tree} stands {away} m from here; decide about that tree.</source>
+      <translation>El árbol {tree} está a {away} m de aquí; decida sobre ese árbol.</translation>
+    </message>
+    <message>
+      <source>This place lies {away} m from the nearest tree of the layer; click inside the plot.</source>
+      <translation>Este lugar está a {away} m del árbol más cercano de la capa; haga clic dentro de la parcela.</translation>
+    </message>
+    <message>
+      <source>here stands a stem</source>
+      <translation>aquí hay un fuste</translation>
+    </message>
+    <message>
+      <source>the file cannot be changed</source>
+      <translation>el archivo no se puede modificar</translation>
+    </message>
+    <message>
+      <source>Tree {other} is merged into tree {tree}, which therefore has to count; change that one first.</source>
+      <translation>El árbol {other} está unido al árbol {tree}, que por eso tiene que contar; cambie antes aquel.</translation>
+    </message>
+    <message>
+      <source>Tree {tree} has no DBH: it counts as a tree without one; give its taped DBH if you have it.</source>
+      <translation>El árbol {tree} no tiene DAP: cuenta como árbol sin él; indique el DAP con cinta si lo tiene.</translation>
+    </message>
+    <message>
+      <source>Click the picture to see it in full size.</source>
+      <translation>Haga clic en la imagen para verla a tamaño completo.</translation>
+    </message>
+    <message>
+      <source>Accept (A)</source>
+      <translation>Aceptar (A)</translation>
+    </message>
+    <message>
+      <source>No tree here (X)</source>
+      <translation>Aquí no hay árbol (X)</translation>
+    </message>
+    <message>
+      <source>Taped DBH (D)</source>
+      <translation>DAP con cinta (D)</translation>
+    </message>
+    <message>
+      <source>Same tree as (M)</source>
+      <translation>Mismo árbol que (M)</translation>
+    </message>
+    <message>
+      <source>pick on the map</source>
+      <translation>elegir en el mapa</translation>
+    </message>
+    <message>
+      <source>Here stands a stem (S)</source>
+      <translation>Aquí hay un fuste (S)</translation>
+    </message>
+    <message>
+      <source>measure it in the photos at once</source>
+      <translation>medirlo enseguida en las fotos</translation>
+    </message>
+    <message>
+      <source>Save note</source>
+      <translation>Guardar nota</translation>
+    </message>
+    <message>
+      <source>Take decision back (C)</source>
+      <translation>Retirar decisión (C)</translation>
+    </message>
+    <message>
+      <source>Undo last step (U)</source>
+      <translation>Deshacer último paso (U)</translation>
+    </message>
+    <message>
+      <source>a note (goes with the decision)</source>
+      <translation>una nota (acompaña a la decisión)</translation>
+    </message>
+    <message>
+      <source>DBH, cm</source>
+      <translation>DAP, cm</translation>
+    </message>
+    <message>
+      <source>number</source>
+      <translation>número</translation>
+    </message>
+    <message>
+      <source>No evidence sheet of this tree was found beside the layer.</source>
+      <translation>No se encontró la ficha de evidencia de este árbol junto a la capa.</translation>
+    </message>
+    <message>
+      <source>only those not decided yet</source>
+      <translation>solo los no decididos aún</translation>
+    </message>
+    <message>
+      <source>◀ Previous (P)</source>
+      <translation>◀ Anterior (P)</translation>
+    </message>
+    <message>
+      <source>Next (N) ▶</source>
+      <translation>Siguiente (N) ▶</translation>
+    </message>
+    <message>
+      <source>Zoom to (Z)</source>
+      <translation>Acercar (Z)</translation>
+    </message>
+    <message>
+      <source>The tree and its DBH are right.</source>
+      <translation>El árbol y su DAP son correctos.</translation>
+    </message>
+    <message>
+      <source>No tree stands here; it counts nowhere.</source>
+      <translation>Aquí no hay árbol; no cuenta en ningún sitio.</translation>
+    </message>
+    <message>
+      <source>Its DBH was taped: type it in cm. The measured one stays beside it.</source>
+      <translation>Su DAP se midió con cinta: escríbalo en cm. El medido se conserva al lado.</translation>
+    </message>
+    <message>
+      <source>This is the same tree as another one, which counts.</source>
+      <translation>Es el mismo árbol que otro, que es el que cuenta.</translation>
+    </message>
+    <message>
+      <source>Click on the map where a stem stands that the layer does not have.</source>
+      <translation>Haga clic en el mapa donde hay un fuste que la capa no tiene.</translation>
+    </message>
+    <message>
+      <source>Take the decision about this tree back.</source>
+      <translation>Retirar la decisión sobre este árbol.</translation>
+    </message>
+    <message>
+      <source>Take back what was done last in this panel.</source>
+      <translation>Deshacer lo último que se hizo en este panel.</translation>
+    </message>
+    <message>
+      <source>Show</source>
+      <translation>Mostrar</translation>
+    </message>
+    <message>
+      <source>measured, to be checked</source>
+      <translation>medido, por revisar</translation>
+    </message>
+    <message>
+      <source>No DBH was measured.</source>
+      <translation>No se midió el DAP.</translation>
+    </message>
+    <message>
+      <source>Decided: {meaning}</source>
+      <translation>Decidido: {meaning}</translation>
+    </message>
+    <message>
+      <source>plot {plot}</source>
+      <translation>parcela {plot}</translation>
+    </message>
+    <message>
+      <source>{count} photos see it</source>
+      <translation>{count} fotos lo ven</translation>
+    </message>
+    <message>
+      <source>{count} slices</source>
+      <translation>{count} rebanadas</translation>
+    </message>
+    <message>
+      <source>leans {angle}°</source>
+      <translation>inclinación {angle}°</translation>
+    </message>
+    <message>
+      <source>{height} m tall</source>
+      <translation>{height} m de alto</translation>
     </message>
     <message>
       <source>Plan the flight</source>
@@ -2248,10 +2536,6 @@ scratch.&lt;/p&gt;
     <message>
       <source>dimension of the cloud that holds the tree ids</source>
       <translation>dimensión de la nube que contiene los identificadores de árbol</translation>
-    </message>
-    <message>
-      <source>Review trees</source>
-      <translation>Revisar árboles</translation>
     </message>
     <message>
       <source>Inventory</source>
@@ -4266,10 +4550,6 @@ scratch.&lt;/p&gt;
       <translation>Calidad</translation>
     </message>
     <message>
-      <source>measured, to be checked</source>
-      <translation>medido, por revisar</translation>
-    </message>
-    <message>
       <source>Field DBH [cm]</source>
       <translation>DAP de campo [cm]</translation>
     </message>
@@ -4920,22 +5200,6 @@ scratch.&lt;/p&gt;
     <message>
       <source>not decided</source>
       <translation>sin decidir</translation>
-    </message>
-    <message>
-      <source>accepted</source>
-      <translation>aceptado</translation>
-    </message>
-    <message>
-      <source>no tree stands here</source>
-      <translation>aquí no hay árbol</translation>
-    </message>
-    <message>
-      <source>the same tree as another</source>
-      <translation>el mismo árbol que otro</translation>
-    </message>
-    <message>
-      <source>a stem stands here, DBH unknown</source>
-      <translation>aquí hay un fuste, DAP desconocido</translation>
     </message>
   </context>
 </TS>

@@ -1,0 +1,92 @@
+"""The panel **Review trees** in the graphical QGIS: buttons, keys and map clicks of a person (``review_inside.py``)."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from qgis_helpers import HOSTILE, review_trees_layer
+
+from treedgs_geo.inventory.reviewed import reviewed
+from treedgs_geo.inventory.tree_reading import read_trees
+
+
+@pytest.fixture(scope="module")
+def sitting(qgis, tmp_path_factory):
+    """What a person saw at the panel, and the layer afterwards."""
+    program, frame = qgis.tools.qgis(), shutil.which("xvfb-run")
+    if program is None or frame is None:
+        pytest.skip("the graphical QGIS or xvfb-run is not installed here; make setup installs them")
+    folder = tmp_path_factory.mktemp("séance 1")
+    path = review_trees_layer(folder / "trees.gpkg")
+    job = {"trees": str(path), "report": str(folder / "seen.json")}
+    variables = qgis.environment(TREEDGS_REVIEW=json.dumps(job))
+    variables.pop("QT_QPA_PLATFORM")
+    script = Path(__file__).with_name("review_inside.py")
+    command = [frame, "-a", "-s", "-screen 0 1280x1000x24", program, "--noversioncheck", "--nologo", "--code", script]
+    done = subprocess.run(command, env=variables, timeout=300, capture_output=True, text=True)
+    report = folder / "seen.json"
+    assert report.exists(), done.stdout + done.stderr
+    seen = json.loads(report.read_text(encoding="utf-8"))
+    assert "error" not in seen, seen["error"]
+    return seen, read_trees(path).set_index("tree_id", drop=False)
+
+
+def test_it_walks_through_the_trees_that_want_a_look(sitting):
+    seen, _ = sitting
+    assert "add trees.gpkg" in seen["empty"]["headline"]
+    first = seen["first"]
+    assert first["list"] == [2, 3, 4, 6] and first["tree"] == 2 and first["place"] == "1 of 4"
+    assert "too few photos see the stem" in first["reasons"] and "fly more oblique photos" in first["reasons"]
+    assert first["decision"] == "Not decided yet." and first["progress"].startswith("0 of 4")
+    assert seen["next"]["tree"] == 3 and seen["round"]["tree"] == 6 and seen["scale"] <= 121
+    assert [seen[f"list {which}"] for which in ("check", "reject", "ok", "decided", "all")] == [
+        [2, 4], [3, 6, 7], [1, 5], [2, 3, 6, 7], [1, 2, 3, 4, 5, 6, 7],
+    ]  # fmt: skip
+
+
+def test_keys_and_buttons_decide_and_go_on(sitting):
+    seen, table = sitting
+    decided, after = seen["accepted"]
+    assert decided["rev_flag"] == "accept" and after["tree"] == 3 and after["progress"].startswith("1 of 4")
+    assert seen["rejected"][0]["rev_flag"] == "reject" and seen["rejected"][1]["tree"] == 4
+    assert seen["undone"][0]["rev_flag"] is None and seen["undone"][1]["tree"] == 3
+    assert seen["typed"] == ["<i>Nana & X</i>", {"rev_flag": None, "rev_dbh_cm": None, "rev_note": None}, 3]
+    assert seen["focus"], "D without a number goes to where it is typed"
+    assert seen["taped"][0] == {"rev_flag": "dbh", "rev_dbh_cm": 31.5, "rev_note": "<i>Nana & X</i>"}
+    assert seen["too thick"][0]["rev_flag"] is None and "expected 0.5 to 500 cm" in seen["too thick"][1]["message"]
+    assert table["rev_flag"][2] == "accept" and table["rev_dbh_cm"][3] == 31.5
+
+
+def test_map_clicks_name_the_other_tree_and_set_a_stem(sitting):
+    """The map is in another CRS than the layer."""
+    seen, table = sitting
+    assert seen["missed"][0]["rev_flag"] is None and "No other tree stands where you clicked" in seen["missed"][1]
+    assert seen["merged"][0] == {"rev_flag": "merge", "rev_dbh_cm": None, "rev_note": "same tree as 5"}
+    assert seen["merged"][2] is False and seen["tool"] is True
+    assert seen["stem"][0]["rev_flag"] == "stem" and seen["stem"][1]["tree"] == 7 and seen["stem"][2] is False
+    assert seen["stem at"] == pytest.approx([1.0, 1.2], abs=0.1)
+    assert seen["beside"][0] == 7 and "decide about that tree" in seen["beside"][1]
+    assert table["qc_reason"][7] == "not_found" and abs(table.geometry[7].x - table["x"][7]) < 0.001
+
+
+def test_what_was_decided_is_what_the_next_verb_counts(sitting):
+    _, table = sitting
+    _, review = reviewed(table)
+    assert review.counts() == {"accepted": 1, "rejected": 0, "taped": 1, "merged": 1, "stems": 1}
+
+
+def test_text_is_text(sitting):
+    """Plot ids, notes and layer names with markup stand there as they are."""
+    seen, _ = sitting
+    assert seen["formats"] == [seen["plain"]] and HOSTILE in seen["first"]["headline"]
+    assert seen["title"] == "<b>Trees</b>" and "<i>Nana & X</i>" in seen["taped"][1]["message"] + str(seen["taped"][0])
+
+
+def test_it_comes_and_goes_with_its_layer_and_its_plugin(sitting):
+    seen, _ = sitting
+    assert "workspace was not found" in seen["no workspace"]
+    assert seen["gone"]["tree"] is None and seen["closed"] is False and seen["unloaded"] == [True, True]

@@ -1,0 +1,75 @@
+"""What the panel says of a tree. Plain text: what stands in a layer is shown as it is, never as markup."""
+
+from __future__ import annotations
+
+from ..i18n import tr
+from .rules import merged_into, own_note
+from .trees import Row
+
+#: decision -> how the panel says it, as the layer's form does
+DECISIONS = {
+    "accept": "accepted",
+    "reject": "no tree stands here",
+    "dbh": "taped",
+    "merge": "the same tree as another",
+    "stem": "a stem stands here, DBH unknown",
+}
+#: flag -> how the headline says it
+TITLES = {
+    "ok": "measured",
+    "check": "measured, to be checked",
+    "reject": "no DBH",
+}
+
+
+def headline(row: Row) -> str:
+    """``Tree 17, plot A: measured, to be checked``."""
+    plot = row.values.get("plot_id")
+    place = ", " + tr("plot {plot}").format(plot=plot) if plot else ""
+    return f"{tr('Tree')} {row.tree_id}{place}: {tr(TITLES.get(row.flag, row.flag))}"
+
+
+def numbers(row: Row) -> str:
+    """DBH with error and interval, photos, lean: one fact a line."""
+    v = row.values
+    lines = []
+    if v.get("dbh_cm") is None:
+        lines.append(tr("No DBH was measured."))
+    else:
+        dbh = f"DBH {float(v['dbh_cm']):.1f}"
+        dbh += f" ± {float(v['dbh_se_cm']):.1f} cm" if v.get("dbh_se_cm") is not None else " cm"
+        if v.get("dbh_lo_cm") is not None and v.get("dbh_hi_cm") is not None:
+            dbh += f" (90 %: {float(v['dbh_lo_cm']):.1f} – {float(v['dbh_hi_cm']):.1f} cm)"
+        lines.append(dbh)
+    facts = []
+    if v.get("n_views") is not None:
+        facts.append(tr("{count} photos see it").format(count=int(v["n_views"])))
+    if v.get("n_slices") is not None:
+        facts.append(tr("{count} slices").format(count=int(v["n_slices"])))
+    if v.get("lean_deg") is not None and v.get("dbh_cm") is not None:
+        facts.append(tr("leans {angle}°").format(angle=f"{float(v['lean_deg']):.0f}"))
+    if v.get("height_m") is not None:
+        facts.append(tr("{height} m tall").format(height=f"{float(v['height_m']):.1f}"))
+    return "\n".join([*lines, ", ".join(facts)]).strip()
+
+
+def meaning(row: Row) -> str:
+    """``taped (31.5 cm)``, ``the same tree as another (Tree 5)``; '' without a decision."""
+    word = row.decision
+    text = tr(DECISIONS.get(word, word))
+    if word == "dbh" and row.values.get("rev_dbh_cm") is not None:
+        text += f" ({float(row.values['rev_dbh_cm']):.1f} cm)"
+    other = merged_into(row.note) if word == "merge" else None
+    if other is not None:
+        text += f" ({tr('Tree')} {other})"
+    return text
+
+
+def decision(row: Row) -> str:
+    """What was decided, by whom and when, and the note."""
+    if not row.decision:
+        return tr("Not decided yet.") + (f"\n{row.note}" if row.note else "")
+    text = tr("Decided: {meaning}").format(meaning=meaning(row))
+    who = ", ".join(str(row.values[name]) for name in ("rev_by", "rev_at") if row.values.get(name))
+    note = own_note(row.note)
+    return "\n".join(part for part in (text, note, who) if part)
