@@ -850,26 +850,6 @@ scratch.&lt;/p&gt;
       <translation>es wurde nichts gemessen; das Protokoll sagt warum</translation>
     </message>
     <message>
-      <source>to be checked, or without a DBH</source>
-      <translation>zu prüfen oder ohne BHD</translation>
-    </message>
-    <message>
-      <source>to be checked</source>
-      <translation>zu prüfen</translation>
-    </message>
-    <message>
-      <source>measured, nothing against them</source>
-      <translation>gemessen, nichts spricht dagegen</translation>
-    </message>
-    <message>
-      <source>decided by a person</source>
-      <translation>von einer Person entschieden</translation>
-    </message>
-    <message>
-      <source>all</source>
-      <translation>alle</translation>
-    </message>
-    <message>
       <source>{done} of {all} trees to check or without a DBH are decided.</source>
       <translation>{done} von {all} zu prüfenden oder BHD-losen Bäumen sind entschieden.</translation>
     </message>
@@ -1072,6 +1052,26 @@ scratch.&lt;/p&gt;
     <message>
       <source>measured, to be checked</source>
       <translation>gemessen, zu prüfen</translation>
+    </message>
+    <message>
+      <source>to be checked, or without a DBH</source>
+      <translation>zu prüfen oder ohne BHD</translation>
+    </message>
+    <message>
+      <source>to be checked</source>
+      <translation>zu prüfen</translation>
+    </message>
+    <message>
+      <source>measured, nothing against them</source>
+      <translation>gemessen, nichts spricht dagegen</translation>
+    </message>
+    <message>
+      <source>decided by a person</source>
+      <translation>von einer Person entschieden</translation>
+    </message>
+    <message>
+      <source>all</source>
+      <translation>alle</translation>
     </message>
     <message>
       <source>No DBH was measured.</source>

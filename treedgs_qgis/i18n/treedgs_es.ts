@@ -850,26 +850,6 @@ scratch.&lt;/p&gt;
       <translation>no se midió nada; el registro dice por qué</translation>
     </message>
     <message>
-      <source>to be checked, or without a DBH</source>
-      <translation>por revisar o sin DAP</translation>
-    </message>
-    <message>
-      <source>to be checked</source>
-      <translation>por revisar</translation>
-    </message>
-    <message>
-      <source>measured, nothing against them</source>
-      <translation>medidos, sin objeciones</translation>
-    </message>
-    <message>
-      <source>decided by a person</source>
-      <translation>decididos por una persona</translation>
-    </message>
-    <message>
-      <source>all</source>
-      <translation>todos</translation>
-    </message>
-    <message>
       <source>{done} of {all} trees to check or without a DBH are decided.</source>
       <translation>{done} de {all} árboles por revisar o sin DAP están decididos.</translation>
     </message>
@@ -1072,6 +1052,26 @@ scratch.&lt;/p&gt;
     <message>
       <source>measured, to be checked</source>
       <translation>medido, por revisar</translation>
+    </message>
+    <message>
+      <source>to be checked, or without a DBH</source>
+      <translation>por revisar o sin DAP</translation>
+    </message>
+    <message>
+      <source>to be checked</source>
+      <translation>por revisar</translation>
+    </message>
+    <message>
+      <source>measured, nothing against them</source>
+      <translation>medidos, sin objeciones</translation>
+    </message>
+    <message>
+      <source>decided by a person</source>
+      <translation>decididos por una persona</translation>
+    </message>
+    <message>
+      <source>all</source>
+      <translation>todos</translation>
     </message>
     <message>
       <source>No DBH was measured.</source>

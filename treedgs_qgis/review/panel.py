@@ -24,16 +24,6 @@ from .widgets import Form, press_by_key
 NEAR_PIXELS = 15
 #: Scale that *Zoom to* goes to, at most; the ring round the tree is this wide, m.
 ZOOM_SCALE, RING_M = 120.0, 0.7
-#: Which trees are shown: key -> label.
-SHOWN = {
-    "open": "to be checked, or without a DBH",
-    "check": "to be checked",
-    "reject": "without a DBH",
-    "ok": "measured, nothing against them",
-    "decided": "decided by a person",
-    "all": "all",
-}
-_FLAGS = {"open": ("check", "reject"), "check": ("check",), "reject": ("reject",), "ok": ("ok",)}
 
 
 class ReviewPanel(QDockWidget):
@@ -54,7 +44,7 @@ class ReviewPanel(QDockWidget):
         self._ring = QgsRubberBand(self.canvas, compat.LINE_STRING)
         self._ring.setColor(QColor("#0050d0"))
         self._ring.setWidth(3)
-        for key, label in SHOWN.items():
+        for key, label in words.SHOWN.items():
             self.form.which.addItem(tr(label), key)
         self.form.undecided.setChecked(True)
         self._connect()
@@ -136,7 +126,7 @@ class ReviewPanel(QDockWidget):
         if self._tree not in numbers:
             after = [number for number in numbers if self._tree is not None and number > self._tree]
             self._tree = after[0] if after else numbers[0] if numbers else None
-        wanting = [row for row in rows if row.flag in _FLAGS["open"]]
+        wanting = [row for row in rows if row.flag in words.FLAGS["open"]]
         done = sum(bool(row.decision) for row in wanting)
         text = tr("{done} of {all} trees to check or without a DBH are decided.")
         self.form.progress.setText(text.format(done=done, all=len(wanting)) if trees is not None else "")
@@ -148,7 +138,7 @@ class ReviewPanel(QDockWidget):
         # The tree on show stays on show while it is looked at, decided or not.
         if self.form.undecided.isChecked() and row.decision and row.tree_id != self._tree:
             return False
-        return which == "all" or row.flag in _FLAGS[which]
+        return which == "all" or row.flag in words.FLAGS[which]
 
     def _show(self) -> None:
         form, row, trees = self.form, self.row, self.trees

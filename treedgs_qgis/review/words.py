@@ -20,6 +20,17 @@ TITLES = {
     "check": "measured, to be checked",
     "reject": "no DBH",
 }
+#: Which trees are shown: key -> label.
+SHOWN = {
+    "open": "to be checked, or without a DBH",
+    "check": "to be checked",
+    "reject": "without a DBH",
+    "ok": "measured, nothing against them",
+    "decided": "decided by a person",
+    "all": "all",
+}
+#: Which trees are shown: key -> their flags.
+FLAGS = {"open": ("check", "reject"), "check": ("check",), "reject": ("reject",), "ok": ("ok",)}
 
 
 def headline(row: Row) -> str:
