@@ -51,6 +51,7 @@ WRITERS = {
     "photos_to_dbh.json": "benchmarks.photos.photos_to_dbh",
     "photos_*.json": "benchmarks.photos.stems_from_photos",
     "planning_curves.json": "benchmarks.planning.curves",
+    "planning_seconds.json": "benchmarks.planning.seconds",
     "planning_views.json": "benchmarks.planning.views",
     "plot_a-*": "benchmarks.evidence",
     "pointcloud_accuracy.json": "benchmarks.clouds.accuracy",

@@ -10,10 +10,10 @@ import pytest
 from benchmarks.planning import curves as curve_fit
 from treedgs_geo.core.costs import CostModel
 from treedgs_geo.planning.budget import budget_of
-from treedgs_geo.planning.cameras import camera_of, known_cameras
 from treedgs_geo.planning.choose import judged, stems_of
 from treedgs_geo.planning.curves import Curves, outcome, view_odds
-from treedgs_geo.planning.missions import Flight, Target, grid, orbits, sees
+from treedgs_geo.planning.drones import camera_of, known_cameras
+from treedgs_geo.planning.missions import PlanFlight, Target, grid, orbits, sees
 from treedgs_geo.planning.safety import Limits, Unsafe, lowest_clearance, made_safe, needed_height, speed_of
 from treedgs_geo.planning.stand import CELL_M, Scene, StandNumbers, about_plot, drawn_stand, dressed_trees, make_scene
 from treedgs_geo.planning.sun import sun_day
@@ -161,7 +161,7 @@ def made_flight(above, ground=0.0, pitch=-60.0, step=10.0):
     n = len(above)
     xy = np.column_stack([step * np.arange(n), np.zeros(n)])
     zero = np.zeros(n)
-    return Flight(
+    return PlanFlight(
         xy, np.array(above, float), zero + ground, zero, zero + pitch, zero.astype(int), "orbits", (50.0,), 30.0, "x"
     )
 

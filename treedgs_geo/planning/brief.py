@@ -11,15 +11,15 @@ from ..inventory.stand.document import Document, ReportBlock
 from ..inventory.stand.page import write_page
 from ..inventory.stand.pdf import write_pdf
 from ..inventory.stand.tables import Column, Table
-from .cameras import RESERVE, DroneCamera
 from .choose import MORE, Choice
+from .drones import RESERVE, DroneCamera
 from .safety import Limits
-from .site import Site
+from .site import PlanSite
 from .sun import LOWEST_SUN_DEG, SunDay
 
 
 def write_brief(
-    folder: Path, title: str, choice: Choice, site: Site, camera: DroneCamera, limits: Limits, clearance_m: float,
+    folder: Path, title: str, choice: Choice, site: PlanSite, camera: DroneCamera, limits: Limits, clearance_m: float,
     heading: tuple[float, str], sun: SunDay, take_off: tuple[float, float, float], picture: bytes,
 ) -> list[Path]:  # fmt: skip
     """``brief.html`` and ``brief.pdf``. take_off: longitude, latitude, height."""
@@ -64,7 +64,7 @@ def _more(choice: Choice) -> list[str]:
 
 
 def _flight_table(
-    choice: Choice, site: Site, camera: DroneCamera, limits: Limits, clearance_m: float, heading: tuple[float, str],
+    choice: Choice, site: PlanSite, camera: DroneCamera, limits: Limits, clearance_m: float, heading: tuple[float, str],
     take_off: tuple[float, float, float],
 ) -> Table:  # fmt: skip
     flight, budget = choice.plan.flight, choice.plan.budget

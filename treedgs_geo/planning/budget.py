@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.costs import CostModel
-from .cameras import DroneCamera
-from .missions import Flight
+from .drones import DroneCamera
+from .missions import PlanFlight
 
 #: Climb and descent, m/s; transit, m/s; seconds to turn at the end of a line, and for start and landing.
 VERTICAL_M_S, TRANSIT_M_S, TURN_S, START_S = 3.0, 10.0, 4.0, 60.0
@@ -31,7 +31,7 @@ class Budget:
 
 
 def budget_of(
-    flight: Flight, camera: DroneCamera, speed: tuple[float, str], take_off: np.ndarray, costs: CostModel
+    flight: PlanFlight, camera: DroneCamera, speed: tuple[float, str], take_off: np.ndarray, costs: CostModel
 ) -> Budget:
     """take_off: (3,) planning frame, datum of the terrain model."""
     xyz = flight.xyz

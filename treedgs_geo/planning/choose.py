@@ -11,12 +11,12 @@ from ..core.costs import CostModel
 from ..core.errors import InputError
 from ..core.progress import Reporter
 from .budget import Budget, budget_of
-from .cameras import DroneCamera
 from .curves import Curves, Outcome, outcome
-from .missions import OVERLAPS_PCT, RING_PHOTOS, TILTS_DEG, Flight, grid, orbits
+from .drones import DroneCamera
+from .missions import OVERLAPS_PCT, RING_PHOTOS, TILTS_DEG, PlanFlight, grid, orbits
 from .safety import Limits, Unsafe, made_safe, speed_of
 from .settings import PATTERNS
-from .site import Site
+from .site import PlanSite
 from .stand import CELL_M, REACH_M, Scene, about_plot, make_scene
 from .views import ViewModel, framed_views, shown_share
 
@@ -56,11 +56,11 @@ class Stems:
 
 
 @dataclass(frozen=True)
-class Plan:
+class JudgedFlight:
     """A flight with what it gives and costs. clear: (S, P) chance that each photo shows each stem clearly; gsd_cm:
     (S, P) at the stem."""
 
-    flight: Flight
+    flight: PlanFlight
     outcome: Outcome
     budget: Budget
     clear: np.ndarray
@@ -72,13 +72,13 @@ class Choice:
     """plan: the chosen flight. tried: every flight that was judged, (pattern, heights, photos, share, error cm,
     batteries, minutes). more: what :data:`MORE` further photos would give. refused: reasons, by count."""
 
-    plan: Plan
+    plan: JudgedFlight
     tried: list[tuple[str, str, int, float, float, int, float]]
     more: Outcome
     refused: dict[str, int] = field(default_factory=dict)
 
 
-def stems_of(site: Site, seed: int) -> Stems:
+def stems_of(site: PlanSite, seed: int) -> Stems:
     """Scenes about every plot with the stems in it."""
     made = Stems([], [], [], [])
     rng = np.random.default_rng(seed)
@@ -98,7 +98,9 @@ def stems_of(site: Site, seed: int) -> Stems:
     return Stems(made.scenes, rows, made.centres, made.plot_ids)
 
 
-def _add_plot(made: Stems, site: Site, name: str, centre: np.ndarray, radius: float, rng: np.random.Generator) -> None:
+def _add_plot(
+    made: Stems, site: PlanSite, name: str, centre: np.ndarray, radius: float, rng: np.random.Generator
+) -> None:
     trees = about_plot(rng, site.mapped, site.numbers, centre, radius)
     half = radius + REACH_M
     n = int(np.ceil(2 * half / CELL_M))
@@ -117,7 +119,7 @@ def _add_plot(made: Stems, site: Site, name: str, centre: np.ndarray, radius: fl
     made.plot_ids.append(name)
 
 
-def judged(flight: Flight, stems: Stems, camera: DroneCamera, model: ViewModel) -> tuple[np.ndarray, np.ndarray]:
+def judged(flight: PlanFlight, stems: Stems, camera: DroneCamera, model: ViewModel) -> tuple[np.ndarray, np.ndarray]:
     """(S, P) chance that each photo shows each stem clearly, and the ground sample distance at the stem, cm."""
     clear, gsd = [], []
     size, focal = np.array([camera.width_px, camera.height_px], float), np.full(len(flight), camera.focal_px)
@@ -130,7 +132,9 @@ def judged(flight: Flight, stems: Stems, camera: DroneCamera, model: ViewModel) 
     return np.concatenate(clear), np.concatenate(gsd)
 
 
-def heights_of(site: Site, camera: DroneCamera, limits: Limits, error_cm: float, curves: Curves) -> tuple[float, float]:
+def heights_of(
+    site: PlanSite, camera: DroneCamera, limits: Limits, error_cm: float, curves: Curves
+) -> tuple[float, float]:
     """The two heights over the ground that are tried, m: the higher gives the wanted error at :data:`VIEWS_OF_HEIGHT`.
 
     Raises:
@@ -152,8 +156,8 @@ def heights_of(site: Site, camera: DroneCamera, limits: Limits, error_cm: float,
 
 
 def candidates(
-    site: Site, camera: DroneCamera, heights: tuple[float, float], heading_deg: float, pattern: str
-) -> Iterator[Flight]:
+    site: PlanSite, camera: DroneCamera, heights: tuple[float, float], heading_deg: float, pattern: str
+) -> Iterator[PlanFlight]:
     """Flights that are tried: patterns, heights (each, and both), tilts, densities."""
     levels: list[tuple[float, ...]] = [(heights[1],)]
     if heights[1] > 1.05 * heights[0]:
@@ -170,7 +174,7 @@ def candidates(
 
 
 def choose(
-    site: Site, stems: Stems, camera: DroneCamera, limits: Limits, take_off: np.ndarray, heading_deg: float,
+    site: PlanSite, stems: Stems, camera: DroneCamera, limits: Limits, take_off: np.ndarray, heading_deg: float,
     error_cm: float, share: float, batteries: int | None, pattern: str, reporter: Reporter,
 ) -> Choice:  # fmt: skip
     """The flight with the fewest photos that measures the share with the error, or the best with so many batteries.
@@ -180,7 +184,7 @@ def choose(
     """
     model, curves, costs = ViewModel.load(), Curves.load(), CostModel.load()
     heights = heights_of(site, camera, limits, error_cm, curves)
-    plans: list[Plan] = []
+    plans: list[JudgedFlight] = []
     refused: dict[str, int] = {}
     flights = [
         flight for flight in candidates(site, camera, heights, heading_deg, pattern) if 0 < len(flight) <= MOST_PHOTOS
@@ -193,7 +197,7 @@ def choose(
             continue
         clear, gsd = judged(safe, stems, camera, model)
         budget = budget_of(safe, camera, speed_of(safe, camera, limits), take_off, costs)
-        plans.append(Plan(safe, outcome(curves, clear, gsd, stems.dbh_m), budget, clear, gsd))
+        plans.append(JudgedFlight(safe, outcome(curves, clear, gsd, stems.dbh_m), budget, clear, gsd))
         reporter.progress((number + 1) / len(flights), f"flight {number + 1} of {len(flights)}")
     if not plans:
         raise InputError(_nothing_safe(refused, limits))
@@ -210,13 +214,13 @@ def choose(
     return Choice(plan, [_row(made) for made in plans], with_more(plan, plans, stems, curves), refused)
 
 
-def _good(plans: list[Plan], error_cm: float, share: float, batteries: int | None) -> list[Plan]:
+def _good(plans: list[JudgedFlight], error_cm: float, share: float, batteries: int | None) -> list[JudgedFlight]:
     if batteries is not None:
         return [plan for plan in plans if plan.budget.batteries <= batteries]
     return [plan for plan in plans if plan.outcome.share >= share and plan.outcome.error_cm <= error_cm]
 
 
-def _row(plan: Plan) -> tuple[str, str, int, float, float, int, float]:
+def _row(plan: JudgedFlight) -> tuple[str, str, int, float, float, int, float]:
     heights = " + ".join(f"{height:.0f} m" for height in plan.flight.heights_m)
     where = f"{heights}, {plan.flight.tilt_deg:.0f}°"
     found = plan.outcome
@@ -224,7 +228,7 @@ def _row(plan: Plan) -> tuple[str, str, int, float, float, int, float]:
     return plan.flight.pattern, where, costs.photos, found.share, found.error_cm, costs.batteries, costs.minutes
 
 
-def with_more(plan: Plan, plans: list[Plan], stems: Stems, curves: Curves) -> Outcome:
+def with_more(plan: JudgedFlight, plans: list[JudgedFlight], stems: Stems, curves: Curves) -> Outcome:
     """What :data:`MORE` further photos would give: those of the denser flights that add most, one after the other."""
     mine = plan.flight
     key = (mine.pattern, mine.heights_m)
@@ -259,7 +263,7 @@ def _nothing_safe(refused: dict[str, int], limits: Limits) -> str:
     )
 
 
-def _unreachable(plans: list[Plan], error_cm: float, share: float, batteries: int | None) -> str:
+def _unreachable(plans: list[JudgedFlight], error_cm: float, share: float, batteries: int | None) -> str:
     if batteries is not None:
         least = min(plan.budget.batteries for plan in plans)
         return (

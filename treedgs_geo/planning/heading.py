@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from .site import Site
+from .site import PlanSite
 from .sun import SunDay
 
 #: Steeper ground decides the heading: lines along the contours keep their height.
 STEEP_PCT = 15.0
 
 
-def slope_of(site: Site) -> tuple[float, float]:
+def slope_of(site: PlanSite) -> tuple[float, float]:
     """Mean slope of the ground over the plots, per cent, and the azimuth it falls to, degrees."""
     if site.dtm is None:
         return 0.0, 0.0
@@ -26,7 +26,7 @@ def slope_of(site: Site) -> tuple[float, float]:
     return 100 * float(np.hypot(*plane[:2])), float(np.degrees(np.arctan2(-plane[0], -plane[1])) % 360)
 
 
-def heading_of(site: Site, sun: SunDay) -> tuple[float, str]:
+def heading_of(site: PlanSite, sun: SunDay) -> tuple[float, str]:
     """Grid azimuth of the lines and why."""
     slope, falls_to = slope_of(site)
     if slope >= STEEP_PCT:

@@ -14,9 +14,9 @@ from shapely.geometry import LineString, Polygon
 
 from ..core.geopackage import atomic_geopackage, save_style
 from ..simulation.flight_plan import PHOTOS, PLOTS
-from .cameras import DroneCamera
-from .choose import Plan, Stems
-from .site import Site
+from .choose import JudgedFlight, Stems
+from .drones import DroneCamera
+from .site import PlanSite
 
 LINE, FOOTPRINTS = "plan_line", "plan_footprints"
 #: Layers of plan.gpkg, with the columns by which they are known as ours.
@@ -31,7 +31,13 @@ _FLATTEST_DEG = 80.0
 
 
 def write_plan_layers(
-    path: Path, plan: Plan, stems: Stems, site: Site, camera: DroneCamera, take_off: np.ndarray, speed: np.ndarray
+    path: Path,
+    plan: JudgedFlight,
+    stems: Stems,
+    site: PlanSite,
+    camera: DroneCamera,
+    take_off: np.ndarray,
+    speed: np.ndarray,
 ) -> Path:
     """Write the layers, styled."""
     flight = plan.flight
@@ -81,7 +87,7 @@ def write_plan_layers(
     return Path(path)
 
 
-def plots_table(plan: Plan, stems: Stems, site: Site) -> gpd.GeoDataFrame:
+def plots_table(plan: JudgedFlight, stems: Stems, site: PlanSite) -> gpd.GeoDataFrame:
     """One row a plot: expected stems, clear views a stem, share measured, standard error (median)."""
     found, rows = plan.outcome, []
     owner = np.repeat(stems.plot_ids, [len(own) for own in stems.rows])
@@ -110,7 +116,7 @@ def plots_table(plan: Plan, stems: Stems, site: Site) -> gpd.GeoDataFrame:
     return gpd.GeoDataFrame(rows, geometry="geometry", crs=site.crs)
 
 
-def footprints(plan: Plan, site: Site, camera: DroneCamera) -> tuple[list[Polygon], np.ndarray]:
+def footprints(plan: JudgedFlight, site: PlanSite, camera: DroneCamera) -> tuple[list[Polygon], np.ndarray]:
     """Ground that each photo shows (level ground at the height below the photo), and its ground sample distance at the
     middle, cm."""
     flight = plan.flight

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..simulation.grid import axes
-from .cameras import DroneCamera
+from .drones import DroneCamera
 
 #: Tilts of oblique photos from straight down, degrees.
 TILTS_DEG = (30.0, 38.0)
@@ -34,7 +34,7 @@ class Target:
 
 
 @dataclass(frozen=True)
-class Flight:
+class PlanFlight:
     """Photos in the order they are taken. xy: (P, 2) planning frame. above_m: (P,) over the ground below. ground_m:
     (P,) its height (datum of the terrain model). yaw_deg: grid, clockwise from north; pitch_deg: -90 = down. leg:
     (P,) number of the line or ring. label: pattern; height_m, tilt_deg, density: how it was made."""
@@ -67,7 +67,7 @@ class Flight:
         right = np.column_stack([np.cos(yaw), -np.sin(yaw), np.zeros(len(yaw))])
         return np.stack([right, np.cross(forward, right), forward], axis=1)
 
-    def take(self, index: np.ndarray) -> Flight:
+    def take(self, index: np.ndarray) -> PlanFlight:
         """Some of the photos."""
         names = ("xy", "above_m", "ground_m", "yaw_deg", "pitch_deg", "leg")
         return replace(self, **{name: getattr(self, name)[index] for name in names})
@@ -75,11 +75,11 @@ class Flight:
 
 def _flight(
     rows: list[tuple], ground: Ground, pattern: str, heights: tuple[float, ...], tilt: float, density: str
-) -> Flight:
+) -> PlanFlight:
     """rows: x, y, height, yaw, pitch, leg."""
     table = np.array(rows, float).reshape(-1, 6)
     xy = table[:, :2]
-    return Flight(
+    return PlanFlight(
         xy,
         table[:, 2],
         ground(xy),
@@ -95,7 +95,7 @@ def _flight(
 
 def orbits(
     targets: list[Target], ground: Ground, heights: tuple[float, ...], tilt_deg: float, photos: int, heading_deg: float
-) -> Flight:
+) -> PlanFlight:
     """Rings about every plot, each photo aimed at its middle, and a cross of nadir photos that ties them.
 
     photos: of a ring at one height; rings of several heights share 1.5 times as many, turned against each other.
@@ -121,7 +121,7 @@ def orbits(
 def grid(
     targets: list[Target], ground: Ground, camera: DroneCamera, pattern: str, heights: tuple[float, ...], tilt_deg:
     float, overlap_pct: tuple[int, int], heading_deg: float,
-) -> Flight:  # fmt: skip
+) -> PlanFlight:  # fmt: skip
     """Oblique lines along and across the heading, there and back (``crosshatch``), with nadir lines for
     ``nadir-oblique``; of two heights, one for each direction. Photos that show no plot are left out."""
     rows: list[tuple] = []
@@ -175,7 +175,7 @@ def _places(length: float, step: float) -> np.ndarray:
     return np.linspace(0, length, count)
 
 
-def sees(flight: Flight, targets: list[Target], ground: Ground, camera: DroneCamera) -> np.ndarray:
+def sees(flight: PlanFlight, targets: list[Target], ground: Ground, camera: DroneCamera) -> np.ndarray:
     """(P, T) bool: the photo shows the middle or a part of the rim of the plot at breast height."""
     turn = np.radians(np.arange(0, 360, 45))
     rim = np.vstack([[0, 0], np.column_stack([np.sin(turn), np.cos(turn)])])

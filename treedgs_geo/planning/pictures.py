@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from .choose import Choice, Plan
+from .choose import Choice, JudgedFlight
 from .missions import Target
-from .site import Site
+from .site import PlanSite
 
 #: Colours and marks of the patterns (Okabe-Ito: apart in every kind of colour blindness).
 STYLE = {"orbits": ("#0072B2", "o"), "crosshatch": ("#D55E00", "s"), "nadir-oblique": ("#009E73", "^")}
 
 
-def draw_brief(choice: Choice, site: Site, take_off: np.ndarray, error_cm: float, share: float) -> bytes:
+def draw_brief(choice: Choice, site: PlanSite, take_off: np.ndarray, error_cm: float, share: float) -> bytes:
     """PNG of the map and two charts; the wanted error and share are dotted lines."""
     import matplotlib
 
@@ -33,7 +33,7 @@ def draw_brief(choice: Choice, site: Site, take_off: np.ndarray, error_cm: float
     return picture.getvalue()
 
 
-def _map(axis: Any, plan: Plan, targets: list[Target], take_off: np.ndarray) -> None:
+def _map(axis: Any, plan: JudgedFlight, targets: list[Target], take_off: np.ndarray) -> None:
     flight = plan.flight
     for leg in np.unique(flight.leg):
         own = flight.xy[flight.leg == leg]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime as dt
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +17,8 @@ from ..core.settings import to_json
 from ..inventory.declination import parse_date
 from ..inventory.stand.pdf import report_fonts
 from .brief import batteries_of, write_brief
-from .cameras import camera_of
-from .choose import MORE, Choice, choose, stems_of
+from .choose import MORE, Choice, Stems, choose, stems_of
+from .drones import DroneCamera, camera_of
 from .heading import heading_of
 from .layers import OWN_LAYERS, write_plan_layers
 from .missionfiles.litchi import write_litchi
@@ -27,8 +28,8 @@ from .missionfiles.wpml import write_kmz
 from .pictures import draw_brief
 from .safety import Limits, lowest_clearance
 from .settings import PlanFlightSettings
-from .site import Site, read_site
-from .sun import sun_day
+from .site import PlanSite, read_site
+from .sun import SunDay, sun_day
 
 #: The take-off is looked for within this distance of the plots, m.
 TAKE_OFF_REACH_M = 120.0
@@ -67,40 +68,63 @@ def plan_flight(settings: PlanFlightSettings, reporter: Reporter) -> dict[str, A
             settings.target_share_pct / 100, settings.batteries, settings.pattern, reporter,
         )  # fmt: skip
     with reporter.stage("write", 0.85, 1.0):
-        mission = mission_of(
-            choice.plan, site, camera, limits, take_off, folder.resolve().name,
-            dt.datetime.combine(day, dt.time(12), dt.timezone.utc),
-        )  # fmt: skip
-        (folder / "plan.kmz").unlink(missing_ok=True)
-        for old in folder.glob("plan_litchi_*.csv"):
-            old.unlink()
-        write_plan_layers(folder / "plan.gpkg", choice.plan, stems, site, camera, take_off, mission.speed_m_s)
-        if camera.wpml is not None:
-            write_kmz(folder / "plan.kmz", mission)
-        write_plan(folder / "plan.plan", mission)
-        litchi = write_litchi(folder, "plan_litchi", mission)
-        clearance = lowest_clearance(choice.plan.flight, site.canopy_top, limits.clearance_m)
-        picture = draw_brief(choice, site, take_off, settings.target_error_cm, settings.target_share_pct / 100)
-        write_brief(
-            folder, f"Flight plan: {Path(settings.plots).stem}", choice, site, camera, limits, clearance, heading, sun,
-            (mission.home[0], mission.home[1], mission.home[2]), picture,
-        )  # fmt: skip
-        figures = _figures(choice, clearance, heading[0])
-        write_json(folder / "plan.json", {**figures, "settings": to_json(settings), "tried": choice.tried})
+        files = _write(settings, Chosen(site, stems, camera, limits, take_off, heading, sun, choice))
     reporter.info(_sentence(choice))
     return {
         "output": str(folder),
-        "layer": str(folder / "plan.gpkg"),
-        "kmz": str(folder / "plan.kmz") if camera.wpml is not None else None,
-        "plan": str(folder / "plan.plan"),
+        **files,
+    }
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """Everything that the files are written from. take_off: (3,) planning frame; heading: grid azimuth and why."""
+
+    site: PlanSite
+    stems: Stems
+    camera: DroneCamera
+    limits: Limits
+    take_off: np.ndarray
+    heading: tuple[float, str]
+    sun: SunDay
+    choice: Choice
+
+
+def _write(settings: PlanFlightSettings, made: Chosen) -> dict[str, Any]:
+    """All files; their paths and the flight's figures."""
+    folder, choice, site = Path(settings.output), made.choice, made.site
+    share = settings.target_share_pct / 100
+    # The middle of the day: the same plan gives the same file.
+    stamp = made.sun.utc[len(made.sun.utc) // 2].replace(tzinfo=dt.timezone.utc)
+    mission = mission_of(choice.plan, site, made.camera, made.limits, made.take_off, folder.resolve().name, stamp)
+    clearance = lowest_clearance(choice.plan.flight, site.canopy_top, made.limits.clearance_m)
+    picture = draw_brief(choice, site, made.take_off, settings.target_error_cm, share)
+    (folder / "plan.kmz").unlink(missing_ok=True)
+    for old in folder.glob("plan_litchi_*.csv"):
+        old.unlink()
+    layer = folder / "plan.gpkg"
+    write_plan_layers(layer, choice.plan, made.stems, site, made.camera, made.take_off, mission.speed_m_s)
+    kmz = write_kmz(folder / "plan.kmz", mission) if made.camera.wpml is not None else None
+    plan = write_plan(folder / "plan.plan", mission)
+    litchi = write_litchi(folder, "plan_litchi", mission)
+    page, brief = write_brief(
+        folder, f"Flight plan: {Path(settings.plots).stem}", choice, site, made.camera, made.limits, clearance,
+        made.heading, made.sun, mission.home, picture,
+    )  # fmt: skip
+    figures = _figures(choice, clearance, made.heading[0])
+    write_json(folder / "plan.json", {**figures, "settings": to_json(settings), "tried": choice.tried})
+    return {
+        "layer": str(layer),
+        "kmz": str(kmz) if kmz else None,
+        "plan": str(plan),
         "litchi": str(litchi[0]),
-        "brief": str(folder / "brief.pdf"),
-        "page": str(folder / "brief.html"),
+        "brief": str(brief),
+        "page": str(page),
         **figures,
     }
 
 
-def take_off_of(site: Site, text: str | None) -> np.ndarray:
+def take_off_of(site: PlanSite, text: str | None) -> np.ndarray:
     """(3,) the take-off in the planning frame: as given, else the most open place near the plots.
 
     Raises:
@@ -130,7 +154,7 @@ def take_off_of(site: Site, text: str | None) -> np.ndarray:
     return np.array([*place, height])
 
 
-def _open_place(site: Site) -> np.ndarray:
+def _open_place(site: PlanSite) -> np.ndarray:
     """The nearest place to the plots' middle where nothing stands; the middle of the nearest plot where none is
     known."""
     centres = np.array([target.centre for target in site.targets])

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .cameras import DroneCamera
-from .missions import Flight
+from .drones import DroneCamera
+from .missions import PlanFlight
 
 #: Blur within an exposure and travel within a rolling shutter's readout, pixels on the ground.
 MOST_BLUR_PX, MOST_READOUT_PX = 0.5, 3.0
@@ -33,7 +33,7 @@ class Limits:
     exposure_ms: float
 
 
-def made_safe(flight: Flight, canopy: Canopy, camera: DroneCamera, limits: Limits) -> Flight:
+def made_safe(flight: PlanFlight, canopy: Canopy, camera: DroneCamera, limits: Limits) -> PlanFlight:
     """The flight with photos raised until every way between them clears the canopy.
 
     canopy: (N, 2) -> height of the canopy's top, datum of the terrain model, NaN where the ground is unknown.
@@ -63,7 +63,7 @@ def made_safe(flight: Flight, canopy: Canopy, camera: DroneCamera, limits: Limit
     return flight
 
 
-def ways(flight: Flight) -> tuple[np.ndarray, np.ndarray]:
+def ways(flight: PlanFlight) -> tuple[np.ndarray, np.ndarray]:
     """Points along the way: (M, 3) every :data:`CHECK_M`, and (M,) number of the photo at the way's begin."""
     xyz = flight.xyz
     length = np.hypot(*np.diff(xyz[:, :2], axis=0).T)
@@ -87,14 +87,14 @@ def needed_height(canopy: Canopy, xy: np.ndarray, clearance_m: float) -> np.ndar
     return highest
 
 
-def lowest_clearance(flight: Flight, canopy: Canopy, wanted_m: float) -> float:
+def lowest_clearance(flight: PlanFlight, canopy: Canopy, wanted_m: float) -> float:
     """Least distance to the canopy along the whole way, m: what :func:`needed_height` leaves, more than
     ``wanted_m``."""
     points, _ = ways(flight)
     return wanted_m + float(np.nanmin(points[:, 2] - needed_height(canopy, points[:, :2], wanted_m)))
 
 
-def _shortfall(flight: Flight, canopy: Canopy, clearance_m: float) -> np.ndarray:
+def _shortfall(flight: PlanFlight, canopy: Canopy, clearance_m: float) -> np.ndarray:
     """(P,) by how much each photo has to rise so that the ways to and from it are clear."""
     points, start = ways(flight)
     lowest = needed_height(canopy, points[:, :2], clearance_m)
@@ -107,7 +107,7 @@ def _shortfall(flight: Flight, canopy: Canopy, clearance_m: float) -> np.ndarray
     return short
 
 
-def speed_of(flight: Flight, camera: DroneCamera, limits: Limits) -> tuple[float, str]:
+def speed_of(flight: PlanFlight, camera: DroneCamera, limits: Limits) -> tuple[float, str]:
     """Speed that keeps trigger, blur and readout within limits, m/s, and what sets it."""
     gsd_m = float(flight.above_m.min()) / camera.focal_px
     same = np.diff(flight.leg) == 0

@@ -28,7 +28,7 @@ _RASTERS, _CLOUDS = (".tif", ".tiff"), (".las", ".laz", ".copc")
 
 
 @dataclass(frozen=True)
-class Site:
+class PlanSite:
     """crs: of the plan. origin: (2,) its planning frame. plots, targets: what is photographed. numbers: of the stand.
     mapped: trees that somebody mapped. dtm: terrain. canopy: its top where measured. level_m: height of the ground
     without a terrain model. datum: of the heights, in words. notes: sentences for the user."""
@@ -74,7 +74,7 @@ class Site:
         return float(pyproj.Proj(self.crs).get_factors(lon, lat).meridian_convergence)
 
 
-def read_site(settings: PlanFlightSettings, reporter: Reporter) -> Site:
+def read_site(settings: PlanFlightSettings, reporter: Reporter) -> PlanSite:
     """Everything that is given, checked.
 
     Raises:
@@ -109,7 +109,7 @@ def read_site(settings: PlanFlightSettings, reporter: Reporter) -> Site:
         mapped = dressed_trees(xy - origin, dbh_m, numbers, height)
     elif canopy is not None:
         mapped = _trees_of_canopy(canopy, numbers, origin)
-    site = Site(crs, origin, plots, targets, numbers, mapped, dtm, canopy, _datum(settings, dtm), notes)
+    site = PlanSite(crs, origin, plots, targets, numbers, mapped, dtm, canopy, _datum(settings, dtm), notes)
     _require_ground(site, settings)
     return site
 
@@ -226,7 +226,7 @@ def _datum(settings: PlanFlightSettings, dtm: Dtm | None) -> str:
     )
 
 
-def _require_ground(site: Site, settings: PlanFlightSettings) -> None:
+def _require_ground(site: PlanSite, settings: PlanFlightSettings) -> None:
     """Every plot lies on the terrain model."""
     if site.dtm is None:
         return

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..budget import TRANSIT_M_S
-from ..cameras import DroneCamera
-from ..choose import Plan
+from ..choose import JudgedFlight
+from ..drones import DroneCamera
 from ..safety import Limits
-from ..site import Site
+from ..site import PlanSite
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,13 @@ class Mission:
 
 
 def mission_of(
-    plan: Plan, site: Site, camera: DroneCamera, limits: Limits, take_off: np.ndarray, title: str, made: dt.datetime
+    plan: JudgedFlight,
+    site: PlanSite,
+    camera: DroneCamera,
+    limits: Limits,
+    take_off: np.ndarray,
+    title: str,
+    made: dt.datetime,
 ) -> Mission:
     """take_off: (3,) planning frame, terrain model's datum."""
     flight, budget = plan.flight, plan.budget

@@ -67,7 +67,7 @@ def camera_of(text: str, interval_s: float | None = None, readout_ms: float | No
         InputError: neither.
 
     Examples:
-        >>> from treedgs_geo.planning.cameras import camera_of
+        >>> from treedgs_geo.planning.drones import camera_of
         >>> round(camera_of("m3e").focal_px)
         3751
     """
