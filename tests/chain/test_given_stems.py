@@ -9,6 +9,7 @@ from pathlib import Path
 
 import geopandas as gpd
 import numpy as np
+import pandas as pd
 import pytest
 from chain_runs import chain_arguments
 
@@ -169,6 +170,26 @@ def test_a_stem_that_a_person_put_there_is_measured_in_its_row(run, simulated_pl
     # Not a second time where the run is taken up again.
     assert main(chain_arguments(simulated_plot, run)) == 0
     assert len(read_trees(layer)) == rows
+
+
+@pytest.mark.parametrize("ending", ["csv", "shp", "geojson"])
+def test_a_layer_of_any_kind_takes_a_tree_back_and_another_in(run, simulated_plot, capsys, ending) -> None:
+    layer = run / f"trees.{ending}"
+    whole = read_whole(run / "trees.gpkg")
+    tree = whole.dropna(subset=["dbh_cm"]).iloc[0]
+    write_table(layer, whole[whole["tree_id"] != tree.tree_id].reset_index(drop=True))
+    empty = empty_place(whole, simulated_plot)
+    given = run / "p.csv"
+    given.write_text(f'tree_id,x,y\n"a\n<b>x</b>",{tree.x:.3f},{tree.y:.3f}\nb,{empty[0]:.3f},{empty[1]:.3f}\n')
+    assert at(simulated_plot, run, given, output=str(layer)) == 0
+    assert f"point a <b>x</b>: tree {tree.tree_id} of the run is in the layer again" in capsys.readouterr().err
+    after = pd.read_csv(layer) if ending == "csv" else gpd.read_file(layer)
+    assert len(after) == len(whole) + 1
+    numbers = after.set_index("tree_id")
+    assert numbers["dbh_cm"][tree.tree_id] == tree.dbh_cm and numbers["n_views"][tree.tree_id] == tree.n_views
+    assert np.isnan(numbers["dbh_cm"].iloc[-1]) and numbers["qc_flag"].iloc[-1] == "reject"
+    # The workspace's own layer is the same.
+    assert sorted(read_trees(run / "work" / "trees.gpkg")["tree_id"]) == sorted(after["tree_id"])
 
 
 def test_points_of_every_kind_are_read_alike(tmp_path) -> None:

@@ -64,7 +64,7 @@ class Answers:
         }
         stems = "1 field stem" if len(self.found) == 1 else f"{len(self.found)} field stems"
         reporter.info(f"{path}: {stems}: {', '.join(text for text, n in said.items() if n)}.")
-        outside = [answer.name for answer in self.found if answer.answer == OUTSIDE]
+        outside = [" ".join(answer.name.split()) for answer in self.found if answer.answer == OUTSIDE]
         if outside:
             reporter.warn(
                 f"{path}: {len(outside)} of {stems} lie outside the measured plots and are not looked for: "

@@ -69,7 +69,11 @@ class _Places:
     def say(self, k: int, answer: str, sentence: str) -> None:
         """What became of point ``k``."""
         self.answers[answer] += 1
-        self.said[k] = f"point {self.points.names[k]}: {sentence}"
+        self.said[k] = f"point {self.name(k)}: {sentence}"
+
+    def name(self, k: int) -> str:
+        """As the file names point ``k``, on one line."""
+        return " ".join(self.points.names[k].split())
 
 
 def measure_given(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, Any]:
@@ -164,7 +168,7 @@ def _refuse_outside(places: _Places, run: Run, outside: np.ndarray, bare: np.nda
     Raises:
         InputError: all of them do.
     """
-    parts, name = [], places.points.names
+    parts, name = [], [places.name(k) for k in range(len(places.points.names))]
     for k in np.flatnonzero(outside):
         parts.append(f"{name[k]} lies {beyond[k]:,.0f} m outside the measured plots")
         places.answers["outside"] += 1
@@ -271,7 +275,7 @@ def _with_messages(
             continue
         twin = next((j for j, other in out if np.hypot(*(other.axis.p - fit.axis.p)) < _same(other.r0, fit.r0)), None)
         if twin is not None:
-            places.say(k, "held", f"is the same stem as point {places.points.names[twin]}.")
+            places.say(k, "held", f"is the same stem as point {places.name(twin)}.")
             continue
         out.append((k, fit))
     return out

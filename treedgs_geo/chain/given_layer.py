@@ -174,7 +174,7 @@ def merged(table: gpd.GeoDataFrame, changed: list[Change], crs: CRS) -> tuple[gp
             made[name] = made[name].astype(object).where(made[name].notna(), None)
     fresh = tree_table([change.tree for change in changed], crs)
     for change, values in zip(changed, fresh.itertuples(index=False), strict=True):
-        row = values._asdict()
+        row = {name: None if pd.isna(value) else value for name, value in values._asdict().items()}
         point = row.pop("geometry")
         numbers = pd.to_numeric(made["tree_id"]).astype(int).tolist()
         number = change.tree.tree_id if change.instead is None else change.instead
