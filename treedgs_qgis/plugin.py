@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import traceback
 from pathlib import Path
+from typing import Any
 
 from qgis.core import QgsApplication, QgsMessageLog, QgsProcessingProvider
 from qgis.PyQt.QtGui import QIcon
@@ -23,8 +24,8 @@ class TreeDGSPlugin:
         self.iface = iface
         self.provider: QgsProcessingProvider | None = None
         self.translator = None
-        self.panel = None
-        self.action = None
+        self.panel: Any = None
+        self.action: Any = None
 
     def initProcessing(self) -> None:
         """Register the provider.

@@ -37,7 +37,7 @@ class Answer:
     gap_m: float | None = None
 
     def row(self) -> list[Any]:
-        """Of :data:`COLUMNS`, ready for a CSV."""
+        """Of ``COLUMNS``, ready for a CSV."""
         tree, reason = self.tree, "merged" if self.answer == MERGED else ""
         gap = "" if self.gap_m is None else f"{self.gap_m:.2f}"
         if tree is None:
