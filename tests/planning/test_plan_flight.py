@@ -13,12 +13,17 @@ import pyproj
 import pytest
 import rasterio
 from rasterio.transform import from_origin
+from scipy.spatial import cKDTree
 
 from tests.inventory.stand_helpers import Ears
 from tests.planning.published_formats import validate_kmz, validate_plan
 from treedgs_geo.core.errors import InputError
+from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.planning.plan import plan_flight
 from treedgs_geo.planning.settings import PlanFlightSettings
+from treedgs_geo.pointcloud.cloud import PointCloud
+from treedgs_geo.pointcloud.files import write_cloud
+from treedgs_geo.trees.tree import Tree
 
 EAST, NORTH = 611337.0, 3718451.0
 STAND = {"stems_per_ha": 700, "dbh_mean_cm": 27.0, "dbh_sd_cm": 6.5, "tree_height_m": 20.0, "crown_base_m": 10.0}
@@ -182,6 +187,60 @@ def test_heights_from_a_canopy_model_and_its_open_place(tmp_path):
     east, north = pyproj.Transformer.from_crs(4326, 6344, always_xy=True).transform(home[1], home[0])
     assert np.hypot(east - (EAST + 40), north - (NORTH + 30)) < 13, "the gap in the canopy"
     assert found["clearance_m"] >= 15
+
+
+def test_a_lidar_cloud_describes_the_stand(tmp_path):
+    """Crowns of known cover and leaves: returns below 2 m are the gap."""
+    write_plots(tmp_path / "plots.csv", [(0, 0)])
+    dtm = write_slope(tmp_path / "dtm.tif", 10)
+    rng = np.random.default_rng(5)
+    xy = rng.uniform(-45, 45, (60000, 2))
+    ground = 300 - 0.1 * (xy[:, 0] + 260)
+    tops = rng.uniform(-45, 45, (500, 2))
+    away, nearest = cKDTree(tops).query(xy)
+    inside = (away < 2.2) & (rng.random(len(xy)) < 0.7)
+    height = np.where(inside, rng.uniform(9, 20, len(xy)) - 1.5 * away, 0.05)
+    xyz = np.column_stack([xy[:, 0] + EAST, xy[:, 1] + NORTH, ground + height])
+    cloud = PointCloud(xyz, pyproj.CRS(6344))
+    write_cloud(tmp_path / "cloud.laz", cloud)
+    given = {
+        "stems_per_ha": None,
+        "tree_height_m": None,
+        "crown_base_m": None,
+        "dtm": dtm,
+        "stand": tmp_path / "cloud.laz",
+    }
+    plan_flight(settings(tmp_path, take_off=f"{EAST},{NORTH}", **given), Ears())
+    text = subprocess.run(["pdftotext", tmp_path / "plan" / "brief.pdf", "-"], capture_output=True, text=True).stdout
+    said = re.search(
+        r"(\d+) stems/ha.*?height (\d+)\s+m, crowns from (\d+)\s+m, leaf area\s+index ([\d.]+)", text, re.S
+    )
+    assert said, text
+    density, tall, base, leaves = map(float, said.groups())
+    gap = (height < 2).mean()
+    assert leaves == pytest.approx(-np.log(gap) / (0.5 * 0.62), abs=0.15)
+    assert 300 < density < 1500 and 15 < tall < 21 and 6 < base < 12
+    with pytest.raises(InputError, match=r"a cloud needs the ground under it; give --dtm"):
+        plan_flight(settings(tmp_path, stand=tmp_path / "cloud.laz"), Ears())
+
+
+def test_the_tree_layer_of_an_earlier_visit_is_planned_for(tmp_path):
+    """A tree behind a wall of others is expected to be seen less than one that stands free."""
+    write_plots(tmp_path / "plots.csv", [(0, 0)])
+    rng = np.random.default_rng(1)
+    places = [(0.0, 0.0), *(rng.uniform(-9, 9, 2) for _ in range(20))]
+    trees = [
+        Tree(k + 1, EAST + x, NORTH + y, dbh_cm=25.0, dbh_se_cm=0.5, height_m=19.0, qc_flag="ok")
+        for k, (x, y) in enumerate(places)
+    ]
+    write_trees(tmp_path / "trees.gpkg", trees, "EPSG:6344")
+    given = {name: None for name in ("stems_per_ha", "dbh_mean_cm", "dbh_sd_cm", "tree_height_m")}
+    plan_flight(settings(tmp_path, stand=tmp_path / "trees.gpkg", **given), Ears())
+    row = gpd.read_file(tmp_path / "plan" / "plan.gpkg", layer="plan_plots").iloc[0]
+    assert row["exp_stems"] == sum(np.hypot(x, y) <= 10 for x, y in places)
+    (tmp_path / "empty.csv").write_text("tree_id,dbh_cm\n1,20\n")
+    with pytest.raises(InputError):
+        plan_flight(settings(tmp_path, stand=tmp_path / "empty.csv", crs="EPSG:6344"), Ears())
 
 
 def test_a_battery_instead_of_targets(tmp_path):

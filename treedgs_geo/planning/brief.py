@@ -128,7 +128,12 @@ def sun_text(sun: SunDay) -> str:
     if not sun.windows:
         return f"on {day} it stays below {LOWEST_SUN_DEG:.0f}° (highest {top:.0f}°): fly around noon, or under overcast"
     hours = " and ".join(f"{_clock(begin)} to {_clock(end)}" for begin, end in sun.windows)
-    return f"on {day} above {LOWEST_SUN_DEG:.0f}° from {hours} UTC (highest {top:.0f}° at {_clock(sun.utc[sun.noon])})"
+    noon = sun.utc[sun.noon]
+    around = max(abs((edge - noon).total_seconds()) / 3600 for window in sun.windows for edge in window)
+    return (
+        f"on {day} above {LOWEST_SUN_DEG:.0f}° from {hours} UTC, {around:.1f} h either side of the highest sun "
+        f"({top:.0f}° at {_clock(noon)})"
+    )
 
 
 def _clock(moment: dt.datetime) -> str:
