@@ -47,7 +47,7 @@ def numbers(row: Row) -> str:
     if v.get("dbh_cm") is None:
         lines.append(tr("No DBH was measured."))
     else:
-        dbh = f"DBH {float(v['dbh_cm']):.1f}"
+        dbh = f"{tr('DBH')} {float(v['dbh_cm']):.1f}"
         dbh += f" ± {float(v['dbh_se_cm']):.1f} cm" if v.get("dbh_se_cm") is not None else " cm"
         if v.get("dbh_lo_cm") is not None and v.get("dbh_hi_cm") is not None:
             dbh += f" (90 %: {float(v['dbh_lo_cm']):.1f} – {float(v['dbh_hi_cm']):.1f} cm)"
