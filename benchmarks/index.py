@@ -50,6 +50,7 @@ WRITERS = {
     "photo_choice*.json": "benchmarks.photos.choice",
     "photos_to_dbh.json": "benchmarks.photos.photos_to_dbh",
     "photos_*.json": "benchmarks.photos.stems_from_photos",
+    "planning_chain.json": "benchmarks.planning.chain",
     "planning_curves.json": "benchmarks.planning.curves",
     "planning_seconds.json": "benchmarks.planning.seconds",
     "planning_views.json": "benchmarks.planning.views",
