@@ -259,11 +259,13 @@ def table(rows: list[dict[str, Any]], whole: dict[str, Any], ring: dict[str, Any
         f"{whole['error_ratio_median']:.2f})."
     )
     if ring:
-        lines.append("\n| flight | photos | stems measured | standard error cm | RMSE cm |\n|---|---|---|---|---|")
+        lines.append(
+            "\n| flight | cameras | photos | stems measured | standard error cm | RMSE cm |\n" + "|" + "---|" * 6
+        )
         for name in ("plan", "rings"):
             got = ring[name]
             lines.append(
-                f"| {name} | {got['photos']} | {got['measured']} of {got['stems']} | {got['median_se_cm']:.2f} | "
+                f"| {name} | {got['cameras']} | {got['photos']} | {got['measured']} of {got['stems']} | {got['median_se_cm']:.2f} | "
                 f"{got['rmse_cm']:.2f} |"
             )
     return "\n".join(lines)
