@@ -265,8 +265,8 @@ def table(rows: list[dict[str, Any]], whole: dict[str, Any], ring: dict[str, Any
         for name in ("plan", "rings"):
             got = ring[name]
             lines.append(
-                f"| {name} | {got['cameras']} | {got['photos']} | {got['measured']} of {got['stems']} | {got['median_se_cm']:.2f} | "
-                f"{got['rmse_cm']:.2f} |"
+                f"| {name} | {got['cameras']} | {got['photos']} | {got['measured']} of {got['stems']} | "
+                f"{got['median_se_cm']:.2f} | {got['rmse_cm']:.2f} |"
             )
     return "\n".join(lines)
 
