@@ -41,6 +41,7 @@ WRITERS = {
     "ground_filters.json": "benchmarks.terrain.filters",
     "ground_cut.json": "benchmarks.terrain.ground_cut",
     "height_and_photos.*": "benchmarks.photos.height_and_photos",
+    "heights.json": "benchmarks.photos.heights",
     "interval_coverage.json": "benchmarks.clouds.interval_coverage",
     "ivied_stems.json": "benchmarks.clouds.ivied_stems",
     "large_cloud.json": "benchmarks.clouds.large_cloud",

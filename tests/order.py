@@ -22,6 +22,7 @@ SLOW_FIXTURES = {
     "tests/from_photos/test_odd_stems.py": {"fits"},
     "tests/from_photos/test_stems_from_photos.py": {"fits", "views"},
     "tests/inventory/test_stand_files.py": {"written"},
+    "tests/reconstruction/test_canopy.py": {"seen", "views"},
     "tests/simulation/test_camera.py": {"flown", "scene"},
     "tests/simulation/test_control.py": {"marked"},
     "tests/simulation/test_grid.py": {"surveyed"},

@@ -47,6 +47,7 @@ def main() -> int:
             print(f"error: {path}: {message}", file=sys.stderr)
             return 1
     flight.terrain(STYLES)
+    flight.canopy(STYLES)
     application.exitQgis()
     return 0
 

@@ -35,6 +35,8 @@ STAGES = {
     "measure stems": "Measuring each stem",
     "stems": "Stems, found and fitted",
     "second measurement": "A second measurement, to compare",
+    "heights": "Heights of the trees",
+    "canopy": "Looking for treetops",
     "tag photos": "Writing tagged copies of the photos",
     "draw": "Drawing trees",
     "check": "Comparing with the tapes",

@@ -108,7 +108,7 @@ def test_a_long_search_fills_the_progress_bar(tmp_path: Path) -> None:
         steps.weigh("measure", factor)
         steps.run("reconstruct", {}, [], [], lambda reporter: {})
         ends[factor] = steps._at
-        for name in ("ground", "measure", "sheets", "write"):
+        for name in ("ground", "measure", "heights", "sheets", "write"):
             steps.run(name, {}, [], [], lambda reporter: {})
         assert steps._at == pytest.approx(1.0)
     assert ends[1.0] == pytest.approx(SHARES["geotag"] + SHARES["reconstruct"]) and ends[20.0] < 0.1

@@ -15,6 +15,7 @@ from treedgs_geo.cli import main
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.evaluation.accuracy import score_against_truth
 from treedgs_geo.inventory.tree_reading import read_trees
+from treedgs_geo.trees.tops import HEIGHT_REASONS
 
 
 def test_stems_are_found_and_measured(finished, simulated_plot):
@@ -45,7 +46,7 @@ def test_the_block_is_measured_in_ground_metres(finished):
 
 def test_the_record_says_what_was_done(finished):
     record = json.loads((finished / "work" / "run.json").read_text())
-    assert {"geotag", "reconstruct", "ground", "measure", "sheets", "write"} == set(record["stages"])
+    assert {"geotag", "reconstruct", "ground", "measure", "heights", "sheets", "write"} == set(record["stages"])
     for stage in record["stages"].values():
         assert stage["status"] == "done" and stage["seconds"] >= 0 and stage["peak_memory_mb"] > 0
     assert record["crs"] and record["libraries"]["pycolmap"]
@@ -64,11 +65,29 @@ def test_every_stem_has_its_evidence_sheet(finished):
     assert len(list((finished / "work" / "sheets").rglob("*.jpg"))) == len(trees) > 0
 
 
+def test_trees_have_heights_or_the_reason_why_not(finished, simulated_plot):
+    trees, truth = read_trees(finished / "trees.gpkg"), pd.read_csv(simulated_plot / "truth" / "trees.csv")
+    assert (trees["height_m"].isna() == trees["height_why"].isin(HEIGHT_REASONS)).all()
+    for tree in trees[trees["height_m"].notna()].itertuples():
+        true = truth.loc[np.hypot(truth["E_bh"] - tree.x, truth["N_bh"] - tree.y).idxmin()]
+        assert tree.height_m == pytest.approx(true["height_m"], abs=1.5)
+    with rasterio.open(finished / "work" / "chm.tif") as chm:
+        heights = chm.read(1, masked=True)
+        assert chm.crs.to_epsg() == 6344 and chm.descriptions == ("canopy height above ground",)
+    assert 5 < heights.max() < truth["height_m"].max() + 1.5
+
+
+def test_heights_are_left_out_where_they_are_not_wanted(finished, simulated_plot, tmp_path):
+    shutil.copytree(finished / "work", tmp_path / "work")
+    assert main([*chain_arguments(simulated_plot, tmp_path), "--heights", "none"]) == 0
+    assert read_trees(tmp_path / "trees.gpkg")[["height_m", "height_why"]].isna().all(axis=None)
+
+
 def test_a_second_run_keeps_finished_stages(finished, simulated_plot, capsys):
     before = json.loads((finished / "work" / "run.json").read_text())["stages"]["reconstruct"]["seconds"]
     assert main(chain_arguments(simulated_plot, finished)) == 0
     text = capsys.readouterr().err
-    for stage in ("geotag", "reconstruct", "ground", "measure", "sheets"):
+    for stage in ("geotag", "reconstruct", "ground", "measure", "heights", "sheets"):
         assert f"{stage}: unchanged since the last run, kept" in text
     assert json.loads((finished / "work" / "run.json").read_text())["stages"]["reconstruct"]["seconds"] == before
 

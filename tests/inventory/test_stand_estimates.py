@@ -25,11 +25,26 @@ BOOK = read_equations()
 
 def tree_list(rows, from_field=False):
     table = pd.DataFrame([{**dict.fromkeys(COLUMNS), "tree_id": k, **row} for k, row in enumerate(rows)])
-    for name in ("x", "y", "dbh_cm", "dbh_se_cm", "height_m", "bh_m"):
+    for name in ("x", "y", "dbh_cm", "dbh_se_cm", "height_m", "height_se_m", "bh_m"):
         table[name] = pd.to_numeric(table[name]).astype(float)
     table["dead"] = table["dead"].eq(True)
     table["qc_flag"] = np.where(table["dbh_cm"].notna(), "ok", "reject")
     return TreeList(table, UTM, from_field)
+
+
+def test_the_error_of_a_height_counts_in_volume_and_not_in_basal_area(tmp_path):
+    plots = plots_file(tmp_path, "plot_id,easting,northing,radius_m\np,500000,3600000,10\n")
+    found = {}
+    for se in (None, 0.0, 2.0):
+        rows = [{"x": 500000, "y": 3600000, "dbh_cm": 30.0, "dbh_se_cm": 0.5, "height_m": 22.0, "height_se_m": se}]
+        trees = tree_list([{**row, "species": "PITA"} for row in rows])
+        found[se] = stand_of(trees, plots).values
+    assert found[None].sd["volume"] == pytest.approx(found[0.0].sd["volume"])
+    assert found[2.0].sd["ba"] == pytest.approx(found[0.0].sd["ba"])
+    # Volume goes about with the height: 2 m of 22 are 9 %.
+    more = np.sqrt(found[2.0].sd["volume"][0] ** 2 - found[0.0].sd["volume"][0] ** 2) / found[0.0].raw["volume"][0]
+    assert 0.06 < more < 0.11
+    assert found[2.0].value["volume"] == pytest.approx(found[0.0].value["volume"])
 
 
 def plots_file(tmp_path, text, **more):

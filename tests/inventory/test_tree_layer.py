@@ -13,7 +13,7 @@ from treedgs_geo.core.errors import OutputError
 from treedgs_geo.core.plots import Plot
 from treedgs_geo.inventory.report import write_report
 from treedgs_geo.inventory.tree_layer import write_trees
-from treedgs_geo.inventory.tree_reading import read_trees
+from treedgs_geo.inventory.tree_reading import SHORT_NAMES, read_trees
 from treedgs_geo.trees.tree import TREE_FIELDS, Tree
 
 CRS = pyproj.CRS("EPSG:6344")
@@ -21,8 +21,22 @@ CRS = pyproj.CRS("EPSG:6344")
 
 def _trees() -> list[Tree]:
     return [
-        Tree(1, 611337.123, 3718451.456, 38.012, plot_id="a", dbh_cm=30.11, dbh_se_cm=0.4, n_views=7, method="photos"),
-        Tree(2, 611339.0, 3718450.0, None, qc_flag="reject", qc_reason="few_views,lean", dbh_cm=12.0),
+        Tree(
+            1,
+            611337.123,
+            3718451.456,
+            38.012,
+            plot_id="a",
+            dbh_cm=30.11,
+            dbh_se_cm=0.4,
+            n_views=7,
+            method="photos",
+            height_m=21.4,
+            height_se_m=0.4,
+        ),
+        Tree(
+            2, 611339.0, 3718450.0, None, qc_flag="reject", qc_reason="few_views,lean", dbh_cm=12.0, height_why="no_top"
+        ),
     ]
 
 
@@ -31,7 +45,7 @@ def test_every_format_keeps_names_values_and_nulls(tmp_path, suffix):
     path = write_trees(tmp_path / f"trees{suffix}", _trees(), CRS)
     table = read_trees(path)
     assert list(table.columns[:-1]) == list(TREE_FIELDS)
-    assert max(map(len, TREE_FIELDS)) <= 10
+    assert max(len(SHORT_NAMES.get(name, name)) for name in TREE_FIELDS) <= 10  # what a shapefile holds
     assert table.crs == CRS and bool(table.geometry.has_z.all())
     good, bad = table.iloc[0], table.iloc[1]
     assert good["dbh_cm"] == 30.11 and good["n_views"] == 7
@@ -39,6 +53,8 @@ def test_every_format_keeps_names_values_and_nulls(tmp_path, suffix):
     assert math.isclose(good["ba_m2"], math.pi / 4 * 0.3011**2, abs_tol=1e-6)
     assert pd.isna(bad["dbh_cm"]) and pd.isna(bad["z_ground"]) and pd.isna(bad["ba_m2"])
     assert bad["qc_reason"] == "few_views,lean"
+    assert (good["height_m"], good["height_se_m"]) == (21.4, 0.4) and pd.isna(good["height_why"])
+    assert pd.isna(bad["height_se_m"]) and bad["height_why"] == "no_top"
 
 
 def test_csv_carries_coordinates(tmp_path):

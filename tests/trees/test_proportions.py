@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from treedgs_geo.trees.proportions import flag_short_trees
+from treedgs_geo.trees.proportions import check_heights, drop_heights_under_crowns
 from treedgs_geo.trees.tree import Tree
 
 
@@ -31,7 +31,7 @@ def test_a_sapling_read_as_a_tree_is_refused_and_a_broken_one_to_check():
     broken = Tree(91, 5, 9, dbh_cm=30.0, dbh_se_cm=0.9, height_m=11.0)
     unsure = Tree(92, 9, 9, dbh_cm=30.0, dbh_se_cm=0.9, height_m=11.0, qc_flag="check", qc_reason="edge")
     trees = [*(tree.finish() for tree in stand()), sapling.finish(), broken.finish(), unsure.finish()]
-    flag_short_trees(trees)
+    check_heights(trees)
     assert (sapling.qc_flag, sapling.dbh_cm) == ("reject", None)
     assert sapling.qc_reason == "short_arc,wide_error,too_short"
     assert (broken.qc_flag, broken.qc_reason, broken.dbh_cm) == ("check", "too_short", 30.0)
@@ -43,7 +43,7 @@ def test_a_sapling_read_as_a_tree_is_refused_and_a_broken_one_to_check():
 def test_heights_of_a_stand_are_not_doubted(spread):
     for seed in range(20):
         trees = stand(40, spread, seed)
-        flag_short_trees(trees)
+        check_heights(trees)
         assert sum(tree.qc_flag != "ok" for tree in trees) <= 1
 
 
@@ -55,8 +55,27 @@ def test_nothing_to_compare_with_is_no_doubt():
         [Tree(k, k, 0, dbh_cm=20.0, height_m=15.0) for k in range(30)],
         [Tree(k, k, 0, dbh_cm=20.0 + k) for k in range(30)],
     ):
-        flag_short_trees([*others, low])
+        check_heights([*others, low])
         assert low.qc_flag == "ok"
     refused = Tree(91, 0, 9, qc_flag="reject", qc_reason="occluded", height_m=4.0)
-    flag_short_trees([*stand(), refused])
+    check_heights([*stand(), refused])
     assert refused.qc_reason == "occluded"
+
+
+def test_a_stem_under_another_crown_does_not_keep_its_height():
+    """As on plot_e: 13 cm under a crown of 21 m, which the tree's own points do not tell from it."""
+    under = Tree(90, 0, 9, dbh_cm=12.4, dbh_se_cm=0.5, height_m=float(2.0 * height(12.4))).finish()
+    trees = [*(tree.finish() for tree in stand()), under]
+    check_heights(trees)
+    assert (under.height_m, under.height_why, under.qc_flag, under.dbh_cm) == (None, "other_tree", "ok", 12.4)
+    assert all(tree.height_m is not None for tree in trees[:30])
+
+
+def test_one_crown_has_one_stem():
+    """As on plot_h: 12 cm, 1.5 m beside a tree of 35 cm, with that one's 21 m; its equal neighbour keeps its own."""
+    tree = Tree(1, 0.0, 0.0, dbh_cm=35.0, height_m=22.0)
+    under, far = Tree(2, 1.5, 0.0, dbh_cm=12.0, height_m=21.0), Tree(3, 6.0, 0.0, dbh_cm=12.0, height_m=21.0)
+    low, equal = Tree(4, -1.5, 0.0, dbh_cm=12.0, height_m=12.0), Tree(5, 0.0, 2.0, dbh_cm=30.0, height_m=21.5)
+    drop_heights_under_crowns([equal, under, tree, low, far])
+    assert (under.height_m, under.height_why) == (None, "other_tree")
+    assert [other.height_m for other in (tree, far, low, equal)] == [22.0, 21.0, 12.0, 21.5]

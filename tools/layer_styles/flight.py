@@ -7,15 +7,19 @@ from pathlib import Path
 from osgeo import gdal
 from qgis.core import (
     QgsCategorizedSymbolRenderer,
+    QgsColorRampShader,
     QgsCubicRasterResampler,
     QgsHillshadeRenderer,
     QgsMapLayer,
     QgsProperty,
     QgsRasterLayer,
+    QgsRasterShader,
     QgsRendererCategory,
+    QgsSingleBandPseudoColorRenderer,
     QgsSymbolLayer,
     QgsVectorLayer,
 )
+from qgis.PyQt.QtGui import QColor
 
 from .common import AMBER, GREY, labels, marker, memory_layer, said
 
@@ -74,16 +78,38 @@ def stations() -> QgsVectorLayer:
 
 def terrain(folder: Path) -> None:
     """The terrain raster as a hillshade."""
-    driver = gdal.GetDriverByName("GTiff")
-    raster = driver.Create("/vsimem/dtm.tif", 8, 8, 1, gdal.GDT_Float32)
-    raster.SetGeoTransform([500000, 1, 0, 4000000, 0, -1])
-    raster.FlushCache()
-    layer = QgsRasterLayer("/vsimem/dtm.tif", "dtm", "gdal")
+    layer = _raster("dtm")
     renderer = QgsHillshadeRenderer(layer.dataProvider(), 1, 315, 45)
     # Forest ground is nearly flat within a plot: the relief is drawn twice as high.
     renderer.setZFactor(2.0)
     layer.setRenderer(renderer)
     layer.resampleFilter().setZoomedInResampler(QgsCubicRasterResampler())
-    message, ok = layer.saveNamedStyle(str(folder / "dtm.qml"), QgsMapLayer.Symbology)
+    _save(layer, folder)
+
+
+def canopy(folder: Path) -> None:
+    """The canopy height model, dark (low) to light (high), 0 to 40 m."""
+    layer = _raster("chm")
+    colours = ((2, "#3b528b"), (10, "#21918c"), (20, "#5ec962"), (30, "#fde725"), (40, "#fff7bc"))
+    function = QgsColorRampShader(0, 40)
+    function.setColorRampItemList(
+        [QgsColorRampShader.ColorRampItem(value, QColor(colour), f"{value} m") for value, colour in colours]
+    )
+    shader = QgsRasterShader()
+    shader.setRasterShaderFunction(function)
+    layer.setRenderer(QgsSingleBandPseudoColorRenderer(layer.dataProvider(), 1, shader))
+    _save(layer, folder)
+
+
+def _raster(name: str) -> QgsRasterLayer:
+    driver = gdal.GetDriverByName("GTiff")
+    raster = driver.Create(f"/vsimem/{name}.tif", 8, 8, 1, gdal.GDT_Float32)
+    raster.SetGeoTransform([500000, 1, 0, 4000000, 0, -1])
+    raster.FlushCache()
+    return QgsRasterLayer(f"/vsimem/{name}.tif", name, "gdal")
+
+
+def _save(layer: QgsRasterLayer, folder: Path) -> None:
+    message, ok = layer.saveNamedStyle(str(folder / f"{layer.name()}.qml"), QgsMapLayer.Symbology)
     if not ok:
         raise RuntimeError(message)

@@ -47,6 +47,8 @@ TREES = {
     "dbh_hi_cm": ("double", "DBH, upper end of 90 % interval [cm]"),
     "bh_m": ("double", "Breast height used [m]"),
     "height_m": ("double", "Tree height [m]"),
+    "height_se_m": ("double", "Tree height, standard error [m]"),
+    "height_why": ("string", "Why there is no height"),
     "ba_m2": ("double", "Basal area [m²]"),
     "lean_deg": ("double", "Lean [°]"),
     "arc_deg": ("double", "Stem circumference seen [°]"),
@@ -183,7 +185,8 @@ def trees() -> QgsVectorLayer:
         f"""|| coalesce(' ' || {said("at")} || ' ' || format_number("bh_m", 2) || ' m', '') """
         """|| coalesce('<br>90 %: ' || format_number("dbh_lo_cm", 1) || ' – ' """
         """|| format_number("dbh_hi_cm", 1) || ' cm', '') END %]"""
-        f"""[% coalesce('<br>' || {said("height")} || ' ' || format_number("height_m", 1) || ' m', '') %]"""
+        f"""[% coalesce('<br>' || {said("height")} || ' ' || format_number("height_m", 1) || """
+        """coalesce(' ± ' || format_number("height_se_m", 1), '') || ' m', '') %]"""
         """[% CASE WHEN coalesce("qc_reason", '') <> '' THEN '<br><i>' || """
         f"""{reason_expression()} || '</i>' ELSE '' END %]"""
         """[% coalesce('<br>' || "species", '') %][% coalesce('<br>' || "status", '') %]"""

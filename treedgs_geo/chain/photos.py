@@ -16,6 +16,7 @@ from ..geotags.photos import list_photos
 from ..inventory.tree_layer import check_output
 from ..planning.flown import read_expected
 from ..trees.tree import Tree
+from .heights import with_heights
 from .kept_given import read_given, with_given
 from .measure import measure, placed
 from .outputs import compare_with_plan, write_layers, write_page
@@ -58,6 +59,7 @@ def _run(run: Run, photos: list[Path]) -> dict[str, Any]:
     trees: list[Tree] = []
     if not nothing:
         trees = measure(run, site, ready.aligned)
+        trees = with_heights(run, site, ready.aligned, trees)
         trees = with_given(trees, read_given(run, run.steps.reporter))
         if not any(tree.qc_flag != "reject" for tree in trees):
             nothing = (

@@ -19,7 +19,7 @@ from ..geotags.control import ControlPoints, read_control
 from ..geotags.reading import read_stations
 from ..geotags.sources import find_geotags
 from ..geotags.stations import Stations, read_stations_layer, write_stations
-from ..inventory.tree_layer import style_terrain
+from ..inventory.tree_layer import style_raster
 from ..reconstruction.area import Area, area_seen
 from ..reconstruction.cameras import OBLIQUE_DEG
 from ..reconstruction.model import FRAME, MODEL_FILES, load_points, load_views
@@ -187,7 +187,7 @@ def _ground(run: Run, given: Dtm | None, aligned: Aligned, area: Area) -> Dtm:
         write_dtm(path, filled)
         return {"ground": str(settings.dtm), "above_photos_m": round(above, 3)}
 
-    style_terrain(path)
+    style_raster(path)
     used = {"dtm": settings.dtm, "plots": circles(area)}
     if given is not None:
         # A world file beside the raster places it as well.

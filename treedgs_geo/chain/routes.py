@@ -31,12 +31,13 @@ if TYPE_CHECKING:
 class Preset:
     """How much of the scene is modelled. second: stems that are measured again with a primitive among Gaussians, where
     the route is ``auto``: ``none``, those of ``low confidence``, or ``all``. sheets: trees that get an evidence sheet:
-    ``all``, or those to ``check`` and not measured."""
+    ``all``, or those to ``check`` and not measured. heights: whether tree heights are measured in the photos."""
 
     reconstruct: ReconstructOptions
     stems: PhotoStemOptions
     second: str = "low confidence"
     sheets: str = "all"
+    heights: bool = True
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,7 @@ CHAIN_PRESETS = {
         PhotoStemOptions(max_views=48, max_lean_deg=10.0),
         "none",
         "check",
+        False,
     ),
     "balanced": Preset(ReconstructOptions(), PhotoStemOptions()),
     "best": Preset(ReconstructOptions(max_features=16000, neighbours=30), PhotoStemOptions(max_views=200), "all"),

@@ -101,6 +101,12 @@ class PhotosToDbhSettings:
         maximum=HIGHEST_BREAST_HEIGHT_M,
     )
     sheets: str = sheets_option("as the preset: those to check with fast, all otherwise")
+    heights: str = param(
+        "auto",
+        kind="choice",
+        help="Tree heights and a canopy height model (chm.tif) from the photos; auto = as the preset: not with fast.",
+        choices=("auto", "photos", "none"),
+    )
     stem_network: str = param(
         "ivy",
         kind="choice",

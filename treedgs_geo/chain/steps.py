@@ -17,7 +17,15 @@ from ..core.progress import Reporter
 from ..core.workspace import Workspace
 
 #: Share of the whole run per stage, measured on plot_a with 2 cores; only the progress bar depends on it.
-SHARES = {"geotag": 0.02, "reconstruct": 0.46, "ground": 0.01, "measure": 0.48, "sheets": 0.02, "write": 0.01}
+SHARES = {
+    "geotag": 0.02,
+    "reconstruct": 0.46,
+    "ground": 0.01,
+    "measure": 0.4,
+    "heights": 0.08,
+    "sheets": 0.02,
+    "write": 0.01,
+}
 
 
 class Collector(Reporter):
@@ -50,6 +58,10 @@ class Steps:
     def weigh(self, name: str, factor: float) -> None:
         """The stage ``name``, still to come, takes ``factor`` times longer than usual: the progress bar knows it."""
         self._left[name] *= factor
+
+    def skip(self, name: str) -> None:
+        """The stage ``name`` will not run: the progress bar does not wait for it."""
+        self._left.pop(name, None)
 
     def run(
         self,

@@ -165,9 +165,9 @@ def _classes(before: Any, ground: Any) -> Any:
 def _summary(settings: TerrainSettings, reporter: Reporter, dtm: Any, n_points: int, n_ground: int) -> dict[str, Any]:
     import numpy as np
 
-    from ..inventory.tree_layer import style_terrain
+    from ..inventory.tree_layer import style_raster
 
-    style_terrain(settings.output)
+    style_raster(settings.output)
     covered = float(np.isfinite(dtm.heights).mean())
     support = float(np.nanpercentile(dtm.support, 95)) if dtm.support is not None else None
     reporter.info(

@@ -21,7 +21,7 @@ from ..core.shortage import reporting_full_disk
 from ..core.tables import safe_frame
 from ..trees.tree import TREE_FIELDS, Tree
 from .circle_layers import CIRCLES, SLICES, add_layers
-from .tree_reading import LAYER
+from .tree_reading import LAYER, SHORT_NAMES
 from .written import read_written
 
 #: Layers of a tree file that a new run replaces, with the columns by which they are known as ours.
@@ -35,7 +35,7 @@ SHEETS_FOLDER = "folder-of-the-sheets"
 _BEFORE_FOLDER = "file_path(decode_uri(@layer_id, 'path')) || '/' || "
 _INTEGERS = ("tree_id", "n_pts", "n_views", "n_slices")
 _TEXTS: tuple[str, ...] = ("plot_id", "method", "qc_flag", "qc_reason", "run_id", "species", "status", "note")
-_TEXTS += ("rev_flag", "rev_note", "rev_by", "rev_at")
+_TEXTS += ("height_why", "rev_flag", "rev_note", "rev_by", "rev_at")
 #: Decimals kept per column: finer than any of them can be measured.
 _DECIMALS = {"x": 3, "y": 3, "z_ground": 3, "ba_m2": 6, "opac_mean": 4, "height_m": 2, "lean_deg": 2, "arc_deg": 1}
 _DRIVERS = {".gpkg": "GPKG", ".shp": "ESRI Shapefile", ".geojson": "GeoJSON", ".csv": "CSV"}
@@ -172,19 +172,20 @@ def sheets_of_layer(layer: Path) -> Path | None:
     return None if folder in (None, SHEETS_FOLDER) else Path(os.path.normpath(layer.absolute().parent / str(folder)))
 
 
-def style_terrain(path: Path) -> None:
-    """Put the hillshade style beside a terrain raster (``dtm.qml``), where QGIS looks; a user's own one stays."""
+def style_raster(path: Path, style: str = "dtm") -> None:
+    """Put a style (``dtm``: hillshade, ``chm``: canopy height) beside a raster, where QGIS looks; a user's own one
+    stays."""
     beside = Path(path).with_suffix(".qml")
     if not beside.exists():
         with suppress(OutputError), atomic_path(beside) as temporary:  # the raster is whole without it
-            temporary.write_text(style_text("dtm"), encoding="utf-8")
+            temporary.write_text(style_text(style), encoding="utf-8")
 
 
 def _write_shapefile(path: Path, table: gpd.GeoDataFrame) -> None:
     """A shapefile is several files: written together in a folder beside the target, then moved one by one."""
     with temporary_beside(path) as folder, reporting_full_disk(path):
         folder.mkdir()
-        table.to_file(
+        table.rename(columns=SHORT_NAMES).to_file(
             folder / path.name,
             driver="ESRI Shapefile",
             engine="pyogrio",

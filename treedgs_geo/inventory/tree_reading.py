@@ -11,6 +11,8 @@ from ..core.errors import InputError
 from ..core.tables import refuse_other_formats
 
 LAYER = "trees"
+#: Names of columns that are longer than a shapefile can have, and what they are called there.
+SHORT_NAMES = {"height_se_m": "ht_se_m"}
 
 
 def read_trees(path: Path) -> gpd.GeoDataFrame:
@@ -32,6 +34,7 @@ def read_trees(path: Path) -> gpd.GeoDataFrame:
         table = gpd.read_file(path, engine="pyogrio", **layer)
     except Exception as problem:
         raise InputError(f"{path}: cannot be read as a tree layer ({problem}).") from None
+    table = table.rename(columns={short: name for name, short in SHORT_NAMES.items()})
     missing = {"tree_id", "dbh_cm", "qc_flag"} - set(table.columns)
     if missing:
         raise InputError(f"{path}: lacks the columns {', '.join(sorted(missing))}; give a layer made by TreeDGS.")

@@ -291,22 +291,23 @@ def _same_vertical(dtm: Dtm, own: pyproj.CRS | None, wanted: pyproj.CRS | None, 
     return replace(dtm, heights=heights)
 
 
-def write_dtm(path: Path, dtm: Dtm) -> None:
-    """Write a GeoTIFF (Float32, deflate, nodata -9999): band 1 ground height, band 2 ``support`` where known.
+def write_dtm(path: Path, dtm: Dtm, band: str = "ground") -> None:
+    """Write a GeoTIFF (Float32, deflate, nodata -9999): band 1, called ``band``, heights, band 2
+    ``support`` where known.
 
     Written in strips, so that a grid which lies on disk never has to fit into memory.
     """
     import rasterio
     from rasterio.windows import Window
 
-    bands = [dtm.heights] + ([dtm.support] if dtm.support is not None else [])
+    layers = [dtm.heights] + ([dtm.support] if dtm.support is not None else [])
     own_crs = dtm.grid_crs or dtm.crs
     rows, cols = dtm.heights.shape
     profile = {
         "driver": "GTiff",
         "width": cols,
         "height": rows,
-        "count": len(bands),
+        "count": len(layers),
         "dtype": "float32",
         "nodata": -9999.0,
         "transform": dtm.transform,
@@ -319,11 +320,11 @@ def write_dtm(path: Path, dtm: Dtm) -> None:
     step = 256 * max(int(2e7 / (256 * cols)), 1)
     with atomic_path(Path(path)) as temporary:
         with rasterio.open(temporary, "w", **profile) as target:
-            for index, (band, name) in enumerate(zip(bands, ("ground", "support"), strict=False), start=1):
+            for index, (layer, name) in enumerate(zip(layers, (band, "support"), strict=False), start=1):
                 target.set_band_description(index, name)
                 target.set_band_unit(index, "metre")
                 for top in range(0, rows, step):
-                    part = np.asarray(band[top : top + step])
+                    part = np.asarray(layer[top : top + step])
                     target.write(
                         np.where(np.isfinite(part), part, -9999.0).astype(np.float32),
                         index,

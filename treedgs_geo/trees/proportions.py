@@ -1,9 +1,10 @@
 """Heights against diameters within one survey: a tree far shorter than the others of its diameter has another diameter,
-or has lost its top."""
+or has lost its top; one far higher has been given the crown above it."""
 
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from .limits import TOGETHER, judge
 from .tree import Tree
@@ -14,13 +15,18 @@ LEAST_TREES = 10
 #: it too. Of 127 trees three were: DBHs of 11.0, 55.2 and 23.2 cm for 5.3, 15.1 and 17.0 cm; dead trees, leaning ones
 #: and forks were not.
 SPREADS = 4.0
+#: A crown reaches so far over its neighbours, metres; a stem of less than this share of its tree's diameter would be
+#: at most sqrt(0.7) = 84 % as high, and one this high has the height of the crown (plots a, e and h: six of the seven
+#: stems that it takes a height from read 5 to 9 m too high).
+_CROWN_M, _THIN, _AS_HIGH = 2.5, 0.7, 0.9
 #: No stand's heights lie closer to their curve than this share.
 _LEAST_SPREAD = 0.05
 
 
-def flag_short_trees(trees: list[Tree]) -> None:
+def check_heights(trees: list[Tree]) -> None:
     """Flag ``check`` and add ``too_short`` where a height is far below the survey's own height curve; with that as the
-    third reason the tree is refused. Without heights nothing happens."""
+    third reason the tree is refused. A height as far above the curve is that of the crown over the tree: it is taken
+    away, with ``height_why``. Without heights nothing happens."""
     known = [t for t in trees if t.dbh_cm is not None and t.height_m is not None and t.height_m > t.bh_m]
     sure = [t for t in known if t.qc_flag == "ok"]
     if len(sure) < LEAST_TREES:
@@ -30,14 +36,32 @@ def flag_short_trees(trees: list[Tree]) -> None:
     if curve is None:
         return
     spread = max(1.4826 * float(np.median(np.abs(np.log((h - sure[0].bh_m) / curve(d))))), _LEAST_SPREAD)
-    lowest = float(np.exp(-SPREADS * spread))
+    lowest, highest = np.exp([-SPREADS * spread, SPREADS * spread])
     for tree in known:
         assert tree.dbh_cm is not None and tree.height_m is not None
         share = (tree.height_m - tree.bh_m) / float(curve(np.array([tree.dbh_cm]))[0])
+        if share > highest:
+            tree.height_m, tree.height_why = None, "other_tree"
         for reason in judge("survey", {"height_share": share}).reasons if share < lowest else ():
             tree.add_reason(reason)
             if len(tree.reasons) >= TOGETHER["survey"]:
                 tree.add_reason(reason, "reject")
+
+
+def drop_heights_under_crowns(trees: list[Tree]) -> None:
+    """One crown, one stem: a stem that stands under a much thicker one's crown, and has got about its height, keeps
+    none (``height_why``). Clouds give a thin stem the points of the crown above it."""
+    known = [tree for tree in trees if tree.dbh_cm is not None and tree.height_m is not None]
+    if len(known) < 2:
+        return
+    near = cKDTree([(tree.x, tree.y) for tree in known]).query_pairs(_CROWN_M)
+    for pair in near:
+        thin, thick = sorted((known[k] for k in pair), key=lambda tree: tree.dbh_cm or 0.0)
+        assert thin.dbh_cm and thick.dbh_cm
+        if thick.height_m is None or thin.height_m is None or thin.dbh_cm >= _THIN * thick.dbh_cm:
+            continue
+        if thin.height_m > _AS_HIGH * thick.height_m:
+            thin.height_m, thin.height_why = None, "other_tree"
 
 
 def _naslund(d: np.ndarray, h: np.ndarray):

@@ -18,11 +18,12 @@ class Tree:
     """One stem. Project coordinates in metres; unknown is ``None``, never 0.
 
     x, y: stem axis at breast height. z_ground: ground at the stem. dbh_*: diameter at ``bh_m`` with its standard error
-    and 90 % interval, cm. height_m: tree height. lean_deg: stem axis from the vertical. arc_deg: covered circumference
-    (points) or spread of azimuths (photos). taper_cm_m: d(diameter)/d(height). method: a key of
-    :data:`treedgs_geo.trees.methods.METHODS`. qc_reason: comma-separated keys of
-    :data:`treedgs_geo.trees.reasons.REASONS`. species, status (``live`` or ``dead``), note and rev_*
-    (decisions: :mod:`treedgs_geo.inventory.reviewed`): a person's, written in the layer; no method fills them.
+    and 90 % interval, cm. height_m, height_se_m: tree height and its standard error. height_why: a key of
+    :data:`treedgs_geo.trees.tops.HEIGHT_REASONS` where no height was found. lean_deg: stem axis from the vertical.
+    arc_deg: covered circumference (points) or spread of azimuths (photos). taper_cm_m: d(diameter)/d(height). method: a
+    key of :data:`treedgs_geo.trees.methods.METHODS`. qc_reason: comma-separated keys of
+    :data:`treedgs_geo.trees.reasons.REASONS`. species, status (``live`` or ``dead``), note and rev_* (decisions:
+    :mod:`treedgs_geo.inventory.reviewed`): a person's, written in the layer; no method fills them.
 
     Raises:
         ValueError: a reason or the method is not in those lists.
@@ -45,6 +46,8 @@ class Tree:
     dbh_hi_cm: float | None = None
     bh_m: float = BREAST_HEIGHT_M
     height_m: float | None = None
+    height_se_m: float | None = None
+    height_why: str | None = None
     ba_m2: float | None = None
     lean_deg: float | None = None
     arc_deg: float | None = None

@@ -622,6 +622,14 @@ scratch.&lt;/p&gt;
       <translation>Eine zweite Messung zum Vergleich</translation>
     </message>
     <message>
+      <source>Heights of the trees</source>
+      <translation>Höhen der Bäume</translation>
+    </message>
+    <message>
+      <source>Looking for treetops</source>
+      <translation>Suche nach Baumspitzen</translation>
+    </message>
+    <message>
       <source>Writing tagged copies of the photos</source>
       <translation>Schreiben verorteter Kopien der Fotos</translation>
     </message>
@@ -1528,6 +1536,14 @@ scratch.&lt;/p&gt;
     <message>
       <source>Evidence sheets, one small picture a tree: of all trees, of those to check and not measured, or none; auto = as the preset: those to check with fast, all otherwise.</source>
       <translation>Belegblätter, ein kleines Bild je Baum: von allen Bäumen, von denen, die zu prüfen oder nicht gemessen sind, oder keine; auto = wie die Voreinstellung: mit fast die zu prüfenden, sonst alle.</translation>
+    </message>
+    <message>
+      <source>Heights</source>
+      <translation>Höhen</translation>
+    </message>
+    <message>
+      <source>Tree heights and a canopy height model (chm.tif) from the photos; auto = as the preset: not with fast.</source>
+      <translation>Baumhöhen und ein Kronenhöhenmodell (chm.tif) aus den Fotos; auto = wie die Voreinstellung: nicht mit fast.</translation>
     </message>
     <message>
       <source>Stem network</source>
@@ -3120,10 +3136,6 @@ scratch.&lt;/p&gt;
     <message>
       <source>folder for the report and the tables</source>
       <translation>Ordner für Bericht und Tabellen</translation>
-    </message>
-    <message>
-      <source>Heights</source>
-      <translation>Höhen</translation>
     </message>
     <message>
       <source>heights of trees that have none: from a curve fitted to the measured ones, none at all, or from a published regional curve</source>
@@ -5116,6 +5128,14 @@ scratch.&lt;/p&gt;
     <message>
       <source>Breast height used [m]</source>
       <translation>Verwendete Brusthöhe [m]</translation>
+    </message>
+    <message>
+      <source>Tree height, standard error [m]</source>
+      <translation>Baumhöhe, Standardfehler [m]</translation>
+    </message>
+    <message>
+      <source>Why there is no height</source>
+      <translation>Warum es keine Höhe gibt</translation>
     </message>
     <message>
       <source>Lean [°]</source>

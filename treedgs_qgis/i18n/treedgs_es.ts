@@ -622,6 +622,14 @@ scratch.&lt;/p&gt;
       <translation>Una segunda medición, para comparar</translation>
     </message>
     <message>
+      <source>Heights of the trees</source>
+      <translation>Alturas de los árboles</translation>
+    </message>
+    <message>
+      <source>Looking for treetops</source>
+      <translation>Búsqueda de las copas más altas</translation>
+    </message>
+    <message>
       <source>Writing tagged copies of the photos</source>
       <translation>Escritura de copias geoetiquetadas de las fotos</translation>
     </message>
@@ -1528,6 +1536,14 @@ scratch.&lt;/p&gt;
     <message>
       <source>Evidence sheets, one small picture a tree: of all trees, of those to check and not measured, or none; auto = as the preset: those to check with fast, all otherwise.</source>
       <translation>Hojas de evidencia, una imagen pequeña por árbol: de todos los árboles, de los que hay que revisar y los no medidos, o ninguna; auto = según el ajuste: con fast las que hay que revisar, si no todas.</translation>
+    </message>
+    <message>
+      <source>Heights</source>
+      <translation>Alturas</translation>
+    </message>
+    <message>
+      <source>Tree heights and a canopy height model (chm.tif) from the photos; auto = as the preset: not with fast.</source>
+      <translation>Alturas de los árboles y un modelo de altura del dosel (chm.tif) a partir de las fotos; auto = según el ajuste: no con fast.</translation>
     </message>
     <message>
       <source>Stem network</source>
@@ -3120,10 +3136,6 @@ scratch.&lt;/p&gt;
     <message>
       <source>folder for the report and the tables</source>
       <translation>carpeta del informe y las tablas</translation>
-    </message>
-    <message>
-      <source>Heights</source>
-      <translation>Alturas</translation>
     </message>
     <message>
       <source>heights of trees that have none: from a curve fitted to the measured ones, none at all, or from a published regional curve</source>
@@ -5116,6 +5128,14 @@ scratch.&lt;/p&gt;
     <message>
       <source>Breast height used [m]</source>
       <translation>Altura del pecho usada [m]</translation>
+    </message>
+    <message>
+      <source>Tree height, standard error [m]</source>
+      <translation>Altura del árbol, error estándar [m]</translation>
+    </message>
+    <message>
+      <source>Why there is no height</source>
+      <translation>Por qué no hay altura</translation>
     </message>
     <message>
       <source>Lean [°]</source>

@@ -581,6 +581,20 @@
         </config>
       </editWidget>
     </field>
+    <field name="height_se_m" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
+    <field name="height_why" configurationFlags="None">
+      <editWidget type="">
+        <config>
+          <Option/>
+        </config>
+      </editWidget>
+    </field>
     <field name="ba_m2" configurationFlags="None">
       <editWidget type="">
         <config>
@@ -782,26 +796,28 @@
     <alias name="DBH, upper end of 90 % interval [cm]" field="dbh_hi_cm" index="8"/>
     <alias name="Breast height used [m]" field="bh_m" index="9"/>
     <alias name="Tree height [m]" field="height_m" index="10"/>
-    <alias name="Basal area [m²]" field="ba_m2" index="11"/>
-    <alias name="Lean [°]" field="lean_deg" index="12"/>
-    <alias name="Stem circumference seen [°]" field="arc_deg" index="13"/>
-    <alias name="Stem points" field="n_pts" index="14"/>
-    <alias name="Photos that see the stem" field="n_views" index="15"/>
-    <alias name="Slices fitted" field="n_slices" index="16"/>
-    <alias name="Mean opacity (0-1)" field="opac_mean" index="17"/>
-    <alias name="Taper [cm/m]" field="taper_cm_m" index="18"/>
-    <alias name="Method" field="method" index="19"/>
-    <alias name="Quality" field="qc_flag" index="20"/>
-    <alias name="Reasons" field="qc_reason" index="21"/>
-    <alias name="Run" field="run_id" index="22"/>
-    <alias name="Species" field="species" index="23"/>
-    <alias name="Live or dead" field="status" index="24"/>
-    <alias name="Note" field="note" index="25"/>
-    <alias name="Decision" field="rev_flag" index="26"/>
-    <alias name="Taped DBH [cm]" field="rev_dbh_cm" index="27"/>
-    <alias name="Why" field="rev_note" index="28"/>
-    <alias name="Decided by" field="rev_by" index="29"/>
-    <alias name="Decided at (UTC)" field="rev_at" index="30"/>
+    <alias name="Tree height, standard error [m]" field="height_se_m" index="11"/>
+    <alias name="Why there is no height" field="height_why" index="12"/>
+    <alias name="Basal area [m²]" field="ba_m2" index="13"/>
+    <alias name="Lean [°]" field="lean_deg" index="14"/>
+    <alias name="Stem circumference seen [°]" field="arc_deg" index="15"/>
+    <alias name="Stem points" field="n_pts" index="16"/>
+    <alias name="Photos that see the stem" field="n_views" index="17"/>
+    <alias name="Slices fitted" field="n_slices" index="18"/>
+    <alias name="Mean opacity (0-1)" field="opac_mean" index="19"/>
+    <alias name="Taper [cm/m]" field="taper_cm_m" index="20"/>
+    <alias name="Method" field="method" index="21"/>
+    <alias name="Quality" field="qc_flag" index="22"/>
+    <alias name="Reasons" field="qc_reason" index="23"/>
+    <alias name="Run" field="run_id" index="24"/>
+    <alias name="Species" field="species" index="25"/>
+    <alias name="Live or dead" field="status" index="26"/>
+    <alias name="Note" field="note" index="27"/>
+    <alias name="Decision" field="rev_flag" index="28"/>
+    <alias name="Taped DBH [cm]" field="rev_dbh_cm" index="29"/>
+    <alias name="Why" field="rev_note" index="30"/>
+    <alias name="Decided by" field="rev_by" index="31"/>
+    <alias name="Decided at (UTC)" field="rev_at" index="32"/>
   </aliases>
   <defaults>
     <default expression="" field="tree_id" applyOnUpdate="0"/>
@@ -815,6 +831,8 @@
     <default expression="" field="dbh_hi_cm" applyOnUpdate="0"/>
     <default expression="" field="bh_m" applyOnUpdate="0"/>
     <default expression="" field="height_m" applyOnUpdate="0"/>
+    <default expression="" field="height_se_m" applyOnUpdate="0"/>
+    <default expression="" field="height_why" applyOnUpdate="0"/>
     <default expression="" field="ba_m2" applyOnUpdate="0"/>
     <default expression="" field="lean_deg" applyOnUpdate="0"/>
     <default expression="" field="arc_deg" applyOnUpdate="0"/>
@@ -848,6 +866,8 @@
     <constraint unique_strength="0" exp_strength="0" field="dbh_hi_cm" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="bh_m" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="height_m" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="height_se_m" notnull_strength="0" constraints="0"/>
+    <constraint unique_strength="0" exp_strength="0" field="height_why" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="ba_m2" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="lean_deg" notnull_strength="0" constraints="0"/>
     <constraint unique_strength="0" exp_strength="0" field="arc_deg" notnull_strength="0" constraints="0"/>
@@ -881,6 +901,8 @@
     <constraint desc="" field="dbh_hi_cm" exp=""/>
     <constraint desc="" field="bh_m" exp=""/>
     <constraint desc="" field="height_m" exp=""/>
+    <constraint desc="" field="height_se_m" exp=""/>
+    <constraint desc="" field="height_why" exp=""/>
     <constraint desc="" field="ba_m2" exp=""/>
     <constraint desc="" field="lean_deg" exp=""/>
     <constraint desc="" field="arc_deg" exp=""/>
@@ -920,14 +942,14 @@
   <editorlayout>tablayout</editorlayout>
   <attributeEditorForm>
     <attributeEditorContainer groupBox="1" visibilityExpressionEnabled="0" name="Yours to write" visibilityExpression="" showLabel="1" columnCount="1">
-      <attributeEditorField name="rev_flag" showLabel="1" index="26"/>
-      <attributeEditorField name="rev_dbh_cm" showLabel="1" index="27"/>
-      <attributeEditorField name="rev_note" showLabel="1" index="28"/>
-      <attributeEditorField name="rev_by" showLabel="1" index="29"/>
-      <attributeEditorField name="rev_at" showLabel="1" index="30"/>
-      <attributeEditorField name="species" showLabel="1" index="23"/>
-      <attributeEditorField name="status" showLabel="1" index="24"/>
-      <attributeEditorField name="note" showLabel="1" index="25"/>
+      <attributeEditorField name="rev_flag" showLabel="1" index="28"/>
+      <attributeEditorField name="rev_dbh_cm" showLabel="1" index="29"/>
+      <attributeEditorField name="rev_note" showLabel="1" index="30"/>
+      <attributeEditorField name="rev_by" showLabel="1" index="31"/>
+      <attributeEditorField name="rev_at" showLabel="1" index="32"/>
+      <attributeEditorField name="species" showLabel="1" index="25"/>
+      <attributeEditorField name="status" showLabel="1" index="26"/>
+      <attributeEditorField name="note" showLabel="1" index="27"/>
     </attributeEditorContainer>
     <attributeEditorContainer groupBox="1" visibilityExpressionEnabled="0" name="Measured" visibilityExpression="" showLabel="1" columnCount="1">
       <attributeEditorField name="tree_id" showLabel="1" index="0"/>
@@ -941,18 +963,20 @@
       <attributeEditorField name="dbh_hi_cm" showLabel="1" index="8"/>
       <attributeEditorField name="bh_m" showLabel="1" index="9"/>
       <attributeEditorField name="height_m" showLabel="1" index="10"/>
-      <attributeEditorField name="ba_m2" showLabel="1" index="11"/>
-      <attributeEditorField name="lean_deg" showLabel="1" index="12"/>
-      <attributeEditorField name="arc_deg" showLabel="1" index="13"/>
-      <attributeEditorField name="n_pts" showLabel="1" index="14"/>
-      <attributeEditorField name="n_views" showLabel="1" index="15"/>
-      <attributeEditorField name="n_slices" showLabel="1" index="16"/>
-      <attributeEditorField name="opac_mean" showLabel="1" index="17"/>
-      <attributeEditorField name="taper_cm_m" showLabel="1" index="18"/>
-      <attributeEditorField name="method" showLabel="1" index="19"/>
-      <attributeEditorField name="qc_flag" showLabel="1" index="20"/>
-      <attributeEditorField name="qc_reason" showLabel="1" index="21"/>
-      <attributeEditorField name="run_id" showLabel="1" index="22"/>
+      <attributeEditorField name="height_se_m" showLabel="1" index="11"/>
+      <attributeEditorField name="height_why" showLabel="1" index="12"/>
+      <attributeEditorField name="ba_m2" showLabel="1" index="13"/>
+      <attributeEditorField name="lean_deg" showLabel="1" index="14"/>
+      <attributeEditorField name="arc_deg" showLabel="1" index="15"/>
+      <attributeEditorField name="n_pts" showLabel="1" index="16"/>
+      <attributeEditorField name="n_views" showLabel="1" index="17"/>
+      <attributeEditorField name="n_slices" showLabel="1" index="18"/>
+      <attributeEditorField name="opac_mean" showLabel="1" index="19"/>
+      <attributeEditorField name="taper_cm_m" showLabel="1" index="20"/>
+      <attributeEditorField name="method" showLabel="1" index="21"/>
+      <attributeEditorField name="qc_flag" showLabel="1" index="22"/>
+      <attributeEditorField name="qc_reason" showLabel="1" index="23"/>
+      <attributeEditorField name="run_id" showLabel="1" index="24"/>
     </attributeEditorContainer>
   </attributeEditorForm>
   <editable/>
@@ -961,6 +985,6 @@
   <dataDefinedFieldProperties/>
   <widgets/>
   <previewExpression>(CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol' ELSE 'Tree' END) || ' ' || "tree_id" || coalesce(': ' || format_number(CASE WHEN "rev_flag" IN ('reject', 'merge', 'stem') THEN NULL ELSE coalesce("rev_dbh_cm", "dbh_cm") END, 1) || ' cm', ', ' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'kein BHD' WHEN left(@qgis_locale, 2) = 'es' THEN 'sin DAP' ELSE 'no DBH' END))</previewExpression>
-  <mapTip>&lt;b>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol' ELSE 'Tree' END) %] [% "tree_id" %][% coalesce(', ' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Fläche' WHEN left(@qgis_locale, 2) = 'es' THEN 'parcela' ELSE 'plot' END) || ' ' || replace(replace(replace("plot_id", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;'), '') %]&lt;/b>&lt;br>[% CASE WHEN "dbh_cm" IS NULL THEN (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Kein BHD' WHEN left(@qgis_locale, 2) = 'es' THEN 'Sin DAP' ELSE 'No DBH' END) ELSE (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'BHD' WHEN left(@qgis_locale, 2) = 'es' THEN 'DAP' ELSE 'DBH' END) || ' &lt;b>' || format_number("dbh_cm", 1) || '&lt;/b>' || coalesce(' ± ' || format_number("dbh_se_cm", 1), '') || ' cm' || coalesce(' ' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'in' WHEN left(@qgis_locale, 2) = 'es' THEN 'a' ELSE 'at' END) || ' ' || format_number("bh_m", 2) || ' m', '') || coalesce('&lt;br>90 %: ' || format_number("dbh_lo_cm", 1) || ' – ' || format_number("dbh_hi_cm", 1) || ' cm', '') END %][% coalesce('&lt;br>' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Höhe' WHEN left(@qgis_locale, 2) = 'es' THEN 'altura' ELSE 'height' END) || ' ' || format_number("height_m", 1) || ' m', '') %][% CASE WHEN coalesce(replace(replace(replace("qc_reason", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;'), '') &lt;> '' THEN '&lt;br>&lt;i>' || array_to_string(array_foreach(string_to_array(coalesce(replace(replace(replace("qc_reason", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;'), '')), coalesce(map_get((CASE WHEN left(@qgis_locale, 2) = 'de' THEN map('few_views', 'zu wenige Fotos sehen den Stamm in Brusthöhe: mehr Schrägfotos über diesem Teil der Probefläche aufnehmen', 'occluded', 'Laub oder andere Stämme verdecken den Stamm in Brusthöhe: laubfrei oder aus anderen Richtungen fliegen', 'ambiguous', 'zwei verschiedene Stämme erklären die Fotos gleich gut: Fotos ansehen oder von Hand messen', 'covered', 'Efeu oder anderer Bewuchs bedeckt die Rinde in Brusthöhe: darunter von Hand messen; was zu sehen ist, ist dicker als der Stamm', 'short_arc', 'die Punkte decken zu wenig vom Umfang des Stamms ab: von mehr Seiten scannen oder fliegen', 'few_points', 'zu wenige Stammpunkte am unteren Stamm: die Punktdichte erhöhen', 'few_slices', 'zu wenige Scheiben des Stamms ergaben einen Kreis: die Punktdichte erhöhen', 'not_round', 'der Querschnitt ist kein Kreis (Wurzelanläufe, Zwiesel oder mehrere Stämme): von Hand messen', 'no_taper', 'die Durchmesser am Stamm bilden keine glaubhafte Verjüngung: den Stamm auf Äste oder einen Zwiesel prüfen', 'lean', 'der Stamm ist stärker geneigt, als das Verfahren zulässt: von Hand messen', 'merged', 'zwei Stämme können für einen gehalten worden sein: die Segmentierung prüfen', 'too_small', 'der Stamm ist dünner, als Fotos oder Punkte auflösen können: tiefer fliegen oder näher scannen', 'too_large', 'der angepasste Stamm ist dicker als das erlaubte Höchstmaß: den größten Durchmesser erhöhen, wenn er echt ist', 'too_short', 'der Baum ist viel niedriger als die anderen seines Durchmessers: Durchmesser prüfen, und ob der Wipfel gebrochen ist', 'wide_error', 'der geschätzte Fehler ist zu groß, um nützlich zu sein: mehr Fotos aufnehmen oder von Hand messen', 'disagree', 'zwei Messverfahren widersprechen sich: diesen Baum von Hand prüfen', 'unchecked', 'das veröffentlichte Verfahren hat keine eigene Prüfung und keinen eigenen Fehler: mit dem Standardverfahren vergleichen', 'no_ground', 'die Höhe des Bodens am Baum ist unbekannt oder unsicher: die Punktwolke mit ihrem Boden angeben, oder ein Geländemodell, das zu ihr passt', 'odd_heights', 'die Bäume sind höher, als Bäume ihres Durchmessers sind: die Höhen können in Fuß sein: die Einheit der Höhen in der Punktwolke prüfen und neu messen', 'not_found', 'ein Mensch sagt, dass hier ein Stamm steht, aber es wurde keiner gefunden: an seinem Ort in den Fotos messen oder mit dem Band', 'edge', 'der Baum steht am Rand der Daten: über die Probefläche hinaus aufnehmen') WHEN left(@qgis_locale, 2) = 'es' THEN map('few_views', 'muy pocas fotos ven el tronco a la altura del pecho: tome más fotos oblicuas sobre esta parte de la parcela', 'occluded', 'el follaje u otros troncos ocultan el tronco a la altura del pecho: vuele sin hojas o desde otras direcciones', 'ambiguous', 'dos troncos distintos explican igual de bien las fotos: revise las fotos o mida a mano', 'covered', 'hiedra u otra vegetación cubre la corteza a la altura del pecho: mida a mano por debajo; lo que se ve es más grueso que el fuste', 'short_arc', 'los puntos cubren muy poco de la circunferencia del tronco: escanee o vuele desde más lados', 'few_points', 'muy pocos puntos en la parte baja del tronco: aumente la densidad de puntos', 'few_slices', 'muy pocas secciones del tronco dieron un círculo: aumente la densidad de puntos', 'not_round', 'la sección no es un círculo (contrafuerte, horquilla o varios troncos): mida a mano', 'no_taper', 'los diámetros a lo largo del tronco no forman un ahusamiento verosímil: compruebe si el tronco tiene ramas o una horquilla', 'lean', 'el tronco se inclina más de lo que admite el método: mida a mano', 'merged', 'dos troncos pueden haberse tomado por uno: revise la segmentación', 'too_small', 'el tronco es más fino de lo que resuelven las fotos o los puntos: vuele más bajo o escanee más cerca', 'too_large', 'el tronco ajustado es más grueso que el máximo permitido: suba el diámetro máximo si es real', 'too_short', 'el árbol es mucho más bajo que los demás de su diámetro: comprobar el diámetro y si la copa está rota', 'wide_error', 'el error estimado es demasiado grande para ser útil: tome más fotos o mida a mano', 'disagree', 'dos métodos de medición no coinciden: compruebe este árbol a mano', 'unchecked', 'el método publicado no tiene comprobación ni error propios: compare con el método por defecto', 'no_ground', 'la altura del suelo en el árbol es desconocida o insegura: dé la nube con su suelo, o un MDT que encaje con ella', 'odd_heights', 'los árboles son más altos que los de su diámetro: las alturas pueden estar en pies: compruebe la unidad de las alturas de la nube y mida de nuevo', 'not_found', 'una persona dice que aquí hay un fuste, pero no se encontró ninguno: medirlo en su lugar en las fotos o con cinta', 'edge', 'el árbol está en el borde de los datos: amplíe el vuelo más allá de la parcela') ELSE map('few_views', 'too few photos see the stem at breast height: fly more oblique photos over this part of the plot', 'occluded', 'foliage or other stems hide the stem at breast height: fly leaf-off or from other directions', 'ambiguous', 'two different stems explain the photos equally well: check the photos or measure by hand', 'covered', 'ivy or other growth covers the bark at breast height: measure under it by hand; what is seen is thicker than the stem', 'short_arc', 'the points cover too little of the stem''s circumference: scan or fly from more sides', 'few_points', 'too few stem points at the lower stem: raise the point density', 'few_slices', 'too few slices of the stem gave a circle: raise the point density', 'not_round', 'the cross-section is not a circle (buttress, fork or several stems): measure by hand', 'no_taper', 'diameters along the stem do not form a plausible taper: check the stem for branches or a fork', 'lean', 'the stem leans more than the method allows: measure by hand', 'merged', 'two stems may have been taken for one: check the segmentation', 'too_small', 'the stem is thinner than the photos or points can resolve: fly lower or scan closer', 'too_large', 'the fitted stem is thicker than the allowed maximum: raise the maximum diameter if it is real', 'too_short', 'the tree is far shorter than the others of its diameter: check the diameter, and whether the top is broken', 'wide_error', 'the estimated error is too large to be useful: fly more photos or measure by hand', 'disagree', 'two measuring methods disagree: check this tree by hand', 'unchecked', 'the published method has no check and no error of its own: compare with the default method', 'no_ground', 'the height of the ground at the tree is unknown or unsure: give the cloud with its ground, or a DTM that fits it', 'odd_heights', 'the trees are taller than trees of their diameter are: heights may be in feet: check the unit of the cloud''s heights and measure again', 'not_found', 'a person says that a stem stands here, but none was found: measure it at its place in the photos, or by tape', 'edge', 'the tree stands at the edge of the data: extend the survey beyond the plot') END), trim(@element)), trim(@element))), '&lt;br>') || '&lt;/i>' ELSE '' END %][% coalesce('&lt;br>' || replace(replace(replace("species", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;'), '') %][% coalesce('&lt;br>' || replace(replace(replace("status", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;'), '') %][% coalesce('&lt;br>' || replace(replace(replace("note", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;'), '') %][% coalesce(with_variable('sheet', file_path(decode_uri(@layer_id, 'path')) || '/' || 'folder-of-the-sheets' || '/' || replace(replace(replace("run_id", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;') || '/' || "tree_id" || '.jpg', CASE WHEN file_exists(@sheet) THEN '&lt;br>&lt;img width="760" src="' || 'file:///' || regexp_replace(replace(replace(replace(replace(replace(replace(replace(replace(replace(@sheet, '%', '%25'), '#', '%23'), '?', '%3F'), '"', '%22'), '''', '%27'), '&lt;', '%3C'), '>', '%3E'), '&amp;', '%26'), ' ', '%20'), '^/+', '') || '">' ELSE '' END), '') %]</mapTip>
+  <mapTip>&lt;b>[% (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Baum' WHEN left(@qgis_locale, 2) = 'es' THEN 'Árbol' ELSE 'Tree' END) %] [% "tree_id" %][% coalesce(', ' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Fläche' WHEN left(@qgis_locale, 2) = 'es' THEN 'parcela' ELSE 'plot' END) || ' ' || replace(replace(replace("plot_id", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;'), '') %]&lt;/b>&lt;br>[% CASE WHEN "dbh_cm" IS NULL THEN (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Kein BHD' WHEN left(@qgis_locale, 2) = 'es' THEN 'Sin DAP' ELSE 'No DBH' END) ELSE (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'BHD' WHEN left(@qgis_locale, 2) = 'es' THEN 'DAP' ELSE 'DBH' END) || ' &lt;b>' || format_number("dbh_cm", 1) || '&lt;/b>' || coalesce(' ± ' || format_number("dbh_se_cm", 1), '') || ' cm' || coalesce(' ' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'in' WHEN left(@qgis_locale, 2) = 'es' THEN 'a' ELSE 'at' END) || ' ' || format_number("bh_m", 2) || ' m', '') || coalesce('&lt;br>90 %: ' || format_number("dbh_lo_cm", 1) || ' – ' || format_number("dbh_hi_cm", 1) || ' cm', '') END %][% coalesce('&lt;br>' || (CASE WHEN left(@qgis_locale, 2) = 'de' THEN 'Höhe' WHEN left(@qgis_locale, 2) = 'es' THEN 'altura' ELSE 'height' END) || ' ' || format_number("height_m", 1) || coalesce(' ± ' || format_number("height_se_m", 1), '') || ' m', '') %][% CASE WHEN coalesce(replace(replace(replace("qc_reason", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;'), '') &lt;> '' THEN '&lt;br>&lt;i>' || array_to_string(array_foreach(string_to_array(coalesce(replace(replace(replace("qc_reason", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;'), '')), coalesce(map_get((CASE WHEN left(@qgis_locale, 2) = 'de' THEN map('few_views', 'zu wenige Fotos sehen den Stamm in Brusthöhe: mehr Schrägfotos über diesem Teil der Probefläche aufnehmen', 'occluded', 'Laub oder andere Stämme verdecken den Stamm in Brusthöhe: laubfrei oder aus anderen Richtungen fliegen', 'ambiguous', 'zwei verschiedene Stämme erklären die Fotos gleich gut: Fotos ansehen oder von Hand messen', 'covered', 'Efeu oder anderer Bewuchs bedeckt die Rinde in Brusthöhe: darunter von Hand messen; was zu sehen ist, ist dicker als der Stamm', 'short_arc', 'die Punkte decken zu wenig vom Umfang des Stamms ab: von mehr Seiten scannen oder fliegen', 'few_points', 'zu wenige Stammpunkte am unteren Stamm: die Punktdichte erhöhen', 'few_slices', 'zu wenige Scheiben des Stamms ergaben einen Kreis: die Punktdichte erhöhen', 'not_round', 'der Querschnitt ist kein Kreis (Wurzelanläufe, Zwiesel oder mehrere Stämme): von Hand messen', 'no_taper', 'die Durchmesser am Stamm bilden keine glaubhafte Verjüngung: den Stamm auf Äste oder einen Zwiesel prüfen', 'lean', 'der Stamm ist stärker geneigt, als das Verfahren zulässt: von Hand messen', 'merged', 'zwei Stämme können für einen gehalten worden sein: die Segmentierung prüfen', 'too_small', 'der Stamm ist dünner, als Fotos oder Punkte auflösen können: tiefer fliegen oder näher scannen', 'too_large', 'der angepasste Stamm ist dicker als das erlaubte Höchstmaß: den größten Durchmesser erhöhen, wenn er echt ist', 'too_short', 'der Baum ist viel niedriger als die anderen seines Durchmessers: Durchmesser prüfen, und ob der Wipfel gebrochen ist', 'wide_error', 'der geschätzte Fehler ist zu groß, um nützlich zu sein: mehr Fotos aufnehmen oder von Hand messen', 'disagree', 'zwei Messverfahren widersprechen sich: diesen Baum von Hand prüfen', 'unchecked', 'das veröffentlichte Verfahren hat keine eigene Prüfung und keinen eigenen Fehler: mit dem Standardverfahren vergleichen', 'no_ground', 'die Höhe des Bodens am Baum ist unbekannt oder unsicher: die Punktwolke mit ihrem Boden angeben, oder ein Geländemodell, das zu ihr passt', 'odd_heights', 'die Bäume sind höher, als Bäume ihres Durchmessers sind: die Höhen können in Fuß sein: die Einheit der Höhen in der Punktwolke prüfen und neu messen', 'not_found', 'ein Mensch sagt, dass hier ein Stamm steht, aber es wurde keiner gefunden: an seinem Ort in den Fotos messen oder mit dem Band', 'edge', 'der Baum steht am Rand der Daten: über die Probefläche hinaus aufnehmen') WHEN left(@qgis_locale, 2) = 'es' THEN map('few_views', 'muy pocas fotos ven el tronco a la altura del pecho: tome más fotos oblicuas sobre esta parte de la parcela', 'occluded', 'el follaje u otros troncos ocultan el tronco a la altura del pecho: vuele sin hojas o desde otras direcciones', 'ambiguous', 'dos troncos distintos explican igual de bien las fotos: revise las fotos o mida a mano', 'covered', 'hiedra u otra vegetación cubre la corteza a la altura del pecho: mida a mano por debajo; lo que se ve es más grueso que el fuste', 'short_arc', 'los puntos cubren muy poco de la circunferencia del tronco: escanee o vuele desde más lados', 'few_points', 'muy pocos puntos en la parte baja del tronco: aumente la densidad de puntos', 'few_slices', 'muy pocas secciones del tronco dieron un círculo: aumente la densidad de puntos', 'not_round', 'la sección no es un círculo (contrafuerte, horquilla o varios troncos): mida a mano', 'no_taper', 'los diámetros a lo largo del tronco no forman un ahusamiento verosímil: compruebe si el tronco tiene ramas o una horquilla', 'lean', 'el tronco se inclina más de lo que admite el método: mida a mano', 'merged', 'dos troncos pueden haberse tomado por uno: revise la segmentación', 'too_small', 'el tronco es más fino de lo que resuelven las fotos o los puntos: vuele más bajo o escanee más cerca', 'too_large', 'el tronco ajustado es más grueso que el máximo permitido: suba el diámetro máximo si es real', 'too_short', 'el árbol es mucho más bajo que los demás de su diámetro: comprobar el diámetro y si la copa está rota', 'wide_error', 'el error estimado es demasiado grande para ser útil: tome más fotos o mida a mano', 'disagree', 'dos métodos de medición no coinciden: compruebe este árbol a mano', 'unchecked', 'el método publicado no tiene comprobación ni error propios: compare con el método por defecto', 'no_ground', 'la altura del suelo en el árbol es desconocida o insegura: dé la nube con su suelo, o un MDT que encaje con ella', 'odd_heights', 'los árboles son más altos que los de su diámetro: las alturas pueden estar en pies: compruebe la unidad de las alturas de la nube y mida de nuevo', 'not_found', 'una persona dice que aquí hay un fuste, pero no se encontró ninguno: medirlo en su lugar en las fotos o con cinta', 'edge', 'el árbol está en el borde de los datos: amplíe el vuelo más allá de la parcela') ELSE map('few_views', 'too few photos see the stem at breast height: fly more oblique photos over this part of the plot', 'occluded', 'foliage or other stems hide the stem at breast height: fly leaf-off or from other directions', 'ambiguous', 'two different stems explain the photos equally well: check the photos or measure by hand', 'covered', 'ivy or other growth covers the bark at breast height: measure under it by hand; what is seen is thicker than the stem', 'short_arc', 'the points cover too little of the stem''s circumference: scan or fly from more sides', 'few_points', 'too few stem points at the lower stem: raise the point density', 'few_slices', 'too few slices of the stem gave a circle: raise the point density', 'not_round', 'the cross-section is not a circle (buttress, fork or several stems): measure by hand', 'no_taper', 'diameters along the stem do not form a plausible taper: check the stem for branches or a fork', 'lean', 'the stem leans more than the method allows: measure by hand', 'merged', 'two stems may have been taken for one: check the segmentation', 'too_small', 'the stem is thinner than the photos or points can resolve: fly lower or scan closer', 'too_large', 'the fitted stem is thicker than the allowed maximum: raise the maximum diameter if it is real', 'too_short', 'the tree is far shorter than the others of its diameter: check the diameter, and whether the top is broken', 'wide_error', 'the estimated error is too large to be useful: fly more photos or measure by hand', 'disagree', 'two measuring methods disagree: check this tree by hand', 'unchecked', 'the published method has no check and no error of its own: compare with the default method', 'no_ground', 'the height of the ground at the tree is unknown or unsure: give the cloud with its ground, or a DTM that fits it', 'odd_heights', 'the trees are taller than trees of their diameter are: heights may be in feet: check the unit of the cloud''s heights and measure again', 'not_found', 'a person says that a stem stands here, but none was found: measure it at its place in the photos, or by tape', 'edge', 'the tree stands at the edge of the data: extend the survey beyond the plot') END), trim(@element)), trim(@element))), '&lt;br>') || '&lt;/i>' ELSE '' END %][% coalesce('&lt;br>' || replace(replace(replace("species", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;'), '') %][% coalesce('&lt;br>' || replace(replace(replace("status", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;'), '') %][% coalesce('&lt;br>' || replace(replace(replace("note", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;'), '') %][% coalesce(with_variable('sheet', file_path(decode_uri(@layer_id, 'path')) || '/' || 'folder-of-the-sheets' || '/' || replace(replace(replace("run_id", '&amp;', '&amp;amp;'), '&lt;', '&amp;lt;'), '>', '&amp;gt;') || '/' || "tree_id" || '.jpg', CASE WHEN file_exists(@sheet) THEN '&lt;br>&lt;img width="760" src="' || 'file:///' || regexp_replace(replace(replace(replace(replace(replace(replace(replace(replace(replace(@sheet, '%', '%25'), '#', '%23'), '?', '%3F'), '"', '%22'), '''', '%27'), '&lt;', '%3C'), '>', '%3E'), '&amp;', '%26'), ' ', '%20'), '^/+', '') || '">' ELSE '' END), '') %]</mapTip>
   <layerGeometryType>0</layerGeometryType>
 </qgis>

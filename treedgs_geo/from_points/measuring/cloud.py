@@ -16,7 +16,7 @@ from ...terrain.dtm import Dtm
 from ...terrain.ground import height_above_ground
 from ...trees.limits import judge
 from ...trees.methods import points_method
-from ...trees.proportions import flag_short_trees
+from ...trees.proportions import check_heights, drop_heights_under_crowns
 from ...trees.tree import Tree, on_ground
 from ..segmentation.options import SegmentOptions
 from ..segmentation.segment import StemMap, find_stems, guess_sensor, label_points
@@ -276,7 +276,8 @@ def _finish(
             for reason in judge("points", {"rim_m": rim_m}).reasons:
                 tree.add_reason(reason)
         tree.finish()
-    flag_short_trees(trees)
+    drop_heights_under_crowns(trees)
+    check_heights(trees)
     _mark_touching(trees)
 
 

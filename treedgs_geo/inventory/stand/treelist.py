@@ -29,6 +29,7 @@ COLUMNS = (
     "dbh_cm",
     "dbh_se_cm",
     "height_m",
+    "height_se_m",
     "species",
     "dead",
     "qc_flag",
@@ -38,7 +39,7 @@ COLUMNS = (
     "paired",
     "note",
 )
-_NUMBERS = ("x", "y", "dbh_cm", "dbh_se_cm", "height_m", "bh_m", "n_pts")
+_NUMBERS = ("x", "y", "dbh_cm", "dbh_se_cm", "height_m", "height_se_m", "bh_m", "n_pts")
 
 
 @dataclass
@@ -104,14 +105,15 @@ def from_layer(path: Path, crs: pyproj.CRS | None) -> TreeList:
 
 
 def _more_columns(path: Path, trees: pd.DataFrame) -> None:
-    """What a CSV of measured trees may hold beside DBH and place: species, status, note, height_m, n_pts, qc_reason."""
+    """What a CSV of measured trees may hold beside DBH and place: species, status, note, height_m and
+    height_se_m, n_pts, qc_reason."""
     if path.suffix.lower() != ".csv":
         return
     table = read_table(path)
     for name in ("species", "status", "note", "qc_reason"):
         if name in table:
             trees[name] = table[name].astype(object).where(table[name].notna(), None)
-    for name in ("height_m", "n_pts"):
+    for name in ("height_m", "height_se_m", "n_pts"):
         if name in table:
             trees[name] = numbers(path, table, name, required=False)
 

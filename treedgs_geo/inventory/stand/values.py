@@ -23,6 +23,10 @@ QUANTITIES = ("ba", "volume", "biomass")
 HEIGHT_MODES = ("measured", "fitted", "published")
 
 
+#: DBHs (cm) of all trees, and how much higher they are taken (m) -> their values.
+Rule = Callable[..., np.ndarray]
+
+
 @dataclass(frozen=True)
 class ValueOptions:
     """heights: ``measured`` (only those), ``fitted`` (curve from the measured ones) or ``published``. outside: ``flag``
@@ -68,8 +72,9 @@ class TreeValues:
 
 
 def tree_values(trees: pd.DataFrame, book: list[Equation], options: ValueOptions) -> TreeValues:
-    """trees: ``dbh_cm`` (NaN: none), ``dbh_se_cm``, ``height_m``, ``species``, ``dead``, ``in_table`` (False: counts
-    for the height curve only), and perhaps ``in_curve`` (False: not for that either, it is only valued)."""
+    """trees: ``dbh_cm`` (NaN: none), ``dbh_se_cm``, ``height_m``, perhaps ``height_se_m``, ``species``, ``dead``,
+    ``in_table`` (False: counts for the height curve only), and perhaps ``in_curve`` (False: not for that either, it is
+    only valued)."""
     d = trees["dbh_cm"].to_numpy(float)
     se = trees["dbh_se_cm"].to_numpy(float).copy()
     known = np.isfinite(d)
@@ -88,13 +93,16 @@ def tree_values(trees: pd.DataFrame, book: list[Equation], options: ValueOptions
         found.warnings.append(
             f"The DBH error of {count_of(n_wide, 'tree')} is above half the DBH: the basal area is nearly guesswork."
         )
-    rules = {"ba": lambda x: BA * x**2}
+    # A height of the tree's own brings its own error; that of the curve is the survey's (``refit``).
+    own_height = found.height_source == "measured"
+    height_se = np.where(own_height, np.nan_to_num(_column(trees, "height_se_m")), 0.0)
+    rules: dict[str, Rule] = {"ba": lambda x, _higher_m=0.0: BA * x**2}
     rules["volume"] = _equations(found, "volume", species, book, options, height_of, in_table, options.volume_equation)
     rules["biomass"] = _equations(
         found, "biomass", species, book, options, height_of, in_table, options.biomass_equation
     )
     for name, rule in rules.items():
-        _propagate(found, name, rule, error, options.common_se_cm)
+        _propagate(found, name, rule, error, height_se, options.common_se_cm)
     far = +found.far
     if far:
         named = "; ".join(f"{number} {what}" for what, number in far.most_common(6))
@@ -110,10 +118,16 @@ def count_of(n: int, what: str) -> str:
     return f"{n} {what}{'' if n == 1 else 's'}"
 
 
+def _column(trees: pd.DataFrame, name: str) -> np.ndarray:
+    """(N,) a column of numbers, NaN where the table lacks it."""
+    return trees[name].to_numpy(float) if name in trees else np.full(len(trees), np.nan)
+
+
 def _propagate(
-    found: TreeValues, name: str, rule: Callable[[np.ndarray], np.ndarray], error: np.ndarray, common: float
+    found: TreeValues, name: str, rule: Rule, error: np.ndarray, height_se: np.ndarray, common: float
 ) -> None:
-    """Mean and spread of ``rule(DBH + error)`` by the three-point Gauss-Hermite rule (exact for basal area).
+    """Mean and spread of ``rule(DBH + error)`` by the three-point Gauss-Hermite rule (exact for basal area); the error
+    of the tree's own height (``height_se``, m) is added to the spread, to first order.
 
     With measured = true + error the mean of ``rule(measured)`` is too large (convex rules): what the same error adds at
     the measured DBH is taken off.
@@ -126,6 +140,8 @@ def _propagate(
     spread = np.sqrt(
         np.maximum((low**2 + high**2) / 6 + middle**2 * 2 / 3 - ((low + high) / 6 + middle * 2 / 3) ** 2, 0)
     )
+    by_height = np.nan_to_num(rule(d, height_se) - rule(d, -height_se)) / 2
+    spread = np.hypot(np.nan_to_num(spread), by_height)
     found.raw[name] = middle
     found.value[name] = np.maximum(middle - gain, 0.0)
     found.sd[name] = np.where(np.isfinite(found.se), np.nan_to_num(spread), np.nan)
@@ -245,7 +261,7 @@ def _equations(
     height_of: Callable[[np.ndarray], np.ndarray],
     in_table: np.ndarray,
     named: str | None,
-) -> Callable[[np.ndarray], np.ndarray]:
+) -> Rule:
     """Choose each tree's equation; returns the quantity as a function of the DBHs of all trees."""
     d, h = found.dbh, found.height
     used = np.full(len(d), "", object)
@@ -289,8 +305,8 @@ def _equations(
         found.gaps[quantity] = gaps
     found.used[quantity], found.outside[quantity] = used, beyond
 
-    def rule(x: np.ndarray) -> np.ndarray:
-        heights, result = height_of(x), np.full(len(x), np.nan)
+    def rule(x: np.ndarray, higher_m: np.ndarray | float = 0.0) -> np.ndarray:
+        heights, result = height_of(x) + higher_m, np.full(len(x), np.nan)
         for chosen, equation in groups:
             result[chosen] = equation.value(x[chosen], heights[chosen])
         return result

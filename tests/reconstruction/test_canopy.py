@@ -1,0 +1,98 @@
+"""The canopy from photos of a scene that is drawn: two level crowns over a textured ground."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from treedgs_geo.reconstruction.alike import pictures_of
+from treedgs_geo.reconstruction.cameras import Camera, View
+from treedgs_geo.reconstruction.canopy import canopy_of, finer_tip, tips_of
+
+#: A crown (a level square, texture on top): half width, middle, height above the ground, metres; a smaller one.
+CROWNS = ((1.5, (2.0, 1.0), 12.0), (0.5, (-4.0, -2.0), 7.0))
+GROUND_Z = 3.0
+ABOUT = np.array([0.0, 0.0, GROUND_Z + 8])
+
+
+def drawn(view: View, textures: list[np.ndarray]) -> np.ndarray:
+    """The scene in a photo: each level seen through the photo's own rays, the higher before the lower."""
+    camera = view.camera
+    u, v = np.meshgrid(np.arange(camera.width) + 0.5, np.arange(camera.height) + 0.5)
+    rays = view.rays(np.column_stack([u.ravel(), v.ravel()]))
+    levels = [(GROUND_Z, np.array([0.0, 0.0]), 60.0)]
+    levels += [(GROUND_Z + height, np.array(middle), half) for half, middle, height in CROWNS]
+    image = np.zeros(len(rays), np.uint8)
+    for (z, middle, half), texture in zip(levels, textures, strict=True):
+        at = view.centre[:2] + rays[:, :2] * ((z - view.centre[2]) / rays[:, 2])[:, None]
+        inside = (np.abs(at - middle) <= half).all(axis=1)
+        cell = np.floor((at[inside] - middle + half) / 0.05).astype(int) % len(texture)
+        image[inside] = texture[cell[:, 0], cell[:, 1]]
+    return np.repeat(image.reshape(camera.height, camera.width, 1), 3, axis=2)
+
+
+@pytest.fixture(scope="module")
+def views(tmp_path_factory):
+    """20 photos, 40 m up, in two rings; a lens that bends."""
+    rng = np.random.default_rng(5)
+    noise = [cv2.GaussianBlur(rng.integers(0, 256, (800, 800)).astype(np.uint8), (0, 0), 0.7) for _ in range(3)]
+    textures = [np.clip(128 + 3.0 * (t.astype(float) - t.mean()), 0, 255).astype(np.uint8) for t in noise]
+    folder, made = tmp_path_factory.mktemp("canopy"), []
+    camera = Camera(640, 480, 1240.0, 1240.0, 325.0, 237.0, k1=-0.05, p1=0.001)
+    for ring, away in enumerate((6.0, 18.0)):
+        for k in range(6 + 8 * ring):
+            turn = 2 * np.pi * k / (6 + 8 * ring)
+            centre = np.array([away * np.cos(turn), away * np.sin(turn), GROUND_Z + 40.0])
+            ahead = (ABOUT - centre) / np.linalg.norm(ABOUT - centre)
+            right = np.cross(ahead, [0.0, 0.0, 1.0])
+            right /= np.linalg.norm(right)
+            rotation = np.vstack([right, np.cross(ahead, right), ahead])
+            path = folder / f"{ring}_{k}.png"
+            view = View(path.name, path, camera, rotation, -rotation @ centre)
+            cv2.imwrite(str(path), drawn(view, textures))
+            made.append(view)
+    return made
+
+
+def ground(x, y):
+    return np.full(np.shape(x), GROUND_Z)
+
+
+@pytest.fixture(scope="module")
+def seen(views):
+    pictures = pictures_of(views, ABOUT, (0.07, 0.035), 2)
+    return pictures, canopy_of(pictures, ground, (-8.0, -8.0, 8.0, 8.0), 18.0)
+
+
+def test_what_stands_is_found_at_its_height_and_nothing_is_in_the_air(seen):
+    _, canopy = seen
+    x, y = np.meshgrid(canopy.x, canopy.y)
+    near = np.zeros(x.shape, bool)
+    for half, (cx, cy), height in CROWNS:
+        away = np.maximum(np.abs(x - cx), np.abs(y - cy))
+        assert np.nanmedian(canopy.height_m[away < half - 0.2]) == pytest.approx(height, abs=0.6)
+        assert np.isfinite(canopy.height_m[away < half - 0.2]).mean() > 0.9
+        near |= away < half + 1.0
+    assert np.isfinite(canopy.height_m[~near]).mean() < 0.02
+
+
+def test_the_tips_are_the_two_crowns_and_end_at_their_tops(seen):
+    pictures, canopy = seen
+    tips = tips_of(canopy)
+    for half, middle, height in CROWNS:
+        own = tips[np.abs(tips[:, :2] - middle).max(axis=1) < half + 0.3]
+        assert len(own) >= 1
+        assert finer_tip(pictures, own[0], GROUND_Z) == pytest.approx(height, abs=0.6)
+
+
+def test_pictures_are_no_finer_than_the_photo_and_unknown_ground_is_left_out(views, seen):
+    fine = pictures_of(views[:3], ABOUT, (0.001,))[0]
+    assert fine.images.shape[1:] == (480, 640)
+    unknown = canopy_of(seen[0], lambda x, y: np.where(x > 0, GROUND_Z, np.nan), (-4.0, -4.0, 4.0, 4.0), 15.0)
+    assert np.isnan(unknown.height_m[:, unknown.x < 0]).all() and np.isfinite(unknown.height_m).any()
+
+
+def test_without_neighbouring_photos_nothing_is_alike(views):
+    lonely = pictures_of([views[0], views[3]], ABOUT, (0.12,))[0]
+    assert len(lonely.pairs) == 0 and not lonely.alike(np.zeros((4, 3))).any()

@@ -1,0 +1,182 @@
+"""Do photos show the same thing at a place in space? Normalised cross-correlation between photos that lie side by side.
+
+Where something stands at a point, neighbouring photos show it alike there; where the point is in the air, each shows
+what lies behind it, and the pieces differ. Zero-mean normalised cross-correlation: Lewis 1995, "Fast normalized
+cross-correlation"; its mean over pairs of photos as evidence of a surface: Goesele, Curless and Seitz 2006,
+"Multi-view stereo revisited".
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numba import njit, prange
+
+from .cameras import View
+from .images import load_image
+
+#: Half the width of the piece that is compared, pixels.
+HALF_PX = 3
+#: Pairs of photos that must show a point for their mean to count in full.
+FULL_PAIRS = 12
+#: Grey values squared that are added to a piece's variance: flat pieces are alike by chance.
+_LEAST_VARIANCE = 4.0
+#: Two photos are compared when they look at the place from so many degrees apart; so many would be best.
+_APART_DEG, _BEST_DEG = (4.0, 18.0), 8.0
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """V photos as pinhole pictures of one pixel size, grey. images: (V, H, W) uint8. matrix: (V, 3, 4) float32, local
+    metres -> pixels. axes: (V, 2, 3) float32, right and down of each photo. focal: (V,) float32, pixels. pairs: (P, 2)
+    int32, photos that are compared."""
+
+    images: np.ndarray
+    matrix: np.ndarray
+    axes: np.ndarray
+    focal: np.ndarray
+    pairs: np.ndarray
+
+    def alike(self, points: np.ndarray) -> np.ndarray:
+        """(N, 3) local points -> (N,) float32: mean correlation of the pieces round them, -1 to 1, over the pairs that
+        show them; less where few do, 0 where none does."""
+        points = np.ascontiguousarray(points, np.float32)
+        found = np.zeros(len(points), np.float32)
+        if len(points) and len(self.pairs):
+            _alike(self.images, self.matrix, self.axes, self.focal, self.pairs, points, found)
+        return found
+
+
+def pictures_of(views: list[View], about: np.ndarray, pixel_m: Sequence[float], neighbours: int = 1) -> list[Pictures]:
+    """The photos as :class:`Pictures`, one for each size of a pixel (metres at ``about``, (3,) local), each photo
+    decoded once. No picture is finer than its photo.
+
+    Lens and rolling shutter are those at the distance of ``about``. neighbours: photos that each is compared with.
+    """
+    about = np.asarray(about, float)
+    pairs = _pairs(views, about, neighbours)
+    made: list[list[tuple[np.ndarray, np.ndarray, float]]] = [[] for _ in pixel_m]
+    for view in views:
+        grey = cv2.cvtColor(load_image(view), cv2.COLOR_RGB2GRAY)
+        away = float(np.linalg.norm(view.centre - about))
+        for rows, size in zip(made, pixel_m, strict=True):
+            rows.append(_pinhole(view, grey, min(away / view.camera.fx / size, 1.0), away))
+    axes = np.array([view.rotation[:2] for view in views], np.float32).reshape(-1, 2, 3)
+    return [_stacked(rows, axes, pairs) for rows in made]
+
+
+def _stacked(rows: list[tuple[np.ndarray, np.ndarray, float]], axes: np.ndarray, pairs: np.ndarray) -> Pictures:
+    height, width = np.max([image.shape for image, *_ in rows], axis=0)
+    images = np.zeros((len(rows), height, width), np.uint8)
+    for target, (image, *_) in zip(images, rows, strict=True):
+        target[: image.shape[0], : image.shape[1]] = image
+    matrix = np.array([m for _, m, _ in rows], np.float32)
+    return Pictures(images, matrix, axes, np.array([f for *_, f in rows], np.float32), pairs)
+
+
+def _pinhole(view: View, grey: np.ndarray, scale: float, depth_m: float) -> tuple[np.ndarray, np.ndarray, float]:
+    """(H, W) picture without lens and rolling shutter, its (3, 4) matrix and focal length; black where nothing is."""
+    width, height = max(int(view.camera.width * scale), 8), max(int(view.camera.height * scale), 8)
+    focal = view.camera.fx * scale
+    # The lens is smooth: every eighth pixel is projected, those between are interpolated (to 0.01 pixel).
+    columns, rows = (np.linspace(0.5, size - 0.5, size // 8 + 2) for size in (width, height))
+    u, v = np.meshgrid(columns - width / 2, rows - height / 2)
+    rays = np.stack([u / focal, v / focal, np.ones_like(u)], axis=-1).reshape(-1, 3) @ view.rotation
+    pixels, ahead = view.project(view.centre + depth_m * rays)
+    pixels = np.where((ahead > 0.1)[:, None], pixels, -1e4).reshape(*u.shape, 2) - 0.5
+    map_x, map_y = (_between(pixels[..., k], width, height) for k in range(2))
+    if scale < 1:
+        grey = cv2.GaussianBlur(grey, (0, 0), 0.5 / scale)
+    image = cv2.remap(grey, map_x, map_y, cv2.INTER_LINEAR, borderValue=0)
+    inner = np.array([[focal, 0, width / 2], [0, focal, height / 2], [0, 0, 1]])
+    return image, inner @ np.column_stack([view.rotation, view.translation]), focal
+
+
+def _between(grid: np.ndarray, width: int, height: int) -> np.ndarray:
+    """(height, width) float32: a grid whose corners are those of the picture's first and last pixel centre."""
+    column, row = np.linspace(0, grid.shape[1] - 1, width), np.linspace(0, grid.shape[0] - 1, height)
+    at_x, at_y = np.meshgrid(column.astype(np.float32), row.astype(np.float32))
+    return cv2.remap(grid.astype(np.float32), at_x, at_y, cv2.INTER_LINEAR)
+
+
+def _pairs(views: list[View], about: np.ndarray, neighbours: int) -> np.ndarray:
+    """(P, 2) int32: each photo with those of its flight that look at ``about`` from a little way apart."""
+    rays = np.array([(about - view.centre) / np.linalg.norm(about - view.centre) for view in views]).reshape(-1, 3)
+    pairs = set()
+    for i, view in enumerate(views):
+        apart = np.degrees(np.arccos(np.clip(rays @ rays[i], -1, 1)))
+        near = [
+            j
+            for j, other in enumerate(views)
+            if j != i and other.flight == view.flight and _APART_DEG[0] <= apart[j] <= _APART_DEG[1]
+        ]
+        near.sort(key=lambda j: abs(apart[j] - _BEST_DEG))
+        pairs |= {(i, j) for j in near[:neighbours]}
+    return np.array(sorted(pairs), np.int32).reshape(-1, 2)
+
+
+@njit(nogil=True, cache=True, fastmath=True)
+def _correlation(images, matrix, axes, focal, i, j, x, y, z):  # pragma: no cover - compiled
+    """Correlation of the window of photo i round a point with the piece of photo j; -2 where one does not show it all.
+
+    Where the window lies in photo j follows, to first order, from the plane through the point that faces photo i.
+    """
+    m, n = matrix[i], matrix[j]
+    w = m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3]
+    w2 = n[2, 0] * x + n[2, 1] * y + n[2, 2] * z + n[2, 3]
+    if w <= np.float32(1) or w2 <= np.float32(1):
+        return np.float32(-2)
+    u = int(np.floor((m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3]) / w))
+    v = int(np.floor((m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3]) / w))
+    height, width = images.shape[1], images.shape[2]
+    if u < HALF_PX or v < HALF_PX or u >= width - HALF_PX or v >= height - HALF_PX:
+        return np.float32(-2)
+    u2 = (n[0, 0] * x + n[0, 1] * y + n[0, 2] * z + n[0, 3]) / w2
+    v2 = (n[1, 0] * x + n[1, 1] * y + n[1, 2] * z + n[1, 3]) / w2
+    step = w / focal[i]  # a pixel of photo i at the point, metres
+    # Derivatives of the place in photo j along the right (0) and down (1) of photo i.
+    moves = np.empty((2, 2), np.float32)
+    for k in range(2):
+        a, b, c = axes[i, k, 0], axes[i, k, 1], axes[i, k, 2]
+        deep = n[2, 0] * a + n[2, 1] * b + n[2, 2] * c
+        moves[k, 0] = step * (n[0, 0] * a + n[0, 1] * b + n[0, 2] * c - u2 * deep) / w2
+        moves[k, 1] = step * (n[1, 0] * a + n[1, 1] * b + n[1, 2] * c - v2 * deep) / w2
+    reach_u = np.float32(HALF_PX) * (abs(moves[0, 0]) + abs(moves[1, 0]))
+    reach_v = np.float32(HALF_PX) * (abs(moves[0, 1]) + abs(moves[1, 1]))
+    if u2 < reach_u or v2 < reach_v or u2 >= width - reach_u or v2 >= height - reach_v:
+        return np.float32(-2)
+    sum_p, sum_q, sum_pp, sum_qq, sum_pq = 0, 0, 0, 0, 0
+    for b in range(-HALF_PX, HALF_PX + 1):
+        start_u, start_v = u2 + np.float32(b) * moves[1, 0], v2 + np.float32(b) * moves[1, 1]
+        for a in range(-HALF_PX, HALF_PX + 1):
+            p = np.int64(images[i, v + b, u + a])
+            q = np.int64(
+                images[j, int(start_v + np.float32(a) * moves[0, 1]), int(start_u + np.float32(a) * moves[0, 0])]
+            )
+            sum_p += p
+            sum_q += q
+            sum_pp += p * p
+            sum_qq += q * q
+            sum_pq += p * q
+    one = np.float32(1) / np.float32((2 * HALF_PX + 1) ** 2)
+    mean_p, mean_q = np.float32(sum_p) * one, np.float32(sum_q) * one
+    var_p = np.float32(sum_pp) * one - mean_p * mean_p + np.float32(_LEAST_VARIANCE)
+    var_q = np.float32(sum_qq) * one - mean_q * mean_q + np.float32(_LEAST_VARIANCE)
+    return (np.float32(sum_pq) * one - mean_p * mean_q) / np.sqrt(var_p * var_q)
+
+
+@njit(nogil=True, cache=True, fastmath=True, parallel=True)
+def _alike(images, matrix, axes, focal, pairs, points, found):  # pragma: no cover - compiled
+    for k in prange(len(points)):
+        total, count = np.float32(0), 0
+        for pair in range(len(pairs)):
+            value = _correlation(
+                images, matrix, axes, focal, pairs[pair, 0], pairs[pair, 1], points[k, 0], points[k, 1], points[k, 2]
+            )
+            if value > np.float32(-1.5):
+                total += value
+                count += 1
+        found[k] = total / np.float32(max(count, FULL_PAIRS))

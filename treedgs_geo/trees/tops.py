@@ -1,0 +1,100 @@
+"""Which treetop is which stem's: one crown, one stem, joined along the stem's lean.
+
+A top belongs to the stem whose axis, followed up, passes nearest, if its height suits the diameter as those of the
+plot's other trees do: without this a sapling gets the height of the crown above it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+#: How far a top stands from its stem's axis followed straight up: metres, and share of the height (1 s.d.).
+_STRAY_M, _STRAY_SHARE = 0.25, 0.02
+#: Heights of trees of one diameter scatter so much within a plot (1 s.d. of their logarithm), at least.
+_LEAST_SCATTER = 0.12
+#: Exponent of the diameter in the height: log-log slope within a stand is 0.4 to 0.6 (Zeide and Curtis 2002).
+_EXPONENT = 0.5
+#: Squared standard deviations at which a top is nobody's, and at which a second top would do about as well.
+_FAR, _RIVAL = 9.0, 1.0
+#: Where fewer of the trees have a top that is seen, no height can be trusted.
+MOVING_SHARE = 0.7
+#: Pairs that must agree before the diameter counts.
+_LEAST_PAIRS = 5
+
+
+@dataclass(frozen=True)
+class Joined:
+    """top: (S,) int index of each stem's top, -1 where it has none. reason: (S,) str, why not (a key of
+    :data:`HEIGHT_REASONS`), empty where it has one. scatter: s.d. of the logarithm of height about the plot's own
+    curve over the diameter, NaN where it has no curve. share: of the stems with a diameter that have a top."""
+
+    top: np.ndarray
+    reason: np.ndarray
+    scatter: float
+    share: float
+
+
+#: Why a tree has no height.
+HEIGHT_REASONS = {
+    "no_top": "no treetop is seen along the stem's axis: it stands under another crown, or is bare",
+    "other_tree": "the treetop above this stem is too high or too low for its diameter, or suits another stem better",
+    "two_tops": "a second, higher treetop suits this stem about as well",
+    "moving": "too few treetops of the plot are seen alike in neighbouring photos: wind, or bare crowns",
+}
+
+
+def join_tops(at_height: np.ndarray, tops: np.ndarray, dbh_cm: np.ndarray, candidates: int | None = None) -> Joined:
+    """Assign tops to stems.
+
+    Args:
+        at_height: (S, K, 2) where the axis of stem s is at the height of top k. tops: (K, 3) x, y and height above the
+            ground, metres. dbh_cm: (S,) diameters, NaN where unknown. candidates: only the first so many stems count
+            in ``share`` (``None``: all).
+
+    Returns:
+        The assignment that costs least over all stems (Kuhn 1955, Hungarian method, in scipy).
+    """
+    stems, count = len(dbh_cm), len(tops)
+    if not stems or not count:
+        return Joined(np.full(stems, -1), np.full(stems, "no_top", object), np.nan, 0.0)
+    stray = np.linalg.norm(at_height - tops[None, :, :2], axis=2) / (_STRAY_M + _STRAY_SHARE * tops[None, :, 2])
+    log_h, log_d = np.log(tops[:, 2]), np.log(np.asarray(dbh_cm, float))
+    level, scatter = _curve(stray, log_h, log_d)
+    misfit = np.zeros_like(stray)
+    if np.isfinite(level):
+        misfit = (log_h[None] - level - _EXPONENT * log_d[:, None]) / max(scatter, _LEAST_SCATTER)
+        misfit = np.nan_to_num(misfit)
+    cost = stray**2 + misfit**2
+    # A stem without a top costs as much as the farthest top that would still be its own.
+    rows, columns = linear_sum_assignment(np.hstack([np.minimum(cost, 1e3), np.full((stems, stems), _FAR)]))
+    top = np.full(stems, -1)
+    top[rows] = np.where(columns < count, columns, -1)
+    reason = np.full(stems, "", object)
+    free = np.ones(count, bool)
+    free[top[top >= 0]] = False
+    for stem in range(stems):
+        if top[stem] < 0:
+            reason[stem] = "other_tree" if (stray[stem] ** 2 < _FAR).any() else "no_top"
+            continue
+        # A lower one may be a branch of the same crown; only a higher one can be the leader instead.
+        rivals = free & (tops[:, 2] > 1.05 * tops[top[stem], 2])
+        if (cost[stem, rivals] < cost[stem, top[stem]] + _RIVAL).any():
+            top[stem], reason[stem] = -1, "two_tops"
+    known = np.isfinite(log_d)[:candidates]
+    return Joined(top, reason, scatter, float((top[:candidates][known] >= 0).mean()) if known.any() else 0.0)
+
+
+def _curve(stray: np.ndarray, log_h: np.ndarray, log_d: np.ndarray) -> tuple[float, float]:
+    """Level and scatter (1.48 median absolute deviations) of log height over log diameter, from pairs that are each
+    other's nearest; NaN where there are too few."""
+    nearest = stray.argmin(axis=1)
+    mutual = stray.argmin(axis=0)[nearest] == np.arange(len(stray))
+    mutual &= (stray[np.arange(len(stray)), nearest] < 2.0) & np.isfinite(log_d)
+    if mutual.sum() < _LEAST_PAIRS:
+        return np.nan, np.nan
+    ratio = log_h[nearest[mutual]] - _EXPONENT * log_d[mutual]
+    level = float(np.median(ratio))
+    return level, float(1.4826 * np.median(np.abs(ratio - level)))
