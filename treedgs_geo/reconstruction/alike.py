@@ -148,7 +148,7 @@ def _correlation(images, matrix, axes, focal, i, j, x, y, z):  # pragma: no cove
     reach_v = np.float32(HALF_PX) * (abs(moves[0, 1]) + abs(moves[1, 1]))
     if u2 < reach_u or v2 < reach_v or u2 >= width - reach_u or v2 >= height - reach_v:
         return np.float32(-2)
-    sum_p, sum_q, sum_pp, sum_qq, sum_pq = 0, 0, 0, 0, 0
+    sum_p = sum_q = sum_pp = sum_qq = sum_pq = np.int64(0)
     for b in range(-HALF_PX, HALF_PX + 1):
         start_u, start_v = u2 + np.float32(b) * moves[1, 0], v2 + np.float32(b) * moves[1, 1]
         for a in range(-HALF_PX, HALF_PX + 1):
