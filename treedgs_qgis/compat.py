@@ -7,17 +7,18 @@ from typing import Any
 
 import qgis.core
 from qgis.core import QgsProviderRegistry
+from qgis.PyQt import QtCore
 
 
-def first_attr(*dotted: str) -> Any:
-    """The first of ``dotted`` (relative to ``qgis.core``) that this QGIS has.
+def first_attr(*dotted: str, home: Any = qgis.core) -> Any:
+    """The first of ``dotted`` (relative to ``home``) that this QGIS has.
 
     Raises:
         AttributeError: none exists; the message lists what was tried.
     """
     for name in dotted:
         try:
-            return reduce(getattr, name.split("."), qgis.core)
+            return reduce(getattr, name.split("."), home)
         except AttributeError:
             continue
     raise AttributeError(f"QGIS {qgis.core.Qgis.QGIS_VERSION} has none of {', '.join(dotted)}")
@@ -46,12 +47,13 @@ try:  # Qt 6
     from qgis.PyQt.QtGui import QAction, QShortcut
 except ImportError:
     from qgis.PyQt.QtWidgets import QAction, QShortcut  # noqa: F401
-try:  # QGIS 3.38
-    from qgis.PyQt.QtCore import QMetaType
 
-    TYPE_DOUBLE, TYPE_TEXT = QMetaType.Type.Double, QMetaType.Type.QString
-    qgis.core.QgsField("probe", TYPE_TEXT)
-except (ImportError, AttributeError, TypeError):
-    from qgis.PyQt.QtCore import QVariant
 
-    TYPE_DOUBLE, TYPE_TEXT = QVariant.Double, QVariant.String
+def new_field(name: str, text_length: int | None = None) -> Any:
+    """A field of an attribute table: of text with so many characters, else of decimal numbers."""
+    number = text_length is None
+    if qgis.core.Qgis.QGIS_VERSION_INT >= 33800:
+        kind = first_attr("QMetaType.Type.Double" if number else "QMetaType.Type.QString", home=QtCore)
+    else:
+        kind = first_attr("QVariant.Double" if number else "QVariant.String", home=QtCore)
+    return first_attr("QgsField")(name, kind, "", text_length or 0, 0)

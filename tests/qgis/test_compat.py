@@ -28,6 +28,8 @@ ENUM_HOLDERS = re.compile(
     r"|QgsMapLayer|QgsMapLayerType|QgsSnappingConfig|QgsTolerance|QgsFeatureRequest|QgsVectorFileWriter|Qt|QVariant)"
     r"\.([A-Z]\w+)\b(?!\()"
 )
+#: Qt's own enums by their full name (Qt.Key.Key_Space) are the same in PyQt 5 and 6.
+FULL_QT_NAMES = re.compile(r"\bQt\.([A-Z]\w+)\.[A-Z]\w+")
 
 
 def code(path) -> str:
@@ -43,6 +45,7 @@ def code(path) -> str:
 
 def offences(text: str) -> list[str]:
     found = [f"{match.group(0)}: use {better}" for gone, better in GONE.items() for match in re.finditer(gone, text)]
+    text = FULL_QT_NAMES.sub("QT", text)
     classes = {"LayerDetails", "IndividualLayerSettings"}
     return found + [match.group(0) for match in ENUM_HOLDERS.finditer(text) if match.group(2) not in classes]
 

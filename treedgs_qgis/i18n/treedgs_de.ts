@@ -1503,7 +1503,7 @@ scratch.&lt;/p&gt;
     </message>
     <message>
       <source>Flight plan (plan.gpkg of plan-flight) that was flown: planned and got are compared.</source>
-      <translation>Flugplan</translation>
+      <translation>Flugplan (plan.gpkg von plan-flight), der geflogen wurde: Geplantes und Erreichtes werden verglichen.</translation>
     </message>
     <message>
       <source>Preset</source>

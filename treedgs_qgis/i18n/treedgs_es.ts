@@ -1503,7 +1503,7 @@ scratch.&lt;/p&gt;
     </message>
     <message>
       <source>Flight plan (plan.gpkg of plan-flight) that was flown: planned and got are compared.</source>
-      <translation>Plan de vuelo</translation>
+      <translation>Plan de vuelo (plan.gpkg de plan-flight) que se voló: se compara lo planeado con lo obtenido.</translation>
     </message>
     <message>
       <source>Preset</source>

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 from qgis.core import QgsGeometry, QgsPointXY, QgsProject
 from qgis.gui import QgsRubberBand
@@ -388,6 +389,6 @@ class ReviewPanel(QDockWidget):
             self._ring.reset(compat.LINE_STRING)
 
 
-def dock_area() -> Qt.DockWidgetArea:
+def dock_area() -> Any:
     """Where the panel opens first."""
     return Qt.DockWidgetArea.RightDockWidgetArea

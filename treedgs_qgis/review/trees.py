@@ -9,7 +9,7 @@ import statistics
 from dataclasses import dataclass
 from typing import Any
 
-from qgis.core import QgsFeature, QgsField, QgsGeometry, QgsPoint, QgsPointXY, QgsProject, QgsVectorLayer
+from qgis.core import QgsFeature, QgsGeometry, QgsPoint, QgsPointXY, QgsProject, QgsVectorLayer
 
 from .. import compat
 from ..i18n import tr
@@ -291,12 +291,7 @@ class TreeLayer:
         missing = [name for name in COLUMNS if name not in have]
         if not missing:
             return
-        made = [
-            QgsField(name, compat.TYPE_DOUBLE, "", 0, 0)
-            if name == "rev_dbh_cm"
-            else QgsField(name, compat.TYPE_TEXT, "", _LENGTHS[name])
-            for name in missing
-        ]
+        made = [compat.new_field(name, None if name == "rev_dbh_cm" else _LENGTHS[name]) for name in missing]
         if self.layer.isEditable() or not self.layer.dataProvider().addAttributes(made):
             raise Refused(self._cannot_write())
         self.layer.updateFields()
