@@ -31,7 +31,7 @@ COMMAND = Command(
         "rolling shutter allow; what cannot be flown safely is refused. Heights in the mission files are over the "
         "take-off. Writes plan.kmz (DJI), plan.plan (QGroundControl), plan_litchi_1.csv, plan.gpkg (photos, way, "
         "footprints, plots with what is expected), brief.pdf and brief.html. Expectations are a model's; after the "
-        "flight photos-to-dbh with --flight-plan reports planned against got. Rules of the air and the pilot's eyes "
+        "flight photos-to-dbh, given the plan, reports planned against got. Rules of the air and the pilot's eyes "
         "come first."
     ),
     settings=PlanFlightSettings,
