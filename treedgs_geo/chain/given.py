@@ -27,6 +27,7 @@ from ..inventory.tree_layer import check_output
 from ..trees.tree import Tree
 from .field_stems import local_places
 from .given_layer import Change, Held, held_trees, merge_layers, write_given_page
+from .heights import with_heights
 from .kept_given import KeptGiven, fits_by_id, read_given, with_given, write_given
 from .measure import measure, placed, route_of, with_run_errors
 from .prepare import Ready, prepare
@@ -110,7 +111,8 @@ def _measure_at(run: Run, ready: Ready, site: Site) -> dict[str, Any]:
     reporter = Collector(run.steps.reporter)
     points = read_field_stems(settings.at, site.frame.crs)
     before = read_given(run)
-    trees = placed(with_given(measure(run, site, ready.aligned), before), ready.flight.plots, run.steps.run_id)
+    found = with_heights(run, site, ready.aligned, measure(run, site, ready.aligned))
+    trees = placed(with_given(found, before), ready.flight.plots, run.steps.run_id)
     held = held_trees(run, trees)
     places = _Places(points)
     _sort(places, run, site, held, trees)
