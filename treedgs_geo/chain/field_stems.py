@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +11,7 @@ import numpy as np
 from ..core.field_stems import FieldStems, read_field_stems
 from ..core.files import atomic_path
 from ..core.progress import Reporter
-from ..core.tables import safe_cell
+from ..core.tables import SafeWriter
 from ..from_photos.fit import PhotoFit
 from ..from_photos.given import GivenStems, partners
 from ..trees.tree import Tree
@@ -41,9 +40,9 @@ class Answer:
         tree, reason = self.tree, "merged" if self.answer == MERGED else ""
         gap = "" if self.gap_m is None else f"{self.gap_m:.2f}"
         if tree is None:
-            return [safe_cell(self.name), self.answer, "", gap, "", "", reason]
+            return [self.name, self.answer, "", gap, "", "", reason]
         dbh = "" if tree.dbh_cm is None else f"{tree.dbh_cm:.2f}"
-        return [safe_cell(self.name), self.answer, tree.tree_id, gap, dbh, tree.qc_flag, tree.qc_reason]
+        return [self.name, self.answer, tree.tree_id, gap, dbh, tree.qc_flag, tree.qc_reason]
 
 
 @dataclass(frozen=True)
@@ -110,6 +109,7 @@ def answers_of(
 def write_answers(path: Path, answers: Answers) -> None:
     """``field_stems.csv`` in the workspace."""
     with atomic_path(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        writer.writerows(answer.row() for answer in answers.found)
+        writer = SafeWriter(stream, COLUMNS)
+        writer.header()
+        for answer in answers.found:
+            writer.row(answer.row())

@@ -34,7 +34,9 @@ def read_trees(path: Path) -> gpd.GeoDataFrame:
         table = gpd.read_file(path, engine="pyogrio", **layer)
     except Exception as problem:
         raise InputError(f"{path}: cannot be read as a tree layer ({problem}).") from None
-    table = table.rename(columns={short: name for name, short in SHORT_NAMES.items()})
+    # A shapefile of ours, or one that GDAL cut the names of.
+    cut = {cut: name for name, short in SHORT_NAMES.items() for cut in (short, name[:10])}
+    table = table.rename(columns=cut)
     missing = {"tree_id", "dbh_cm", "qc_flag"} - set(table.columns)
     if missing:
         raise InputError(f"{path}: lacks the columns {', '.join(sorted(missing))}; give a layer made by TreeDGS.")
