@@ -184,9 +184,47 @@ def stand_change(trees: pd.DataFrame, design: Design, shared: SharedErrors, year
         "trees_mortality": made(gone, count),
         "trees_change": made(came + gone, Slopes(sign, zero, zero)),
     }
-    # Neither can be below nothing.
-    bounded = [name for name in figures if name.endswith(("ingrowth", "mortality"))]
-    return figures | {name: replace(figures[name], low=max(figures[name].low, 0.0)) for name in bounded}
+    for fate_, weights, slopes in (("ingrowth", came, new), ("mortality", gone, lost)):
+        # What one more tree would bring where there is none: a tree of the first date lost, one at the limit new.
+        usual = lost.value if fate_ == "mortality" else new.value[np.argsort(np.nan_to_num(d2, nan=np.inf))[:1]]
+        for name, values in ((f"trees_{fate_}", one), (f"ba_{fate_}", slopes.value)):
+            other = 1.0 if values is one else float(np.nan_to_num(np.nanmean(usual))) if len(usual) else 0.0
+            figures[name] = few_events(figures[name], design, weights, values, other)
+    return figures
+
+
+def few_events(found: Change, design: Design, weight: np.ndarray, value: np.ndarray, usual: float) -> Change:
+    """The figure with an interval that holds for a handful of events too, where the plots' spread says little.
+
+    Gamma interval of a weighted sum of Poisson counts (Fay and Feuer 1997, Statistics in Medicine 16: 791-801) with
+    half of one more event at its upper end (mid-P); its variance is that of the counts, or of the plots where they
+    differ more than chance lets them.
+
+    weight: (T,) how often each event counts. value: (T,) what it brings. usual: what one would bring where there is
+    none. From one plot nothing is known of the stand, and the figure stays as it is (never below nothing).
+    """
+    if not np.isfinite(found.se_plots):
+        return replace(found, low=max(found.low, 0.0))
+    area, used = float(design.areas.sum()), weight > 0
+    each = np.maximum(np.where(used, value, 0.0), 0.0) / area
+    counts = float(np.sum(each**2 * weight))
+    variance = max(counts, found.se_plots**2)
+    more = 0.5 * (float(each.max()) if used.any() else usual / area)
+    tail, mean = (1 - design.confidence) / 2, max(found.mean, 0.0)
+    down = mean - _gamma(tail, mean, variance)
+    up = max(_gamma(1 - tail, mean + more, variance + more**2) - mean, 0.0)
+    # Errors that all trees share are no counts: both sides in quadrature (Zou and Donner 2008, Statistics in Medicine
+    # 27: 1693-1702).
+    shared = float(stats.norm.ppf(1 - tail)) * found.se_shared
+    low, high = max(mean - float(np.hypot(down, shared)), 0.0), mean + float(np.hypot(up, shared))
+    return replace(found, se=float(np.hypot(np.sqrt(variance), found.se_shared)), df=np.inf, low=low, high=high)
+
+
+def _gamma(share: float, mean: float, variance: float) -> float:
+    """Quantile of the gamma distribution with this mean and variance; the mean where one of them is nothing."""
+    if mean <= 0 or variance <= 0:
+        return max(mean, 0.0)
+    return float(stats.gamma.ppf(share, mean**2 / variance, scale=variance / mean))
 
 
 def _stand_in(fate: np.ndarray, plot: np.ndarray, n: int, chance: np.ndarray) -> np.ndarray:
