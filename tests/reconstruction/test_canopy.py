@@ -8,7 +8,8 @@ import pytest
 
 from treedgs_geo.reconstruction.alike import pictures_of
 from treedgs_geo.reconstruction.cameras import Camera, View
-from treedgs_geo.reconstruction.canopy import canopy_of, finer_tip, tips_of
+from treedgs_geo.reconstruction.canopy import canopy_of, finer_tip
+from treedgs_geo.trees.tips import tips_of
 
 #: A crown (a level square, texture on top): half width, middle, height above the ground, metres; a smaller one.
 CROWNS = ((1.5, (2.0, 1.0), 12.0), (0.5, (-4.0, -2.0), 7.0))
@@ -79,7 +80,7 @@ def test_what_stands_is_found_at_its_height_and_nothing_is_in_the_air(seen):
 
 def test_the_tips_are_the_two_crowns_and_end_at_their_tops(seen):
     pictures, canopy = seen
-    tips = tips_of(canopy)
+    tips = tips_of(canopy.x, canopy.y, canopy.height_m)
     for half, middle, height in CROWNS:
         own = tips[np.abs(tips[:, :2] - middle).max(axis=1) < half + 0.3]
         assert len(own) >= 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from treedgs_geo.trees.proportions import check_heights, drop_heights_under_crowns
+from treedgs_geo.trees.proportions import check_heights
 from treedgs_geo.trees.tree import Tree
 
 
@@ -69,13 +69,3 @@ def test_a_stem_under_another_crown_does_not_keep_its_height():
     check_heights(trees)
     assert (under.height_m, under.height_why, under.qc_flag, under.dbh_cm) == (None, "other_tree", "ok", 12.4)
     assert all(tree.height_m is not None for tree in trees[:30])
-
-
-def test_one_crown_has_one_stem():
-    """As on plot_h: 12 cm, 1.5 m beside a tree of 35 cm, with that one's 21 m; its equal neighbour keeps its own."""
-    tree = Tree(1, 0.0, 0.0, dbh_cm=35.0, height_m=22.0)
-    under, far = Tree(2, 1.5, 0.0, dbh_cm=12.0, height_m=21.0), Tree(3, 6.0, 0.0, dbh_cm=12.0, height_m=21.0)
-    low, equal = Tree(4, -1.5, 0.0, dbh_cm=12.0, height_m=12.0), Tree(5, 0.0, 2.0, dbh_cm=30.0, height_m=21.5)
-    drop_heights_under_crowns([equal, under, tree, low, far])
-    assert (under.height_m, under.height_why) == (None, "other_tree")
-    assert [other.height_m for other in (tree, far, low, equal)] == [22.0, 21.0, 12.0, 21.5]

@@ -18,8 +18,9 @@ from ..inventory.tree_layer import style_raster
 from ..reconstruction.alike import pictures_of
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
-from ..reconstruction.canopy import CELL_M, Canopy, canopy_of, finer_tip, tips_of
+from ..reconstruction.canopy import CELL_M, Canopy, canopy_of, finer_tip
 from ..terrain.dtm import Dtm, write_dtm
+from ..trees.tips import tips_of
 from ..trees.tops import HEIGHT_REASONS, MOVING_SHARE, join_tops
 from ..trees.tree import Tree
 from .prepare import circles
@@ -90,7 +91,7 @@ def _found(
             wide = (box[0] - _RIM_M, box[1] - _RIM_M, box[2] + _RIM_M, box[3] + _RIM_M)
             canopy = canopy_of(pictures, ground, wide, highest(aligned.points, site, wide), reporter)
         canopies.append(canopy)
-        tips = tips_of(canopy)
+        tips = tips_of(canopy.x, canopy.y, canopy.height_m)
         if not own:
             continue
         tip_z = np.nan_to_num(ground(tips[:, 0], tips[:, 1])) if len(tips) else np.empty(0)

@@ -23,8 +23,6 @@ CONFIRMS = 0.12
 CELL_M = 0.2
 #: Smallest height that counts as canopy, metres.
 LEAST_M = 2.0
-#: Two tips are at least so far apart, metres and share of the height.
-_CLOSE_M, _CLOSE_SHARE = 0.3, 0.015
 #: Blur over the cells of a level, cells.
 _BLUR = 0.8
 #: Round a tip: reach across, below and above it, and step, metres; blur, steps.
@@ -96,30 +94,6 @@ def _confirmed(fine: list[Pictures], stands: np.ndarray, places: np.ndarray) -> 
     alike[near] = alike_in(fine, places[near])
     weight = np.maximum(cv2.GaussianBlur(weight, (0, 0), _BLUR), 1e-6)
     return stands & (cv2.GaussianBlur(alike, (0, 0), _BLUR) / weight > CONFIRMS)
-
-
-def tips_of(canopy: Canopy) -> np.ndarray:
-    """(K, 3) local x, y and height above the ground of the highest places: no higher one within 0.3 m and 1.5 %
-    of the height (a window that grows with height: Popescu and Wynne 2004)."""
-    rows, columns = np.nonzero(canopy.height_m > LEAST_M)
-    tips = np.column_stack([canopy.x[columns], canopy.y[rows], canopy.height_m[rows, columns]])
-    kept: list[np.ndarray] = []
-    for tip in tips[np.argsort(-tips[:, 2], kind="stable")]:
-        if not kept or np.hypot(*(np.array(kept)[:, :2] - tip[:2]).T).min() > _CLOSE_M + _CLOSE_SHARE * tip[2]:
-            kept.append(tip)
-    return _of_its_own(np.array(kept).reshape(-1, 3), tips)
-
-
-def _of_its_own(kept: np.ndarray, tips: np.ndarray) -> np.ndarray:
-    """Those of ``kept`` that no higher cell of ``tips`` overlooks: the rim of a crown is no tip."""
-    own = [
-        not (
-            (np.hypot(tips[:, 0] - tip[0], tips[:, 1] - tip[1]) <= _CLOSE_M + _CLOSE_SHARE * tip[2])
-            & (tips[:, 2] > tip[2])
-        ).any()
-        for tip in kept
-    ]
-    return kept[np.array(own, bool)] if len(kept) else kept
 
 
 def finer_tip(pictures: list[Pictures], tip: np.ndarray, ground_z: float) -> float:

@@ -4,7 +4,6 @@ or has lost its top; one far higher has been given the crown above it."""
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from .limits import TOGETHER, judge
 from .tree import Tree
@@ -15,10 +14,6 @@ LEAST_TREES = 10
 #: it too. Of 127 trees three were: DBHs of 11.0, 55.2 and 23.2 cm for 5.3, 15.1 and 17.0 cm; dead trees, leaning ones
 #: and forks were not.
 SPREADS = 4.0
-#: A crown reaches so far over its neighbours, metres; a stem of less than this share of its tree's diameter would be
-#: at most sqrt(0.7) = 84 % as high, and one this high has the height of the crown (plots a, e and h: six of the seven
-#: stems that it takes a height from read 5 to 9 m too high).
-_CROWN_M, _THIN, _AS_HIGH = 2.5, 0.7, 0.9
 #: No stand's heights lie closer to their curve than this share.
 _LEAST_SPREAD = 0.05
 
@@ -41,27 +36,11 @@ def check_heights(trees: list[Tree]) -> None:
         assert tree.dbh_cm is not None and tree.height_m is not None
         share = (tree.height_m - tree.bh_m) / float(curve(np.array([tree.dbh_cm]))[0])
         if share > highest:
-            tree.height_m, tree.height_why = None, "other_tree"
+            tree.height_m, tree.height_se_m, tree.height_why = None, None, "other_tree"
         for reason in judge("survey", {"height_share": share}).reasons if share < lowest else ():
             tree.add_reason(reason)
             if len(tree.reasons) >= TOGETHER["survey"]:
                 tree.add_reason(reason, "reject")
-
-
-def drop_heights_under_crowns(trees: list[Tree]) -> None:
-    """One crown, one stem: a stem that stands under a much thicker one's crown, and has got about its height, keeps
-    none (``height_why``). Clouds give a thin stem the points of the crown above it."""
-    known = [tree for tree in trees if tree.dbh_cm is not None and tree.height_m is not None]
-    if len(known) < 2:
-        return
-    near = cKDTree([(tree.x, tree.y) for tree in known]).query_pairs(_CROWN_M)
-    for pair in near:
-        thin, thick = sorted((known[k] for k in pair), key=lambda tree: tree.dbh_cm or 0.0)
-        assert thin.dbh_cm and thick.dbh_cm
-        if thick.height_m is None or thin.height_m is None or thin.dbh_cm >= _THIN * thick.dbh_cm:
-            continue
-        if thin.height_m > _AS_HIGH * thick.height_m:
-            thin.height_m, thin.height_why = None, "other_tree"
 
 
 def _naslund(d: np.ndarray, h: np.ndarray):

@@ -14,7 +14,7 @@ from scipy.optimize import linear_sum_assignment
 #: How far a top stands from its stem's axis followed straight up: metres, and share of the height (1 s.d.).
 _STRAY_M, _STRAY_SHARE = 0.25, 0.02
 #: Heights of trees of one diameter scatter so much within a plot (1 s.d. of their logarithm), at least.
-_LEAST_SCATTER = 0.12
+LEAST_SCATTER = 0.12
 #: Exponent of the diameter in the height: log-log slope within a stand is 0.4 to 0.6 (Zeide and Curtis 2002).
 _EXPONENT = 0.5
 #: Squared standard deviations at which a top is nobody's, and at which a second top would do about as well.
@@ -29,12 +29,18 @@ _LEAST_PAIRS = 5
 class Joined:
     """top: (S,) int index of each stem's top, -1 where it has none. reason: (S,) str, why not (a key of
     :data:`HEIGHT_REASONS`), empty where it has one. scatter: s.d. of the logarithm of height about the plot's own
-    curve over the diameter, NaN where it has no curve. share: of the stems with a diameter that have a top."""
+    curve over the diameter, level: of that curve (:meth:`over_curve`); NaN where it has no curve. share: of the stems
+    with a diameter that have a top."""
 
     top: np.ndarray
     reason: np.ndarray
     scatter: float
     share: float
+    level: float = np.nan
+
+    def over_curve(self, height_m: np.ndarray, dbh_cm: np.ndarray) -> np.ndarray:
+        """(N,) logarithm of heights over what the plot's curve gives their diameters; NaN where either is unknown."""
+        return np.log(height_m) - self.level - _EXPONENT * np.log(dbh_cm)
 
 
 #: Why a tree has no height.
@@ -65,7 +71,7 @@ def join_tops(at_height: np.ndarray, tops: np.ndarray, dbh_cm: np.ndarray, candi
     level, scatter = _curve(stray, log_h, log_d)
     misfit = np.zeros_like(stray)
     if np.isfinite(level):
-        misfit = (log_h[None] - level - _EXPONENT * log_d[:, None]) / max(scatter, _LEAST_SCATTER)
+        misfit = (log_h[None] - level - _EXPONENT * log_d[:, None]) / max(scatter, LEAST_SCATTER)
         misfit = np.nan_to_num(misfit)
     cost = stray**2 + misfit**2
     # A stem without a top costs as much as the farthest top that would still be its own.
@@ -84,7 +90,7 @@ def join_tops(at_height: np.ndarray, tops: np.ndarray, dbh_cm: np.ndarray, candi
         if (cost[stem, rivals] < cost[stem, top[stem]] + _RIVAL).any():
             top[stem], reason[stem] = -1, "two_tops"
     known = np.isfinite(log_d)[:candidates]
-    return Joined(top, reason, scatter, float((top[:candidates][known] >= 0).mean()) if known.any() else 0.0)
+    return Joined(top, reason, scatter, float((top[:candidates][known] >= 0).mean()) if known.any() else 0.0, level)
 
 
 def _curve(stray: np.ndarray, log_h: np.ndarray, log_d: np.ndarray) -> tuple[float, float]:

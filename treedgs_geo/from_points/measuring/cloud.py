@@ -16,7 +16,7 @@ from ...terrain.dtm import Dtm
 from ...terrain.ground import height_above_ground
 from ...trees.limits import judge
 from ...trees.methods import points_method
-from ...trees.proportions import check_heights, drop_heights_under_crowns
+from ...trees.proportions import check_heights
 from ...trees.tree import Tree, on_ground
 from ..segmentation.options import SegmentOptions
 from ..segmentation.segment import StemMap, find_stems, guess_sensor, label_points
@@ -259,15 +259,19 @@ def _finish(
     cloud: PointCloud, height: np.ndarray, trees: list[Tree], results: list[StemMeasure], groups: list[np.ndarray]
 ) -> None:
     """Heights, opacity and the edge of the data; then the layer's own rules."""
-    feet = np.array([[tree.x, tree.y] for tree in trees]).reshape(-1, 2)
+    places = np.array([[tree.x, tree.y] for tree in trees]).reshape(-1, 2)
     slopes = np.array([[m.cone.dx, m.cone.dy] if m.cone is not None else [0.0, 0.0] for m in results]).reshape(-1, 2)
-    tops = tree_heights(cloud.xyz, height, feet, slopes)
+    known = [[np.nan if value is None else value for value in (tree.z_ground, tree.dbh_cm)] for tree in trees]
+    z_ground, dbh_cm = np.array(known, float).reshape(-1, 2).T
+    tops = tree_heights(cloud.xyz, height, places, slopes, z_ground, dbh_cm, trees[0].bh_m if trees else 0.0)
     low, high = extent(cloud.xyz[:, :2])
     # A file of stem points alone does not say where the survey ended.
     whole = sum(len(group) for group in groups) < 0.5 * len(cloud)
     opacity = cloud.attributes.get("opacity")
-    for tree, group, top in zip(trees, groups, tops, strict=True):
-        tree.height_m = float(top) if np.isfinite(top) else None
+    for k, (tree, group) in enumerate(zip(trees, groups, strict=True)):
+        if np.isfinite(tops.height_m[k]):
+            tree.height_m, tree.height_se_m = float(tops.height_m[k]), float(tops.se_m[k])
+        tree.height_why = tops.why[k] or None
         if opacity is not None:
             tree.opac_mean = float(np.mean(opacity[group]))
         if whole:
@@ -276,7 +280,6 @@ def _finish(
             for reason in judge("points", {"rim_m": rim_m}).reasons:
                 tree.add_reason(reason)
         tree.finish()
-    drop_heights_under_crowns(trees)
     check_heights(trees)
     _mark_touching(trees)
 
