@@ -1,0 +1,71 @@
+"""The losses of ``gaussians/loss.py`` in torch operations: the same values, with torch's own gradients, on the tensors'
+device; and what one writes a loss of one's own beside."""
+
+from __future__ import annotations
+
+import torch
+from torch.nn.functional import conv2d
+
+_C1, _C2 = 0.01**2, 0.03**2
+#: Window of the structural similarity: pixels and their standard deviation (as OpenCV's, and the published one).
+_WINDOW, _SIGMA = 11, 1.5
+
+
+def l1(shown: torch.Tensor, image: torch.Tensor, weight: torch.Tensor, softness: float = 0.01) -> torch.Tensor:
+    """Weighted mean of sqrt(d^2 + softness^2) - softness. shown, image: (H, W, 3). weight: (H, W)."""
+    size = ((shown - image) ** 2 + softness**2).sqrt() - softness
+    return (size * _share(weight)).sum()
+
+
+def d_ssim(shown: torch.Tensor, image: torch.Tensor, weight: torch.Tensor) -> torch.Tensor:
+    """Weighted mean of (1 - SSIM) / 2 (11 x 11 Gaussian window, zero borders). shown, image: (H, W, 3)."""
+    mu_x, mu_y = _blur(shown), _blur(image)
+    xx, yy, xy = _blur(shown * shown), _blur(image * image), _blur(shown * image)
+    over = (2 * mu_x * mu_y + _C1) * (2 * (xy - mu_x * mu_y) + _C2)
+    under = (mu_x**2 + mu_y**2 + _C1) * (xx - mu_x**2 + yy - mu_y**2 + _C2)
+    return 0.5 * ((1 - over / under) * _share(weight)).sum()
+
+
+def photometric(
+    shown: torch.Tensor, image: torch.Tensor, weight: torch.Tensor, d_ssim_share: float = 0.2
+) -> torch.Tensor:
+    """(1 - l) L1 + l D-SSIM, as published (3DGS, RaDe-GS)."""
+    return (1 - d_ssim_share) * l1(shown, image, weight) + d_ssim_share * d_ssim(shown, image, weight)
+
+
+def normal_consistency(
+    planes: torch.Tensor, rays: torch.Tensor, weight: torch.Tensor, least_alpha: float = 0.5
+) -> torch.Tensor:
+    """Rendered normals against those of the expected-depth surface: weighted mean of 1 - cos.
+
+    planes: (8, H, W) of :class:`.rasterize.Rendered`. rays: (H, W, 3) unit directions, camera axes
+    (``CropCamera.pixel_rays``). weight: (H, W). Pixels with alpha below ``least_alpha`` and the border are left out.
+    """
+    alpha = planes[3]
+    points = (planes[4] / alpha.clamp_min(1e-3))[..., None] * rays
+    along, down = points[1:-1, 2:] - points[1:-1, :-2], points[2:, 1:-1] - points[:-2, 1:-1]
+    cross = torch.linalg.cross(along, down)
+    rendered = planes[5:].permute(1, 2, 0)[1:-1, 1:-1]
+    size, length = ((vector**2).sum(dim=-1) for vector in (cross, rendered))
+    solid = alpha >= least_alpha
+    use = solid[1:-1, 1:-1] & solid[1:-1, 2:] & solid[1:-1, :-2] & solid[2:, 1:-1] & solid[:-2, 1:-1]
+    use = use & (size > 1e-24) & (length > 1e-12)
+    # The inner where keeps the gradient of pixels that are left out finite.
+    norm = torch.where(use, size * length, torch.ones_like(size)).sqrt()
+    # x right, y down, z forward: (right x down) points away from the camera, the normals face it.
+    cosine = -(cross * rendered).sum(dim=-1) / norm
+    return (torch.where(use, 1 - cosine, 0.0) * weight[1:-1, 1:-1]).sum() / weight.sum().clamp_min(1e-6)
+
+
+def _share(weight: torch.Tensor) -> torch.Tensor:
+    return weight[..., None] / (3 * weight.sum()).clamp_min(1e-6)
+
+
+def _blur(image: torch.Tensor) -> torch.Tensor:
+    """(H, W, 3) smoothed, zeros beyond the border."""
+    at = torch.arange(_WINDOW, dtype=image.dtype, device=image.device) - _WINDOW // 2
+    line = torch.exp(-0.5 * (at / _SIGMA) ** 2)
+    line = line / line.sum()
+    moved = image.permute(2, 0, 1).unsqueeze(1)
+    moved = conv2d(moved, line.view(1, 1, -1, 1), padding=(_WINDOW // 2, 0))
+    return conv2d(moved, line.view(1, 1, 1, -1), padding=(0, _WINDOW // 2)).squeeze(1).permute(1, 2, 0)
