@@ -91,9 +91,10 @@ def main() -> None:
     for pair in args.runs:
         plot, _, workspace = (Path(part) for part in pair.partition("="))
         found = {"photos": from_photos(plot, workspace), "lidar": from_cloud(plot)}
-        results[plot.name] = {route: value for route, value in found.items() if value is not None}
-        for route, value in results[plot.name].items():
-            print(plot.name, route, json.dumps(value), flush=True)
+        name = plot.name if plot.name != "plot" else plot.parent.name
+        results[name] = {route: value for route, value in found.items() if value is not None}
+        for route, value in results[name].items():
+            print(name, route, json.dumps(value), flush=True)
     write_record(args.output, results, seeds=[0])
 
 

@@ -48,6 +48,7 @@ HEIGHT_REASONS = {
     "no_top": "no treetop is seen along the stem's axis: it stands under another crown, or is bare",
     "other_tree": "the treetop above this stem is too high or too low for its diameter, or suits another stem better",
     "two_tops": "a second, higher treetop suits this stem about as well",
+    "sparse": "the photos show too little of the crown about the treetop to tell it from chance",
     "moving": "too few treetops of the plot are seen alike in neighbouring photos: wind, or bare crowns",
 }
 
