@@ -99,7 +99,7 @@ class Linear(NamedTuple):
 
 
 class PointNormals(NamedTuple):
-    """The points' normal equations: inverse (P, 3, 3), right side (P, 3), share in the shared parameters (P, S, 3)."""
+    """The points' normal equations: inverse (P, 3, 3), right side (P, 3), share in the shared parameters (P, 3, S)."""
 
     inverse: np.ndarray
     right: np.ndarray
@@ -119,9 +119,9 @@ def camera_of(shared: np.ndarray, camera: Camera) -> Camera:
     return Camera(camera.width, camera.height, fx, fy, *(float(value) for value in shared[CX:READOUT]))
 
 
-def _rows_of(index: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Start of each number's rows in an order that sorts by number."""
-    order = np.argsort(index, kind="stable")
+def _rows_of(index: np.ndarray, count: int, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Start of each number's rows in an order that sorts by number, and those of one number by the second."""
+    order = np.lexsort((second, index))
     return np.searchsorted(index[order], np.arange(count + 1)), order
 
 
@@ -155,9 +155,13 @@ class Problem:
         self.seen, self.priors, self.sensor = observations, priors, sensor
         self.photos, self.points = len(priors.centres), points
         self.shared = FIRST_FLIGHT + len(sensor.drift) - 1
-        self.by_image = _rows_of(observations.photo, self.photos)
-        self.by_point = _rows_of(observations.point, points)
+        self.by_image = _rows_of(observations.photo, self.photos, observations.point)
+        self.by_point = _rows_of(observations.point, points, observations.photo)
         rows = len(observations.photo)
+        self.places = np.empty(rows, np.int64)
+        self.places[self.by_point[1]] = np.arange(rows)
+        self.coupled = np.zeros((rows, 3, kernels.STILL))
+        self.travels = bool((priors.travel_sd > 0).any())
         self.linear = Linear(
             np.zeros((rows, 2)),
             np.zeros((rows, 2, N_POSE)),
@@ -222,14 +226,29 @@ class Problem:
         """Reduced normal equations (upper triangle), right side, and the points' own."""
         linear = self.linear
         points = PointNormals(
-            np.zeros((self.points, 3, 3)), np.zeros((self.points, 3)), np.zeros((self.points, self.shared, 3))
+            np.zeros((self.points, 3, 3)), np.zeros((self.points, 3)), np.zeros((self.points, 3, self.shared))
         )
         prior = self.point_weight, x.points - self.point_xyz
         kernels.eliminate(linear, weights.pixels, kernels.Rows(*self.by_point), prior, damping, *points)
         size = self.photos * N_POSE + self.shared
         matrix, right = np.zeros((size, size)), np.zeros(size)
-        rows = kernels.Rows(*self.by_image), kernels.Rows(*self.by_point)
-        kernels.reduce_photos(linear, weights.pixels, self.seen.photo, self.seen.point, *rows, points, matrix, right)
+        by_image, by_point = kernels.Rows(*self.by_image), kernels.Rows(*self.by_point)
+        kernels.couple(linear, weights.pixels, by_point, self.coupled)
+        order = self.by_point[1]
+        seen = self.seen.point, self.seen.share, self.seen.photo[order], self.seen.share[order]
+        kernels.reduce_photos(
+            linear,
+            weights.pixels,
+            seen,
+            by_image,
+            by_point,
+            self.places,
+            self.coupled,
+            points,
+            self.travels,
+            matrix,
+            right,
+        )
         kernels.reduce_shared(linear, weights.pixels, points, matrix, right)
         self._add_tags(x, weights.tags, matrix, right)
         self._add_aim(x, matrix, right)

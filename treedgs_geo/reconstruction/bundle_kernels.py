@@ -17,6 +17,9 @@ N_POSE = 9
 #: Brown's k1, k2, p1, p2, k3 and the readout time in seconds.
 LOG_F, LOG_ASPECT, CX, CY, K1, K2, P1, P2, K3, READOUT, FIRST_FLIGHT = range(11)
 
+#: Numbers of a photo before its travel.
+STILL = 6
+
 _FAST = {"nogil": True, "cache": True}
 
 
@@ -141,67 +144,149 @@ def eliminate(linear, weight, by_point_rows, known, damping, inverse, right, mix
                     for n in range(3):
                         normal[j, n] += g * by_point[m, k, n]
                     for n in range(size):
-                        mixed[p, n, j] += g * by_shared[m, k, n]
+                        mixed[p, j, n] += g * by_shared[m, k, n]
         for j in range(3):
             normal[j, j] *= 1 + damping
             normal[j, j] += 1e-12
-        inverse[p] = np.linalg.inv(normal)
+        _invert(normal, inverse[p])
+
+
+@njit(**_FAST)
+def _invert(normal, out):
+    """Inverse of a symmetric 3 x 3 matrix by its cofactors."""
+    a, b, c = normal[0, 0], normal[0, 1], normal[0, 2]
+    d, e, f = normal[1, 1], normal[1, 2], normal[2, 2]
+    out[0, 0], out[0, 1], out[0, 2] = d * f - e * e, c * e - b * f, b * e - c * d
+    out[1, 1], out[1, 2], out[2, 2] = a * f - c * c, b * c - a * e, a * d - b * b
+    scale = 1 / (a * out[0, 0] + b * out[0, 1] + c * out[0, 2])
+    for j in range(3):
+        for n in range(j, 3):
+            out[j, n] *= scale
+            out[n, j] = out[j, n]
 
 
 @njit(parallel=True, **_FAST)
-def reduce_photos(linear, weight, image, point, image_rows, point_rows, normals, matrix, right):
+def couple(linear, weight, point_rows, out):
+    """Products of the derivatives by turn and centre with those by the point, weighted: (M, 3, 6), in the order of
+    ``point_rows``, so that those of one point lie side by side."""
+    _, by_pose, _, by_point = linear
+    starts, order = point_rows
+    for p in prange(len(starts) - 1):
+        for place in range(starts[p], starts[p + 1]):
+            m = order[place]
+            for j in range(3):
+                g0, g1 = weight[m] * by_point[m, 0, j], weight[m] * by_point[m, 1, j]
+                for d in range(STILL):
+                    out[place, j, d] = g0 * by_pose[m, 0, d] + g1 * by_pose[m, 1, d]
+
+
+@njit(inline="always")
+def _take(block, lean, factor, other):
+    """``block`` (6, 6) less ``factor`` times ``lean`` (6, 3) times ``other`` (3, 6).
+
+    Written out: compilers make no vectors of loops over arrays that may overlap, and this is where an adjustment spends
+    its time."""
+    a0, a1, a2, a3, a4, a5 = other[0, 0], other[0, 1], other[0, 2], other[0, 3], other[0, 4], other[0, 5]
+    b0, b1, b2, b3, b4, b5 = other[1, 0], other[1, 1], other[1, 2], other[1, 3], other[1, 4], other[1, 5]
+    c0, c1, c2, c3, c4, c5 = other[2, 0], other[2, 1], other[2, 2], other[2, 3], other[2, 4], other[2, 5]
+    for d in range(6):
+        a, b, c = factor * lean[d, 0], factor * lean[d, 1], factor * lean[d, 2]
+        r0 = block[d, 0] - (a * a0 + b * b0 + c * c0)
+        r1 = block[d, 1] - (a * a1 + b * b1 + c * c1)
+        r2 = block[d, 2] - (a * a2 + b * b2 + c * c2)
+        r3 = block[d, 3] - (a * a3 + b * b3 + c * c3)
+        r4 = block[d, 4] - (a * a4 + b * b4 + c * c4)
+        r5 = block[d, 5] - (a * a5 + b * b5 + c * c5)
+        block[d, 0], block[d, 1], block[d, 2], block[d, 3], block[d, 4], block[d, 5] = r0, r1, r2, r3, r4, r5
+
+
+@njit(parallel=True, **_FAST)
+def reduce_photos(linear, weight, seen, image_rows, point_rows, places, coupled, normals, travels, matrix, right):
     """The photos' rows of the reduced normal equations (upper part).
 
-    matrix: (N * N_POSE + S,) squared, zeroed. right: as long.
+    A centre and the travel of its photo move a pixel alike, but for the share of the readout: rows and columns of the
+    travel are those of the centre times that share. They stay zero where no photo travels.
+
+    Args:
+        seen: point and share (M,) of the observations, then their photo and share in the order of ``point_rows`` (by
+            point, then by photo). places: (M,) where each stands in that order. coupled: of :func:`couple`. travels:
+            whether a travel is free. matrix: (N * N_POSE + S,) squared, zeroed. right: as long.
     """
+    point, share, photo_there, share_there = seen
     image_starts, image_order = image_rows
-    starts, order = point_rows
-    residual, by_pose, by_shared, by_point = linear
+    starts, _ = point_rows
+    residual, by_pose, by_shared, _ = linear
     inverse, point_right, mixed = normals
-    size = by_shared.shape[2]
-    first_shared = (len(image_starts) - 1) * N_POSE
-    for i in prange(len(image_starts) - 1):
+    photos, size = len(image_starts) - 1, by_shared.shape[2]
+    for i in prange(photos):
         at = i * N_POSE
-        cross = np.zeros((N_POSE, 3))
-        lean = np.zeros((N_POSE, 3))
-        for place in range(image_starts[i], image_starts[i + 1]):
-            m = image_order[place]
-            p, w = point[m], weight[m]
-            for d in range(N_POSE):
-                for j in range(3):
-                    cross[d, j] = w * (by_pose[m, 0, d] * by_point[m, 0, j] + by_pose[m, 1, d] * by_point[m, 1, j])
-            for d in range(N_POSE):
-                for j in range(3):
-                    lean[d, j] = (
-                        cross[d, 0] * inverse[p, 0, j] + cross[d, 1] * inverse[p, 1, j] + cross[d, 2] * inverse[p, 2, j]
-                    )
-            for d in range(N_POSE):
-                right[at + d] -= w * (by_pose[m, 0, d] * residual[m, 0] + by_pose[m, 1, d] * residual[m, 1])
-                for j in range(3):
-                    right[at + d] -= lean[d, j] * point_right[p, j]
-                for n in range(N_POSE):
-                    matrix[at + d, at + n] += w * (
-                        by_pose[m, 0, d] * by_pose[m, 0, n] + by_pose[m, 1, d] * by_pose[m, 1, n]
-                    )
+        # By their own share, by that of the other photo, by both.
+        blocks = np.zeros((photos - i, 4 if travels else 1, STILL, STILL))
+        common = np.zeros((2 if travels else 1, STILL, size))
+        down = np.zeros((2 if travels else 1, STILL))
+        lean = np.empty((STILL, 3))
+        for row in range(image_starts[i], image_starts[i + 1]):
+            m = image_order[row]
+            p, w, s = point[m], weight[m], share[m]
+            _lean(coupled[places[m]], inverse[p], lean)
+            for d in range(STILL):
+                u, v = w * by_pose[m, 0, d], w * by_pose[m, 1, d]
+                a, b, c = lean[d, 0], lean[d, 1], lean[d, 2]
+                pull = u * residual[m, 0] + v * residual[m, 1]
+                pull += a * point_right[p, 0] + b * point_right[p, 1] + c * point_right[p, 2]
+                down[0, d] += pull
+                if travels:
+                    down[1, d] += s * pull
                 for n in range(size):
-                    total = w * (by_pose[m, 0, d] * by_shared[m, 0, n] + by_pose[m, 1, d] * by_shared[m, 1, n])
-                    for j in range(3):
-                        total -= lean[d, j] * mixed[p, n, j]
-                    matrix[at + d, first_shared + n] += total
-            for other in range(starts[p], starts[p + 1]):
-                q = order[other]
-                h = image[q]
-                if h < i:
-                    continue
-                to, v = h * N_POSE, weight[q]
-                for n in range(N_POSE):
-                    g0 = v * by_pose[q, 0, n]
-                    g1 = v * by_pose[q, 1, n]
-                    c0 = g0 * by_point[q, 0, 0] + g1 * by_point[q, 1, 0]
-                    c1 = g0 * by_point[q, 0, 1] + g1 * by_point[q, 1, 1]
-                    c2 = g0 * by_point[q, 0, 2] + g1 * by_point[q, 1, 2]
-                    for d in range(N_POSE):
-                        matrix[at + d, to + n] -= lean[d, 0] * c0 + lean[d, 1] * c1 + lean[d, 2] * c2
+                    total = u * by_shared[m, 0, n] + v * by_shared[m, 1, n]
+                    total -= a * mixed[p, 0, n] + b * mixed[p, 1, n] + c * mixed[p, 2, n]
+                    common[0, d, n] += total
+                    if travels:
+                        common[1, d, n] += s * total
+                for n in range(STILL):
+                    total = u * by_pose[m, 0, n] + v * by_pose[m, 1, n]
+                    blocks[0, 0, d, n] += total
+                    if travels:
+                        blocks[0, 1, d, n] += s * total
+                        blocks[0, 2, d, n] += s * total
+                        blocks[0, 3, d, n] += s * s * total
+            begin = places[m]
+            while begin > starts[p] and photo_there[begin - 1] == i:
+                begin -= 1
+            for place in range(begin, starts[p + 1]):
+                h = photo_there[place] - i
+                _take(blocks[h, 0], lean, 1.0, coupled[place])
+                if travels:
+                    t = share_there[place]
+                    _take(blocks[h, 1], lean, s, coupled[place])
+                    _take(blocks[h, 2], lean, t, coupled[place])
+                    _take(blocks[h, 3], lean, s * t, coupled[place])
+        _write_rows(blocks, common, down, at, matrix, right)
+
+
+@njit(inline="always")
+def _lean(cross, inverse, out):
+    """(3, 6) product of a photo and a point, times the point's inverse normal equations, into (6, 3)."""
+    for d in range(STILL):
+        for j in range(3):
+            out[d, j] = cross[0, d] * inverse[0, j] + cross[1, d] * inverse[1, j] + cross[2, d] * inverse[2, j]
+
+
+@njit(**_FAST)
+def _write_rows(blocks, common, down, at, matrix, right):
+    """One photo's rows, with those of its travel (the last three of a second block of six) where there are some."""
+    sides, size = len(down), common.shape[2]
+    first_shared = len(right) - size
+    for side in range(sides):
+        for d in range(3 * side, STILL):
+            row = at + 3 * side + d
+            right[row] -= down[side, d]
+            for n in range(size):
+                matrix[row, first_shared + n] += common[side, d, n]
+            for h in range(len(blocks)):
+                for other in range(sides):
+                    for n in range(3 * other, STILL):
+                        matrix[row, at + h * N_POSE + 3 * other + n] += blocks[h, side + 2 * other, d, n]
 
 
 @njit(**_FAST)
@@ -225,14 +310,14 @@ def reduce_shared(linear, weight, normals, matrix, right):
         for n in range(size):
             for j in range(3):
                 lean[j] = (
-                    mixed[p, n, 0] * inverse[p, 0, j]
-                    + mixed[p, n, 1] * inverse[p, 1, j]
-                    + mixed[p, n, 2] * inverse[p, 2, j]
+                    mixed[p, 0, n] * inverse[p, 0, j]
+                    + mixed[p, 1, n] * inverse[p, 1, j]
+                    + mixed[p, 2, n] * inverse[p, 2, j]
                 )
             for j in range(3):
                 right[at + n] -= lean[j] * point_right[p, j]
             for k in range(n, size):
-                matrix[at + n, at + k] -= lean[0] * mixed[p, k, 0] + lean[1] * mixed[p, k, 1] + lean[2] * mixed[p, k, 2]
+                matrix[at + n, at + k] -= lean[0] * mixed[p, 0, k] + lean[1] * mixed[p, 1, k] + lean[2] * mixed[p, 2, k]
 
 
 @njit(parallel=True, **_FAST)
@@ -241,14 +326,14 @@ def move_points(linear, weight, image, point_rows, normals, step, out):
     _, by_pose, _, by_point = linear
     starts, order = point_rows
     inverse, point_right, mixed = normals
-    size = mixed.shape[1]
+    size = mixed.shape[2]
     first_shared = len(step) - size
     for p in prange(len(starts) - 1):
         rest = np.empty(3)
         for j in range(3):
             rest[j] = point_right[p, j]
             for n in range(size):
-                rest[j] -= mixed[p, n, j] * step[first_shared + n]
+                rest[j] -= mixed[p, j, n] * step[first_shared + n]
         for place in range(starts[p], starts[p + 1]):
             m = order[place]
             at = image[m] * N_POSE

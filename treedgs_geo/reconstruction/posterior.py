@@ -111,7 +111,7 @@ def _scale_gradient(adjusted: Adjusted, weight: np.ndarray, points: PointNormals
     np.add.at(by_point, seen.point, by_depth)
     # The points move with photos and lens: less what elimination took out.
     moved = np.einsum("pij,pj->pi", points.inverse, by_point)
-    gradient[problem.photos * N_POSE :] -= np.einsum("psj,pj->s", points.mixed, moved)
+    gradient[problem.photos * N_POSE :] -= np.einsum("pjs,pj->s", points.mixed, moved)
     pull = weight[:, None] * np.einsum("mkj,mj->mk", linear.by_point, moved[seen.point])
     np.add.at(pose, seen.photo, -np.einsum("mkd,mk->md", linear.by_pose, pull))
     gradient[problem.photos * N_POSE + LOG_F] -= 1.0
