@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -134,6 +135,8 @@ def check_block(
         "readout_s": round(block.sensor.readout_s, 5),
         "readout_sd_s": _rounded(float(posterior.shared_sd[READOUT]), 5),
         "readout_source": _readout_source(joined, readout),
+        "poses_px_median": _rounded(_of_known(np.median, posterior.poses_px), 3),
+        "poses_px_worst": _rounded(_of_known(np.max, posterior.poses_px), 3),
         **control,
         "scale_sd": round(scale, 6) if np.isfinite(scale) else None,
         "height_over_relative_altitude": round(height_ratio, 4) if np.isfinite(height_ratio) else None,
@@ -147,6 +150,11 @@ def check_block(
         f"{e:.1f}/{n:.1f}/{u:.1f} cm ({geotags.quality})."
     )
     return report
+
+
+def _of_known(what: Callable[[np.ndarray], Any], values: np.ndarray) -> float:
+    known = values[np.isfinite(values)]
+    return float(what(known)) if len(known) else float("nan")
 
 
 def _held_drift(joined: Joined) -> float:

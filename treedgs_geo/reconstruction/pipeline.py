@@ -21,22 +21,29 @@ from ..geotags.control import ControlPoints
 from ..geotags.photos import read_photo
 from ..geotags.readout import Readout, readout_of
 from ..geotags.stations import Stations
-from .adjustment import Known
+from .adjustment import Known, geotags_are_precise
 from .calibration import Calibration, calibration_of, calibration_record
 from .checks import check_block
 from .features import FeatureStore, count_rows, run_task
-from .georeference import place_photos
+from .georeference import place_by_gimbal, place_photos
+from .guided_pairs import Guide, match_guided
 from .images import load_image
-from .joining import join_photos
+from .joining import Joined, from_gimbal, join_photos
+from .levels import Held, Level, doubts, levels_of
 from .matchers import Matcher, Plugin, load_matcher, match_photos
 from .matching import match_pairs
 from .model import save_model
 from .pairs import ground_below, select_pairs
 from .poses import rotation_from_gimbal
+from .sensor import Sensor
 from .shutter import free_shutter, lens_sd, sensor_of
 
 #: Photos with fewer pixels give too few features at their own size.
 SMALL_PHOTO_PX = 900_000
+#: Share of the photos that must have geotag and gimbal angles for those to say where features are looked for.
+GUIDED_SHARE = 0.9
+#: Features lie so high at most, metres, and so far below the take-off point, share of the flying height.
+CROWNS_M, LOW_SHARE = 30.0, 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,12 +97,65 @@ def reconstruct_photos(
         raise ReconstructionError(
             f"{len(stations)} usable photos: structure from motion needs at least 3, a plot 30 or more; add photos."
         )
-    threads = options.threads or available_threads()
     sfm_folder = Path(sfm_folder)
     # A plug-in that cannot be loaded must not be found out after an hour of matching.
     matcher = load_matcher(plugin) if plugin else None
-    first = read_photo(stations.paths[0])
-    calibration = calibration_of([first], calibration_file)
+    work = _Work(stations, options, _survey(stations, control, calibration_file), plugin, matcher, sfm_folder)
+    levels = levels_of(options.max_features, options.neighbours, plugin is None and _can_guide(work.survey))
+    climbed = ""
+    for number, level in enumerate(levels):
+        last = number == len(levels) - 1
+        held = reporter if last else Held(reporter)
+        with reporter.stage(f"photos, {level.name}", 0.0 if last else 0.0, 1.0 if last else 0.4):
+            try:
+                joined, report = _at_level(work, level, held)
+            except ReconstructionError as problem:
+                if last:
+                    raise
+                climbed = str(problem)
+                continue
+        if last:
+            break
+        climbed = doubts(report)
+        if not climbed:
+            held.release()
+            break
+        reporter.info(f"More features and pairs are tried: {climbed}.")
+    report |= {"seconds": round(time.monotonic() - began, 1), "level": level.name, "climbed_because": climbed}
+    survey = work.survey
+    record = calibration_record(read_photo(stations.paths[0]).model, joined.block.sensor, report["lens_sd"])
+    save_model(sfm_folder, joined.block, stations.names, stations.paths, stations.flight, survey.frame, report, record)
+    if not options.keep_cache:
+        for level in levels:
+            shutil.rmtree(work.cache(level), ignore_errors=True)
+        if not any(work.cache_root.iterdir()):
+            work.cache_root.rmdir()
+    return report
+
+
+@dataclass(frozen=True)
+class _Survey:
+    """What is known before a photo is looked at, in the local frame. ground: height, NaN unknown. free: parts of lens
+    and shutter that are adjusted."""
+
+    frame: LocalFrame
+    calibration: Calibration
+    rotations: np.ndarray
+    ground: float
+    known: Known
+    sensor: Sensor
+    free: frozenset[str]
+    free_focal: bool
+    readout: Readout
+
+    @property
+    def height(self) -> float:
+        """Of the cameras above the ground, metres."""
+        return float(np.nanmedian(self.known.xyz[:, 2]) - self.ground) if np.isfinite(self.ground) else 80.0
+
+
+def _survey(stations: Stations, control: ControlPoints | None, calibration_file: Path | None) -> _Survey:
+    calibration = calibration_of([read_photo(stations.paths[0])], calibration_file)
     frame = LocalFrame.around(stations.crs, stations.xyz[stations.is_placed])
     ground = ground_below(stations.xyz, stations.relative_altitude_m)
     if np.isfinite(ground):
@@ -103,22 +163,6 @@ def reconstruct_photos(
         ground -= frame.origin[2]
     xyz = frame.to_local(stations.xyz)
     rotations = gimbal_rotations(stations)
-    cache = _cache_folder(stations, options, sfm_folder, plugin)
-    database = cache / "features.db"
-    timing: dict[str, float] = {}
-
-    with reporter.stage("features", 0.0, 0.30):
-        extract_features(database, cache, stations, calibration, options, threads, reporter)
-    timing["features"] = time.monotonic() - began
-    half_field = 0.5 * max(calibration.camera.width, calibration.camera.height) / calibration.focal_px
-    pairs = select_pairs(xyz, rotations, ground, half_field, options.neighbours)
-    with reporter.stage("matching", 0.30, 0.75):
-        match_pairs(database, cache, stations.names, pairs, threads, options.seed, reporter)
-        if plugin is not None:
-            database = _match_learned(database, stations, pairs, plugin, matcher, reporter)
-    timing["matching"] = time.monotonic() - began - sum(timing.values())
-    store = FeatureStore(database, stations.names)
-
     free = _free_lens(rotations, xyz, stations, control)
     readout = _readout(stations, calibration)
     known = Known(
@@ -134,37 +178,103 @@ def reconstruct_photos(
     known, sensor, shutter = free_shutter(
         known, sensor_of(stations, calibration.camera), stations, readout, float(height)
     )
-    with reporter.stage("mapping", 0.75, 0.85):
-        placement = place_photos(
-            database,
-            cache,
-            stations,
-            calibration,
-            xyz,
-            rotations,
-            "focal" in free,
-            options.seed,
-            reporter,
-        )
-    timing["mapping"] = time.monotonic() - began - sum(timing.values())
-    with reporter.stage("adjustment", 0.85, 1.0):
-        joined = join_photos(placement, store, stations, known, sensor, free | shutter, reporter)
-    timing["adjustment"] = time.monotonic() - began - sum(timing.values())
+    return _Survey(frame, calibration, rotations, ground, known, sensor, free | shutter, "focal" in free, readout)
 
-    report = check_block(joined, stations, calibration, readout, reporter)
-    report |= {
-        "seconds": round(time.monotonic() - began, 1),
-        "stage_seconds": {k: round(v, 1) for k, v in timing.items()},
-        "pairs": len(pairs),
-        "matches": int(sum(len(m) for m in store.matches.values())),
-    }
-    record = calibration_record(first.model, joined.block.sensor, report["lens_sd"])
-    save_model(sfm_folder, joined.block, stations.names, stations.paths, stations.flight, frame, report, record)
-    if not options.keep_cache:
-        shutil.rmtree(cache, ignore_errors=True)
-        if not any(cache.parent.iterdir()):
-            cache.parent.rmdir()
-    return report
+
+def _can_guide(survey: _Survey) -> bool:
+    """Whether geotags and gimbals say where to look for a feature of one photo in another."""
+    known = np.isfinite(survey.rotations).all(axis=(1, 2)) & np.isfinite(survey.known.xyz).all(axis=1)
+    return bool(known.mean() >= GUIDED_SHARE) and geotags_are_precise(survey.known) and np.isfinite(survey.ground)
+
+
+@dataclass(frozen=True)
+class _Work:
+    """One reconstruction, whatever the level."""
+
+    stations: Stations
+    options: ReconstructOptions
+    survey: _Survey
+    plugin: Plugin | None
+    matcher: Matcher | None
+    sfm_folder: Path
+
+    @property
+    def threads(self) -> int:
+        return self.options.threads or available_threads()
+
+    @property
+    def cache_root(self) -> Path:
+        return self.sfm_folder.parent / "cache"
+
+    def cache(self, level: Level) -> Path:
+        """Where the features and matches of a level are kept while the work goes on."""
+        key = fingerprint(self.stations.paths)
+        key += f"-{level.max_features}-{self.options.max_image_size}-{level.contrast:g}"
+        if self.plugin is not None:
+            key += "-" + fingerprint([self.plugin.code, self.plugin.weights])
+        return self.cache_root / f"sfm-{key}"
+
+
+def _at_level(work: _Work, level: Level, reporter: Reporter) -> tuple[Joined, dict[str, Any]]:
+    """The block at one level, and its report.
+
+    Raises:
+        ReconstructionError: as :func:`reconstruct_photos`.
+    """
+    stations, options, survey = work.stations, work.options, work.survey
+    cache, timing, began = work.cache(level), dict[str, float](), time.monotonic()
+    cache.mkdir(parents=True, exist_ok=True)
+    database = cache / "features.db"
+
+    def timed(name: str) -> None:
+        timing[name] = round(time.monotonic() - began - sum(timing.values()), 1)
+
+    with reporter.stage("features", 0.0, 0.30):
+        extract_features(database, cache, stations, survey.calibration, options, level, work.threads, reporter)
+    timed("features")
+    camera = survey.calibration.camera
+    half_field = 0.5 * max(camera.width, camera.height) / survey.calibration.focal_px
+    pairs = select_pairs(survey.known.xyz, survey.rotations, survey.ground, half_field, level.neighbours)
+    with reporter.stage("matching", 0.30, 0.75):
+        if level.guided:
+            store = FeatureStore(database, stations.names)
+            match_guided(store, pairs, _guide(survey), options.seed, work.threads, reporter)
+        else:
+            match_pairs(database, cache, stations.names, pairs, work.threads, options.seed, reporter)
+            if work.plugin is not None:
+                database = _match_learned(database, stations, pairs, work.plugin, work.matcher, reporter)
+            store = FeatureStore(database, stations.names)
+    timed("matching")
+    with reporter.stage("mapping", 0.75, 0.85):
+        if level.guided:
+            start = place_by_gimbal(camera, survey.known.xyz, survey.rotations)
+            placement = from_gimbal(start, store, survey.known, survey.sensor)
+        else:
+            placement = place_photos(
+                database,
+                cache,
+                stations,
+                survey.calibration,
+                survey.known.xyz,
+                survey.rotations,
+                survey.free_focal,
+                options.seed,
+                reporter,
+            )
+    timed("mapping")
+    with reporter.stage("adjustment", 0.85, 1.0):
+        joined = join_photos(placement, store, stations, survey.known, survey.sensor, survey.free, reporter)
+    timed("adjustment")
+    report = check_block(joined, stations, survey.calibration, survey.readout, reporter)
+    matches = int(sum(len(m) for m in store.matches.values()))
+    return joined, report | {"stage_seconds": timing, "pairs": len(pairs), "matches": matches}
+
+
+def _guide(survey: _Survey) -> Guide:
+    """Features lie between somewhat below the take-off point and the tops of the crowns."""
+    low = survey.ground - LOW_SHARE * survey.height
+    high = survey.ground + min(CROWNS_M, 0.5 * survey.height)
+    return Guide(survey.rotations, survey.known.xyz, survey.calibration.camera, low, high)
 
 
 def gimbal_rotations(stations: Stations) -> np.ndarray:
@@ -218,15 +328,6 @@ def _local(control: ControlPoints | None, frame: LocalFrame) -> ControlPoints | 
     return None if control is None else replace(control, xyz=frame.to_local(control.xyz))
 
 
-def _cache_folder(stations: Stations, options: ReconstructOptions, sfm_folder: Path, plugin: Plugin | None) -> Path:
-    key = fingerprint(stations.paths) + f"-{options.max_features}-{options.max_image_size}"
-    if plugin is not None:
-        key += "-" + fingerprint([plugin.code, plugin.weights])
-    cache = sfm_folder.parent / "cache" / f"sfm-{key}"
-    cache.mkdir(parents=True, exist_ok=True)
-    return cache
-
-
 def _photo_root(stations: Stations) -> Path:
     path, name = stations.paths[0], stations.names[0]
     return Path(str(path)[: -len(name)]) if str(path).endswith(name) else path.parent
@@ -238,6 +339,7 @@ def extract_features(
     stations: Stations,
     calibration: Calibration,
     options: ReconstructOptions,
+    level: Level,
     threads: int,
     reporter: Reporter,
 ) -> None:
@@ -256,10 +358,10 @@ def extract_features(
             f"{v:.6f}" for v in (camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion[:4])
         ),
         "max_image_size": options.max_image_size,
-        "max_features": options.max_features,
+        "max_features": level.max_features,
         # Doubling the photos (octave -1) costs five times more and adds weak features; small ones need them.
         "first_octave": -1 if camera.width * camera.height < SMALL_PHOTO_PX else 0,
-        "peak_threshold": 0.0067,
+        "peak_threshold": level.contrast,
     }
     run_task("extract", job, cache, reporter, count_rows(database, "keypoints", len(stations)))
 

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from .adjustment import TAG_LOSS, Adjusted
-from .bundle import PointNormals, Problem
-from .bundle_kernels import FIRST_FLIGHT, LOG_F, N_POSE
+from .bundle import Linear, PointNormals, Problem
+from .bundle_kernels import FIRST_FLIGHT, LOG_F, N_POSE, Model, Seen, linearise
 from .cameras import OBLIQUE_DEG
 
 #: Real errors over formal ones: within a photo the pixels' errors are not independent (wind, gimbal rates), and
@@ -20,6 +20,8 @@ SYSTEMATIC = 2.0
 GEOTAG_DRIFT_S = 300.0
 #: Share of the normal equations' diagonal that is added to it.
 _LEAST_HELD = 1e-9
+#: Places on the ground at which the poses' errors are looked at.
+_MOST_PLACES = 24
 
 
 @dataclass(frozen=True)
@@ -27,13 +29,15 @@ class Posterior:
     """Standard errors, :data:`SYSTEMATIC` included. NaN where a number was held.
 
     scale: relative, of lengths across the line of sight at the ground (and so of diameters). focal: relative.
-    shared_sd: (S,) of the shared parameters (:mod:`.bundle_kernels`). centres_m: (N, 3), NaN without a pose.
+    shared_sd: (S,) of the shared parameters (:mod:`.bundle_kernels`). centres_m: (N, 3), NaN without a pose. poses_px:
+    (N,) of a place on the ground in each photo against the others (:func:`_poses_px`), NaN where none is seen.
     """
 
     scale: float
     focal: float
     shared_sd: np.ndarray
     centres_m: np.ndarray
+    poses_px: np.ndarray
 
 
 def posterior_of(adjusted: Adjusted, geotag_factor: float = 1.0) -> Posterior:
@@ -70,7 +74,70 @@ def posterior_of(adjusted: Adjusted, geotag_factor: float = 1.0) -> Posterior:
     follow[np.ix_(free, 1 + wanted - problem.photos * N_POSE)] = inverse[:, np.searchsorted(free, wanted)]
     drifting = _drift_sd(problem, weights.tags, follow) * max(geotag_factor, 1.0)
     shared = np.hypot(sd[problem.photos * N_POSE :], drifting[1:])
-    return Posterior(float(np.hypot(scale, drifting[0])), float(shared[LOG_F]), shared, centres)
+    poses_px = SYSTEMATIC * _poses_px(adjusted, inverse)
+    return Posterior(float(np.hypot(scale, drifting[0])), float(shared[LOG_F]), shared, centres, poses_px)
+
+
+def _poses_px(adjusted: Adjusted, inverse: np.ndarray) -> np.ndarray:
+    """(N,) px: how far a place on the ground may lie, in each photo, from where the other photos that show it say it is.
+
+    What a stem's edges are read with: a shift of the whole block moves all photos alike and does not count. Places are
+    where the axes of up to :data:`_MOST_PLACES` photos meet the ground; each is intersected anew from all its photos.
+
+    Args:
+        inverse: (K, K) covariance of the free unknowns.
+    """
+    problem = adjusted.problem
+    photo, place, linear = _places_seen(adjusted)
+    where = np.full(problem.photos * N_POSE + problem.shared, -1)
+    where[problem.free] = np.arange(len(problem.free))
+    shared = problem.photos * N_POSE + np.arange(problem.shared)
+    square, count = np.zeros(problem.photos), np.zeros(problem.photos)
+    for k in np.unique(place):
+        rows = np.flatnonzero(place == k)
+        own = photo[rows]
+        if len(own) < 3:
+            continue
+        columns = np.concatenate([(own[:, None] * N_POSE + np.arange(N_POSE)).ravel(), shared])
+        moves = np.zeros((len(own), 2, len(columns)))
+        for at, row in enumerate(rows):
+            moves[at, :, at * N_POSE : (at + 1) * N_POSE] = linear.by_pose[row]
+        moves[:, :, len(own) * N_POSE :] = linear.by_shared[rows]
+        moves, toward = moves.reshape(2 * len(own), -1), linear.by_point[rows].reshape(-1, 3)
+        moves -= toward @ np.linalg.lstsq(toward, moves, rcond=None)[0]
+        used = where[columns] >= 0
+        moves, at = moves[:, used], where[columns[used]]
+        variance = np.sum((moves @ inverse[np.ix_(at, at)]) * moves, axis=1).reshape(-1, 2).mean(axis=1)
+        square[own] += np.maximum(variance, 0)
+        count[own] += 1
+    with np.errstate(invalid="ignore"):
+        return np.sqrt(square / count)
+
+
+def _places_seen(adjusted: Adjusted) -> tuple[np.ndarray, np.ndarray, Linear]:
+    """Photo and place (M,) of each place of :func:`_poses_px` in each photo that shows it, and the derivatives there."""
+    problem, state, sensor = adjusted.problem, adjusted.state, adjusted.problem.sensor
+    posed = np.flatnonzero(~problem.priors.held)
+    axes = state.rotations[posed, 2]
+    looking = posed[axes[:, 2] < -0.3]
+    looking = looking[:: max(-(-len(looking) // _MOST_PLACES), 1)]
+    low = np.percentile(state.points[:, 2], 20) if len(state.points) else 0.0
+    down = (low - state.centres[looking, 2]) / state.rotations[looking, 2, 2]
+    places = state.centres[looking] + down[:, None] * state.rotations[looking, 2]
+    photo, place = (each.ravel() for each in np.meshgrid(posed, np.arange(len(places)), indexing="ij"))
+    share = np.zeros(len(photo))
+    linear = Linear(*(np.zeros((len(photo), 2, *size)) for size in ((), (N_POSE,), (problem.shared,), (3,))))
+    model = Model(
+        state.shared, state.drift, state.rotations, state.centres, state.travel, places, sensor.velocity_m_s
+    )
+    # Residuals from (0, 0) are the places' pixels; those say when their row was read.
+    for _ in range(2):
+        linearise(model, Seen(photo, place, np.zeros((len(photo), 2)), share, sensor.flight), *linear)
+        share = sensor.share(np.nan_to_num(linear.residual[:, 1]))
+    with np.errstate(invalid="ignore"):
+        shown = (linear.residual > 0).all(axis=1)
+        shown &= (linear.residual < [sensor.camera.width, sensor.camera.height]).all(axis=1)
+    return photo[shown], place[shown], Linear(*(each[shown] for each in linear))
 
 
 def _drift_sd(problem: Problem, tags: np.ndarray, follow: np.ndarray) -> np.ndarray:
