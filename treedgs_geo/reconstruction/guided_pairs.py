@@ -22,7 +22,7 @@ from .guided import MAX_SQUARED, grid_cells
 from .matching import matched_pairs
 
 #: A gimbal's angles and their mounting, both photos', are believed to this, degrees.
-REACH_DEG = 1.5
+REACH_DEG = 1.2
 #: A match is believed when the second best in its reach is this much farther, as COLMAP's matcher does.
 _RATIO = 0.8
 #: Matches that a verified pair has; so many standard deviations more than chance would give.
@@ -72,17 +72,18 @@ class _Photo:
         self.xy = np.ascontiguousarray(keypoints[self.order])
         self.rays = guide.view(i).rays(self.xy)
         self.centre = guide.centres[i]
-        self.described = np.ascontiguousarray(descriptors[self.order], np.float32)
-        self.square = np.einsum("kd,kd->k", self.described, self.described)
+        self.described = np.ascontiguousarray(descriptors[self.order])
+        self.square = np.sum(self.described.astype(np.int64) ** 2, axis=1)
 
 
 def match_guided(
     store: FeatureStore, pairs: np.ndarray, guide: Guide, seed: int, threads: int, reporter: Reporter
 ) -> None:
-    """Match photos and verify the matches, into ``store.matches``.
+    """Match photos and verify the matches, in place of ``store.matches``.
 
     pairs: (K, 2) numbers of photos.
     """
+    store.matches = {}
     photos: dict[int, _Photo] = {}
     for i in np.unique(pairs).tolist():
         photos[i] = _Photo(store.keypoints[i], store.descriptors[i], guide, i)
@@ -137,8 +138,8 @@ def _matches(first: _Photo, second: _Photo, ends: np.ndarray, reach_px: float) -
         second.columns,
         second.rows,
         reach_px,
-        np.float32(_RATIO**2),
-        np.float32(MAX_SQUARED),
+        _RATIO**2,
+        MAX_SQUARED,
     )
     found = np.flatnonzero(best >= 0)
     # One to one: of several features that chose the same one the closest keeps it.
@@ -148,12 +149,12 @@ def _matches(first: _Photo, second: _Photo, ends: np.ndarray, reach_px: float) -
     return np.column_stack([found, best[found]])
 
 
-@njit(nogil=True, cache=True, fastmath=True)
-def _dot(a, b):
-    """Exact in any order: whole numbers below 2**24."""
-    total = np.float32(0)
-    for k in range(128):
-        total += a[k] * b[k]
+@njit(nogil=True, cache=True)
+def _dot(a, k, b, q):
+    total = np.int32(0)
+    for d in range(128):
+        # Kept to 32 bits: sixteen products at once.
+        total = np.int32(total + np.int32(np.int32(a[k, d]) * np.int32(b[q, d])))
     return total
 
 
@@ -166,29 +167,37 @@ def _search(ends, described, square, points, others, other_square, starts, colum
     """
     count = len(ends)
     best = np.full(count, -1, np.int64)
-    distance = np.full(count, limit, np.float32)
+    distance = np.full(count, limit, np.int64)
     for k in range(count):
         x0, y0, x1, y1 = ends[k, 0], ends[k, 1], ends[k, 2], ends[k, 3]
         if not (np.isfinite(x0) and np.isfinite(y0) and np.isfinite(x1) and np.isfinite(y1)):
             continue
-        left, right = min(x0, x1) - reach, max(x0, x1) + reach
         top, bottom = min(y0, y1) - reach, max(y0, y1) + reach
-        if right < 0 or bottom < 0 or left >= columns * _CELL or top >= rows * _CELL:
+        if bottom < 0 or top >= rows * _CELL:
             continue
-        c0, c1 = max(int(left // _CELL), 0), min(int(right // _CELL), columns - 1)
-        r0, r1 = max(int(top // _CELL), 0), min(int(bottom // _CELL), rows - 1)
         dx, dy = x1 - x0, y1 - y0
-        length2 = max(dx * dx + dy * dy, 1e-9)
+        per_length2 = 1 / max(dx * dx + dy * dy, 1e-9)
         first, second, who = limit, limit, -1
-        for r in range(r0, r1 + 1):
+        for r in range(max(int(top // _CELL), 0), min(int(bottom // _CELL), rows - 1) + 1):
+            # The part of the line that is within reach of this row of cells.
+            begin, end = 0.0, 1.0
+            if abs(dy) > 1e-6:
+                one, two = (r * _CELL - reach - y0) / dy, ((r + 1) * _CELL + reach - y0) / dy
+                begin, end = max(min(one, two), 0.0), min(max(one, two), 1.0)
+                if begin > end:
+                    continue
+            left, right = min(x0 + begin * dx, x0 + end * dx) - reach, max(x0 + begin * dx, x0 + end * dx) + reach
+            if right < 0 or left >= columns * _CELL:
+                continue
+            c0, c1 = max(int(left // _CELL), 0), min(int(right // _CELL), columns - 1)
             for q in range(starts[r * columns + c0], starts[r * columns + c1 + 1]):
                 u, v = points[q, 0] - x0, points[q, 1] - y0
-                along = min(max((u * dx + v * dy) / length2, 0.0), 1.0)
+                along = min(max((u * dx + v * dy) * per_length2, 0.0), 1.0)
                 u -= along * dx
                 v -= along * dy
                 if u * u + v * v > reach * reach:
                     continue
-                away = square[k] + other_square[q] - np.float32(2) * _dot(described[k], others[q])
+                away = square[k] + other_square[q] - 2 * np.int64(_dot(described, k, others, q))
                 if away < first:
                     first, second, who = away, first, q
                 elif away < second:

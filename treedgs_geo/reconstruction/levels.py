@@ -32,7 +32,7 @@ def levels_of(max_features: int, neighbours: int, can_guide: bool) -> list[Level
     """The levels that a block may take, the cheapest first. can_guide: geotags and gimbals are good enough to say where
     a feature lies in another photo."""
     full = Level("full", max_features, neighbours, ALL_FEATURES, False)
-    return [Level("guided", max_features, min(neighbours, 12), CLEAR_FEATURES, True), full] if can_guide else [full]
+    return [Level("guided", max_features, min(neighbours, 12), ALL_FEATURES, True), full] if can_guide else [full]
 
 
 def doubts(report: dict[str, Any]) -> str:

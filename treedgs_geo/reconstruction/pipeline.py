@@ -43,7 +43,7 @@ SMALL_PHOTO_PX = 900_000
 #: Share of the photos that must have geotag and gimbal angles for those to say where features are looked for.
 GUIDED_SHARE = 0.9
 #: Features lie so high at most, metres, and so far below the take-off point, share of the flying height.
-CROWNS_M, LOW_SHARE = 30.0, 0.1
+CROWNS_M, LOW_SHARE = 25.0, 0.07
 
 
 @dataclass(frozen=True, kw_only=True)
