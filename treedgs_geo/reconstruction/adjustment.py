@@ -10,7 +10,7 @@ import numpy as np
 from ..core.errors import ReconstructionError
 from ..geotags.control import ControlPoints
 from ..geotags.stations import PRECISE_GEOTAG_M
-from .bundle import Observations, Priors, Problem, State, camera_of, shared_of
+from .bundle import ROUGH, Observations, Priors, Problem, State, camera_of, shared_of
 from .bundle_kernels import CX, CY, K1, K2, K3, LOG_ASPECT, LOG_F, P1, P2, READOUT
 from .cameras import Camera
 from .tracks import Block, widest_angle_deg
@@ -86,6 +86,7 @@ def adjust(
     tag_loss: float = TAG_LOSS,
     least_sigma_px: float = LEAST_SIGMA_PX,
     final: bool = False,
+    tolerance: float = ROUGH,
 ) -> Adjusted:
     """Adjust the block in place: poses, points and the freed parts (:data:`PARTS`) of lens and shutter.
 
@@ -93,7 +94,8 @@ def adjust(
 
     Args:
         free: names of :data:`PARTS`. tag_loss: standard deviations from which a geotag pulls no harder. final: the
-        matches are clean; what is left of large residuals hardly counts.
+        matches are clean; what is left of large residuals hardly counts. tolerance: share of the cost that the last
+        step may still gain (:data:`.bundle.ROUGH` …).
 
     Raises:
         ReconstructionError: no point is left that two photos see alike.
@@ -106,7 +108,7 @@ def adjust(
     problem, state = _problem(block, known, free, final)
     sigma = max(typical_px(block) / _MEDIAN_OF_RAYLEIGH, least_sigma_px)
     for rounds in (iterations // 3, iterations):
-        state = problem.solve(state, sigma, tag_loss, rounds)
+        state = problem.solve(state, sigma, tag_loss, rounds, tolerance)
         sigma = max(_sigma_px(problem, state), least_sigma_px)
     _apply(block, state)
     return Adjusted(problem, state, sigma)

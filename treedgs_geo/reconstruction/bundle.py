@@ -24,8 +24,9 @@ from .sensor import Sensor
 #: Standard deviations at which a pixel's loss turns from a parabola: soft L1 on the way, Cauchy at the end, where the
 #: wrong matches are out and what is left moves in the wind, each point as much as its plant.
 PIXEL_LOSS = 2.0
-#: Relative gain of the cost below which an adjustment ends: on the way, and the last one.
-TOLERANCE = {False: 1e-4, True: 1e-8}
+#: Relative gain of the cost below which an adjustment ends: on the way, where a choice hangs on it, and the last one
+#: (of some ten thousand observations, a hundredth of what one standard error costs).
+ROUGH, GOOD, LAST = 1e-3, 1e-6, 1e-7
 _CENTRE, _TRAVEL = slice(3, 6), slice(6, 9)
 _MOST_DAMPING = 1e4
 
@@ -316,8 +317,8 @@ class Problem:
                 taken = 1 / (1 / self.flight_sd[flight, axis] ** 2 + weight.sum())
                 yield own, axis, weight, np.diag(weight) - np.outer(weight, weight) * taken
 
-    def solve(self, x: State, sigma_px: float, tag_loss: float, iterations: int) -> State:
-        """Levenberg-Marquardt from ``x``; ends when a step gains too little of the cost (:data:`TOLERANCE`)."""
+    def solve(self, x: State, sigma_px: float, tag_loss: float, iterations: int, tolerance: float) -> State:
+        """Levenberg-Marquardt from ``x``; ends when a step gains too little of the cost (``tolerance``, its share)."""
         # Principal point, p1 and p2 form a long flat valley: strong damping would end on its side.
         damping = 1e-6
         self.linearise(x)
@@ -339,7 +340,7 @@ class Problem:
             if found.cost < weights.cost:
                 gain = weights.cost - found.cost
                 x, weights, damping = trial, found, max(damping / 10, 1e-10)
-                if gain < TOLERANCE[self.final] * found.cost:
+                if gain < tolerance * found.cost:
                     break
             else:
                 damping *= 10

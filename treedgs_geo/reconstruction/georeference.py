@@ -93,7 +93,9 @@ def place_photos(
 def place_by_gimbal(camera: Camera, xyz: np.ndarray, gimbal: np.ndarray) -> Placement:
     """First poses from geotags and gimbal angles alone, local frame; none from the mapper."""
     count = len(xyz)
-    placement = Placement(camera, np.full((count, 3, 3), np.nan), np.full((count, 3), np.nan), np.zeros(count, bool), [])
+    placement = Placement(
+        camera, np.full((count, 3, 3), np.nan), np.full((count, 3), np.nan), np.zeros(count, bool), []
+    )
     known = np.isfinite(gimbal).all(axis=(1, 2)) & np.isfinite(xyz).all(axis=1)
     _fill_from_gimbal(placement, xyz, gimbal, known)
     return placement

@@ -10,7 +10,6 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numba import njit
@@ -19,7 +18,6 @@ from ..core.progress import Reporter
 from .cameras import Camera, View
 from .features import FeatureStore
 from .guided import MAX_SQUARED, grid_cells
-from .matching import matched_pairs
 
 #: A gimbal's angles and their mounting, both photos', are believed to this, degrees.
 REACH_DEG = 1.2
@@ -59,6 +57,7 @@ class Guide:
         return np.hstack(found)
 
     def view(self, j: int) -> View:
+        """Photo j as gimbal and geotag have it."""
         rotation = self.rotations[j]
         return View(str(j), Path(), self.camera, rotation, -rotation @ self.centres[j])
 
@@ -232,7 +231,7 @@ def _agreeing(a, b, along, focal, tolerance, turn_sd, picks):
         for d in range(3):
             by[k, d] = scale * (along[d] * near - a[k, d] * beside)
             by[k, 3 + d] = scale * cross[d]
-    best, most = np.zeros(6), -1
+    found, most = np.zeros(6), -1
     normal, right = np.empty((3, 3)), np.empty(3)
     for trial in range(len(picks)):
         for d in range(3):
@@ -250,8 +249,8 @@ def _agreeing(a, b, along, focal, tolerance, turn_sd, picks):
             agree += abs(off[k] + by[k, 0] * turn[0] + by[k, 1] * turn[1] + by[k, 2] * turn[2]) < tolerance
         if agree > most:
             most = agree
-            best[:3] = turn
-    near = np.abs(off + by @ best) < tolerance
+            found[:3] = turn
+    near = np.abs(off + by @ found) < tolerance
     for _ in range(3):
         whole, pull = np.zeros((6, 6)), np.zeros(6)
         for d in range(6):
@@ -262,6 +261,5 @@ def _agreeing(a, b, along, focal, tolerance, turn_sd, picks):
                     pull[d] -= by[k, d] * off[k]
                     for e in range(6):
                         whole[d, e] += by[k, d] * by[k, e]
-        best = np.linalg.solve(whole, pull)
-        near = np.abs(off + by @ best) < tolerance
+        near = np.abs(off + by @ np.linalg.solve(whole, pull)) < tolerance
     return near

@@ -11,6 +11,7 @@ from ..core.errors import ReconstructionError
 from ..core.progress import Reporter
 from ..geotags.stations import Stations
 from .adjustment import Adjusted, Known, adjust, geotags_are_precise, prune, typical_px
+from .bundle import GOOD, LAST
 from .control import align_to_control
 from .features import FeatureStore
 from .georeference import Placement, as_stored
@@ -90,7 +91,7 @@ def join_photos(
     known, free = _settle(block, known, free)
     adjusted = _refine(block, known, free, 2.0, strict=True)
     if leave_out(block, known, stations.names, reporter):
-        adjusted = adjust(block, known, free, final=True)
+        adjusted = adjust(block, known, free, final=True, tolerance=LAST)
     return Joined(block, adjusted, known, free, tested)
 
 
@@ -120,7 +121,7 @@ def _first_block(
 
 def _settle(block: Block, known: Known, free: frozenset[str]) -> tuple[Known, frozenset[str]]:
     """Which parts of lens and shutter stay free for the last adjustment."""
-    adjusted = adjust(block, known, free, final=True)
+    adjusted = adjust(block, known, free, final=True, tolerance=GOOD)
     posterior = posterior_of(adjusted)
     known, free = settle_shutter(block, known, free, posterior)
     return known, settle_lens(block, known, free, posterior)
@@ -213,7 +214,8 @@ def _refine(block: Block, known: Known, free: frozenset[str], limit_px: float, s
     for _ in range(2):
         limit = max(gate * typical, least)
         prune(block, limit if strict else min(limit_px, limit))
-        adjusted = adjust(block, known, free, final=strict, iterations=30 if strict else 12)
+        ends = {"iterations": 30, "tolerance": LAST} if strict else {"iterations": 12}
+        adjusted = adjust(block, known, free, final=strict, **ends)
         typical = typical if strict else typical_px(block)
     return adjusted
 

@@ -1,4 +1,5 @@
-"""How much is spent on a block: few features first, and more only where the poses are not sure enough with them."""
+"""How much is spent on a block: guided matching of a few pairs first, every pair and feature only where poses are not
+sure enough with that."""
 
 from __future__ import annotations
 
@@ -7,42 +8,50 @@ from typing import Any
 
 from ..core.progress import Reporter
 
-#: Contrast that a feature needs at least: all that tell anything, and those that photos of another angle show as well.
-ALL_FEATURES, CLEAR_FEATURES = 0.0067, 0.02
+#: Photos that each photo is matched with at most where geotags and gimbals guide the matching.
+GUIDED_NEIGHBOURS = 12
 #: A block of the first level is good enough when its photos are this sure at the stems, pixels: the median, and the
-#: least sure of them (:func:`.posterior.posterior_of`; ``docs/evidence/speed-accuracy.md``).
-SURE_MEDIAN_PX, SURE_WORST_PX = 0.25, 1.0
+#: least sure of them (:func:`.posterior.posterior_of`). From ``plot_a`` and ``plot_e`` (0.03, 0.10), which are as true
+#: as at the last level, and ``plot_h`` (0.09, 0.31), where a photo is 30 cm off.
+SURE_MEDIAN_PX, SURE_WORST_PX = 0.08, 0.15
+#: And when what is left in the photos is no more than this, pixels (0.17, 0.19 and 0.46 on the same plots).
+LEFT_PX = 0.3
 #: And when so many points tie each photo (median), seen in so many photos each (mean).
 TIED_POINTS, TIED_TRACK = 100, 3.0
 
 
 @dataclass(frozen=True)
 class Level:
-    """name: in ``run.json`` and the report. contrast: that a feature needs. guided: matched where geotags and gimbals
-    say, and placed by them; otherwise every feature with every other, and placed by a mapper."""
+    """name: in ``run.json`` and the report. neighbours: photos that each photo is matched with. guided: matched where
+    geotags and gimbals say, and placed by them; otherwise every feature with every other, and placed by a mapper."""
 
     name: str
-    max_features: int
     neighbours: int
-    contrast: float
     guided: bool
 
 
-def levels_of(max_features: int, neighbours: int, can_guide: bool) -> list[Level]:
+def levels_of(neighbours: int, can_guide: bool) -> list[Level]:
     """The levels that a block may take, the cheapest first. can_guide: geotags and gimbals are good enough to say where
     a feature lies in another photo."""
-    full = Level("full", max_features, neighbours, ALL_FEATURES, False)
-    return [Level("guided", max_features, min(neighbours, 12), ALL_FEATURES, True), full] if can_guide else [full]
+    full = Level("full", neighbours, False)
+    return [Level("guided", min(neighbours, GUIDED_NEIGHBOURS), True), full] if can_guide else [full]
 
 
 def doubts(report: dict[str, Any]) -> str:
     """Why the block of this report is not good enough yet, empty where it is."""
-    left = report["photos"] - report["registered"]
-    median, worst = report["poses_px_median"], report["poses_px_worst"]
-    if left:
-        return f"{left} of {report['photos']} photos are not placed"
-    if median is None or median > SURE_MEDIAN_PX or worst > SURE_WORST_PX:
-        return f"poses are sure to {median} px (worst {worst} px), wanted {SURE_MEDIAN_PX} px ({SURE_WORST_PX} px)"
+    missing = report["photos"] - report["registered"]
+    median, worst, left = report["poses_px_median"], report["poses_px_worst"], report["reprojection_rms_px"]
+    if missing:
+        return f"{missing} of {report['photos']} photos are not placed"
+    if median is None or worst is None:
+        return "how sure the poses are is not known"
+    if median > SURE_MEDIAN_PX or worst > SURE_WORST_PX:
+        return (
+            f"poses are sure to {median:.2f} px (the worst {worst:.2f} px), wanted {SURE_MEDIAN_PX:g} px "
+            f"({SURE_WORST_PX:g} px)"
+        )
+    if left > LEFT_PX:
+        return f"{left:.2f} px are left in the photos, wanted {LEFT_PX:g} px"
     if report["points_per_photo_median"] < TIED_POINTS or report["track_length"] < TIED_TRACK:
         return (
             f"photos are tied by {report['points_per_photo_median']:.0f} points (median) that "

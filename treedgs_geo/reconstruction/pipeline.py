@@ -101,36 +101,34 @@ def reconstruct_photos(
     # A plug-in that cannot be loaded must not be found out after an hour of matching.
     matcher = load_matcher(plugin) if plugin else None
     work = _Work(stations, options, _survey(stations, control, calibration_file), plugin, matcher, sfm_folder)
-    levels = levels_of(options.max_features, options.neighbours, plugin is None and _can_guide(work.survey))
-    climbed = ""
-    for number, level in enumerate(levels):
-        last = number == len(levels) - 1
-        held = reporter if last else Held(reporter)
-        with reporter.stage(f"photos, {level.name}", 0.0 if last else 0.0, 1.0 if last else 0.4):
-            try:
-                joined, report = _at_level(work, level, held)
-            except ReconstructionError as problem:
-                if last:
-                    raise
-                climbed = str(problem)
-                continue
-        if last:
-            break
-        climbed = doubts(report)
-        if not climbed:
-            held.release()
-            break
-        reporter.info(f"More features and pairs are tried: {climbed}.")
+    levels = levels_of(options.neighbours, plugin is None and _can_guide(work.survey))
+    level, joined, report, climbed = _climb(work, levels, reporter)
     report |= {"seconds": round(time.monotonic() - began, 1), "level": level.name, "climbed_because": climbed}
     survey = work.survey
     record = calibration_record(read_photo(stations.paths[0]).model, joined.block.sensor, report["lens_sd"])
     save_model(sfm_folder, joined.block, stations.names, stations.paths, stations.flight, survey.frame, report, record)
     if not options.keep_cache:
-        for level in levels:
-            shutil.rmtree(work.cache(level), ignore_errors=True)
+        shutil.rmtree(work.cache, ignore_errors=True)
         if not any(work.cache_root.iterdir()):
             work.cache_root.rmdir()
     return report
+
+
+def _climb(work: _Work, levels: list[Level], reporter: Reporter) -> tuple[Level, Joined, dict[str, Any], str]:
+    """The first level whose block is good enough, or the last; its block and report; why the one before was not."""
+    climbed = ""
+    for level in levels[:-1]:
+        held = Held(reporter)
+        try:
+            joined, report = _at_level(work, level, held)
+            climbed = doubts(report)
+        except ReconstructionError as problem:
+            climbed = str(problem).rstrip(".")
+        if not climbed:
+            held.release()
+            return level, joined, report, ""
+        reporter.info(f"More pairs of photos are matched, without a guide: {climbed}.")
+    return levels[-1], *_at_level(work, levels[-1], reporter), climbed
 
 
 @dataclass(frozen=True)
@@ -206,10 +204,10 @@ class _Work:
     def cache_root(self) -> Path:
         return self.sfm_folder.parent / "cache"
 
-    def cache(self, level: Level) -> Path:
-        """Where the features and matches of a level are kept while the work goes on."""
-        key = fingerprint(self.stations.paths)
-        key += f"-{level.max_features}-{self.options.max_image_size}-{level.contrast:g}"
+    @property
+    def cache(self) -> Path:
+        """Where features and matches are kept while the work goes on."""
+        key = fingerprint(self.stations.paths) + f"-{self.options.max_features}-{self.options.max_image_size}"
         if self.plugin is not None:
             key += "-" + fingerprint([self.plugin.code, self.plugin.weights])
         return self.cache_root / f"sfm-{key}"
@@ -222,7 +220,7 @@ def _at_level(work: _Work, level: Level, reporter: Reporter) -> tuple[Joined, di
         ReconstructionError: as :func:`reconstruct_photos`.
     """
     stations, options, survey = work.stations, work.options, work.survey
-    cache, timing, began = work.cache(level), dict[str, float](), time.monotonic()
+    cache, timing, began = work.cache, dict[str, float](), time.monotonic()
     cache.mkdir(parents=True, exist_ok=True)
     database = cache / "features.db"
 
@@ -230,7 +228,7 @@ def _at_level(work: _Work, level: Level, reporter: Reporter) -> tuple[Joined, di
         timing[name] = round(time.monotonic() - began - sum(timing.values()), 1)
 
     with reporter.stage("features", 0.0, 0.30):
-        extract_features(database, cache, stations, survey.calibration, options, level, work.threads, reporter)
+        extract_features(database, cache, stations, survey.calibration, options, work.threads, reporter)
     timed("features")
     camera = survey.calibration.camera
     half_field = 0.5 * max(camera.width, camera.height) / survey.calibration.focal_px
@@ -339,7 +337,6 @@ def extract_features(
     stations: Stations,
     calibration: Calibration,
     options: ReconstructOptions,
-    level: Level,
     threads: int,
     reporter: Reporter,
 ) -> None:
@@ -358,10 +355,10 @@ def extract_features(
             f"{v:.6f}" for v in (camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion[:4])
         ),
         "max_image_size": options.max_image_size,
-        "max_features": level.max_features,
+        "max_features": options.max_features,
         # Doubling the photos (octave -1) costs five times more and adds weak features; small ones need them.
         "first_octave": -1 if camera.width * camera.height < SMALL_PHOTO_PX else 0,
-        "peak_threshold": level.contrast,
+        "peak_threshold": 0.0067,
     }
     run_task("extract", job, cache, reporter, count_rows(database, "keypoints", len(stations)))
 

@@ -79,7 +79,7 @@ def posterior_of(adjusted: Adjusted, geotag_factor: float = 1.0) -> Posterior:
 
 
 def _poses_px(adjusted: Adjusted, inverse: np.ndarray) -> np.ndarray:
-    """(N,) px: how far a place on the ground may lie, in each photo, from where the other photos that show it say it is.
+    """(N,) px: how far a place on the ground may lie, in each photo, from where the other photos that show it have it.
 
     What a stem's edges are read with: a shift of the whole block moves all photos alike and does not count. Places are
     where the axes of up to :data:`_MOST_PLACES` photos meet the ground; each is intersected anew from all its photos.
@@ -99,15 +99,15 @@ def _poses_px(adjusted: Adjusted, inverse: np.ndarray) -> np.ndarray:
         if len(own) < 3:
             continue
         columns = np.concatenate([(own[:, None] * N_POSE + np.arange(N_POSE)).ravel(), shared])
-        moves = np.zeros((len(own), 2, len(columns)))
+        by_all = np.zeros((len(own), 2, len(columns)))
         for at, row in enumerate(rows):
-            moves[at, :, at * N_POSE : (at + 1) * N_POSE] = linear.by_pose[row]
-        moves[:, :, len(own) * N_POSE :] = linear.by_shared[rows]
-        moves, toward = moves.reshape(2 * len(own), -1), linear.by_point[rows].reshape(-1, 3)
+            by_all[at, :, at * N_POSE : (at + 1) * N_POSE] = linear.by_pose[row]
+        by_all[:, :, len(own) * N_POSE :] = linear.by_shared[rows]
+        moves, toward = by_all.reshape(2 * len(own), -1), linear.by_point[rows].reshape(-1, 3)
         moves -= toward @ np.linalg.lstsq(toward, moves, rcond=None)[0]
         used = where[columns] >= 0
-        moves, at = moves[:, used], where[columns[used]]
-        variance = np.sum((moves @ inverse[np.ix_(at, at)]) * moves, axis=1).reshape(-1, 2).mean(axis=1)
+        moves, free = moves[:, used], where[columns[used]]
+        variance = np.sum((moves @ inverse[np.ix_(free, free)]) * moves, axis=1).reshape(-1, 2).mean(axis=1)
         square[own] += np.maximum(variance, 0)
         count[own] += 1
     with np.errstate(invalid="ignore"):
@@ -115,7 +115,7 @@ def _poses_px(adjusted: Adjusted, inverse: np.ndarray) -> np.ndarray:
 
 
 def _places_seen(adjusted: Adjusted) -> tuple[np.ndarray, np.ndarray, Linear]:
-    """Photo and place (M,) of each place of :func:`_poses_px` in each photo that shows it, and the derivatives there."""
+    """Photo and place (M,) of each place of :func:`_poses_px` in each photo that shows it, and derivatives there."""
     problem, state, sensor = adjusted.problem, adjusted.state, adjusted.problem.sensor
     posed = np.flatnonzero(~problem.priors.held)
     axes = state.rotations[posed, 2]
@@ -127,9 +127,7 @@ def _places_seen(adjusted: Adjusted) -> tuple[np.ndarray, np.ndarray, Linear]:
     photo, place = (each.ravel() for each in np.meshgrid(posed, np.arange(len(places)), indexing="ij"))
     share = np.zeros(len(photo))
     linear = Linear(*(np.zeros((len(photo), 2, *size)) for size in ((), (N_POSE,), (problem.shared,), (3,))))
-    model = Model(
-        state.shared, state.drift, state.rotations, state.centres, state.travel, places, sensor.velocity_m_s
-    )
+    model = Model(state.shared, state.drift, state.rotations, state.centres, state.travel, places, sensor.velocity_m_s)
     # Residuals from (0, 0) are the places' pixels; those say when their row was read.
     for _ in range(2):
         linearise(model, Seen(photo, place, np.zeros((len(photo), 2)), share, sensor.flight), *linear)

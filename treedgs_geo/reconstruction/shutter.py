@@ -10,7 +10,7 @@ import numpy as np
 from ..geotags.readout import Readout
 from ..geotags.stations import Stations
 from .adjustment import PARTS, Known, adjust, geotags_are_precise
-from .bundle import PIXEL_LOSS
+from .bundle import GOOD, PIXEL_LOSS
 from .bundle_kernels import FIRST_FLIGHT, READOUT
 from .calibration import Calibration
 from .cameras import Camera
@@ -131,7 +131,7 @@ def asks_for(block: Block, known: Known, free: frozenset[str], part: str) -> boo
             return False
         if part == "travel" and part not in parts:
             fitted.sensor = _still(fitted.sensor)
-        found = adjust(fitted, known, parts, final=True, iterations=20)
+        found = adjust(fitted, known, parts, final=True, iterations=20, tolerance=GOOD)
         sigma = sigma or found.sigma_px
         probe = copy.deepcopy(block)
         probe.keep(held)

@@ -96,37 +96,30 @@ def find_ties(
     rows = np.linspace(HALF + 8, camera.height - HALF - 8, GRID[1])
     pixels, points, sources, source_pixels = [], [], [], []
     target = np.pad(greys(i), reach_px)
-    for u in columns:
-        for v in rows:
-            # Ground below a coarse grid of the window; the warp between is smooth.
-            du, dv = np.meshgrid(np.linspace(-HALF, HALF, 7), np.linspace(-HALF, HALF, 7))
-            surface = _on_ground(block, i, np.column_stack([u + du.ravel(), v + dv.ravel()]), rotation, centre, ground)
-            if surface is None:
+    # Ground below a coarse grid of each window, the warp between is smooth; and below its middle.
+    du, dv = np.meshgrid(np.linspace(-HALF, HALF, 7), np.linspace(-HALF, HALF, 7))
+    middles = np.array([[u, v] for u in columns for v in rows])
+    whole = np.round(middles)
+    windows = np.concatenate([middles[:, None] + np.column_stack([du.ravel(), dv.ravel()]), whole[:, None]], axis=1)
+    places = _on_ground(block, i, windows.reshape(-1, 2), rotation, centre, ground)
+    shown = {r: block.project(r, places).reshape(len(windows), -1, 2) for r in references}
+    places = places.reshape(len(windows), -1, 3)
+    for k in np.flatnonzero(np.isfinite(places).all(axis=(1, 2))):
+        left, top = whole[k].astype(int) - HALF
+        window = target[top : top + 2 * HALF + 2 * reach_px, left : left + 2 * HALF + 2 * reach_px]
+        for r in references:
+            seen, spot = shown[r][k, :-1], shown[r][k, -1]
+            if not (seen.min() >= 2 and (seen.max(axis=0) <= [camera.width - 2, camera.height - 2]).all()):
                 continue
-            left, top = int(round(u)) - HALF, int(round(v)) - HALF
-            window = target[top : top + 2 * HALF + 2 * reach_px, left : left + 2 * HALF + 2 * reach_px]
-            for r in references:
-                seen = block.project(r, surface)
-                if (
-                    not np.isfinite(seen).all()
-                    or seen.min() < 2
-                    or seen[:, 0].max() > camera.width - 2
-                    or seen[:, 1].max() > camera.height - 2
-                ):
-                    continue
-                maps = [_fill(seen[:, k].reshape(7, 7) - 0.5) for k in range(2)]
-                template = cv2.remap(greys(r), maps[0], maps[1], cv2.INTER_LINEAR)
-                peak = _peak(cv2.matchTemplate(window, template, cv2.TM_CCOEFF_NORMED), sigmas)
-                if peak is None:
-                    continue
-                centre_pixel = np.array([left + HALF, top + HALF], float)
-                spot = _on_ground(block, i, centre_pixel[None], rotation, centre, ground)
-                if spot is None:
-                    continue
-                pixels.append(centre_pixel + peak - reach_px)
-                points.append(spot[0])
-                sources.append(r)
-                source_pixels.append(block.project(r, spot)[0])
+            maps = [_fill(seen[:, axis].reshape(7, 7) - 0.5) for axis in range(2)]
+            template = cv2.remap(greys(r), maps[0], maps[1], cv2.INTER_LINEAR)
+            peak = _peak(cv2.matchTemplate(window, template, cv2.TM_CCOEFF_NORMED), sigmas)
+            if peak is None:
+                continue
+            pixels.append(whole[k] + peak - reach_px)
+            points.append(places[k, -1])
+            sources.append(r)
+            source_pixels.append(spot)
     return Ties(
         np.array(pixels).reshape(-1, 2),
         np.array(points).reshape(-1, 3),
@@ -179,16 +172,19 @@ def tie_photo(
 
 def _on_ground(
     block: Block, i: int, pixels: np.ndarray, rotation: np.ndarray, centre: np.ndarray, ground: Callable
-) -> np.ndarray | None:
+) -> np.ndarray:
+    """(K, 3) where the rays of pixels (K, 2) of a photo meet the ground, NaN where they are too flat to."""
     rays = block.sensor.directions(pixels, i) @ rotation
-    if (rays[:, 2] > -0.2).any():
-        return None
-    origin = centre + block.sensor.share(pixels[:, 1])[:, None] * block.sensor.travel_m[i]
-    z = np.full(len(rays), float(np.median(block.points[:, 2])))
+    steep = rays[:, 2] <= -0.2
+    origin = (centre + block.sensor.share(pixels[:, 1])[:, None] * block.sensor.travel_m[i])[steep]
+    slopes = rays[steep] / rays[steep, 2:]
+    z = np.full(len(slopes), float(np.median(block.points[:, 2])))
     for _ in range(4):
-        spots = origin + ((z - origin[:, 2]) / rays[:, 2])[:, None] * rays
-        z = ground(spots[:, :2])
-    return origin + ((z - origin[:, 2]) / rays[:, 2])[:, None] * rays
+        spots = origin + (z - origin[:, 2])[:, None] * slopes
+        z = ground(spots[:, :2]) if len(spots) else z
+    found = np.full((len(pixels), 3), np.nan)
+    found[steep] = origin + (z - origin[:, 2])[:, None] * slopes
+    return found
 
 
 def _fill(coarse: np.ndarray) -> np.ndarray:
