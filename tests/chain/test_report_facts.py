@@ -16,7 +16,7 @@ from photo_ring import CAMERA, ring
 from qgis_helpers import stems_cloud
 from small_campaign import ROOT
 
-from treedgs_geo.chain.facts import ENOUGH_VIEWS, photo_facts
+from treedgs_geo.chain.facts import ENOUGH_VIEWS, matched, photo_facts
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.plots import Plot, plot_cells
 from treedgs_geo.core.workspace import Workspace
@@ -57,6 +57,14 @@ def space(tmp_path) -> Workspace:
 
 
 SFM = {"geotag_rms_e_n_u_m": [0.012, 0.034, 0.056], "geotag_residual_quality": "fix", "reprojection_rms_px": 0.45}
+
+
+def test_how_far_the_reconstruction_went():
+    sure = {"level": "guided", "pairs": 417, "poses_px_median": 0.029, "poses_px_worst": 0.053, "climbed_because": ""}
+    assert matched(sure).startswith("where geotags and gimbals say, 417 pairs; sure to 0.03 px at the stems, the worst")
+    assert "more pairs would not show" in matched(sure)
+    climbed = sure | {"level": "full", "pairs": 740, "climbed_because": "2 of 62 photos are not placed"}
+    assert matched(climbed).endswith("(fewer pairs were tried first, but 2 of 62 photos are not placed)")
 
 
 def test_a_flight_in_figures(space):

@@ -48,6 +48,8 @@ def photo_facts(space: Workspace, views: list[View], plots: list[Plot], sfm: dic
             f"east {e:.1f}, north {n:.1f}, height {u:.1f} cm (root mean square, {sfm['geotag_residual_quality']}); "
             f"points in the photos {sfm['reprojection_rms_px']:.2f} px"
         )
+    if sfm.get("level"):
+        facts["photos matched"] = matched(sfm)
     if views and space.path(names.DTM).exists():
         crs = LocalFrame.load(space.path(names.SFM) / FRAME)
         cells = plot_cells(plots) if plots else None
@@ -72,6 +74,19 @@ def positions(stations: Stations) -> str:
     fixed = counts.pop("fix", 0)
     rest = "".join(f", {count} {name if name != 'none' else 'without'}" for name, count in counts.items())
     return f"{fixed} of {total} photos fixed ({100 * fixed / max(total, 1):.0f} %){rest}"
+
+
+def matched(sfm: dict[str, Any]) -> str:
+    """How far the reconstruction went, why, and how sure its photos are at the stems."""
+    text = "where geotags and gimbals say, " if sfm["level"] == "guided" else "without a guide, "
+    text += f"{sfm['pairs']} pairs"
+    if sfm.get("poses_px_median") is not None:
+        text += f"; sure to {sfm['poses_px_median']:.2f} px at the stems, the worst to {sfm['poses_px_worst']:.2f} px"
+    if sfm.get("climbed_because"):
+        text += f" (fewer pairs were tried first, but {sfm['climbed_because']})"
+    elif sfm["level"] == "guided":
+        text += " (sure enough: more pairs would not show in the diameters)"
+    return text
 
 
 def _seen(

@@ -1,0 +1,188 @@
+"""Guided matching, how sure poses are at the stems, and when more is spent on a block."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from synthetic_block import CAMERA, LENS, block_of, known_of, ring
+
+from treedgs_geo.core.progress import Reporter
+from treedgs_geo.reconstruction.adjustment import _problem, adjust
+from treedgs_geo.reconstruction.bundle_kernels import N_POSE
+from treedgs_geo.reconstruction.guided_pairs import Guide, match_guided
+from treedgs_geo.reconstruction.levels import LEFT_PX, SURE_WORST_PX, Held, doubts, levels_of
+from treedgs_geo.reconstruction.poses import rotation_from_gimbal
+from treedgs_geo.reconstruction.posterior import SYSTEMATIC, posterior_of
+
+GOOD = {
+    "photos": 62,
+    "registered": 62,
+    "poses_px_median": 0.03,
+    "poses_px_worst": 0.1,
+    "reprojection_rms_px": 0.17,
+    "points_per_photo_median": 260.0,
+    "track_length": 4.1,
+}
+
+
+def _store(seed: int, views, points: np.ndarray, clutter: int) -> SimpleNamespace:
+    """Features of points that all photos describe nearly alike, in any order among others that belong to nothing."""
+    rng = np.random.default_rng(seed)
+    looks = _described(rng, len(points))
+    keypoints, descriptors, numbers = [], [], []
+    for view in views:
+        pixels, _ = view.project(points)
+        seen = np.flatnonzero(view.contains(pixels))
+        own = np.clip(looks[seen] + rng.normal(0, 6, (len(seen), 128)), 0, 255).astype(np.uint8)
+        order = rng.permutation(len(seen) + clutter)
+        anywhere = rng.uniform([0, 0], [CAMERA.width, CAMERA.height], (clutter, 2))
+        keypoints.append(np.vstack([pixels[seen] + rng.normal(0, 0.3, (len(seen), 2)), anywhere])[order])
+        descriptors.append(np.vstack([own, _described(rng, clutter)])[order])
+        numbers.append(np.concatenate([seen, np.full(clutter, -1)])[order])
+    return SimpleNamespace(keypoints=keypoints, descriptors=descriptors, matches={}, numbers=numbers)
+
+
+def _described(rng: np.random.Generator, count: int) -> np.ndarray:
+    values = rng.exponential(1.0, (count, 128))
+    return np.clip(512 * values / np.linalg.norm(values, axis=1, keepdims=True), 0, 255).astype(np.uint8)
+
+
+def _guide(views, rng: np.random.Generator, error_deg: float) -> Guide:
+    upright = rotation_from_gimbal(0, 0, 0)
+    turned = [rotation_from_gimbal(*rng.normal(0, error_deg, 3)) @ upright.T @ view.rotation for view in views]
+    return Guide(np.array(turned), np.array([view.centre for view in views]), CAMERA, -2.0, 8.0)
+
+
+def test_guided_matches_are_right_and_the_same_on_any_number_of_threads() -> None:
+    rng = np.random.default_rng(3)
+    views = ring(8)
+    store = _store(1, views, rng.uniform([-15, -15, 0], [15, 15, 6], (400, 3)), 600)
+    guide, pairs = _guide(views, rng, 0.3), np.array([(i, (i + 1) % 8) for i in range(7)])
+    match_guided(store, pairs, guide, 1, 1, Reporter())
+    first = store.matches
+    match_guided(store, pairs, guide, 1, 2, Reporter())
+    assert first.keys() == store.matches.keys() == {tuple(pair) for pair in pairs.tolist()}
+    right = total = 0
+    for (i, j), rows in first.items():
+        np.testing.assert_array_equal(rows, store.matches[i, j])
+        one, two = store.numbers[i][rows[:, 0]], store.numbers[j][rows[:, 1]]
+        right, total = right + int(((one == two) & (one >= 0)).sum()), total + len(rows)
+        assert len(np.unique(rows[:, 0])) == len(np.unique(rows[:, 1])) == len(rows)
+    assert right > 0.97 * total and total > 7 * 100
+
+
+def test_gimbals_that_are_wrong_or_photos_that_share_nothing_give_no_matches() -> None:
+    rng = np.random.default_rng(4)
+    views = ring(8)
+    points = rng.uniform([-15, -15, 0], [15, 15, 6], (400, 3))
+    store, other = _store(1, views, points, 200), _store(2, views, points, 200)
+    guide, pairs = _guide(views, rng, 0.3), np.array([[0, 1], [2, 3]])
+    guide.rotations[1] = rotation_from_gimbal(20, 0, 0) @ rotation_from_gimbal(0, 0, 0).T @ guide.rotations[1]
+    match_guided(store, pairs, guide, 1, 1, Reporter())
+    assert list(store.matches) == [(2, 3)]
+    store.keypoints[3], store.descriptors[3] = other.keypoints[3], other.descriptors[3]
+    match_guided(store, pairs, guide, 1, 1, Reporter())
+    assert not store.matches
+
+
+def test_reduced_equations_are_those_of_the_whole() -> None:
+    """Points eliminated from the dense normal equations, travel free or not, a photo that sees a point twice."""
+    rng = np.random.default_rng(5)
+    block = block_of(ring(5), rng.uniform([-9, -9, 0], [9, 9, 4], (12, 3)), 0.3, rng)
+    block.keypoints[2] = np.vstack([block.keypoints[2], block.keypoints[2][:1] + 0.4])
+    block.image, block.key = np.append(block.image, 2), np.append(block.key, len(block.keypoints[2]) - 1)
+    block.point = np.append(block.point, block.point[block.image[:-1] == 2][0])
+    for travel_m in (0.0, 0.05):
+        known = known_of(block.centres, 0.02, readout_sd_s=0.02, travel_sd_m=travel_m)
+        problem, state = _problem(block, known, LENS | {"travel"}, False)
+        problem.linearise(state)
+        weights = problem.weigh(state, 0.3, 3.0)._replace(tags=np.zeros(5))
+        problem.weight[:] = 0
+        matrix, right, _ = problem.normal(state, weights, 0.0)
+        size, rows = len(right), len(block.image)
+        whole = np.zeros((2 * rows, size + 3 * len(block.points)))
+        for m in range(rows):
+            at = slice(2 * m, 2 * m + 2)
+            own = block.image[m] * N_POSE
+            whole[at, own : own + N_POSE] = problem.linear.by_pose[m]
+            whole[at, 5 * N_POSE : size] = problem.linear.by_shared[m]
+            whole[at, size + 3 * block.point[m] : size + 3 * block.point[m] + 3] = problem.linear.by_point[m]
+        weight = np.repeat(weights.pixels, 2)
+        normal, pull = whole.T @ (weight[:, None] * whole), -whole.T @ (weight * problem.linear.residual.ravel())
+        inner = np.linalg.solve(normal[size:, size:], np.column_stack([normal[size:, :size], pull[size:]]))
+        reduced = normal[:size, :size] - normal[:size, size:] @ inner[:, :-1]
+        free = problem.free
+        upper = np.triu_indices(len(free))
+        scale = np.sqrt(np.outer(np.diag(normal)[free], np.diag(normal)[free]))
+        difference = (matrix - reduced)[np.ix_(free, free)] / np.maximum(scale, 1e-12)
+        assert np.abs(difference[upper]).max() < 1e-7
+        np.testing.assert_allclose(
+            right[free], (pull[:size] - normal[:size, size:] @ inner[:, -1])[free], rtol=1e-5, atol=1e-3
+        )
+
+
+def test_pose_errors_at_the_stems_are_those_of_repeated_adjustments() -> None:
+    views, rng = ring(9) + ring(6, 80.0, -75.0), np.random.default_rng(6)
+    points, place = rng.uniform([-15, -15, 0], [15, 15, 6], (60, 3)), np.array([[0.0, 0, 1]])
+    shown, stated = [], []
+    for repeat in range(25):
+        own = np.random.default_rng(100 + repeat)
+        block = block_of(views, points, 0.3, own)
+        tags = block.centres + own.normal(0, 0.02, (len(views), 3))
+        adjusted = adjust(block, known_of(tags, 0.02), LENS, tolerance=1e-6)
+        stated.append(posterior_of(adjusted).poses_px / SYSTEMATIC)
+        found = np.array([block.project(i, place)[0] for i in range(len(views))])
+        # Less what a shift of the place would do, as if it were intersected from all photos.
+        toward = np.array(
+            [block.project(i, place + step)[0] - found[i] for i in range(15) for step in 1e-3 * np.eye(3)]
+        )
+        toward = toward.reshape(15, 3, 2).transpose(0, 2, 1).reshape(30, 3)
+        off = (found - np.array([view.project(place)[0][0] for view in views])).ravel()
+        shown.append((off - toward @ np.linalg.lstsq(toward, off, rcond=None)[0]).reshape(15, 2))
+    scatter = np.sqrt(np.mean(np.square(shown), axis=(0, 2)))
+    assert np.mean(stated, axis=0) == pytest.approx(scatter, rel=0.4)
+    assert np.mean(stated) == pytest.approx(scatter.mean(), rel=0.15)
+
+
+def test_more_is_spent_where_a_block_is_not_sure_enough() -> None:
+    assert doubts(GOOD) == ""
+    assert doubts(GOOD | {"registered": 60}) == "2 of 62 photos are not placed"
+    assert "0.31 px" in doubts(GOOD | {"poses_px_worst": 0.31})
+    assert doubts(GOOD | {"poses_px_worst": SURE_WORST_PX, "reprojection_rms_px": LEFT_PX}) == ""
+    assert "0.46 px are left" in doubts(GOOD | {"reprojection_rms_px": 0.46})
+    assert "92 points" in doubts(GOOD | {"points_per_photo_median": 92.0})
+    assert doubts(GOOD | {"poses_px_median": None, "poses_px_worst": None})
+    assert [level.name for level in levels_of(20, True)] == ["guided", "full"]
+    assert [(level.name, level.neighbours) for level in levels_of(20, False)] == [("full", 20)]
+    assert levels_of(6, True)[0].neighbours == 6
+
+
+def test_messages_of_work_that_is_not_used_are_not_passed_on() -> None:
+    said: list[tuple[str, str]] = []
+
+    class Ear(Reporter):
+        def _emit(self, kind, body):
+            if kind in ("warn", "info", "stage"):
+                said.append((kind, body.get("message", body.get("name"))))
+
+    held = Held(Ear())
+    with held.stage("matching"):
+        held.warn("a photo is left out")
+        held.progress(0.5)
+    assert said == [("stage", "matching")]
+    held.release()
+    held.release()
+    assert said[1:] == [("warn", "a photo is left out")]
+
+
+def test_a_photo_that_few_points_tie_is_less_sure() -> None:
+    rng = np.random.default_rng(8)
+    many = block_of(ring(9), rng.uniform([-15, -15, 0], [15, 15, 6], (200, 3)), 0.3, rng)
+    few = replace(many, rotations=many.rotations.copy(), translations=many.translations.copy())
+    few.keep((few.image != 4) | (few.point % 20 == 0))
+    known = known_of(many.centres, 0.02)
+    sure, unsure = (posterior_of(adjust(block, known, LENS)).poses_px for block in (many, few))
+    assert unsure[4] > 2 * sure[4] and unsure[1] < 1.3 * sure[1]
