@@ -42,6 +42,8 @@ from .shutter import free_shutter, lens_sd, sensor_of
 SMALL_PHOTO_PX = 900_000
 #: Share of the photos that must have geotag and gimbal angles for those to say where features are looked for.
 GUIDED_SHARE = 0.9
+#: Part of the work that the guided level is where it is not enough; only the progress bar depends on it.
+FIRST_PART = 0.4
 #: Features lie so high at most, metres, and so far below the take-off point, share of the flying height.
 CROWNS_M, LOW_SHARE = 25.0, 0.07
 
@@ -116,19 +118,22 @@ def reconstruct_photos(
 
 def _climb(work: _Work, levels: list[Level], reporter: Reporter) -> tuple[Level, Joined, dict[str, Any], str]:
     """The first level whose block is good enough, or the last; its block and report; why the one before was not."""
-    climbed = ""
+    climbed, at = "", 0.0
     for level in levels[:-1]:
         held = Held(reporter)
-        try:
-            joined, report = _at_level(work, level, held)
-            climbed = doubts(report)
-        except ReconstructionError as problem:
-            climbed = str(problem).rstrip(".")
+        with reporter.stage("guided by geotags and gimbals", at, at + FIRST_PART):
+            at += FIRST_PART
+            try:
+                joined, report = _at_level(work, level, held)
+                climbed = doubts(report)
+            except ReconstructionError as problem:
+                climbed = str(problem).rstrip(".")
         if not climbed:
             held.release()
             return level, joined, report, ""
         reporter.info(f"More pairs of photos are matched, without a guide: {climbed}.")
-    return levels[-1], *_at_level(work, levels[-1], reporter), climbed
+    with reporter.stage("without a guide", at, 1.0):
+        return levels[-1], *_at_level(work, levels[-1], reporter), climbed
 
 
 @dataclass(frozen=True)
