@@ -34,7 +34,7 @@ def match_pairs(
     Raises:
         MemoryError, ReconstructionError: as :func:`.features.run_tasks`.
     """
-    done = matched_pairs(database)
+    done = _matched(database)
     todo = [(names[i], names[j]) for i, j in pairs if frozenset((names[i], names[j])) not in done]
     if not todo:
         return
@@ -74,7 +74,7 @@ def _is_same(path: Path, layout: dict) -> bool:
     return kept == {**layout, "pairs": [list(pair) for pair in layout["pairs"]]}
 
 
-def matched_pairs(database: Path) -> set[frozenset[str]]:
+def _matched(database: Path) -> set[frozenset[str]]:
     """Pairs of names that the database holds the verified matches of, be they none."""
     import pycolmap
 
