@@ -28,6 +28,8 @@ from treedgs_geo.core.files import read_json
 from treedgs_geo.evaluation.accuracy import score_against_truth
 from treedgs_geo.inventory.tree_reading import read_trees
 
+assert sys.platform != "win32", "this benchmark needs Linux"
+
 #: Of every random choice: the verb's own.
 SEED = 0
 #: Clear photos that a stem of the comparison has at least.
