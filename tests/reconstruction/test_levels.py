@@ -13,7 +13,7 @@ from treedgs_geo.core.progress import Reporter
 from treedgs_geo.reconstruction.adjustment import _problem, adjust
 from treedgs_geo.reconstruction.bundle_kernels import N_POSE
 from treedgs_geo.reconstruction.guided_pairs import Guide, match_guided
-from treedgs_geo.reconstruction.levels import LEFT_PX, SURE_WORST_PX, Held, doubts, levels_of
+from treedgs_geo.reconstruction.levels import LEFT_PX, SURE_WORST_PX, Held, not_enough, levels_of
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
 from treedgs_geo.reconstruction.posterior import SYSTEMATIC, posterior_of
 
@@ -148,13 +148,13 @@ def test_pose_errors_at_the_stems_are_those_of_repeated_adjustments() -> None:
 
 
 def test_more_is_spent_where_a_block_is_not_sure_enough() -> None:
-    assert doubts(GOOD) == ""
-    assert doubts(GOOD | {"registered": 60}) == "2 of 62 photos are not placed"
-    assert "0.31 px" in doubts(GOOD | {"poses_px_worst": 0.31})
-    assert doubts(GOOD | {"poses_px_worst": SURE_WORST_PX, "reprojection_rms_px": LEFT_PX}) == ""
-    assert "0.46 px are left" in doubts(GOOD | {"reprojection_rms_px": 0.46})
-    assert "92 points" in doubts(GOOD | {"points_per_photo_median": 92.0})
-    assert doubts(GOOD | {"poses_px_median": None, "poses_px_worst": None})
+    assert not_enough(GOOD) == ""
+    assert not_enough(GOOD | {"registered": 60}) == "2 of 62 photos are not placed"
+    assert "0.31 px" in not_enough(GOOD | {"poses_px_worst": 0.31})
+    assert not_enough(GOOD | {"poses_px_worst": SURE_WORST_PX, "reprojection_rms_px": LEFT_PX}) == ""
+    assert "0.46 px are left" in not_enough(GOOD | {"reprojection_rms_px": 0.46})
+    assert "92 points" in not_enough(GOOD | {"points_per_photo_median": 92.0})
+    assert not_enough(GOOD | {"poses_px_median": None, "poses_px_worst": None})
     assert [level.name for level in levels_of(20, True)] == ["guided", "full"]
     assert [(level.name, level.neighbours) for level in levels_of(20, False)] == [("full", 20)]
     assert levels_of(6, True)[0].neighbours == 6

@@ -26,7 +26,7 @@ from .sensor import Sensor
 PIXEL_LOSS = 2.0
 #: Relative gain of the cost below which an adjustment ends: on the way, where a choice hangs on it, and the last one
 #: (with some ten thousand observations, a thousandth of what one standard error costs).
-ROUGH, GOOD, LAST = 1e-3, 1e-6, 1e-8
+ROUGH, GOOD, LAST = 1e-4, 1e-6, 1e-8
 _CENTRE, _TRAVEL = slice(3, 6), slice(6, 9)
 _MOST_DAMPING = 1e4
 

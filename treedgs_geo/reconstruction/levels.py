@@ -37,7 +37,7 @@ def levels_of(neighbours: int, can_guide: bool) -> list[Level]:
     return [Level("guided", min(neighbours, GUIDED_NEIGHBOURS), True), full] if can_guide else [full]
 
 
-def doubts(report: dict[str, Any]) -> str:
+def not_enough(report: dict[str, Any]) -> str:
     """Why the block of this report is not good enough yet, empty where it is."""
     missing = report["photos"] - report["registered"]
     median, worst, left = report["poses_px_median"], report["poses_px_worst"], report["reprojection_rms_px"]
