@@ -25,9 +25,12 @@ def test_full_crowns_that_suit_are_kept():
 
 def test_lonely_tips_and_odd_heights_are_refused_with_a_reason():
     tips = TIPS.copy()
-    tips[2, 2] *= 0.8
-    tops, reasons = _trusted(joined(), tips, DBH, np.array([0.1, 0.9, 0.9, 0.9]))
+    tips[:, 2] *= [0.88, 1.0, 0.8, 1.0]
+    cover = np.array([0.1, 0.9, 0.9, 0.1])
+    tops, reasons = _trusted(joined(), tips, DBH, cover)
+    # The last one stands alone too, but suits the diameter well.
     assert list(tops) == [-1, 1, -1, 3] and list(reasons) == ["sparse", "", "other_tree", ""]
+    assert list(_trusted(joined(0.12), tips, DBH, cover)[1]) == ["sparse", "", "other_tree", "sparse"]
     assert set(reasons) - {""} <= set(HEIGHT_REASONS)
 
 

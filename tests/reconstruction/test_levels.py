@@ -13,7 +13,7 @@ from treedgs_geo.core.progress import Reporter
 from treedgs_geo.reconstruction.adjustment import _problem, adjust
 from treedgs_geo.reconstruction.bundle_kernels import N_POSE
 from treedgs_geo.reconstruction.guided_pairs import Guide, match_guided
-from treedgs_geo.reconstruction.levels import LEFT_PX, SURE_WORST_PX, Held, not_enough, levels_of
+from treedgs_geo.reconstruction.levels import LEFT_PX, SURE_WORST_PX, Held, levels_of, not_enough
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
 from treedgs_geo.reconstruction.posterior import SYSTEMATIC, posterior_of
 

@@ -45,6 +45,8 @@ _SE_M, _SE_SHARE, _SE_SHARE_ALONE = 0.4, 0.04, 0.08
 #: Of the cells about a treetop so many must hold something, and its height must suit the diameter within this share
 #: (logarithm) of the plot's own curve.
 _LEAST_COVER, _MOST_OVER = 0.3, 0.15
+#: A tip with fewer cells about it suits where its height is within this share of a curve that scatters no more.
+_SUITS = 0.1
 
 
 def with_heights(run: Run, site: Site, aligned: Aligned, trees: list[Tree]) -> list[Tree]:
@@ -120,8 +122,10 @@ def _trusted(joined: Joined, tips: np.ndarray, dbh_cm: np.ndarray, cover: np.nda
         return np.full_like(tops, -1), np.full_like(reasons, "moving")
     for stem in np.flatnonzero(tops >= 0):
         over = float(joined.over_curve(tips[tops[stem], 2], dbh_cm[stem]))
-        # Heights that scatter so much over the diameters are not those of one stand: most tips are chance.
-        chance = cover[tops[stem]] < _LEAST_COVER or joined.scatter > _MOST_OVER
+        # Heights that scatter so much over the diameters are not those of one stand: most tips are chance. A lonely
+        # tip that suits the diameter well is hardly one (six on the simulated flights: at most 1.1 m off).
+        suits = abs(over) <= _SUITS and joined.scatter <= _SUITS
+        chance = cover[tops[stem]] < _LEAST_COVER and not suits or joined.scatter > _MOST_OVER
         if chance or abs(over) > _MOST_OVER:
             tops[stem], reasons[stem] = -1, "sparse" if chance else "other_tree"
     return tops, reasons

@@ -29,7 +29,7 @@ from .georeference import place_by_gimbal, place_photos
 from .guided_pairs import Guide, match_guided
 from .images import load_image
 from .joining import Joined, from_gimbal, join_photos
-from .levels import Held, Level, not_enough, levels_of
+from .levels import Held, Level, levels_of, not_enough
 from .matchers import Matcher, Plugin, load_matcher, match_photos
 from .matching import match_pairs
 from .model import save_model
