@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -30,3 +31,22 @@ def run_verb(verb: str, *options: Any, **how: Any) -> None:
         subprocess.CalledProcessError: it failed.
     """
     subprocess.run(words(verb, *options), check=True, **how)
+
+
+def environment(code: Path) -> dict[str, str]:
+    """In which a process imports TreeDGS from ``code`` and nowhere else.
+
+    Raises:
+        SystemExit: it does not.
+    """
+    env = {**os.environ, "PYTHONPATH": str(code)}
+    where = subprocess.run(
+        [sys.executable, "-c", "import treedgs_geo; print(treedgs_geo.__file__)"],
+        cwd=code,
+        env=env,
+        capture_output=True,
+        text=True,
+    ).stdout.strip()
+    if not where or not Path(where).is_relative_to(code):
+        raise SystemExit(f"{code}: holds no treedgs_geo that can be imported (found: {where or 'none'})")
+    return env

@@ -26,7 +26,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.records import ROOT, write_record
-from benchmarks.verbs import photo_inputs, words
+from benchmarks.verbs import environment, photo_inputs, words
 from treedgs_geo.core import workspace as names
 from treedgs_geo.reconstruction.model import load_views
 
@@ -61,25 +61,6 @@ class Case:
         else:
             command = words("pointcloud-to-dbh", "--input", *sorted((self.plot / "lidar").glob("*.la[sz]")))
         return [*command, "--output", str(work / "trees.gpkg"), "--log-format", "quiet"]
-
-
-def environment(code: Path) -> dict[str, str]:
-    """In which a process imports TreeDGS from ``code`` and nowhere else.
-
-    Raises:
-        SystemExit: it does not.
-    """
-    env = {**os.environ, "PYTHONPATH": str(code)}
-    where = subprocess.run(
-        [sys.executable, "-c", "import treedgs_geo; print(treedgs_geo.__file__)"],
-        cwd=code,
-        env=env,
-        capture_output=True,
-        text=True,
-    ).stdout.strip()
-    if not where or not Path(where).is_relative_to(code):
-        raise SystemExit(f"{code}: holds no treedgs_geo that can be imported (found: {where or 'none'})")
-    return env
 
 
 def run(case: Case, work: Path, cores: set[int], code: Path = ROOT) -> Path:

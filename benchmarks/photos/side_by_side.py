@@ -21,9 +21,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-from benchmarks.chain.determinism import environment
 from benchmarks.records import ROOT, write_record
-from benchmarks.verbs import photo_inputs, words
+from benchmarks.verbs import environment, photo_inputs, words
 from treedgs_geo.core.files import read_json
 from treedgs_geo.evaluation.accuracy import score_against_truth
 from treedgs_geo.inventory.tree_reading import read_trees

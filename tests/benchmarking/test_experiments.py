@@ -15,8 +15,9 @@ import pyproj
 import pytest
 
 from benchmarks import evidence, index, records
-from benchmarks.chain.determinism import compare, environment
+from benchmarks.chain.determinism import compare
 from benchmarks.clouds.runners import nearest
+from benchmarks.verbs import environment
 from treedgs_geo import __version__
 from treedgs_geo.inventory.tree_layer import write_trees
 from treedgs_geo.trees.tree import Tree
