@@ -97,7 +97,7 @@ BEFORE_RECORDS = {
     "ground_cut.json": ("0.1.0", "2026-11-22"),
     "height_and_photos.svg": ("0.2.0", "2026-11-22"),
     "photos_held_out.json": ("0.1.0", "2026-11-22"),
-    "photos_to_dbh.json": ("0.2.0", "2026-11-22"),
+    "photos_to_dbh.json": ("0.2.0", "2026-11-23"),
     "side_by_side.json": ("0.1.0", "2026-11-22"),
     "speed-accuracy.*": ("0.1.0", "2026-11-22"),
     "stability*": ("0.1.0", "2026-11-22"),

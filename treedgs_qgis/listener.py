@@ -21,6 +21,8 @@ STAGES = {
     "geotags": "Camera positions",
     "photos and geotags": "Photos and their positions",
     "reconstruct": "Cameras from the photos",
+    "guided by geotags and gimbals": "Photos matched where geotags and gimbal say",
+    "without a guide": "All photos matched anew",
     "features": "Features in each photo",
     "matching": "Same points in several photos",
     "mapping": "First placing of the cameras",

@@ -107,10 +107,11 @@ def _found(
         shares += [joined.share] * int(np.isfinite(dbh).sum())
         tops, reasons = _trusted(joined, tips, dbh, covers(canopy.x, canopy.y, canopy.height_m, tips))
         foot_z = ground(places[own, 0], places[own, 1])
-        for k, top, why, foot in zip(own, tops, reasons, foot_z, strict=True):
+        for k, top, second, why, foot in zip(own, tops, joined.second, reasons, foot_z, strict=True):
             height = finer_tip(pictures, tips[top], tip_z[top]) + tip_z[top] - foot if top >= 0 else np.nan
             suits = top >= 0 and np.isfinite(joined.level) and trees[k].dbh_cm is not None
-            found[str(trees[k].tree_id)] = _entry(height, str(why), _SE_SHARE if suits else _SE_SHARE_ALONE)
+            apart = tips[top, 2] - tips[second, 2] if top >= 0 and second >= 0 else 0.0
+            found[str(trees[k].tree_id)] = _entry(height, str(why), _SE_SHARE if suits else _SE_SHARE_ALONE, apart)
     _write(raster, canopies, site)
     return found, float(np.mean(shares)) if shares else 1.0
 
@@ -131,13 +132,14 @@ def _trusted(joined: Joined, tips: np.ndarray, dbh_cm: np.ndarray, cover: np.nda
     return tops, reasons
 
 
-def _entry(height_m: float, why: str, se_share: float) -> dict[str, Any]:
+def _entry(height_m: float, why: str, se_share: float, apart_m: float = 0.0) -> dict[str, Any]:
+    """apart_m: how much lower another top is that would suit the stem about as well."""
     if not np.isfinite(height_m):
         return {"height_m": None, "height_se_m": None, "height_why": why or "no_top"}
     assert not why or why in HEIGHT_REASONS
     return {
         "height_m": round(float(height_m), 2),
-        "height_se_m": round(float(np.hypot(_SE_M, se_share * height_m)), 2),
+        "height_se_m": round(float(np.sqrt(_SE_M**2 + (se_share * height_m) ** 2 + (0.5 * apart_m) ** 2)), 2),
         "height_why": None,
     }
 

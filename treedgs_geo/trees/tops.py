@@ -6,7 +6,7 @@ plot's other trees do: without this a sapling gets the height of the crown above
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -30,13 +30,15 @@ class Joined:
     """top: (S,) int index of each stem's top, -1 where it has none. reason: (S,) str, why not (a key of
     :data:`HEIGHT_REASONS`), empty where it has one. scatter: s.d. of the logarithm of height about the plot's own
     curve over the diameter, level: of that curve (:meth:`over_curve`); NaN where it has no curve. share: of the stems
-    with a diameter that have a top."""
+    with a diameter that have a top. second: (S,) int index of the lower top that would suit a stem about as well, -1
+    where there is none."""
 
     top: np.ndarray
     reason: np.ndarray
     scatter: float
     share: float
     level: float = np.nan
+    second: np.ndarray = field(default_factory=lambda: np.empty(0, int))
 
     def over_curve(self, height_m: np.ndarray, dbh_cm: np.ndarray) -> np.ndarray:
         """(N,) logarithm of heights over what the plot's curve gives their diameters; NaN where either is unknown."""
@@ -47,7 +49,7 @@ class Joined:
 HEIGHT_REASONS = {
     "no_top": "no treetop is seen along the stem's axis: it stands under another crown, or is bare",
     "other_tree": "the treetop above this stem is too high or too low for its diameter, or suits another stem better",
-    "two_tops": "a second, higher treetop suits this stem about as well",
+    "two_tops": "a second, higher treetop suits this stem about as well, and its diameter does not tell which",
     "sparse": "the photos show too little of the crown about the treetop to tell it from chance",
     "moving": "too few treetops of the plot are seen alike in neighbouring photos: wind, or bare crowns",
 }
@@ -66,7 +68,7 @@ def join_tops(at_height: np.ndarray, tops: np.ndarray, dbh_cm: np.ndarray, candi
     """
     stems, count = len(dbh_cm), len(tops)
     if not stems or not count:
-        return Joined(np.full(stems, -1), np.full(stems, "no_top", object), np.nan, 0.0)
+        return Joined(np.full(stems, -1), np.full(stems, "no_top", object), np.nan, 0.0, np.nan, np.full(stems, -1))
     stray = np.linalg.norm(at_height - tops[None, :, :2], axis=2) / (_STRAY_M + _STRAY_SHARE * tops[None, :, 2])
     log_h, log_d = np.log(tops[:, 2]), np.log(np.asarray(dbh_cm, float))
     level, scatter = _curve(stray, log_h, log_d)
@@ -80,7 +82,7 @@ def join_tops(at_height: np.ndarray, tops: np.ndarray, dbh_cm: np.ndarray, candi
     top = np.full(stems, -1)
     top[rows] = np.where(columns < count, columns, -1)
     reason = np.full(stems, "", object)
-    free = np.ones(count, bool)
+    free, second = np.ones(count, bool), np.full(stems, -1)
     free[top[top >= 0]] = False
     for stem in range(stems):
         if top[stem] < 0:
@@ -88,10 +90,17 @@ def join_tops(at_height: np.ndarray, tops: np.ndarray, dbh_cm: np.ndarray, candi
             continue
         # A lower one may be a branch of the same crown; only a higher one can be the leader instead.
         rivals = free & (tops[:, 2] > 1.05 * tops[top[stem], 2])
-        if (cost[stem, rivals] < cost[stem, top[stem]] + _RIVAL).any():
+        rivals &= cost[stem] < cost[stem, top[stem]] + _RIVAL
+        if rivals.any() and np.isfinite(level) and np.isfinite(log_d[stem]):
+            # A broad crown has several tips, and a tree is as high as its highest.
+            second[stem], top[stem] = top[stem], np.flatnonzero(rivals)[tops[rivals, 2].argmax()]
+            free[top[stem]] = False
+        elif rivals.any():
             top[stem], reason[stem] = -1, "two_tops"
     known = np.isfinite(log_d)[:candidates]
-    return Joined(top, reason, scatter, float((top[:candidates][known] >= 0).mean()) if known.any() else 0.0, level)
+    return Joined(
+        top, reason, scatter, float((top[:candidates][known] >= 0).mean()) if known.any() else 0.0, level, second
+    )
 
 
 def _curve(stray: np.ndarray, log_h: np.ndarray, log_d: np.ndarray) -> tuple[float, float]:

@@ -570,6 +570,14 @@ scratch.&lt;/p&gt;
       <translation>Kameras aus den Fotos</translation>
     </message>
     <message>
+      <source>Photos matched where geotags and gimbal say</source>
+      <translation>Fotos verglichen, wo Geotags und Gimbal es sagen</translation>
+    </message>
+    <message>
+      <source>All photos matched anew</source>
+      <translation>Alle Fotos neu verglichen</translation>
+    </message>
+    <message>
       <source>Features in each photo</source>
       <translation>Merkmale in jedem Foto</translation>
     </message>

@@ -570,6 +570,14 @@ scratch.&lt;/p&gt;
       <translation>Cámaras a partir de las fotos</translation>
     </message>
     <message>
+      <source>Photos matched where geotags and gimbal say</source>
+      <translation>Fotos comparadas donde indican los geotags y el gimbal</translation>
+    </message>
+    <message>
+      <source>All photos matched anew</source>
+      <translation>Todas las fotos comparadas de nuevo</translation>
+    </message>
+    <message>
       <source>Features in each photo</source>
       <translation>Puntos característicos de cada foto</translation>
     </message>
