@@ -30,7 +30,7 @@ class Posterior:
 
     scale: relative, of lengths across the line of sight at the ground (and so of diameters). focal: relative.
     shared_sd: (S,) of the shared parameters (:mod:`.bundle_kernels`). centres_m: (N, 3), NaN without a pose. poses_px:
-    (N,) of a place on the ground in each photo against the others (:func:`_poses_px`), NaN where none is seen.
+    (N,) of a place on the ground in each photo against the others (``_poses_px``), NaN where none is seen.
     """
 
     scale: float
