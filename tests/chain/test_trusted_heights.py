@@ -15,7 +15,7 @@ TIPS = np.column_stack([np.arange(4.0), np.zeros(4), 3.7 * np.sqrt(DBH)])
 
 
 def joined(scatter=0.05, share=1.0):
-    return Joined(np.arange(4), np.full(4, "", object), scatter, share, LEVEL)
+    return Joined(np.arange(4), np.full(4, "", object), scatter, share, LEVEL, np.zeros(4))
 
 
 def test_full_crowns_that_suit_are_kept():

@@ -47,7 +47,7 @@ def test_a_stem_without_a_top_says_so_and_takes_no_neighbours():
     assert joined.share == pytest.approx(11 / 12)
 
 
-def test_of_two_tops_that_suit_alike_the_higher_counts_and_the_other_is_named():
+def test_of_two_tops_that_suit_alike_the_higher_counts_and_says_how_far_apart_they_are():
     places, slopes, dbh, tops = stand()
     other = tops[4].copy()
     other[2] *= 0.94  # a branch of the same crown
@@ -56,8 +56,8 @@ def test_of_two_tops_that_suit_alike_the_higher_counts_and_the_other_is_named():
     axis = places[4] + slopes[4] * (tops[4, 2] - 1.37)
     tops[4, :2], other[:2], other[2] = axis, axis + 0.3, 1.06 * tops[4, 2]
     joined = join(places, slopes, dbh, np.vstack([tops, other]))
-    assert joined.top[4] == len(tops) and joined.second[4] == 4 and joined.reason[4] == ""
-    assert (np.delete(joined.second, 4) == -1).all()
+    assert joined.top[4] == len(tops) and joined.reason[4] == ""
+    assert joined.apart_m[4] == pytest.approx(other[2] - tops[4, 2]) and not np.delete(joined.apart_m, 4).any()
     # Without a diameter nothing tells which.
     joined = join(places, slopes, np.where(np.arange(len(dbh)) == 4, np.nan, dbh), np.vstack([tops, other]))
     assert joined.reason[4] == "two_tops" and joined.top[4] == -1

@@ -107,11 +107,12 @@ def _found(
         shares += [joined.share] * int(np.isfinite(dbh).sum())
         tops, reasons = _trusted(joined, tips, dbh, covers(canopy.x, canopy.y, canopy.height_m, tips))
         foot_z = ground(places[own, 0], places[own, 1])
-        for k, top, second, why, foot in zip(own, tops, joined.second, reasons, foot_z, strict=True):
+        for k, top, apart, why, foot in zip(own, tops, joined.apart_m, reasons, foot_z, strict=True):
             height = finer_tip(pictures, tips[top], tip_z[top]) + tip_z[top] - foot if top >= 0 else np.nan
             suits = top >= 0 and np.isfinite(joined.level) and trees[k].dbh_cm is not None
-            apart = tips[top, 2] - tips[second, 2] if top >= 0 and second >= 0 else 0.0
-            found[str(trees[k].tree_id)] = _entry(height, str(why), _SE_SHARE if suits else _SE_SHARE_ALONE, apart)
+            found[str(trees[k].tree_id)] = _entry(
+                height, str(why), _SE_SHARE if suits else _SE_SHARE_ALONE, float(apart)
+            )
     _write(raster, canopies, site)
     return found, float(np.mean(shares)) if shares else 1.0
 

@@ -18,7 +18,7 @@ from .tracks import Block
 
 #: Largest squared descriptor distance (SIFT bytes have norm 512): an angle of 0.7 rad.
 MAX_SQUARED = int(2 * (1 - np.cos(0.7)) * 512**2)
-_CELL = 16
+CELL_PX = 16
 
 
 @dataclass(frozen=True)
@@ -85,11 +85,7 @@ def find_points(
         ratio * ratio,
         MAX_SQUARED,
     )
-    found = np.flatnonzero(best >= 0)
-    # One to one: of several points that chose the same keypoint the closest keeps it.
-    found = found[np.argsort(distance[found], kind="stable")]
-    _, first = np.unique(best[found], return_index=True)
-    found = np.sort(found[first])
+    found = one_to_one(best, distance)
     return PointMatches(usable[found], best[found], distance[found])
 
 
@@ -153,11 +149,22 @@ def turn_to_points(
     return best, np.linalg.norm(world @ best.T - rays, axis=1) < tolerance
 
 
+def one_to_one(best: np.ndarray, distance: np.ndarray) -> np.ndarray:
+    """Ascending numbers of those that keep what they chose: of several with the same choice the closest.
+
+    best: (K,) choice of each, -1 for none. distance: (K,) of the descriptors.
+    """
+    found = np.flatnonzero(best >= 0)
+    found = found[np.argsort(distance[found], kind="stable")]
+    _, first = np.unique(best[found], return_index=True)
+    return np.sort(found[first])
+
+
 def grid_cells(keypoints: np.ndarray, width: int, height: int) -> tuple[np.ndarray, np.ndarray, int, int]:
     """Keypoints sorted into cells: order, start of each cell, columns, rows."""
-    columns, rows = width // _CELL + 1, height // _CELL + 1
+    columns, rows = width // CELL_PX + 1, height // CELL_PX + 1
     cell = (
-        np.clip(keypoints[:, 1] // _CELL, 0, rows - 1) * columns + np.clip(keypoints[:, 0] // _CELL, 0, columns - 1)
+        np.clip(keypoints[:, 1] // CELL_PX, 0, rows - 1) * columns + np.clip(keypoints[:, 0] // CELL_PX, 0, columns - 1)
     ).astype(np.int64)
     order = np.argsort(cell, kind="stable")
     starts = np.searchsorted(cell[order], np.arange(columns * rows + 1))
@@ -171,8 +178,8 @@ def _search(pixels, described, points, others, order, starts, columns, rows, rad
     distance = np.full(count, 2_000_000_000, np.int64)
     for k in numba.prange(count):
         x, y = pixels[k, 0], pixels[k, 1]
-        c0, c1 = max(int((x - radius) // 16), 0), min(int((x + radius) // 16), columns - 1)
-        r0, r1 = max(int((y - radius) // 16), 0), min(int((y + radius) // 16), rows - 1)
+        c0, c1 = max(int((x - radius) // CELL_PX), 0), min(int((x + radius) // CELL_PX), columns - 1)
+        r0, r1 = max(int((y - radius) // CELL_PX), 0), min(int((y + radius) // CELL_PX), rows - 1)
         first, second, who = limit, limit, -1
         for r in range(r0, r1 + 1):
             for place in range(starts[r * columns + c0], starts[r * columns + c1 + 1] if c1 >= c0 else 0):

@@ -17,7 +17,7 @@ from numba import njit
 from ..core.progress import Reporter
 from .cameras import Camera, View
 from .features import FeatureStore
-from .guided import MAX_SQUARED, grid_cells
+from .guided import CELL_PX, MAX_SQUARED, grid_cells, one_to_one
 
 #: A gimbal's angles and their mounting, both photos', are believed to this, degrees.
 REACH_DEG = 1.2
@@ -29,7 +29,6 @@ _LEAST, _CHANCE_SD = 15, 6.0
 _TOLERANCE_PX, _TRIALS, _LEAST_BASELINE_M = 4.0, 400, 0.3
 #: How far the direction from one photo to the other may be off, as the first photo's rays have it (radians).
 _ALONG_SD = 0.02
-_CELL = 16
 
 
 @dataclass(frozen=True)
@@ -140,11 +139,7 @@ def _matches(first: _Photo, second: _Photo, ends: np.ndarray, reach_px: float) -
         _RATIO**2,
         MAX_SQUARED,
     )
-    found = np.flatnonzero(best >= 0)
-    # One to one: of several features that chose the same one the closest keeps it.
-    found = found[np.argsort(distance[found], kind="stable")]
-    _, kept = np.unique(best[found], return_index=True)
-    found = np.sort(found[kept])
+    found = one_to_one(best, distance)
     return np.column_stack([found, best[found]])
 
 
@@ -172,23 +167,23 @@ def _search(ends, described, square, points, others, other_square, starts, colum
         if not (np.isfinite(x0) and np.isfinite(y0) and np.isfinite(x1) and np.isfinite(y1)):
             continue
         top, bottom = min(y0, y1) - reach, max(y0, y1) + reach
-        if bottom < 0 or top >= rows * _CELL:
+        if bottom < 0 or top >= rows * CELL_PX:
             continue
         dx, dy = x1 - x0, y1 - y0
         per_length2 = 1 / max(dx * dx + dy * dy, 1e-9)
         first, second, who = limit, limit, -1
-        for r in range(max(int(top // _CELL), 0), min(int(bottom // _CELL), rows - 1) + 1):
+        for r in range(max(int(top // CELL_PX), 0), min(int(bottom // CELL_PX), rows - 1) + 1):
             # The part of the line that is within reach of this row of cells.
             begin, end = 0.0, 1.0
             if abs(dy) > 1e-6:
-                one, two = (r * _CELL - reach - y0) / dy, ((r + 1) * _CELL + reach - y0) / dy
+                one, two = (r * CELL_PX - reach - y0) / dy, ((r + 1) * CELL_PX + reach - y0) / dy
                 begin, end = max(min(one, two), 0.0), min(max(one, two), 1.0)
                 if begin > end:
                     continue
             left, right = min(x0 + begin * dx, x0 + end * dx) - reach, max(x0 + begin * dx, x0 + end * dx) + reach
-            if right < 0 or left >= columns * _CELL:
+            if right < 0 or left >= columns * CELL_PX:
                 continue
-            c0, c1 = max(int(left // _CELL), 0), min(int(right // _CELL), columns - 1)
+            c0, c1 = max(int(left // CELL_PX), 0), min(int(right // CELL_PX), columns - 1)
             for q in range(starts[r * columns + c0], starts[r * columns + c1 + 1]):
                 u, v = points[q, 0] - x0, points[q, 1] - y0
                 along = min(max((u * dx + v * dy) * per_length2, 0.0), 1.0)

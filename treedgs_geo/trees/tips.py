@@ -46,8 +46,7 @@ def tips_of(x: np.ndarray, y: np.ndarray, height_m: np.ndarray) -> np.ndarray:
 
 
 def covers(x: np.ndarray, y: np.ndarray, height_m: np.ndarray, tips: np.ndarray, reach_m: float = 0.6) -> np.ndarray:
-    """(K,) share of the cells within ``reach_m`` of each tip (K, 3)
-    where something stands (a lonely one may be chance)."""
+    """(K,) share of the cells within ``reach_m`` of each tip (K, 3) where something stands; few may be chance."""
     found = np.empty(len(tips))
     for k, tip in enumerate(tips):
         rows, columns = np.flatnonzero(np.abs(y - tip[1]) <= reach_m), np.flatnonzero(np.abs(x - tip[0]) <= reach_m)

@@ -6,7 +6,7 @@ plot's other trees do: without this a sapling gets the height of the crown above
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -30,15 +30,15 @@ class Joined:
     """top: (S,) int index of each stem's top, -1 where it has none. reason: (S,) str, why not (a key of
     :data:`HEIGHT_REASONS`), empty where it has one. scatter: s.d. of the logarithm of height about the plot's own
     curve over the diameter, level: of that curve (:meth:`over_curve`); NaN where it has no curve. share: of the stems
-    with a diameter that have a top. second: (S,) int index of the lower top that would suit a stem about as well, -1
-    where there is none."""
+    with a diameter that have a top. apart_m: (S,) how much lower another top is that would suit the stem about as
+    well, 0 where there is none."""
 
     top: np.ndarray
     reason: np.ndarray
     scatter: float
     share: float
-    level: float = np.nan
-    second: np.ndarray = field(default_factory=lambda: np.empty(0, int))
+    level: float
+    apart_m: np.ndarray
 
     def over_curve(self, height_m: np.ndarray, dbh_cm: np.ndarray) -> np.ndarray:
         """(N,) logarithm of heights over what the plot's curve gives their diameters; NaN where either is unknown."""
@@ -55,20 +55,19 @@ HEIGHT_REASONS = {
 }
 
 
-def join_tops(at_height: np.ndarray, tops: np.ndarray, dbh_cm: np.ndarray, candidates: int | None = None) -> Joined:
+def join_tops(at_height: np.ndarray, tops: np.ndarray, dbh_cm: np.ndarray) -> Joined:
     """Assign tops to stems.
 
     Args:
         at_height: (S, K, 2) where the axis of stem s is at the height of top k. tops: (K, 3) x, y and height above the
-            ground, metres. dbh_cm: (S,) diameters, NaN where unknown. candidates: only the first so many stems count
-            in ``share`` (``None``: all).
+            ground, metres. dbh_cm: (S,) diameters, NaN where unknown.
 
     Returns:
         The assignment that costs least over all stems (Kuhn 1955, Hungarian method, in scipy).
     """
     stems, count = len(dbh_cm), len(tops)
     if not stems or not count:
-        return Joined(np.full(stems, -1), np.full(stems, "no_top", object), np.nan, 0.0, np.nan, np.full(stems, -1))
+        return Joined(np.full(stems, -1), np.full(stems, "no_top", object), np.nan, 0.0, np.nan, np.zeros(stems))
     stray = np.linalg.norm(at_height - tops[None, :, :2], axis=2) / (_STRAY_M + _STRAY_SHARE * tops[None, :, 2])
     log_h, log_d = np.log(tops[:, 2]), np.log(np.asarray(dbh_cm, float))
     level, scatter = _curve(stray, log_h, log_d)
@@ -82,7 +81,7 @@ def join_tops(at_height: np.ndarray, tops: np.ndarray, dbh_cm: np.ndarray, candi
     top = np.full(stems, -1)
     top[rows] = np.where(columns < count, columns, -1)
     reason = np.full(stems, "", object)
-    free, second = np.ones(count, bool), np.full(stems, -1)
+    free, apart_m = np.ones(count, bool), np.zeros(stems)
     free[top[top >= 0]] = False
     for stem in range(stems):
         if top[stem] < 0:
@@ -93,14 +92,14 @@ def join_tops(at_height: np.ndarray, tops: np.ndarray, dbh_cm: np.ndarray, candi
         rivals &= cost[stem] < cost[stem, top[stem]] + _RIVAL
         if rivals.any() and np.isfinite(level) and np.isfinite(log_d[stem]):
             # A broad crown has several tips, and a tree is as high as its highest.
-            second[stem], top[stem] = top[stem], np.flatnonzero(rivals)[tops[rivals, 2].argmax()]
+            lower, top[stem] = top[stem], np.flatnonzero(rivals)[tops[rivals, 2].argmax()]
+            apart_m[stem] = tops[top[stem], 2] - tops[lower, 2]
             free[top[stem]] = False
         elif rivals.any():
             top[stem], reason[stem] = -1, "two_tops"
-    known = np.isfinite(log_d)[:candidates]
-    return Joined(
-        top, reason, scatter, float((top[:candidates][known] >= 0).mean()) if known.any() else 0.0, level, second
-    )
+    known = np.isfinite(log_d)
+    share = float((top[known] >= 0).mean()) if known.any() else 0.0
+    return Joined(top, reason, scatter, share, level, apart_m)
 
 
 def _curve(stray: np.ndarray, log_h: np.ndarray, log_d: np.ndarray) -> tuple[float, float]:

@@ -184,12 +184,17 @@ def stand_change(trees: pd.DataFrame, design: Design, shared: SharedErrors, year
         "trees_mortality": made(gone, count),
         "trees_change": made(came + gone, Slopes(sign, zero, zero)),
     }
-    for fate_, weights, slopes in (("ingrowth", came, new), ("mortality", gone, lost)):
-        # What one more tree would bring where there is none: a tree of the first date lost, one at the limit new.
-        usual = lost.value if fate_ == "mortality" else new.value[np.argsort(np.nan_to_num(d2, nan=np.inf))[:1]]
-        for name, values in ((f"trees_{fate_}", one), (f"ba_{fate_}", slopes.value)):
-            other = 1.0 if values is one else float(np.nan_to_num(np.nanmean(usual))) if len(usual) else 0.0
-            figures[name] = few_events(figures[name], design, weights, values, other)
+    # What one more tree would bring where there is none: the thinnest of the second date, a usual one of the first.
+    known2, known1 = (values[np.isfinite(values)] for values in (new.value, lost.value))
+    thinnest = float(known2.min()) if len(known2) else 0.0
+    usual = float(known1.mean()) if len(known1) else 0.0
+    for name, weights, values, other in (
+        ("trees_ingrowth", came, one, 1.0),
+        ("ba_ingrowth", came, new.value, thinnest),
+        ("trees_mortality", gone, one, 1.0),
+        ("ba_mortality", gone, lost.value, usual),
+    ):
+        figures[name] = few_events(figures[name], design, weights, values, other)
     return figures
 
 
