@@ -41,7 +41,7 @@ common=$(git rev-parse --path-format=absolute --git-common-dir 2>/dev/null || :)
 case $common in "" | "$PWD"/*) ;; *) mounts="$mounts $common" ;; esac
 [ -d "$(dirname "$PWD")/shared" ] && mounts="$mounts $(dirname "$PWD")/shared"
 # A private mount namespace: nothing stays mounted when this ends.
-exec nice unshare --mount --propagation private sh -eu -c '
+exec unshare --mount --propagation private sh -eu -c '
     root=$1 work=$2 mounts=$3; shift 3
     for folder in $mounts; do mkdir -p "$root$folder"; mount --rbind "$folder" "$root$folder"; done
     mount -t proc proc "$root/proc"; mount --rbind /dev "$root/dev"
