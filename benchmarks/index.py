@@ -48,6 +48,7 @@ WRITERS = {
     "large_cloud.json": "benchmarks.clouds.large_cloud",
     "large_photos.json": "benchmarks.photos.large_photos",
     "matching.json": "benchmarks.reconstruction.matching",
+    "install_matrix.json": "benchmarks.chain.install_matrix",
     "pairing.json": "benchmarks.inventory.pairing",
     "photo_choice*.json": "benchmarks.photos.choice",
     "photos_side_by_side.json": "benchmarks.photos.side_by_side",

@@ -13,15 +13,18 @@ from qgis.core import (
     QgsSettings,
 )
 
-from ..treedgs_qgis import compat, engine, environment, extras, gpu, locked, own_python, pythons
+from ..treedgs_qgis import compat, engine, environment, extras, gpu, leftovers, locked, own_python, pythons
 from ..treedgs_qgis.algorithm import BaseAlgorithm
 from ..treedgs_qgis.listener import is_cancelled
+from ..treedgs_qgis.missing import takes
+from ..treedgs_qgis.pip_meter import Meter
 
 HELP = """<p><b>Install the libraries that the TreeDGS algorithms need, in an environment of their own.</b></p>
-<p>Makes a Python environment in your data folder (or in TREEDGS_HOME), about {size}, and installs the locked list of
-libraries with pip. QGIS and its Python are not touched. Python 3.10 to 3.14 with venv is found on this computer, or
-fetched for the engine alone. It needs the network or a folder of wheels. What was cut short is taken up by running it
-again.</p>
+<p>Makes a Python environment in your data folder (or in TREEDGS_HOME; {takes} at 50 Mbit/s), and installs the locked
+list of libraries with pip. QGIS and its Python are not touched. Python 3.10 to 3.14 with venv is found on this
+computer, or fetched for the engine alone. It needs the network or a folder of wheels. What was cut short is taken up by
+running it again. Engines of former versions are removed in the end; jobs and results stay. <b>Remove the engine</b>
+frees the disk.</p>
 <p>Parts that not everybody needs are ticked; run it again to add one. What is there stays, unless you start from
 scratch.</p>
 <p>On a machine with <code>make</code>, <code>make setup</code> does the same for the repository.</p>"""
@@ -56,7 +59,7 @@ class Algorithm(BaseAlgorithm):
 
     def shortHelpString(self):
         """The help panel."""
-        return self.tr(HELP).format(size=extras.size())
+        return self.tr(HELP).format(takes=takes())
 
     def initAlgorithm(self, configuration=None):
         """Declare parameters."""
@@ -127,38 +130,70 @@ class Algorithm(BaseAlgorithm):
                 raise
         return own_python.fetch(folder, run, feedback.pushInfo)
 
+    def runner(self, meter, target, feedback):
+        """Starts commands for :mod:`environment`: their lines go to the log, ``meter`` to the progress bar."""
+        said = [""]
+
+        def tell():
+            feedback.setProgress(100 * meter.fraction)
+            # A line of the log each: not for every megabyte.
+            words = meter.message.split(" (")[0]
+            if words != said[0]:
+                said[0] = words
+                feedback.setProgressText(meter.message)
+
+        def asked():
+            meter.look()
+            tell()
+            return is_cancelled(feedback)
+
+        def run(command):
+            words = [str(part) for part in command]
+            feedback.pushCommandInfo(" ".join(words).split("\n")[0])
+            meter.site = environment.packages_of(target)
+            process = engine.start(words, Path.home())
+            for _, line in engine.stream(process, asked):
+                if not meter.line(line):
+                    feedback.pushConsoleInfo(line)
+            tell()
+            return process.wait()
+
+        return run
+
+    def build_of(self, parameters, context, feedback) -> str:
+        """``cpu`` or ``cuda``: chosen, or found out."""
+        build = self.parameterAsEnumString(parameters, "BUILD", context)
+        if build == "auto":
+            choice = gpu.choose(*gpu.ask())
+            build = choice.build
+            text = (
+                self.tr("The engine will use the graphics card: {why}.")
+                if build == "cuda"
+                else self.tr("The engine will use the processor only: {why}.")
+            )
+            feedback.pushInfo(text.format(why=choice.why))
+        return build
+
     def processAlgorithm(self, parameters, context, feedback):
         """Build, then use it from now on."""
         wheels = self.parameterAsString(parameters, "WHEELS", context)
         target = engine.managed_environment()
-        steps = {"done": 0}
-
-        def run(command):
-            feedback.pushCommandInfo(" ".join(map(str, command)))
-            steps["done"] += 1
-            feedback.setProgress(min(95, 25 * steps["done"]))
-            process = engine.start([str(part) for part in command], Path.home())
-            for _, line in engine.stream(process, lambda: is_cancelled(feedback)):
-                feedback.pushConsoleInfo(line)
-            return process.wait()
-
         try:
             if self.parameterAsBoolean(parameters, "REBUILD", context):
                 environment.remove(target)
-            build = self.parameterAsEnumString(parameters, "BUILD", context)
-            if build == "auto":
-                choice = gpu.choose(*gpu.ask())
-                build = choice.build
-                text = (
-                    self.tr("The engine will use the graphics card: {why}.")
-                    if build == "cuda"
-                    else self.tr("The engine will use the processor only: {why}.")
-                )
-                feedback.pushInfo(text.format(why=choice.why))
+            build = self.build_of(parameters, context, feedback)
             # What an earlier run brought stays: pip takes nothing away.
-            chosen = sorted({*self.extras(parameters, context), *environment.read_record(target).get("extras", [])})
+            before = environment.read_record(target).get("extras", [])
+            chosen = sorted({*self.extras(parameters, context), *before})
             listed = locked.write_list(build, target.with_name(f"{target.name}-{build}.txt"), extras=chosen)
-            needed_gb = extras.needed_gb([*chosen, *([extras.GPU] if build == "cuda" else [])])
+            parts = [*chosen, *([extras.GPU] if build == "cuda" else [])]
+            fresh = parts if environment.read_record(target) else ["", *parts]
+            meter = Meter(
+                sum(map(extras.download_mb, fresh)),
+                sum(map(extras.download_s, fresh)),
+                sum(map(extras.install_s, fresh)),
+            )
+            run = self.runner(meter, target, feedback)
             environment.build(
                 target,
                 [listed],
@@ -166,16 +201,18 @@ class Algorithm(BaseAlgorithm):
                 self.python(self.parameterAsString(parameters, "PYTHON", context), bool(wheels), run, feedback),
                 wheels=Path(wheels) if wheels else None,
                 run=run,
-                needed_gb=needed_gb,
+                needed_gb=extras.needed_gb(parts),
                 record={"extras": chosen, "build": build},
                 say=lambda text: feedback.pushInfo(
                     text.replace(environment.what(listed), self.tr("the locked list of libraries"))
                 ),
+                cache=engine.data_dir() / leftovers.PIP_CACHE,
             )
         except (environment.SetupError, engine.EngineError, OSError) as problem:
             if feedback.isCanceled():
                 raise QgsProcessingException(self.tr("Stopped; run it again to go on where it ended.")) from None
             raise QgsProcessingException(str(problem)) from None
+        self.tidy(feedback)
         configured = str(QgsSettings().value("treedgs/python", "") or "")
         if configured:
             feedback.pushWarning(
@@ -185,3 +222,13 @@ class Algorithm(BaseAlgorithm):
                 ).format(path=configured)
             )
         return {"ENGINE": str(engine.python_in(target))}
+
+    def tidy(self, feedback):
+        """Engines of former versions of the plugin, and what pip kept, are not needed any more."""
+        freed, kept = leftovers.remove_former()
+        if freed:
+            text = self.tr("Engines of former versions and downloads are removed: {size} free again.")
+            feedback.pushInfo(text.format(size=extras.in_words(freed / 1e6)))
+        for folder in kept:
+            text = self.tr("{folder}, the engine of a former version, is in use and stays until the next set-up.")
+            feedback.pushWarning(text.format(folder=folder))

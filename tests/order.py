@@ -69,6 +69,6 @@ class FailureCounter:
 
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Keep the counts."""
-        if self.failed and session.config.cache is not None:
+        if self.failed and getattr(session.config, "cache", None) is not None:
             counts = Counter(session.config.cache.get(_KEPT, {}))
             session.config.cache.set(_KEPT, dict((counts + self.failed).most_common(500)))

@@ -19,16 +19,17 @@ case $version in
 esac
 root=${TREEDGS_SYSTEMS:-/var/tmp}/treedgs-$suite
 [ "$(id -u)" = 0 ] || fail "root is needed for a system in a folder (debootstrap, chroot): sudo tools/qgis.sh $version"
-if [ ! -e "$root/.treedgs-ready" ]; then
+packages="qgis python3-qgis qgis-providers xvfb xauth libgl1 libgomp1 libx11-6 libegl1 libusb-1.0-0 fonts-dejavu-core \
+    poppler-utils libssl3t64 libffi8 libsqlite3-0 liblzma5 libbz2-1.0 zlib1g procps git"
+if [ "$(cat "$root/.treedgs-ready" 2>/dev/null)" != "$packages" ]; then
     command -v debootstrap >/dev/null || apt-get install -y -q --no-install-recommends debootstrap debian-archive-keyring
     [ -e "$root/etc/debian_version" ] || debootstrap --variant=minbase --include=ca-certificates "$suite" "$root" "$mirror"
     cp -L /etc/resolv.conf "$root/etc/resolv.conf" 2>/dev/null || :
     # A mirror may be weeks behind, as snapshots are; what it signed is checked all the same.
     chroot "$root" apt-get -o Acquire::Check-Valid-Until=false update -q
-    chroot "$root" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends \
-        qgis python3-qgis qgis-providers xvfb xauth libgl1 libgomp1 libx11-6 libegl1 libusb-1.0-0 fonts-dejavu-core \
-        libssl3t64 libffi8 libsqlite3-0 liblzma5 libbz2-1.0 zlib1g procps git
-    touch "$root/.treedgs-ready"
+    # shellcheck disable=SC2086
+    chroot "$root" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $packages
+    printf '%s\n' "$packages" >"$root/.treedgs-ready"
 fi
 # Seen inside at their own paths: the repository, what its links lead to, the shared data beside it, and the Python that
 # .venv was made from.

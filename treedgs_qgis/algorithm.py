@@ -159,12 +159,30 @@ class EngineAlgorithm(BaseAlgorithm):
             self.addOutput(output)
 
     def canExecute(self) -> tuple[bool, str]:
-        """False with the reason when the engine is missing; ``qgis_process`` 3.22 does not ask."""
+        """False with the reason when the engine is missing; ``qgis_process`` 3.22 does not ask.
+
+        The graphical QGIS opens the dialog all the same: the offer to set the engine up stands in it.
+        """
         try:
             self.engine()
         except engine.EngineError as problem:
-            return False, str(problem)
+            return self.offer() is not None, str(problem)
         return True, ""
+
+    def offer(self) -> Any:
+        """The plugin's :class:`treedgs_qgis.offer.Offer`; ``None`` without windows."""
+        return getattr(self.provider(), "offer", None)
+
+    def createCustomParametersWidget(self, parent: Any = None) -> Any:
+        """QGIS' own dialog, with the offer to set up the engine where that is missing."""
+        offer = self.offer()
+        if offer is None:
+            return None
+        try:
+            self.engine()
+        except engine.EngineMissing as problem:
+            return offer.dialog(self, problem)
+        return None
 
     def engine(self) -> engine.Engine:
         """The engine for this verb.
@@ -236,6 +254,8 @@ class EngineAlgorithm(BaseAlgorithm):
             listener = Listener(feedback, lambda text: in_qgis_words(text, self.declaration["known"]))
             outcome = engine.run_job(chosen, self.COMMAND, values, job_dir, listener, lambda: is_cancelled(feedback))
         except (engine.EngineError, OSError) as problem:
+            if isinstance(problem, engine.EngineMissing) and self.offer() is not None:
+                self.offer().missed.emit(problem)
             raise QgsProcessingException(in_qgis_words(str(problem), self.declaration["known"])) from None
         feedback.pushInfo(self.tr("Done in {time}.").format(time=duration(outcome.seconds)))
         if values.get("dry_run"):

@@ -25,6 +25,7 @@ from typing import IO, Any
 from . import extras
 from .exits import explain_exit
 from .groups import own_group, stop_group
+from .missing import EngineCancelled, EngineError, EngineMissing, how_to_install, takes
 from .pythons import find_program, no_window
 from .windows_job import Job
 from .words import tr
@@ -41,15 +42,6 @@ LAST_WORDS_S = 1.0
 DEFECT = 1
 #: How many job folders (logs) are kept.
 KEPT_JOBS = 20
-
-
-def how_to_install() -> str:
-    """What to do about a missing engine: ends each of those sentences."""
-    return tr(
-        "run the algorithm 'Set up the engine' (treedgs:setupengine), or point the environment variable TREEDGS_PYTHON "
-        "at a Python that has the engine's libraries"
-    )
-
 
 #: Variables of QGIS, of other Pythons and of other geospatial stacks that must not reach the engine.
 _DROPPED_PREFIXES = ("PYTHON", "QGIS_", "PROJ_", "GDAL_", "CONDA_", "DYLD_", "QT_", "OSGEO4W", "PYQGIS")
@@ -80,18 +72,6 @@ print(json.dumps({
     "missing": [m for m in sys.argv[1:] if importlib.util.find_spec(m) is None],
 }))
 """
-
-
-class EngineError(Exception):
-    """One sentence for the user: what happened and what to do."""
-
-
-class EngineMissing(EngineError):
-    """No usable engine environment was found."""
-
-
-class EngineCancelled(EngineError):
-    """The user stopped the job."""
 
 
 @dataclass(frozen=True)
@@ -135,6 +115,12 @@ def managed_environment() -> Path:
     return data_dir() / f"engine-{lock_hash()}"
 
 
+def configured(setting: str = "") -> bool:
+    """Whether any engine is named or set up here, without starting it."""
+    places = (managed_environment(), PLUGIN_ROOT / ".venv")
+    return bool(os.environ.get("TREEDGS_PYTHON") or setting or any(python_in(place).exists() for place in places))
+
+
 def find_engine(setting: str = "", modules: Iterable[str] = ()) -> Engine:
     """Resolve the engine's Python; the first one configured wins, a configured but broken one is an error.
 
@@ -150,9 +136,13 @@ def find_engine(setting: str = "", modules: Iterable[str] = ()) -> Engine:
         (setting, "the QGIS setting treedgs/python"),
     ):
         if value:
-            _check(Path(value).expanduser(), source, modules)
+            try:
+                _check(Path(value).expanduser(), source, modules)
+            except EngineMissing as problem:
+                problem.helps = False
+                raise
             return Engine(Path(value).expanduser(), source)
-    problems = []
+    problems: list[EngineMissing] = []
     for folder, source in ((managed_environment(), "the managed environment"), (PLUGIN_ROOT / ".venv", "make setup")):
         python = python_in(folder)
         if python.exists():
@@ -160,7 +150,8 @@ def find_engine(setting: str = "", modules: Iterable[str] = ()) -> Engine:
                 _check(python, source, modules)
                 return Engine(python, source)
             except EngineMissing as problem:
-                problems.append(str(problem))
+                problem.broken = not problem.parts
+                problems.append(problem)
     for name in ("python3", "python"):
         found = find_program(name)
         if found:
@@ -169,8 +160,10 @@ def find_engine(setting: str = "", modules: Iterable[str] = ()) -> Engine:
                 return Engine(Path(found), f"{name} on the PATH")
             except EngineMissing:
                 continue
-    text = tr("The TreeDGS engine is not installed; {do}.").format(do=how_to_install())
-    raise EngineMissing(problems[0] if problems else text)
+    if problems:
+        raise problems[0]
+    text = tr("The TreeDGS engine is not set up yet ({takes}); {do}.")
+    raise EngineMissing(text.format(takes=takes(), do=how_to_install()))
 
 
 def _check(python: Path, source: str, modules: list[str]) -> None:
@@ -210,7 +203,8 @@ def _check(python: Path, source: str, modules: list[str]) -> None:
             tr(
                 "This algorithm needs a part of the engine that is not set up ({extras}); run 'Set up the engine' "
                 "(treedgs:setupengine) once more and tick it ({names})."
-            ).format(extras="; ".join(chosen), names=", ".join(f"{name.upper()}=true" for name in lacking))
+            ).format(extras="; ".join(chosen), names=", ".join(f"{name.upper()}=true" for name in lacking)),
+            lacking,
         )
     if answer["missing"]:
         raise EngineMissing(

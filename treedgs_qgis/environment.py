@@ -16,6 +16,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
+from .pip_meter import progress_words
 from .pipwords import why_pip_failed
 from .pythons import SetupError, find_python, usable_python, version_of
 from .words import tr
@@ -28,6 +29,18 @@ NEEDED_DISK_GB = 4
 LONGEST_TARGET = 100
 #: Lines of pip's log that are shown when it fails.
 TAIL = 15
+#: Compiles what pip installed, on all processors; pip itself does it on one, for most of its time. It cannot fail: what
+#: does not compile here is compiled, or refused, when it is imported.
+_COMPILE = """
+import compileall, functools, os, sys
+from concurrent.futures import ProcessPoolExecutor
+files = [os.path.join(at, name) for at, _, names in os.walk(sys.argv[1]) for name in names if name.endswith(".py")]
+one = functools.partial(compileall.compile_file, quiet=2)
+with ProcessPoolExecutor(min(os.cpu_count() or 1, 8)) as pool:
+    for number, _ in enumerate(pool.map(one, files, chunksize=50), 1):
+        if number % 250 == 0 or number == len(files):
+            print("Compiled", number, "of", len(files), flush=True)
+"""
 Runner = Callable[[list], int]
 
 
@@ -69,12 +82,13 @@ def build(
     torch: str = "cpu",
     needed_gb: float = NEEDED_DISK_GB,
     record: dict | None = None,
+    cache: Path | None = None,
 ) -> None:
     """Make (or repair) the virtual environment ``target`` and install ``packages``, one pip call per list.
 
     A marker file is written last, so that a build that was cut short is taken up again. run: starts a command and
     returns its exit code. wheels: install from this folder only, without network. needed_gb: free disk that it takes.
-    record: kept in the marker file (:func:`read_record`).
+    record: kept in the marker file (:func:`read_record`). cache: pip's folder for what it downloads (default: its own).
 
     Raises:
         SetupError: no disk space, or a step failed.
@@ -110,7 +124,9 @@ def build(
     (target / READY).unlink(missing_ok=True)
     pip = [str(inside), "-I", "-m", "pip", "install", "--no-input", "--disable-pip-version-check"]
     log = target / "pip.log"
-    pip += ["--progress-bar", "off", "--log", str(log)]
+    pip += ["--no-compile", *progress_words(packages_of(target)), "--log", str(log)]
+    if cache is not None:
+        pip += ["--cache-dir", str(cache)]
     if wheels is not None:
         pip += ["--no-index", "--find-links", str(wheels)]
     for group in packages:
@@ -125,9 +141,20 @@ def build(
         if run([*pip, *group]) != 0:
             said = log.read_text(encoding="utf-8", errors="replace") if log.exists() else ""
             raise SetupError(why_pip_failed(said, what(group), target, version_of(str(inside)), wheels))
+    site = packages_of(target)
+    if site is not None:
+        run([str(inside), "-I", "-c", _COMPILE, str(site)])
     (target / READY).write_text(
         json.dumps({**(record or {}), "key": key, "packages": packages}) + "\n", encoding="utf-8"
     )
+
+
+def packages_of(target: Path) -> Path | None:
+    """The folder of an environment that holds its libraries; ``None`` before there is one."""
+    if sys.platform == "win32":
+        found = target / "Lib" / "site-packages"
+        return found if found.is_dir() else None
+    return next((target / "lib").glob("python3*/site-packages"), None)
 
 
 def what(group: list[str]) -> str:

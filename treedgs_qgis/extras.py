@@ -6,6 +6,7 @@ Sizes are measured (``python tools/measure_engine.py`` writes ``extras.json``).
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -24,20 +25,47 @@ USUAL = ("reports",)
 GPU = "gpu"
 
 
+#: A usual line: what the times that are promised are reckoned with.
+LINE_MBIT_S = 50.0
+
+
+def _measured(extra: str, what: str) -> int:
+    return int(json.loads(SIZES.read_text(encoding="utf-8"))["parts"][extra or "engine"][what])
+
+
 def disk_mb(extra: str = "") -> int:
     """Megabytes on disk of an extra, or of the engine without any ('')."""
-    return int(json.loads(SIZES.read_text(encoding="utf-8"))["parts"][extra or "engine"]["disk_mb"])
+    return _measured(extra, "disk_mb")
 
 
 def download_mb(extra: str = "") -> int:
     """Megabytes to download."""
-    return int(json.loads(SIZES.read_text(encoding="utf-8"))["parts"][extra or "engine"]["download_mb"])
+    return _measured(extra, "download_mb")
+
+
+def install_s(extra: str = "") -> int:
+    """Seconds that installing it takes once it is there, on the computer of the measurement."""
+    return _measured(extra, "install_s")
 
 
 def size(extra: str = "") -> str:
     """The same in words: ``0.9 GB``, ``15 MB``."""
-    megabytes = disk_mb(extra)
-    return f"{megabytes / 1000:.1f} GB" if megabytes >= 950 else f"{megabytes} MB"
+    return in_words(disk_mb(extra))
+
+
+def in_words(megabytes: float) -> str:
+    """``0.9 GB``, ``15 MB``."""
+    return f"{megabytes / 1000:.1f} GB" if megabytes >= 950 else f"{megabytes:.0f} MB"
+
+
+def minutes(parts: Iterable[str]) -> int:
+    """What setting up some parts ('': the engine itself) takes on a line of 50 Mbit/s, rounded up."""
+    return max(1, math.ceil(sum(download_s(part) + install_s(part) for part in parts) / 60))
+
+
+def download_s(extra: str = "") -> float:
+    """Seconds on a line of 50 Mbit/s."""
+    return download_mb(extra) * 8 / LINE_MBIT_S
 
 
 def needed_gb(chosen: Iterable[str]) -> float:

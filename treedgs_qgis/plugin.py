@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import sys
 import traceback
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from qgis.core import QgsApplication, QgsMessageLog, QgsProcessingProvider
+from qgis.PyQt.QtCore import QTimer
 from qgis.PyQt.QtGui import QIcon
 
 from . import i18n, words
@@ -26,6 +29,9 @@ class TreeDGSPlugin:
         self.translator = None
         self.panel: Any = None
         self.action: Any = None
+        self.entries: list[Any] = []
+        self.offer: Any = None
+        self.opened: Any = None
 
     def initProcessing(self) -> None:
         """Register the provider.
@@ -61,6 +67,33 @@ class TreeDGSPlugin:
         self.action.toggled.connect(self.show_panel)
         self.iface.addToolBarIcon(self.action)
         self.iface.addPluginToMenu(MENU, self.action)
+        from .offer import Offer
+
+        self.offer = Offer(self.iface)
+        if self.provider is not None:
+            self.provider.offer = self.offer
+        for text, name in (
+            (i18n.tr("Set up the engine"), "setupengine"),
+            (i18n.tr("Check the engine"), "checkengine"),
+            (i18n.tr("Remove the engine"), "removeengine"),
+        ):
+            self.add_entry(f"{text} …", name, partial(self.open_dialog, f"treedgs:{name}"))
+        QTimer.singleShot(0, self.offer.first_time)
+
+    def add_entry(self, text: str, name: str, called: Callable[..., None]) -> None:
+        """One line of the menu."""
+        entry = QAction(text, self.iface.mainWindow())
+        entry.setObjectName(f"TreeDGS-{name}")
+        entry.triggered.connect(called)
+        self.iface.addPluginToMenu(MENU, entry)
+        self.entries.append(entry)
+
+    def open_dialog(self, algorithm: str, *_: Any) -> None:
+        """The dialog of an algorithm; the last one is kept, or Python would take it away."""
+        import processing  # QGIS' own
+
+        self.opened = processing.createAlgorithmDialog(algorithm)  # type: ignore[attr-defined]
+        self.opened.show()
 
     def show_panel(self, shown: bool) -> None:
         """Open the panel **Review trees**, or close it."""
@@ -91,6 +124,12 @@ class TreeDGSPlugin:
             self.iface.removePluginMenu(MENU, self.action)
             self.iface.removeToolBarIcon(self.action)
             self.action = None
+        for entry in self.entries:
+            self.iface.removePluginMenu(MENU, entry)
+        self.entries.clear()
+        if self.offer is not None:
+            self.offer.job.stop()
+            self.offer = None
         if self.provider is not None:
             QgsApplication.processingRegistry().removeProvider(self.provider)
             self.provider = None

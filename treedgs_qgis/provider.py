@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from typing import Any
 
 from qgis.core import QgsProcessingProvider, QgsSettings
 from qgis.PyQt.QtGui import QIcon
@@ -35,11 +36,15 @@ ALGORITHMS = (
     "simulateplot",
     "checkengine",
     "setupengine",
+    "removeengine",
 )
 
 
 class TreeDGSProvider(QgsProcessingProvider):
     """Tree diameters from drone photos or LiDAR clouds."""
+
+    #: What offers to set up the engine (:class:`.offer.Offer`): the plugin gives it where there are windows.
+    offer: Any = None
 
     def id(self) -> str:
         """Never translated, never changed."""
@@ -80,7 +85,8 @@ class TreeDGSProvider(QgsProcessingProvider):
     def warningMessage(self) -> str:
         """Shown above the toolbox's algorithms when the engine is missing."""
         try:
-            engine.find_engine(str(QgsSettings().value("treedgs/python", "") or ""))
+            needs = declarations()["pointcloud-to-dbh"]["needs"]
+            engine.find_engine(str(QgsSettings().value("treedgs/python", "") or ""), needs)
         except engine.EngineError as problem:
             return str(problem)
         return ""

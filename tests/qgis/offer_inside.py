@@ -1,0 +1,122 @@
+"""Runs inside QGIS (``--code``) for ``test_first_use.py``: a new user without an engine, with the mouse.
+
+The job is JSON in ``TREEDGS_OFFER``: ``cloud``, ``output``, ``report``, ``pictures``. What was seen goes to ``report``.
+Not imported by anything.
+"""
+
+import json
+import os
+import shutil
+import sys
+import time
+import traceback
+
+import qgis.utils
+from qgis.core import QgsApplication, QgsProject
+from qgis.gui import QgsMessageBarItem
+from qgis.PyQt.QtCore import Qt, QTimer
+from qgis.PyQt.QtTest import QTest
+from qgis.PyQt.QtWidgets import QApplication, QProgressBar, QPushButton
+from qgis.utils import iface
+
+JOB = json.loads(os.environ["TREEDGS_OFFER"])
+seen = {"progress": [], "words": []}
+plugin = qgis.utils.plugins["treedgs"]
+window = iface.mainWindow()
+
+
+def settle(times=6):
+    for _ in range(times):
+        QApplication.processEvents()
+        QTest.qWait(30)
+
+
+def wait(done, seconds=500):
+    until = time.monotonic() + seconds
+    while not done():
+        assert time.monotonic() < until, f"waited {seconds} s"
+        QTest.qWait(50)
+
+
+def picture(name, widget):
+    settle(12)
+    widget.grab().save(os.path.join(JOB["pictures"], f"{name}.png"))
+
+
+def offered(bar):
+    """Texts and visible buttons of the offers on a message bar."""
+    items = bar.findChildren(QgsMessageBarItem)
+    words = [item.text() for item in items]
+    return words, [button.text() for item in items for button in item.findChildren(QPushButton) if button.isVisible()]
+
+
+def dialog(algorithm, values=()):
+    """As the toolbox opens it."""
+    import processing
+
+    made = QgsApplication.processingRegistry().createAlgorithmById(algorithm)
+    assert made.canExecute()[0], made.canExecute()[1]
+    opened = processing.createAlgorithmDialog(algorithm, dict(values))
+    opened.setGeometry(60, 60, 1000, 640)
+    opened.show()
+    settle()
+    return opened
+
+
+def main():
+    window.showNormal()
+    window.setGeometry(0, 0, 1280, 800)
+    settle(20)
+    seen["menu"] = [entry.text() for entry in plugin.entries]
+    seen["first"] = offered(iface.messageBar())
+    picture("engine_first", window)
+    values = {"INPUT": JOB["cloud"], "CRS": "EPSG:32617", "OUTPUT": JOB["output"]}
+    opened = dialog("treedgs:pointcloudtodbh", values)
+    bar = opened.messageBar()
+    seen["dialog"] = offered(bar)
+    picture("engine_offer", opened)
+
+    plugin.offer.job.told.connect(
+        lambda percent, words: (seen["progress"].append(percent), seen["words"].append(words))
+    )
+    began = time.monotonic()
+    button = next(b for b in bar.findChildren(QPushButton) if b.isVisible() and b.text() == "Set up now")
+    QTest.mouseClick(button, Qt.MouseButton.LeftButton)
+    wait(lambda: plugin.offer.job.percent > 20 or plugin.offer.job.task is None)
+    seen["bar"] = [child.value() for child in bar.findChildren(QProgressBar) if child.isVisible()]
+    picture("engine_running", opened)
+    wait(lambda: plugin.offer.job.task is None)
+    settle()
+    seen["seconds"] = time.monotonic() - began
+    seen["ended"] = offered(bar)
+    picture("engine_done", opened)
+    opened.runAlgorithm()
+    wait(lambda: os.path.exists(JOB["output"]) and opened.results())
+    seen["results"] = {name: str(value) for name, value in opened.results().items()}
+    opened.close()
+
+    opened = dialog("treedgs:simulateplot")
+    seen["extra"] = offered(opened.messageBar())
+    opened.close()
+    # A virus scanner, a cleaned disk: the environment lacks a library.
+    engine = sys.modules["treedgs.treedgs_qgis.engine"]
+    packages = sys.modules["treedgs.treedgs_qgis.environment"].packages_of(engine.managed_environment())
+    shutil.rmtree(packages / "laspy")
+    opened = dialog("treedgs:pointcloudtodbh")
+    seen["broken"] = offered(opened.messageBar())
+    opened.close()
+
+
+def run():
+    code = 0
+    try:
+        main()
+    except BaseException:
+        code, seen["error"] = 1, traceback.format_exc()
+    with open(JOB["report"], "w", encoding="utf-8") as file:
+        json.dump(seen, file)
+    QgsProject.instance().clear()
+    os._exit(code)
+
+
+QTimer.singleShot(3000, run)

@@ -1,0 +1,168 @@
+"""A new user: no engine, the offer with one click, a real set-up without network, repair, and freeing the disk."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+from qgis_driver import ROOT, Qgis, load
+from qgis_helpers import stems_cloud
+
+load("treedgs_shell", ROOT / "treedgs_qgis" / "__init__.py", ROOT / "treedgs_qgis")
+from treedgs_shell import locked, pip_meter, pythons  # noqa: E402
+
+#: A Python that makes environments; the wheels are those of this one.
+BASE = Path(sys.base_prefix) / "bin" / "python3"
+
+
+@pytest.fixture(scope="module")
+def wheels(tmp_path_factory) -> Path:
+    """The real wheels of the locked list, as ``pip download`` gets them on a machine with network."""
+    folder = tmp_path_factory.mktemp("roues à part")
+    listed = locked.write_list("cpu", folder / "list.txt", extras=("reports",))
+    pip = [str(ROOT / ".venv" / "bin" / "python"), "-I", "-m", "pip", "download", "-q", "-d", str(folder), "--no-deps"]
+    done = subprocess.run([*pip, *listed], capture_output=True, text=True)
+    if done.returncode:
+        pytest.skip(f"the package index cannot be reached: {done.stderr[-300:]}")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def newcomer(tmp_path_factory):
+    """QGIS with the plugin from its zip, so that no ``.venv`` lies in it; no engine is named or set up."""
+    base = tmp_path_factory.mktemp("nouveau")
+    made = Qgis(base / "profil")
+    command = [sys.executable, str(ROOT / "tools" / "package.py"), "--no-scan", "--output", str(base)]
+    assert subprocess.run(command, capture_output=True).returncode == 0
+    with zipfile.ZipFile(next(base.glob("treedgs-*.zip"))) as packed:
+        packed.extractall(base / "plugins")
+    variables = made.environment(TREEDGS_HOME=base / "home", QGIS_PLUGINPATH=base / "plugins")
+    variables.pop("TREEDGS_PYTHON")
+    # The Python whose wheels are there is the one that is found.
+    tools = base / "bin"
+    tools.mkdir()
+    (tools / f"python3.{pythons.MINORS[0]}").symlink_to(BASE)
+    variables["PATH"] = f"{tools}{os.pathsep}{variables['PATH']}"
+    return made, variables, base
+
+
+def ran(newcomer, algorithm: str, *words: str, network: bool = True, **more: str) -> subprocess.CompletedProcess:
+    made, variables, _ = newcomer
+    command = [made.program, "run", f"treedgs:{algorithm}", "--", *words]
+    if not network and os.geteuid() == 0 and shutil.which("unshare"):
+        command = ["unshare", "--net", *command]
+    return subprocess.run(command, env={**variables, **more}, capture_output=True, text=True, timeout=900)
+
+
+def test_a_shell_without_an_engine_is_told_the_command_with_size_and_time(newcomer, tmp_path):
+    stems_cloud(tmp_path / "cloud.laz", (0.15,))
+    done = ran(newcomer, "pointcloudtodbh", f"INPUT={tmp_path / 'cloud.laz'}", f"OUTPUT={tmp_path / 'trees.gpkg'}")
+    said = done.stdout + done.stderr
+    assert done.returncode == 1 and "qgis_process run treedgs:setupengine" in said and "Traceback" not in said
+    assert "1.2 GB, about" in said and "minute" in said
+
+
+def test_one_click_sets_it_up_and_the_algorithm_runs(newcomer, wheels, tmp_path):
+    made, variables, base = newcomer
+    program, frame = made.tools.qgis(), shutil.which("xvfb-run")
+    if program is None or frame is None:
+        pytest.skip("the graphical QGIS or xvfb-run is not installed here; make setup installs them")
+    stems_cloud(tmp_path / "cloud.laz", (0.15, 0.2))
+    pictures = Path(os.environ.get("TREEDGS_PICTURES", tmp_path))
+    job = {"cloud": str(tmp_path / "cloud.laz"), "output": str(tmp_path / "trees.gpkg"),
+           "report": str(tmp_path / "seen.json"), "pictures": str(pictures)}  # fmt: skip
+    variables = {**variables, "TREEDGS_OFFER": json.dumps(job), "PIP_NO_INDEX": "1", "PIP_FIND_LINKS": wheels.as_uri()}
+    variables.pop("QT_QPA_PLATFORM")
+    script = Path(__file__).with_name("offer_inside.py")
+    command = [frame, "-a", "-s", "-screen 0 1280x1000x24", program, "--noversioncheck", "--nologo", "--code", script]
+    done = subprocess.run(command, env=variables, timeout=900, capture_output=True, text=True)
+    assert (tmp_path / "seen.json").exists(), done.stdout + done.stderr
+    seen = json.loads((tmp_path / "seen.json").read_text(encoding="utf-8"))
+    assert "error" not in seen, seen["error"]
+    for place in ("first", "dialog"):
+        (words,), buttons = seen[place]
+        assert words.startswith("The engine is not set up yet (1.2 GB, about ") and "Set up now" in buttons
+    assert any(words.startswith("Set up the engine") for words in seen["menu"])
+    # Finer than by steps: many values, never back, and in the words what is fetched and installed.
+    assert seen["progress"] == sorted(seen["progress"]) and len(set(seen["progress"])) > 20
+    assert any("Fetching numpy (" in words for words in seen["words"])
+    assert any("Installing scipy (" in words for words in seen["words"])
+    assert seen["bar"] and 200 < seen["bar"][0] < 1000
+    assert "The engine is set up" in seen["ended"][0][0] and "Set up now" not in seen["ended"][1]
+    assert (tmp_path / "trees.gpkg").exists() and seen["results"]["N_MEASURED"] == "2"
+    assert "SIMULATE (1.1 GB" in seen["extra"][0][0] and "Add it now" in seen["extra"][1]
+    assert "damaged" in seen["broken"][0][0] and "Set up again" in seen["broken"][1]
+    assert not (base / "home" / "pip-cache").exists()
+
+
+def test_repair_without_network_keeps_jobs_and_removes_former_engines(newcomer, wheels):
+    _, _, base = newcomer
+    home = base / "home"
+    job = home / "jobs" / "20260101-000000-geotag-x"
+    job.mkdir(parents=True)
+    (job / "engine.log").write_text("kept")
+    former = home / "engine-0123456789"
+    former.mkdir()
+    (former / "library.so").write_bytes(bytes(30_000_000))
+    (home / "engine-notours").mkdir()
+    done = ran(newcomer, "setupengine", f"WHEELS={wheels}", "REBUILD=true", network=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "30 MB free again" in done.stdout
+    assert (job / "engine.log").read_text() == "kept" and not former.exists() and (home / "engine-notours").exists()
+    # What it built measures: it imports every library for real.
+    done = ran(newcomer, "checkengine", network=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "make setup" not in done.stdout
+
+
+def test_removing_says_what_it_freed_and_keeps_what_is_in_use(newcomer):
+    _, _, base = newcomer
+    home = base / "home"
+    python = next(home.glob("engine-*/bin/python"))
+    sleeper = subprocess.Popen([str(python), "-c", "import time; print(1, flush=True); time.sleep(600)"],
+                               stdout=subprocess.PIPE)  # fmt: skip
+    try:
+        assert sleeper.stdout.readline()
+        done = ran(newcomer, "removeengine")
+        assert done.returncode == 1 and "is in use" in done.stdout + done.stderr and python.exists()
+    finally:
+        sleeper.kill()
+        sleeper.wait()
+    done = ran(newcomer, "removeengine")
+    assert done.returncode == 0, done.stdout + done.stderr
+    freed = float(next(line.split()[-1] for line in done.stdout.splitlines() if line.startswith("FREED_GB")))
+    assert 0.9 < freed < 1.6
+    assert sorted(path.name for path in home.iterdir()) == ["engine-notours", "jobs"]
+    assert list((home / "jobs").iterdir())
+    done = ran(newcomer, "removeengine", "JOBS=true")
+    assert done.returncode == 0 and not (home / "jobs").exists()
+
+
+def test_the_meter_reads_what_pip_prints(tmp_path):
+    meter = pip_meter.Meter(100.0, 60.0, 60.0)
+    meter.site = tmp_path
+    assert not meter.line("Collecting numpy==2.4.6 (from -r list.txt (line 1))")
+    assert not meter.line("  Downloading numpy-2.4.6-cp311-cp311-linux.whl.metadata (6.6 kB)")
+    assert meter.fraction == 0
+    assert not meter.line("  Downloading numpy-2.4.6-cp311-cp311-manylinux_2_27_x86_64.whl (40.0 MB)")
+    assert meter.line("Progress 20000000 of 40000000")
+    assert meter.fraction == pytest.approx(0.03 + (meter.boundary - 0.03) * 0.2)
+    assert meter.message == "Fetching numpy (20 of 100 MB are here)"
+    meter.line("Downloading scipy-1.17.1-cp311-cp311-manylinux.whl (60.0 MB)")
+    assert meter.fraction == pytest.approx(0.03 + (meter.boundary - 0.03) * 0.4)
+    meter.line("Installing collected packages: numpy, scipy")
+    assert meter.fraction == pytest.approx(meter.boundary)
+    assert meter.message == "Installing numpy (1 of 2)"
+    (tmp_path / "numpy-2.4.6.dist-info").mkdir()
+    (tmp_path / "numpy-2.4.6.dist-info" / "INSTALLER").touch()
+    meter.look()
+    assert meter.message == "Installing scipy (2 of 2)"
+    assert meter.fraction == pytest.approx(meter.boundary + (meter.compiling - meter.boundary) * 0.4)
+    meter.line("Compiled 500 of 1000")
+    assert meter.fraction == pytest.approx((meter.compiling + 1) / 2)

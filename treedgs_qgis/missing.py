@@ -1,0 +1,46 @@
+"""What the engine's end of a job can be, each one sentence; and that it is missing, with what sets it up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from . import extras
+from .words import tr
+
+
+class EngineError(Exception):
+    """One sentence for the user: what happened and what to do."""
+
+
+class EngineMissing(EngineError):
+    """No usable engine environment was found.
+
+    parts: extras to set up beside what is there. helps: whether setting up the engine makes it work; not where a
+    setting or a variable names another Python. broken: it was set up, and something is wrong with it.
+    """
+
+    def __init__(self, text: str, parts: Iterable[str] = (), helps: bool = True) -> None:
+        super().__init__(text)
+        self.parts, self.helps, self.broken = tuple(parts), helps, False
+
+
+class EngineCancelled(EngineError):
+    """The user stopped the job."""
+
+
+def how_to_install() -> str:
+    """What to do about a missing engine: ends each of those sentences."""
+    return tr(
+        "run the algorithm 'Set up the engine' (in a shell: qgis_process run treedgs:setupengine), or point the "
+        "environment variable TREEDGS_PYTHON at a Python that has the engine's libraries"
+    )
+
+
+def takes(parts: Iterable[str] = ()) -> str:
+    """Disk and time of setting up the engine, or only these extras: ``1.2 GB, about 2 minutes``."""
+    chosen = list(parts) or ["", *extras.USUAL]
+    size = extras.in_words(sum(map(extras.disk_mb, chosen)))
+    minutes = extras.minutes(chosen)
+    if minutes == 1:
+        return tr("{size}, about a minute").format(size=size)
+    return tr("{size}, about {minutes} minutes").format(size=size, minutes=minutes)

@@ -1,0 +1,214 @@
+"""The offer to set up the engine: one click in the dialog that needs it, with size, time and a progress bar.
+
+Only in the graphical QGIS. The set-up itself is the algorithm ``treedgs:setupengine``, run as a task.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from qgis.core import (
+    QgsApplication,
+    QgsProcessingAlgRunnerTask,
+    QgsProcessingContext,
+    QgsProcessingFeedback,
+    QgsSettings,
+)
+from qgis.PyQt.QtCore import QObject, pyqtSignal
+from qgis.PyQt.QtWidgets import QApplication, QHBoxLayout, QProgressBar, QPushButton, QWidget
+
+from . import engine, environment, extras
+from .compat import LOG_SUCCESS, LOG_WARNING
+from .i18n import tr
+from .missing import EngineMissing, takes
+
+ALGORITHM = "treedgs:setupengine"
+#: Set once a user has seen the offer on the main window.
+SEEN = "treedgs/setup_offered"
+#: Steps of the progress bar.
+STEPS = 1000
+
+
+class Teller(QgsProcessingFeedback):
+    """What a task reports: the last words, and the sentence that it failed with."""
+
+    said = pyqtSignal(str)
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.errors: list[str] = []
+
+    def setProgressText(self, text: str) -> None:
+        """Words for beside the progress bar."""
+        self.said.emit(text)
+
+    def reportError(self, error: str, fatalError: bool = False) -> None:
+        """Kept: the last one is why the task failed."""
+        self.errors.append(error)
+        super().reportError(error, fatalError)
+
+
+class Job(QObject):
+    """One algorithm at a time as a task of QGIS, for everything that wants to show how far it is."""
+
+    told = pyqtSignal(float, str)
+    ended = pyqtSignal(bool, str, object)
+
+    def __init__(self, algorithm: str, done: str) -> None:
+        super().__init__()
+        self.algorithm, self.done = algorithm, done
+        self.percent, self.words = 0.0, ""
+        self.task: Any = None
+        self._kept: tuple[Any, ...] = ()
+
+    def start(self, values: dict[str, Any]) -> None:
+        """Begin, unless it runs already."""
+        if self.task is not None:
+            return
+        self.percent, self.words = 0.0, tr("Starting …")
+        feedback, context = Teller(), QgsProcessingContext()
+        feedback.progressChanged.connect(self._moved)
+        feedback.said.connect(self._said)
+        made = QgsApplication.processingRegistry().algorithmById(self.algorithm)
+        self.task = QgsProcessingAlgRunnerTask(made, values, context, feedback)
+        # The task holds neither of these.
+        self._kept = (feedback, context, made)
+        self.task.executed.connect(self._executed)
+        QgsApplication.taskManager().addTask(self.task)
+        self.told.emit(self.percent, self.words)
+
+    def stop(self) -> None:
+        """Ask it to end; what is finished stays."""
+        if self.task is not None:
+            self.task.cancel()
+
+    def _moved(self, percent: float) -> None:
+        self.percent = percent
+        self.told.emit(self.percent, self.words)
+
+    def _said(self, words: str) -> None:
+        self.words = words
+        self.told.emit(self.percent, self.words)
+
+    def _executed(self, successful: bool, results: dict) -> None:
+        feedback = self._kept[0]
+        self.task = None
+        if feedback.isCanceled():
+            self.ended.emit(False, tr("Stopped; run it again to go on where it ended."), {})
+        elif successful:
+            self.ended.emit(True, self.done, dict(results))
+        else:
+            self.ended.emit(False, feedback.errors[-1] if feedback.errors else tr("It failed; see the log."), {})
+
+
+class Controls(QWidget):
+    """In a message bar: the button that begins, then progress and a button that stops."""
+
+    def __init__(self, job: Job, item: Any, label: str, values: dict[str, Any]) -> None:
+        super().__init__()
+        self.job, self.item, self.values = job, item, values
+        row = QHBoxLayout(self)
+        row.setContentsMargins(0, 0, 0, 0)
+        self.button, self.bar, self.stopper = QPushButton(label), QProgressBar(), QPushButton(tr("Stop"))
+        self.bar.setRange(0, STEPS)
+        self.bar.setMinimumWidth(160)
+        for widget in (self.button, self.bar, self.stopper):
+            row.addWidget(widget)
+        self.button.clicked.connect(self.begin)
+        self.stopper.clicked.connect(self.halt)
+        job.told.connect(self.told)
+        job.ended.connect(self.ended)
+        self.show_running(job.task is not None)
+
+    def begin(self) -> None:
+        """The one click."""
+        self.job.start(self.values)
+
+    def halt(self) -> None:
+        """Stop it."""
+        self.job.stop()
+
+    def show_running(self, running: bool) -> None:
+        """Either the button, or bar and stop."""
+        self.button.setVisible(not running)
+        self.bar.setVisible(running)
+        self.stopper.setVisible(running)
+
+    def told(self, percent: float, words: str) -> None:
+        """Progress of the job, whoever began it."""
+        self.show_running(True)
+        self.bar.setValue(round(percent / 100 * STEPS))
+        self.item.setText(words)
+
+    def ended(self, successful: bool, words: str, _results: object) -> None:
+        """Done, or the sentence and the button again."""
+        self.show_running(False)
+        self.button.setVisible(not successful)
+        self.item.setText(words)
+        self.item.setLevel(LOG_SUCCESS if successful else LOG_WARNING)
+
+
+class Offer(QObject):
+    """Offers to set up the engine wherever it is missed."""
+
+    #: An :class:`EngineMissing`, from whatever thread met it.
+    missed = pyqtSignal(object)
+
+    def __init__(self, iface: Any) -> None:
+        super().__init__()
+        self.iface = iface
+        self.job = Job(ALGORITHM, tr("The engine is set up; the algorithms can run."))
+        self.missed.connect(self.show)
+
+    def sentence(self, problem: EngineMissing) -> str:
+        """What is missing, how much it is, how long it takes."""
+        parts = self.parts(problem)
+        if problem.broken:
+            return tr("The engine is damaged; setting it up anew takes {takes}. Jobs and results stay.").format(
+                takes=takes(parts)
+            )
+        if problem.parts:
+            return tr("This needs a part of the engine that is not set up: {names} ({takes}).").format(
+                names=", ".join(name.upper() for name in problem.parts), takes=takes(parts)
+            )
+        return tr("The engine is not set up yet ({takes}).").format(takes=takes(parts))
+
+    def parts(self, problem: EngineMissing) -> list[str]:
+        """What has to be installed: '' is the engine itself."""
+        target = engine.managed_environment()
+        there = environment.read_record(target) and not problem.broken
+        kept = environment.read_record(target).get("extras", []) if problem.broken else []
+        return list(problem.parts) if there else list(dict.fromkeys(["", *extras.USUAL, *kept, *problem.parts]))
+
+    def show(self, problem: EngineMissing, bar: Any = None) -> None:
+        """On a message bar: a given one, that of the dialog in front, or the main window's."""
+        front = QApplication.activeModalWidget()
+        if bar is None and front is not None and hasattr(front, "messageBar"):
+            bar = front.messageBar()
+        bar = bar or self.iface.messageBar()
+        if not problem.helps:
+            bar.pushMessage("TreeDGS", str(problem), LOG_WARNING, 0)
+            return
+        item = bar.createMessage("TreeDGS", self.sentence(problem))
+        values: dict[str, Any] = {name.upper(): name in self.parts(problem) for name in extras.CHOICES}
+        if problem.broken:
+            values["REBUILD"] = True
+        label = tr("Set up again") if problem.broken else tr("Add it now") if problem.parts else tr("Set up now")
+        item.layout().addWidget(Controls(self.job, item, label, values))
+        bar.pushWidget(item, LOG_WARNING)
+
+    def dialog(self, algorithm: Any, problem: EngineMissing) -> Any:
+        """QGIS' own dialog of an algorithm, with the offer above its parameters."""
+        from processing.gui.AlgorithmDialog import AlgorithmDialog
+
+        made = AlgorithmDialog(algorithm, False, self.iface.mainWindow())
+        self.show(problem, made.messageBar())
+        return made
+
+    def first_time(self) -> None:
+        """Once in a user's life, when nothing is there: on the main window, before any dialog is opened."""
+        settings = QgsSettings()
+        if settings.value(SEEN, "") or engine.configured(str(settings.value("treedgs/python", "") or "")):
+            return
+        settings.setValue(SEEN, "1")
+        self.show(EngineMissing(""), self.iface.messageBar())
