@@ -1,5 +1,5 @@
-# make setup | demo | quick | test | qgis340 | qgis344 | lint | docs | qgis | parameters | styles | models | translations | package | lock | screenshot | clean
-.PHONY: setup demo quick test qgis340 qgis344 lint docs qgis parameters styles models translations package lock screenshot clean
+# make setup | demo | quick | test | qgis340 | qgis344 | lint | docs | qgis | parameters | styles | models | translations | sample | package | lock | screenshot | clean
+.PHONY: setup demo quick test qgis340 qgis344 lint docs qgis parameters styles models translations sample package lock screenshot clean
 PYTHON = .venv/bin/python
 SHELL = /bin/sh
 
@@ -48,7 +48,10 @@ qgis344:  ## the same with QGIS 3.44 (Debian sid)
 translations: setup  ## collect and compile the texts (PyQGIS, lrelease)
 	@/usr/bin/python3 tools/write_translations.py
 
-package: setup  ## dist/: the plugin's zip, checked and scanned as the plugin repository does, and the wheel; release=1 for upload
+sample: setup  ## dist/treedgs-sample.zip, the flight that the plugin's menu opens, from the demo's plot
+	@$(PYTHON) tools/make_sample.py
+
+package: sample  ## dist/: the plugin's zip, checked and scanned as the plugin repository does, and the wheel; release=1 for upload
 	@$(PYTHON) tools/package.py $(if $(release),--release)
 
 lock: setup  ## after the pinned ranges changed: every library of the engine with its hashes (uv, network)

@@ -25,7 +25,6 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 PAGE = ROOT / "docs" / "developer" / "dependencies.md"
 BEGIN, END = "<!-- sizes -->", "<!-- /sizes -->"
-LINE_MBIT_S = 50.0
 
 
 def size_mb(folder: Path) -> float:
@@ -49,13 +48,15 @@ def pip(python: Path, *words: object) -> float:
 
 def table(parts: dict[str, dict[str, float]], where: str) -> str:
     """The table of the page."""
+    from treedgs_qgis import extras
+
     lines = [BEGIN, f"Measured {date.today().isoformat()}, {where}:", ""]
     lines += [
         "| part | download, MB | on disk, MB | download at 50 Mbit/s | installing here |",
         "|---|---|---|---|---|",
     ]
     for name, row in parts.items():
-        minutes = f"{row['download_mb'] * 8 / LINE_MBIT_S:.0f} s"
+        minutes = f"{row['download_mb'] * 8 / extras.LINE_MBIT_S:.0f} s"
         label = "the engine alone" if name == "engine" else f"`{name}`"
         lines.append(f"| {label} | {row['download_mb']} | {row['disk_mb']} | {minutes} | {row['install_s']} s |")
     return "\n".join([*lines, END])
@@ -63,7 +64,7 @@ def table(parts: dict[str, dict[str, float]], where: str) -> str:
 
 def main() -> int:
     """Measure and write."""
-    from treedgs_qgis import extras, locked
+    from treedgs_qgis import environment, extras, locked
 
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--python", default=sys.executable)
@@ -83,7 +84,12 @@ def main() -> int:
             pip(inside, "download", "-q", "-d", wheels, *words)
             # An extra goes into a folder of its own: what it adds to the environment.
             target = [] if name == "engine" else ["--target", into]
-            seconds = pip(inside, "install", "-q", "--no-index", "--find-links", wheels, *target, *words)
+            begin = ["install", "-q", "--no-compile", "--no-index", "--find-links", wheels]
+            seconds = pip(inside, *begin, *target, *words)
+            began = time.perf_counter()
+            site = environment.packages_of(scratch / "env") if name == "engine" else into
+            subprocess.run([inside, "-I", "-c", environment.COMPILE, str(site)], check=True, stdout=subprocess.DEVNULL)
+            seconds += time.perf_counter() - began
             disk = size_mb(scratch / "env" if name == "engine" else into)
             parts[name] = {"download_mb": round(size_mb(wheels)), "disk_mb": round(disk), "install_s": round(seconds)}
             print(name, parts[name], flush=True)

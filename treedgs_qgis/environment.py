@@ -31,7 +31,7 @@ LONGEST_TARGET = 100
 TAIL = 15
 #: Compiles what pip installed, on all processors; pip itself does it on one, for most of its time. It cannot fail: what
 #: does not compile here is compiled, or refused, when it is imported.
-_COMPILE = """
+COMPILE = """
 import compileall, functools, os, sys
 from concurrent.futures import ProcessPoolExecutor
 files = [os.path.join(at, name) for at, _, names in os.walk(sys.argv[1]) for name in names if name.endswith(".py")]
@@ -143,7 +143,7 @@ def build(
             raise SetupError(why_pip_failed(said, what(group), target, version_of(str(inside)), wheels))
     site = packages_of(target)
     if site is not None:
-        run([str(inside), "-I", "-c", _COMPILE, str(site)])
+        run([str(inside), "-I", "-c", COMPILE, str(site)])
     (target / READY).write_text(
         json.dumps({**(record or {}), "key": key, "packages": packages}) + "\n", encoding="utf-8"
     )

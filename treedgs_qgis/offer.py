@@ -5,6 +5,7 @@ Only in the graphical QGIS. The set-up itself is the algorithm ``treedgs:setupen
 
 from __future__ import annotations
 
+import importlib
 from typing import Any
 
 from qgis.core import (
@@ -199,9 +200,9 @@ class Offer(QObject):
 
     def dialog(self, algorithm: Any, problem: EngineMissing) -> Any:
         """QGIS' own dialog of an algorithm, with the offer above its parameters."""
-        from processing.gui.AlgorithmDialog import AlgorithmDialog
-
-        made = AlgorithmDialog(algorithm, False, self.iface.mainWindow())
+        # QGIS' own package, which has the name of our own folder.
+        module = importlib.import_module("processing.gui.AlgorithmDialog")
+        made = module.AlgorithmDialog(algorithm, False, self.iface.mainWindow())
         self.show(problem, made.messageBar())
         return made
 

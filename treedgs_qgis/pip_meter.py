@@ -22,7 +22,9 @@ BEFORE = 0.03
 #: Share of compiling in what comes after the download.
 COMPILING = 0.5
 _UNITS = {"bytes": 1e-6, "kB": 1e-3, "MB": 1.0, "GB": 1e3}
-_WHEEL = re.compile(r"^\s*(Downloading|Using cached|Processing) (.+?\.whl)(?: \(([\d.]+) (bytes|kB|MB|GB)\))?\s*$")
+_WHEEL = re.compile(
+    r"^\s*(Downloading|Using cached|Processing) (.+?\.whl)(?: \(([\d.]+) (bytes|kB|MB|GB)\))?(?: \(from .*\))?\s*$"
+)
 _RAW = re.compile(r"^\s*Progress (\d+) of (\d+)\s*$")
 _COMPILED = re.compile(r"^Compiled (\d+) of (\d+)$")
 _NAMES = re.compile(r"^\s*Installing collected packages: (.+)$")

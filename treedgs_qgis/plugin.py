@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
 import traceback
 from collections.abc import Callable
@@ -15,6 +16,12 @@ from qgis.PyQt.QtGui import QIcon
 
 from . import i18n, words
 from .compat import LOG_CRITICAL, QAction
+
+
+def dialog_of(algorithm: str, values: dict[str, Any]) -> Any:
+    """QGIS' dialog of an algorithm; its package has the name of our own folder."""
+    return importlib.import_module("processing.tools.general").createAlgorithmDialog(algorithm, values)
+
 
 #: In the menu *Plugins*.
 MENU = "TreeDGS"
@@ -31,6 +38,7 @@ class TreeDGSPlugin:
         self.action: Any = None
         self.entries: list[Any] = []
         self.offer: Any = None
+        self.tryit: Any = None
         self.opened: Any = None
 
     def initProcessing(self) -> None:
@@ -68,8 +76,11 @@ class TreeDGSPlugin:
         self.iface.addToolBarIcon(self.action)
         self.iface.addPluginToMenu(MENU, self.action)
         from .offer import Offer
+        from .tryit import TryIt
 
         self.offer = Offer(self.iface)
+        self.tryit = TryIt(self.iface, self.open_dialog)
+        self.add_entry(f"{i18n.tr('Try it with a sample flight')} …", "tryit", lambda *_: self.tryit.begin())
         if self.provider is not None:
             self.provider.offer = self.offer
         for text, name in (
@@ -77,7 +88,7 @@ class TreeDGSPlugin:
             (i18n.tr("Check the engine"), "checkengine"),
             (i18n.tr("Remove the engine"), "removeengine"),
         ):
-            self.add_entry(f"{text} …", name, partial(self.open_dialog, f"treedgs:{name}"))
+            self.add_entry(f"{text} …", name, partial(self.open_dialog, f"treedgs:{name}", {}))
         QTimer.singleShot(0, self.offer.first_time)
 
     def add_entry(self, text: str, name: str, called: Callable[..., None]) -> None:
@@ -88,11 +99,9 @@ class TreeDGSPlugin:
         self.iface.addPluginToMenu(MENU, entry)
         self.entries.append(entry)
 
-    def open_dialog(self, algorithm: str, *_: Any) -> None:
+    def open_dialog(self, algorithm: str, values: dict[str, Any], *_: Any) -> None:
         """The dialog of an algorithm; the last one is kept, or Python would take it away."""
-        import processing  # QGIS' own
-
-        self.opened = processing.createAlgorithmDialog(algorithm)  # type: ignore[attr-defined]
+        self.opened = dialog_of(algorithm, values)
         self.opened.show()
 
     def show_panel(self, shown: bool) -> None:
@@ -129,7 +138,8 @@ class TreeDGSPlugin:
         self.entries.clear()
         if self.offer is not None:
             self.offer.job.stop()
-            self.offer = None
+            self.tryit.job.stop()
+            self.offer = self.tryit = None
         if self.provider is not None:
             QgsApplication.processingRegistry().removeProvider(self.provider)
             self.provider = None

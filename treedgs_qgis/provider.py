@@ -34,6 +34,7 @@ ALGORITHMS = (
     "compare",
     "benchmark",
     "simulateplot",
+    "sampleflight",
     "checkengine",
     "setupengine",
     "removeengine",

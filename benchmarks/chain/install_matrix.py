@@ -18,7 +18,7 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -90,8 +90,11 @@ class System:
         subprocess.run(["git", "clone", "-q", "--no-hardlinks", ROOT, str(self.root) + PLACE], check=True)
 
 
-def measure(system: System) -> dict[str, Any]:
-    """All steps of one system; a step that fails ends it."""
+STEPS = ("packages", "setup", "engine", "quick", "demo")
+
+
+def measure(system: System, steps: Iterable[str], keep: Callable[[dict[str, Any]], None]) -> None:
+    """Steps of one system, in this order; without packages or set-up nothing else is tried. keep: after each step."""
     engine = (
         f"cd {PLACE} && export TREEDGS_HOME=/root/engine QT_QPA_PLATFORM=offscreen && "
         "/usr/bin/python3 tools/qgis_run.py run treedgs:setupengine"
@@ -104,8 +107,8 @@ def measure(system: System) -> dict[str, Any]:
         "engine": engine,
     }
     row: dict[str, Any] = {"suite": system.suite, "date": date.today().isoformat()}
-    for name, command in wanted.items():
-        printed = system.run(name, command)
+    for name in steps:
+        printed = system.run(name, wanted[name])
         if not system.steps[name]["ok"]:
             print(printed[-3000:], flush=True)
         if name == "setup":
@@ -120,11 +123,11 @@ def measure(system: System) -> dict[str, Any]:
             row["quick"] = {"failed": int(found[1] or 0), "passed": int(found[2])} if found else {}
         if name == "engine":
             row["engine_mb"] = round(system.size_mb("/root/engine"))
+        if name in ("setup", "quick"):
+            row["venv_mb"] = round(system.size_mb(f"{PLACE}/.venv"))
+        keep({**row, "steps": {name: step for name, step in system.steps.items() if name in STEPS}})
         if not system.steps[name]["ok"] and name in ("packages", "setup"):
             break
-    for name in ("python", "qgis"):
-        system.steps.pop(name, None)
-    return {**row, "venv_mb": round(system.size_mb(f"{PLACE}/.venv")), "steps": system.steps}
 
 
 def table(rows: Iterable[dict[str, Any]]) -> str:
@@ -161,6 +164,7 @@ def main() -> int:
     """Measure, record, write the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("suites", nargs="*")
+    parser.add_argument("--steps", nargs="+", choices=STEPS, help="default: all")
     parser.add_argument("--systems", type=Path, default=Path("/var/tmp"))
     parser.add_argument("--mirror", default="http://deb.debian.org/debian")
     chosen = parser.parse_args()
@@ -169,8 +173,12 @@ def main() -> int:
     for suite in chosen.suites:
         system = System(suite, chosen.systems, chosen.systems)
         system.make(chosen.mirror)
-        rows[suite] = measure(system)
-        write_record(FIGURES, {"systems": [rows[name] for name in sorted(rows)]})
+
+        def keep(row: dict[str, Any]) -> None:
+            rows[row["suite"]] = row
+            write_record(FIGURES, {"systems": [rows[name] for name in sorted(rows)]})
+
+        measure(system, chosen.steps or STEPS, keep)
     page = PAGE.read_text(encoding="utf-8")
     marked = re.compile(f"{re.escape(BEGIN)}.*?{re.escape(END)}", re.S)
     PAGE.write_text(marked.sub(lambda _: table(rows[name] for name in sorted(rows)), page), encoding="utf-8")

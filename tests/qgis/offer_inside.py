@@ -95,6 +95,24 @@ def main():
     seen["results"] = {name: str(value) for name, value in opened.results().items()}
     opened.close()
 
+    iface.messageBar().clearWidgets()
+    QgsProject.instance().clear()
+    next(entry for entry in plugin.entries if "sample" in entry.text()).trigger()
+    wait(lambda: plugin.opened is not None, 60)
+    settle(20)
+    picture("engine_sample", plugin.opened)
+    picture("engine_sample_map", window)
+    values = plugin.opened.createProcessingParameters()
+    context = sys.modules["qgis.core"].QgsProcessingContext()
+    seen["sample"] = {
+        "layers": sorted(layer.name() for layer in QgsProject.instance().mapLayers().values()),
+        "plots": QgsProject.instance().mapLayersByName("Plots")[0].featureCount(),
+        "title": plugin.opened.windowTitle(),
+        "values": {name: value.authid() if hasattr(value, "authid") else str(value) for name, value in values.items()},
+        "problem": plugin.opened.algorithm().checkParameterValues(values, context)[1],
+    }
+    plugin.opened.close()
+
     opened = dialog("treedgs:simulateplot")
     seen["extra"] = offered(opened.messageBar())
     opened.close()

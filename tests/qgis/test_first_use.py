@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -15,6 +16,7 @@ from qgis_driver import ROOT, Qgis, load
 from qgis_helpers import stems_cloud
 
 load("treedgs_shell", ROOT / "treedgs_qgis" / "__init__.py", ROOT / "treedgs_qgis")
+maker = load("treedgs_tools_make_sample", ROOT / "tools" / "make_sample.py")
 from treedgs_shell import locked, pip_meter, pythons  # noqa: E402
 
 #: A Python that makes environments; the wheels are those of this one.
@@ -52,6 +54,19 @@ def newcomer(tmp_path_factory):
     return made, variables, base
 
 
+@pytest.fixture(scope="module")
+def sample(newcomer, simulated_plot) -> Path:
+    """A sample at the plugin's homepage, which is a folder here, and its hash in the plugin."""
+    _, _, base = newcomer
+    plugin, place = base / "plugins" / "treedgs", base / "page d'accueil"
+    found = maker.write(simulated_plot, place / "treedgs-sample.zip")
+    (plugin / "treedgs_qgis" / "sample.json").write_text(json.dumps(found))
+    text = (plugin / "metadata.txt").read_text(encoding="utf-8")
+    text = re.sub("^homepage=.*$", f"homepage={place.as_uri()}/", text, flags=re.M)
+    (plugin / "metadata.txt").write_text(text, encoding="utf-8")
+    return place / "treedgs-sample.zip"
+
+
 def ran(newcomer, algorithm: str, *words: str, network: bool = True, **more: str) -> subprocess.CompletedProcess:
     made, variables, _ = newcomer
     command = [made.program, "run", f"treedgs:{algorithm}", "--", *words]
@@ -68,7 +83,33 @@ def test_a_shell_without_an_engine_is_told_the_command_with_size_and_time(newcom
     assert "1.2 GB, about" in said and "minute" in said
 
 
-def test_one_click_sets_it_up_and_the_algorithm_runs(newcomer, wheels, tmp_path):
+def test_the_sample_is_fetched_checked_and_kept(newcomer, sample, tmp_path):
+    done = ran(newcomer, "sampleflight", f"FOLDER={tmp_path / 'vol é'}")
+    assert done.returncode == 0, done.stdout + done.stderr
+    names = {path.name for path in (tmp_path / "vol é").iterdir()}
+    assert {"images", "plots.csv", "dtm.tif", "README.txt"} <= names and "truth" not in names
+    assert list((tmp_path / "vol é" / "images").glob("*.JPG"))
+    (tmp_path / "vol é" / "trees.gpkg").write_text("a former try")
+    # It is there: nothing is fetched again.
+    moved = sample.rename(sample.with_name("away.zip"))
+    try:
+        done = ran(newcomer, "sampleflight", f"FOLDER={tmp_path / 'vol é'}")
+        assert done.returncode == 0 and (tmp_path / "vol é" / "trees.gpkg").exists()
+        done = ran(newcomer, "sampleflight", f"FOLDER={tmp_path / 'other'}")
+        said = done.stdout + done.stderr
+        assert done.returncode == 1 and "cannot be fetched from file:" in said and "SAMPLE" in said
+        assert "Traceback" not in said
+        done = ran(newcomer, "sampleflight", f"FOLDER={tmp_path / 'other'}", f"SAMPLE={moved}", network=False)
+        assert done.returncode == 0 and (tmp_path / "other" / "plots.csv").exists()
+    finally:
+        moved.rename(sample)
+    (tmp_path / "wrong.zip").write_bytes(sample.read_bytes()[:-1] + b"x")
+    done = ran(newcomer, "sampleflight", f"FOLDER={tmp_path / 'third'}", f"SAMPLE={tmp_path / 'wrong.zip'}")
+    assert done.returncode == 1 and "is not the sample flight of this version" in done.stdout + done.stderr
+    assert not (tmp_path / "third").exists()
+
+
+def test_one_click_sets_it_up_and_the_algorithm_runs(newcomer, wheels, sample, tmp_path):
     made, variables, base = newcomer
     program, frame = made.tools.qgis(), shutil.which("xvfb-run")
     if program is None or frame is None:
@@ -99,6 +140,12 @@ def test_one_click_sets_it_up_and_the_algorithm_runs(newcomer, wheels, tmp_path)
     assert "SIMULATE (1.1 GB" in seen["extra"][0][0] and "Add it now" in seen["extra"][1]
     assert "damaged" in seen["broken"][0][0] and "Set up again" in seen["broken"][1]
     assert not (base / "home" / "pip-cache").exists()
+    # Try it: fetched, terrain and plots on the map, everything filled in.
+    assert seen["sample"]["layers"] == ["Plots", "Terrain model"] and seen["sample"]["plots"] == 1
+    assert "Measure DBH from drone photos" in seen["sample"]["title"]
+    values = seen["sample"]["values"]
+    assert Path(values["PHOTOS"]).name == "images" and "6344" in values["CRS"]
+    assert seen["sample"]["problem"] == "" and Path(values["PLOTS"]).exists()
 
 
 def test_repair_without_network_keeps_jobs_and_removes_former_engines(newcomer, wheels):
@@ -156,6 +203,12 @@ def test_the_meter_reads_what_pip_prints(tmp_path):
     assert meter.message == "Fetching numpy (20 of 100 MB are here)"
     meter.line("Downloading scipy-1.17.1-cp311-cp311-manylinux.whl (60.0 MB)")
     assert meter.fraction == pytest.approx(0.03 + (meter.boundary - 0.03) * 0.4)
+    other = pip_meter.Meter(100.0, 60.0, 60.0)
+    (tmp_path / "roues à part").mkdir()
+    wheel = tmp_path / "roues à part" / "tiny_thing-1.0-py3-none-any.whl"
+    wheel.write_bytes(bytes(50_000_000))
+    other.line(f"Processing {wheel} (from -r list.txt (line 3))")
+    assert other.message == "Fetching tiny-thing (50 of 100 MB are here)"
     meter.line("Installing collected packages: numpy, scipy")
     assert meter.fraction == pytest.approx(meter.boundary)
     assert meter.message == "Installing numpy (1 of 2)"

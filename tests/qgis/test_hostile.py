@@ -174,18 +174,30 @@ def web(tmp_path):
 
 
 def test_a_release_with_placeholders_is_refused(package, tmp_path, monkeypatch, capsys):
-    metadata_with(tmp_path, package, monkeypatch, repository="https://example.org/treedgs")
-    assert package.check_metadata() and "placeholders" in capsys.readouterr().out
+    def check(release: bool, **changed: str) -> None:
+        metadata_with(tmp_path, package, monkeypatch, **changed)
+        package.check_addresses(package.check_metadata(release), release)
+
+    check(False, repository="https://example.org/treedgs")
+    assert "placeholders" in capsys.readouterr().out
     with pytest.raises(package.PackageError, match="repository.* still hold placeholders"):
-        package.check_metadata(release=True)
+        check(True, repository="https://example.org/treedgs")
     real = dict.fromkeys(("homepage", "tracker", "repository"), "https://codehost.net/forest/treedgs")
-    metadata_with(tmp_path, package, monkeypatch, email="me@example.com", **real)
     with pytest.raises(package.PackageError, match="txt: email still"):
-        package.check_metadata(release=True)
+        check(True, email="me@example.com", **real)
     asked: list[str] = []
     monkeypatch.setattr(package, "check_address", lambda key, address: asked.append(key))
-    metadata_with(tmp_path, package, monkeypatch, email="forest@codehost.net", **real)
-    assert package.check_metadata(release=True) and asked == ["tracker", "repository", "homepage"]
+    check(True, email="forest@codehost.net", **real)
+    assert asked[:3] == ["tracker", "repository", "homepage"] and "sample" in asked[3]
+
+
+def test_a_release_is_refused_for_its_addresses_only(tmp_path):
+    """Everything else is asked before, and the zip that was refused does not stay."""
+    command = [sys.executable, str(ROOT / "tools" / "package.py"), "--no-scan", "--release", "--output", str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 1 and done.stderr.count("error:") == 1
+    assert "tracker, repository, homepage, email still hold placeholders" in done.stderr
+    assert "MB" in done.stdout and not list(tmp_path.glob("*.zip"))
 
 
 def test_an_address_that_does_not_answer_is_refused(package, web):

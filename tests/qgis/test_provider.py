@@ -45,6 +45,8 @@ FROZEN = {
     "simulateplot",
     "checkengine",
     "setupengine",
+    "removeengine",
+    "sampleflight",
 }
 #: Ready-made models.
 MODELS = {"photostostandtable", "cloudtostandtable", "photostoaccuracy"}
@@ -73,7 +75,7 @@ def test_algorithms_are_listed_without_an_engine(qgis):
 
 
 def test_every_verb_has_its_algorithm_and_its_file():
-    assert set(DECLARED) | {"setupengine"} == FROZEN
+    assert set(DECLARED) | {"setupengine", "removeengine", "sampleflight"} == FROZEN
     assert {entry["name"] for entry in DECLARED.values()} == set(MODULES)
     assert {path.stem for path in (ROOT / "processing").glob("*.py")} == FROZEN
 

@@ -32,30 +32,134 @@
       <translation>INPUT: {path} ist keine LAS- oder LAZ-Datei; wandeln Sie die Wolke zuerst in LAZ um.</translation>
     </message>
     <message>
+      <source>&lt;p&gt;&lt;b&gt;Remove the engine: its libraries, and the Python that was fetched for it.&lt;/b&gt;&lt;/p&gt;
+&lt;p&gt;Do this before you uninstall the plugin, which QGIS removes without it. Engines of former versions go too. Your
+results, workspaces and the logs of former jobs stay (these only if you do not tick them). &lt;b&gt;Set up the engine&lt;/b&gt;
+brings it back.&lt;/p&gt;</source>
+      <translation>&lt;p&gt;&lt;b&gt;Entfernt den Rechenkern: seine Bibliotheken und das Python, das für ihn geholt wurde.&lt;/b&gt;&lt;/p&gt;
+&lt;p&gt;Tun Sie das, bevor Sie die Erweiterung deinstallieren; QGIS entfernt sie ohne ihn. Rechenkerne früherer Versionen
+gehen auch. Ihre Ergebnisse, Arbeitsordner und die Protokolle früherer Aufträge bleiben (diese nur, wenn Sie sie nicht
+ankreuzen). &lt;b&gt;Rechenkern einrichten&lt;/b&gt; bringt ihn zurück.&lt;/p&gt;</translation>
+    </message>
+    <message>
+      <source>Remove the engine</source>
+      <translation>Rechenkern entfernen</translation>
+    </message>
+    <message>
+      <source>Setup</source>
+      <translation>Einrichtung</translation>
+    </message>
+    <message>
+      <source>Free the disk that the engine takes.</source>
+      <translation>Gibt den Plattenplatz des Rechenkerns frei.</translation>
+    </message>
+    <message>
+      <source>Removed from {folder}: {size} are free again.</source>
+      <translation>Aus {folder} entfernt: {size} sind wieder frei.</translation>
+    </message>
+    <message>
+      <source>Logs of former jobs too</source>
+      <translation>Auch Protokolle früherer Aufträge</translation>
+    </message>
+    <message>
+      <source>The logs of the last 20 jobs; results lie where you wrote them and always stay.</source>
+      <translation>Die Protokolle der letzten 20 Aufträge; Ergebnisse liegen, wo Sie sie hingeschrieben haben, und bleiben immer.</translation>
+    </message>
+    <message>
+      <source>Disk that became free, GB</source>
+      <translation>Frei gewordener Plattenplatz, GB</translation>
+    </message>
+    <message>
+      <source>{folder} is in use and was not removed; let its jobs end, or stop them, and run this again.</source>
+      <translation>{folder} wird benutzt und wurde nicht entfernt; lassen Sie seine Aufträge enden oder halten Sie sie an, und starten Sie dies erneut.</translation>
+    </message>
+    <message>
       <source>TREES: the layer '{layer}' is filtered or no file; remove the filter, or give its file.</source>
       <translation>TREES: Der Layer '{layer}' ist gefiltert oder keine Datei; den Filter entfernen oder seine Datei angeben.</translation>
     </message>
     <message>
+      <source>&lt;p&gt;&lt;b&gt;Fetch a sample flight: {photos} photos of a small simulated plot, with geotags, terrain and field table
+({size}).&lt;/b&gt;&lt;/p&gt;
+&lt;p&gt;Then run &lt;b&gt;Measure DBH from drone photos&lt;/b&gt; on it; &lt;i&gt;Plugins ▸ TreeDGS ▸ Try it with a sample flight&lt;/i&gt; opens
+that with everything filled in. The photos are rendered, not taken: their trees are easier than yours.&lt;/p&gt;
+&lt;p&gt;It comes from {address}; without network give the file as SAMPLE.&lt;/p&gt;</source>
+      <translation>&lt;p&gt;&lt;b&gt;Holt einen Beispielflug: {photos} Fotos einer kleinen simulierten Probefläche, mit Positionen, Gelände und Feldtabelle
+({size}).&lt;/b&gt;&lt;/p&gt;
+&lt;p&gt;Danach &lt;b&gt;BHD aus Drohnenfotos messen&lt;/b&gt; damit ausführen; &lt;i&gt;Erweiterungen ▸ TreeDGS ▸ Mit einem Beispielflug ausprobieren&lt;/i&gt;
+öffnet das fertig ausgefüllt. Die Fotos sind gerechnet, nicht aufgenommen: Ihre Bäume sind schwieriger.&lt;/p&gt;
+&lt;p&gt;Er kommt von {address}; ohne Netz geben Sie die Datei als SAMPLE an.&lt;/p&gt;</translation>
+    </message>
+    <message>
+      <source>Get the sample flight</source>
+      <translation>Beispielflug holen</translation>
+    </message>
+    <message>
+      <source>Tools</source>
+      <translation>Werkzeuge</translation>
+    </message>
+    <message>
+      <source>Get a small flight to try the plugin with.</source>
+      <translation>Holt einen kleinen Flug zum Ausprobieren der Erweiterung.</translation>
+    </message>
+    <message>
+      <source>The sample as a file (no network)</source>
+      <translation>Der Beispielflug als Datei (ohne Netz)</translation>
+    </message>
+    <message>
+      <source>The zip of the sample flight, where this computer has no network.</source>
+      <translation>Das Zip des Beispielflugs, wenn dieser Computer kein Netz hat.</translation>
+    </message>
+    <message>
+      <source>Unpack into</source>
+      <translation>Entpacken nach</translation>
+    </message>
+    <message>
+      <source>Left empty: into the plugin's data folder.</source>
+      <translation>Leer: in den Datenordner der Erweiterung.</translation>
+    </message>
+    <message>
+      <source>The sample flight cannot be fetched from {address} ({why}); get {name} by other means and give it as SAMPLE.</source>
+      <translation>Der Beispielflug kann nicht von {address} geholt werden ({why}); besorgen Sie {name} anders und geben Sie die Datei als SAMPLE an.</translation>
+    </message>
+    <message>
+      <source>The flight's folder</source>
+      <translation>Ordner des Flugs</translation>
+    </message>
+    <message>
+      <source>Its coordinate reference system</source>
+      <translation>Sein Koordinatenreferenzsystem</translation>
+    </message>
+    <message>
+      <source>Fetching the sample flight ({size})</source>
+      <translation>Der Beispielflug wird geholt ({size})</translation>
+    </message>
+    <message>
+      <source>The sample flight is there: {folder}</source>
+      <translation>Der Beispielflug ist da: {folder}</translation>
+    </message>
+    <message>
       <source>&lt;p&gt;&lt;b&gt;Install the libraries that the TreeDGS algorithms need, in an environment of their own.&lt;/b&gt;&lt;/p&gt;
-&lt;p&gt;Makes a Python environment in your data folder (or in TREEDGS_HOME), about {size}, and installs the locked list of
-libraries with pip. QGIS and its Python are not touched. Python 3.10 to 3.14 with venv is found on this computer, or
-fetched for the engine alone. It needs the network or a folder of wheels. What was cut short is taken up by running it
-again.&lt;/p&gt;
+&lt;p&gt;Makes a Python environment in your data folder (or in TREEDGS_HOME; {takes} at 50 Mbit/s), and installs the locked
+list of libraries with pip. QGIS and its Python are not touched. Python 3.10 to 3.14 with venv is found on this
+computer, or fetched for the engine alone. It needs the network or a folder of wheels. What was cut short is taken up by
+running it again. Engines of former versions are removed in the end; jobs and results stay. &lt;b&gt;Remove the engine&lt;/b&gt;
+frees the disk.&lt;/p&gt;
 &lt;p&gt;Parts that not everybody needs are ticked; run it again to add one. What is there stays, unless you start from
 scratch.&lt;/p&gt;
 &lt;p&gt;On a machine with &lt;code&gt;make&lt;/code&gt;, &lt;code&gt;make setup&lt;/code&gt; does the same for the repository.&lt;/p&gt;</source>
       <translation>&lt;p&gt;&lt;b&gt;Installiert die Bibliotheken, die die TreeDGS-Algorithmen brauchen, in einer eigenen Umgebung.&lt;/b&gt;&lt;/p&gt;
-&lt;p&gt;Legt in Ihrem Datenordner (oder in TREEDGS_HOME) eine Python-Umgebung an, etwa {size}, und installiert die festgelegte Liste der Bibliotheken mit pip. QGIS und sein Python bleiben unberührt. Ein Python 3.10 bis 3.14 mit venv wird auf diesem Rechner gefunden oder eigens für den Rechenkern geholt. Nötig ist das Netz oder ein Ordner mit Wheels. Was abgebrochen wurde, setzt ein neuer Lauf fort.&lt;/p&gt;
-&lt;p&gt;Teile, die nicht alle brauchen, werden angehakt; ein neuer Lauf fügt einen hinzu. Was da ist, bleibt, außer Sie beginnen von vorn.&lt;/p&gt;
+&lt;p&gt;Legt eine Python-Umgebung in Ihrem Datenordner an (oder in TREEDGS_HOME; {takes} bei 50 Mbit/s) und installiert mit pip die
+festgelegte Liste von Bibliotheken. QGIS und sein Python bleiben unberührt. Ein Python 3.10 bis 3.14 mit venv wird auf diesem
+Computer gefunden oder nur für den Rechenkern geholt. Es braucht das Netz oder einen Ordner mit Wheels. Was abgebrochen wurde,
+geht beim nächsten Start weiter. Rechenkerne früherer Versionen werden am Ende entfernt; Aufträge und Ergebnisse bleiben.
+&lt;b&gt;Rechenkern entfernen&lt;/b&gt; gibt den Platz frei.&lt;/p&gt;
+&lt;p&gt;Teile, die nicht jeder braucht, werden angekreuzt; starten Sie es erneut, um einen hinzuzufügen. Was da ist, bleibt, außer Sie
+beginnen von vorn.&lt;/p&gt;
 &lt;p&gt;Auf einem Rechner mit &lt;code&gt;make&lt;/code&gt; tut &lt;code&gt;make setup&lt;/code&gt; dasselbe für das Repository.&lt;/p&gt;</translation>
     </message>
     <message>
       <source>Set up the engine</source>
       <translation>Rechenkern einrichten</translation>
-    </message>
-    <message>
-      <source>Setup</source>
-      <translation>Einrichtung</translation>
     </message>
     <message>
       <source>Install the engine's libraries in an environment of their own.</source>
@@ -104,6 +208,14 @@ scratch.&lt;/p&gt;
     <message>
       <source>PYTHON: {path} does not exist; give a Python program or leave it empty.</source>
       <translation>PYTHON: {path} gibt es nicht; geben Sie ein Python-Programm an oder lassen Sie es leer.</translation>
+    </message>
+    <message>
+      <source>Engines of former versions and downloads are removed: {size} free again.</source>
+      <translation>Rechenkerne früherer Versionen und Heruntergeladenes sind entfernt: {size} wieder frei.</translation>
+    </message>
+    <message>
+      <source>{folder}, the engine of a former version, is in use and stays until the next set-up.</source>
+      <translation>{folder}, der Rechenkern einer früheren Version, wird benutzt und bleibt bis zum nächsten Einrichten.</translation>
     </message>
     <message>
       <source>Measuring trees from photos and clouds does not need it; it can be added later.</source>
@@ -402,12 +514,8 @@ scratch.&lt;/p&gt;
       <translation>zum Beispiel EPSG:32615 für 93 W, Nord</translation>
     </message>
     <message>
-      <source>run the algorithm 'Set up the engine' (treedgs:setupengine), or point the environment variable TREEDGS_PYTHON at a Python that has the engine's libraries</source>
-      <translation>starten Sie den Algorithmus 'Rechenkern einrichten' (treedgs:setupengine), oder setzen Sie die Umgebungsvariable TREEDGS_PYTHON auf ein Python, das die Bibliotheken des Rechenkerns hat</translation>
-    </message>
-    <message>
-      <source>The TreeDGS engine is not installed; {do}.</source>
-      <translation>Der TreeDGS-Rechenkern ist nicht installiert; {do}.</translation>
+      <source>The TreeDGS engine is not set up yet ({takes}); {do}.</source>
+      <translation>Der TreeDGS-Rechenkern ist noch nicht eingerichtet ({takes}); {do}.</translation>
     </message>
     <message>
       <source>Stopped; what was finished is kept, run again to resume.</source>
@@ -766,6 +874,18 @@ scratch.&lt;/p&gt;
       <translation>Stammkreise</translation>
     </message>
     <message>
+      <source>run the algorithm 'Set up the engine' (in a shell: qgis_process run treedgs:setupengine), or point the environment variable TREEDGS_PYTHON at a Python that has the engine's libraries</source>
+      <translation>starten Sie den Algorithmus 'Rechenkern einrichten' (in einer Shell: qgis_process run treedgs:setupengine), oder setzen Sie die Umgebungsvariable TREEDGS_PYTHON auf ein Python, das die Bibliotheken des Rechenkerns hat</translation>
+    </message>
+    <message>
+      <source>{size}, about {minutes} minutes</source>
+      <translation>{size}, etwa {minutes} Minuten</translation>
+    </message>
+    <message>
+      <source>{size}, about a minute</source>
+      <translation>{size}, etwa eine Minute</translation>
+    </message>
+    <message>
       <source>From drone photos to a stand table</source>
       <translation>Von Drohnenfotos zur Bestandestabelle</translation>
     </message>
@@ -780,6 +900,46 @@ scratch.&lt;/p&gt;
     <message>
       <source>Ready-made models</source>
       <translation>Fertige Modelle</translation>
+    </message>
+    <message>
+      <source>Starting …</source>
+      <translation>Beginnt …</translation>
+    </message>
+    <message>
+      <source>The engine is set up; the algorithms can run.</source>
+      <translation>Der Rechenkern ist eingerichtet; die Algorithmen können laufen.</translation>
+    </message>
+    <message>
+      <source>Set up again</source>
+      <translation>Neu einrichten</translation>
+    </message>
+    <message>
+      <source>Stop</source>
+      <translation>Anhalten</translation>
+    </message>
+    <message>
+      <source>The engine is not set up yet ({takes}).</source>
+      <translation>Der Rechenkern ist noch nicht eingerichtet ({takes}).</translation>
+    </message>
+    <message>
+      <source>Add it now</source>
+      <translation>Jetzt hinzufügen</translation>
+    </message>
+    <message>
+      <source>Set up now</source>
+      <translation>Jetzt einrichten</translation>
+    </message>
+    <message>
+      <source>The engine is damaged; setting it up anew takes {takes}. Jobs and results stay.</source>
+      <translation>Der Rechenkern ist beschädigt; ihn neu einzurichten braucht {takes}. Aufträge und Ergebnisse bleiben.</translation>
+    </message>
+    <message>
+      <source>This needs a part of the engine that is not set up: {names} ({takes}).</source>
+      <translation>Dies braucht einen Teil des Rechenkerns, der nicht eingerichtet ist: {names} ({takes}).</translation>
+    </message>
+    <message>
+      <source>It failed; see the log.</source>
+      <translation>Es ist fehlgeschlagen; siehe Protokoll.</translation>
     </message>
     <message>
       <source>No Python that will do was found, and none that could fetch one; install Python 3.12 (python.org) and run this again.</source>
@@ -804,6 +964,18 @@ scratch.&lt;/p&gt;
     <message>
       <source>at most {high}</source>
       <translation>höchstens {high}</translation>
+    </message>
+    <message>
+      <source>Preparing the libraries for a quick start</source>
+      <translation>Bibliotheken werden für einen schnellen Start vorbereitet</translation>
+    </message>
+    <message>
+      <source>Fetching {name} ({done} of {all} MB are here)</source>
+      <translation>{name} wird geholt ({done} von {all} MB sind da)</translation>
+    </message>
+    <message>
+      <source>Installing {name} ({number} of {all})</source>
+      <translation>{name} wird installiert ({number} von {all})</translation>
     </message>
     <message>
       <source>A library that pip received is not the one that was tested (its hash differs); a proxy or a mirror may have changed it: try another network, or give a folder of wheels.</source>
@@ -836,6 +1008,14 @@ scratch.&lt;/p&gt;
     <message>
       <source>Review trees</source>
       <translation>Bäume prüfen</translation>
+    </message>
+    <message>
+      <source>Check the engine</source>
+      <translation>Rechenkern prüfen</translation>
+    </message>
+    <message>
+      <source>Try it with a sample flight</source>
+      <translation>Mit einem Beispielflug ausprobieren</translation>
     </message>
     <message>
       <source>No Python 3.10 or newer with venv was found; install one (Debian and Ubuntu: apt install python3-venv; Windows and macOS: python.org, version 3.12) and run this again.</source>
@@ -1116,6 +1296,34 @@ scratch.&lt;/p&gt;
     <message>
       <source>{height} m tall</source>
       <translation>{height} m hoch</translation>
+    </message>
+    <message>
+      <source>{source}: is not the sample flight of this version (its hash differs); get {name} anew.</source>
+      <translation>{source}: ist nicht der Beispielflug dieser Version (der Hash weicht ab); holen Sie {name} neu.</translation>
+    </message>
+    <message>
+      <source>{folder}: the sample flight cannot be written ({problem}); give another FOLDER.</source>
+      <translation>{folder}: Der Beispielflug kann nicht geschrieben werden ({problem}); geben Sie einen anderen FOLDER an.</translation>
+    </message>
+    <message>
+      <source>The sample flight</source>
+      <translation>Der Beispielflug</translation>
+    </message>
+    <message>
+      <source>The sample flight is there: press Run.</source>
+      <translation>Der Beispielflug ist da: drücken Sie Starten.</translation>
+    </message>
+    <message>
+      <source>Fetching the sample flight</source>
+      <translation>Der Beispielflug wird geholt</translation>
+    </message>
+    <message>
+      <source>Choose the file …</source>
+      <translation>Datei wählen …</translation>
+    </message>
+    <message>
+      <source>Try again</source>
+      <translation>Erneut versuchen</translation>
     </message>
     <message>
       <source>Plan the flight</source>
@@ -3438,10 +3646,6 @@ scratch.&lt;/p&gt;
       <translation>Tempo und Genauigkeit vergleichen</translation>
     </message>
     <message>
-      <source>Tools</source>
-      <translation>Werkzeuge</translation>
-    </message>
-    <message>
       <source>Chart seconds against DBH error for every preset and method; or test where they fail.</source>
       <translation>Sekunden gegen BHD-Fehler für jede Voreinstellung und jedes Verfahren; oder prüfen, wo sie versagen.</translation>
     </message>
@@ -4272,10 +4476,6 @@ scratch.&lt;/p&gt;
     <message>
       <source>photos that see a stem's breast height free (median over the stems)</source>
       <translation>Fotos, die die Brusthöhe eines Stamms frei sehen (Median über die Stämme)</translation>
-    </message>
-    <message>
-      <source>Check the engine</source>
-      <translation>Rechenkern prüfen</translation>
     </message>
     <message>
       <source>Say what is installed, which steps work and how to install the rest.</source>

@@ -32,30 +32,133 @@
       <translation>INPUT: {path} no es un archivo LAS ni LAZ; convierta antes la nube a LAZ.</translation>
     </message>
     <message>
-      <source>TREES: the layer '{layer}' is filtered or no file; remove the filter, or give its file.</source>
-      <translation>TREES: la capa '{layer}' está filtrada o no es un archivo; quite el filtro o indique su archivo.</translation>
+      <source>&lt;p&gt;&lt;b&gt;Remove the engine: its libraries, and the Python that was fetched for it.&lt;/b&gt;&lt;/p&gt;
+&lt;p&gt;Do this before you uninstall the plugin, which QGIS removes without it. Engines of former versions go too. Your
+results, workspaces and the logs of former jobs stay (these only if you do not tick them). &lt;b&gt;Set up the engine&lt;/b&gt;
+brings it back.&lt;/p&gt;</source>
+      <translation>&lt;p&gt;&lt;b&gt;Quita el motor: sus bibliotecas y el Python que se bajó para él.&lt;/b&gt;&lt;/p&gt;
+&lt;p&gt;Hágalo antes de desinstalar el complemento, que QGIS quita sin él. Los motores de versiones anteriores también se
+van. Sus resultados, carpetas de trabajo y los registros de trabajos anteriores quedan (estos solo si no los marca).
+&lt;b&gt;Instalar el motor&lt;/b&gt; lo trae de nuevo.&lt;/p&gt;</translation>
     </message>
     <message>
-      <source>&lt;p&gt;&lt;b&gt;Install the libraries that the TreeDGS algorithms need, in an environment of their own.&lt;/b&gt;&lt;/p&gt;
-&lt;p&gt;Makes a Python environment in your data folder (or in TREEDGS_HOME), about {size}, and installs the locked list of
-libraries with pip. QGIS and its Python are not touched. Python 3.10 to 3.14 with venv is found on this computer, or
-fetched for the engine alone. It needs the network or a folder of wheels. What was cut short is taken up by running it
-again.&lt;/p&gt;
-&lt;p&gt;Parts that not everybody needs are ticked; run it again to add one. What is there stays, unless you start from
-scratch.&lt;/p&gt;
-&lt;p&gt;On a machine with &lt;code&gt;make&lt;/code&gt;, &lt;code&gt;make setup&lt;/code&gt; does the same for the repository.&lt;/p&gt;</source>
-      <translation>&lt;p&gt;&lt;b&gt;Instala las bibliotecas que necesitan los algoritmos de TreeDGS, en un entorno propio.&lt;/b&gt;&lt;/p&gt;
-&lt;p&gt;Crea un entorno de Python en su carpeta de datos (o en TREEDGS_HOME), de unos {size}, e instala con pip la lista fijada de bibliotecas. QGIS y su Python no se tocan. Se busca un Python 3.10 a 3.14 con venv en este equipo, o se descarga uno solo para el motor. Hace falta la red o una carpeta de wheels. Lo interrumpido se retoma al ejecutarlo otra vez.&lt;/p&gt;
-&lt;p&gt;Las partes que no todos necesitan se marcan; ejecútelo otra vez para añadir una. Lo que hay se queda, salvo que empiece desde cero.&lt;/p&gt;
-&lt;p&gt;En un equipo con &lt;code&gt;make&lt;/code&gt;, &lt;code&gt;make setup&lt;/code&gt; hace lo mismo para el repositorio.&lt;/p&gt;</translation>
-    </message>
-    <message>
-      <source>Set up the engine</source>
-      <translation>Instalar el motor</translation>
+      <source>Remove the engine</source>
+      <translation>Quitar el motor</translation>
     </message>
     <message>
       <source>Setup</source>
       <translation>Instalación</translation>
+    </message>
+    <message>
+      <source>Free the disk that the engine takes.</source>
+      <translation>Libera el disco que ocupa el motor.</translation>
+    </message>
+    <message>
+      <source>Removed from {folder}: {size} are free again.</source>
+      <translation>Quitado de {folder}: {size} quedan libres.</translation>
+    </message>
+    <message>
+      <source>Logs of former jobs too</source>
+      <translation>También los registros de trabajos anteriores</translation>
+    </message>
+    <message>
+      <source>The logs of the last 20 jobs; results lie where you wrote them and always stay.</source>
+      <translation>Los registros de los últimos 20 trabajos; los resultados están donde usted los escribió y siempre quedan.</translation>
+    </message>
+    <message>
+      <source>Disk that became free, GB</source>
+      <translation>Disco liberado, GB</translation>
+    </message>
+    <message>
+      <source>{folder} is in use and was not removed; let its jobs end, or stop them, and run this again.</source>
+      <translation>{folder} está en uso y no se quitó; deje terminar sus trabajos o deténgalos, y ejecute esto otra vez.</translation>
+    </message>
+    <message>
+      <source>TREES: the layer '{layer}' is filtered or no file; remove the filter, or give its file.</source>
+      <translation>TREES: la capa '{layer}' está filtrada o no es un archivo; quite el filtro o indique su archivo.</translation>
+    </message>
+    <message>
+      <source>&lt;p&gt;&lt;b&gt;Fetch a sample flight: {photos} photos of a small simulated plot, with geotags, terrain and field table
+({size}).&lt;/b&gt;&lt;/p&gt;
+&lt;p&gt;Then run &lt;b&gt;Measure DBH from drone photos&lt;/b&gt; on it; &lt;i&gt;Plugins ▸ TreeDGS ▸ Try it with a sample flight&lt;/i&gt; opens
+that with everything filled in. The photos are rendered, not taken: their trees are easier than yours.&lt;/p&gt;
+&lt;p&gt;It comes from {address}; without network give the file as SAMPLE.&lt;/p&gt;</source>
+      <translation>&lt;p&gt;&lt;b&gt;Baja un vuelo de ejemplo: {photos} fotos de una pequeña parcela simulada, con posiciones, terreno y tabla de campo
+({size}).&lt;/b&gt;&lt;/p&gt;
+&lt;p&gt;Después ejecute &lt;b&gt;Medir el DAP en fotos de dron&lt;/b&gt; con él; &lt;i&gt;Complementos ▸ TreeDGS ▸ Probar con un vuelo de ejemplo&lt;/i&gt;
+lo abre con todo rellenado. Las fotos son calculadas, no tomadas: sus árboles son más difíciles.&lt;/p&gt;
+&lt;p&gt;Viene de {address}; sin red dé el archivo como SAMPLE.&lt;/p&gt;</translation>
+    </message>
+    <message>
+      <source>Get the sample flight</source>
+      <translation>Obtener el vuelo de ejemplo</translation>
+    </message>
+    <message>
+      <source>Tools</source>
+      <translation>Herramientas</translation>
+    </message>
+    <message>
+      <source>Get a small flight to try the plugin with.</source>
+      <translation>Obtiene un vuelo pequeño para probar el complemento.</translation>
+    </message>
+    <message>
+      <source>The sample as a file (no network)</source>
+      <translation>El ejemplo como archivo (sin red)</translation>
+    </message>
+    <message>
+      <source>The zip of the sample flight, where this computer has no network.</source>
+      <translation>El zip del vuelo de ejemplo, si este ordenador no tiene red.</translation>
+    </message>
+    <message>
+      <source>Unpack into</source>
+      <translation>Descomprimir en</translation>
+    </message>
+    <message>
+      <source>Left empty: into the plugin's data folder.</source>
+      <translation>Vacío: en la carpeta de datos del complemento.</translation>
+    </message>
+    <message>
+      <source>The sample flight cannot be fetched from {address} ({why}); get {name} by other means and give it as SAMPLE.</source>
+      <translation>El vuelo de ejemplo no se puede bajar de {address} ({why}); consiga {name} por otro medio y délo como SAMPLE.</translation>
+    </message>
+    <message>
+      <source>The flight's folder</source>
+      <translation>Carpeta del vuelo</translation>
+    </message>
+    <message>
+      <source>Its coordinate reference system</source>
+      <translation>Su sistema de referencia de coordenadas</translation>
+    </message>
+    <message>
+      <source>Fetching the sample flight ({size})</source>
+      <translation>Bajando el vuelo de ejemplo ({size})</translation>
+    </message>
+    <message>
+      <source>The sample flight is there: {folder}</source>
+      <translation>El vuelo de ejemplo está en {folder}</translation>
+    </message>
+    <message>
+      <source>&lt;p&gt;&lt;b&gt;Install the libraries that the TreeDGS algorithms need, in an environment of their own.&lt;/b&gt;&lt;/p&gt;
+&lt;p&gt;Makes a Python environment in your data folder (or in TREEDGS_HOME; {takes} at 50 Mbit/s), and installs the locked
+list of libraries with pip. QGIS and its Python are not touched. Python 3.10 to 3.14 with venv is found on this
+computer, or fetched for the engine alone. It needs the network or a folder of wheels. What was cut short is taken up by
+running it again. Engines of former versions are removed in the end; jobs and results stay. &lt;b&gt;Remove the engine&lt;/b&gt;
+frees the disk.&lt;/p&gt;
+&lt;p&gt;Parts that not everybody needs are ticked; run it again to add one. What is there stays, unless you start from
+scratch.&lt;/p&gt;
+&lt;p&gt;On a machine with &lt;code&gt;make&lt;/code&gt;, &lt;code&gt;make setup&lt;/code&gt; does the same for the repository.&lt;/p&gt;</source>
+      <translation>&lt;p&gt;&lt;b&gt;Instala las bibliotecas que necesitan los algoritmos de TreeDGS, en un entorno propio.&lt;/b&gt;&lt;/p&gt;
+&lt;p&gt;Crea un entorno de Python en su carpeta de datos (o en TREEDGS_HOME; {takes} a 50 Mbit/s) e instala con pip la lista fijada de
+bibliotecas. QGIS y su Python no se tocan. Se busca en este ordenador un Python 3.10 a 3.14 con venv, o se baja uno solo para
+el motor. Necesita la red o una carpeta de wheels. Lo que se interrumpió sigue al ejecutarlo otra vez. Los motores de versiones
+anteriores se quitan al final; trabajos y resultados quedan. &lt;b&gt;Quitar el motor&lt;/b&gt; libera el disco.&lt;/p&gt;
+&lt;p&gt;Las partes que no todos necesitan se marcan; ejecútelo otra vez para añadir una. Lo que hay queda, salvo que empiece desde
+cero.&lt;/p&gt;
+&lt;p&gt;En una máquina con &lt;code&gt;make&lt;/code&gt;, &lt;code&gt;make setup&lt;/code&gt; hace lo mismo para el repositorio.&lt;/p&gt;</translation>
+    </message>
+    <message>
+      <source>Set up the engine</source>
+      <translation>Instalar el motor</translation>
     </message>
     <message>
       <source>Install the engine's libraries in an environment of their own.</source>
@@ -104,6 +207,14 @@ scratch.&lt;/p&gt;
     <message>
       <source>PYTHON: {path} does not exist; give a Python program or leave it empty.</source>
       <translation>PYTHON: {path} no existe; dé un programa Python o déjelo vacío.</translation>
+    </message>
+    <message>
+      <source>Engines of former versions and downloads are removed: {size} free again.</source>
+      <translation>Motores de versiones anteriores y descargas quitados: {size} libres otra vez.</translation>
+    </message>
+    <message>
+      <source>{folder}, the engine of a former version, is in use and stays until the next set-up.</source>
+      <translation>{folder}, el motor de una versión anterior, está en uso y queda hasta la próxima instalación.</translation>
     </message>
     <message>
       <source>Measuring trees from photos and clouds does not need it; it can be added later.</source>
@@ -402,12 +513,8 @@ scratch.&lt;/p&gt;
       <translation>por ejemplo EPSG:32615 para 93 O, norte</translation>
     </message>
     <message>
-      <source>run the algorithm 'Set up the engine' (treedgs:setupengine), or point the environment variable TREEDGS_PYTHON at a Python that has the engine's libraries</source>
-      <translation>ejecute el algoritmo 'Instalar el motor' (treedgs:setupengine), o dé en la variable de entorno TREEDGS_PYTHON un Python que tenga las bibliotecas del motor</translation>
-    </message>
-    <message>
-      <source>The TreeDGS engine is not installed; {do}.</source>
-      <translation>El motor de TreeDGS no está instalado; {do}.</translation>
+      <source>The TreeDGS engine is not set up yet ({takes}); {do}.</source>
+      <translation>El motor de TreeDGS aún no está instalado ({takes}); {do}.</translation>
     </message>
     <message>
       <source>Stopped; what was finished is kept, run again to resume.</source>
@@ -766,6 +873,18 @@ scratch.&lt;/p&gt;
       <translation>Círculos del tronco</translation>
     </message>
     <message>
+      <source>run the algorithm 'Set up the engine' (in a shell: qgis_process run treedgs:setupengine), or point the environment variable TREEDGS_PYTHON at a Python that has the engine's libraries</source>
+      <translation>ejecute el algoritmo 'Instalar el motor' (en una consola: qgis_process run treedgs:setupengine), o ponga en la variable de entorno TREEDGS_PYTHON un Python que tenga las bibliotecas del motor</translation>
+    </message>
+    <message>
+      <source>{size}, about {minutes} minutes</source>
+      <translation>{size}, unos {minutes} minutos</translation>
+    </message>
+    <message>
+      <source>{size}, about a minute</source>
+      <translation>{size}, un minuto más o menos</translation>
+    </message>
+    <message>
       <source>From drone photos to a stand table</source>
       <translation>De fotos de dron a la tabla de rodal</translation>
     </message>
@@ -780,6 +899,46 @@ scratch.&lt;/p&gt;
     <message>
       <source>Ready-made models</source>
       <translation>Modelos preparados</translation>
+    </message>
+    <message>
+      <source>Starting …</source>
+      <translation>Empezando …</translation>
+    </message>
+    <message>
+      <source>The engine is set up; the algorithms can run.</source>
+      <translation>El motor está instalado; los algoritmos pueden ejecutarse.</translation>
+    </message>
+    <message>
+      <source>Set up again</source>
+      <translation>Instalar de nuevo</translation>
+    </message>
+    <message>
+      <source>Stop</source>
+      <translation>Detener</translation>
+    </message>
+    <message>
+      <source>The engine is not set up yet ({takes}).</source>
+      <translation>El motor aún no está instalado ({takes}).</translation>
+    </message>
+    <message>
+      <source>Add it now</source>
+      <translation>Añadir ahora</translation>
+    </message>
+    <message>
+      <source>Set up now</source>
+      <translation>Instalar ahora</translation>
+    </message>
+    <message>
+      <source>The engine is damaged; setting it up anew takes {takes}. Jobs and results stay.</source>
+      <translation>El motor está dañado; instalarlo de nuevo ocupa {takes}. Trabajos y resultados quedan.</translation>
+    </message>
+    <message>
+      <source>This needs a part of the engine that is not set up: {names} ({takes}).</source>
+      <translation>Esto necesita una parte del motor que no está instalada: {names} ({takes}).</translation>
+    </message>
+    <message>
+      <source>It failed; see the log.</source>
+      <translation>Falló; vea el registro.</translation>
     </message>
     <message>
       <source>No Python that will do was found, and none that could fetch one; install Python 3.12 (python.org) and run this again.</source>
@@ -804,6 +963,18 @@ scratch.&lt;/p&gt;
     <message>
       <source>at most {high}</source>
       <translation>como máximo {high}</translation>
+    </message>
+    <message>
+      <source>Preparing the libraries for a quick start</source>
+      <translation>Preparando las bibliotecas para un arranque rápido</translation>
+    </message>
+    <message>
+      <source>Fetching {name} ({done} of {all} MB are here)</source>
+      <translation>Bajando {name} ({done} de {all} MB están aquí)</translation>
+    </message>
+    <message>
+      <source>Installing {name} ({number} of {all})</source>
+      <translation>Instalando {name} ({number} de {all})</translation>
     </message>
     <message>
       <source>A library that pip received is not the one that was tested (its hash differs); a proxy or a mirror may have changed it: try another network, or give a folder of wheels.</source>
@@ -836,6 +1007,14 @@ scratch.&lt;/p&gt;
     <message>
       <source>Review trees</source>
       <translation>Revisar árboles</translation>
+    </message>
+    <message>
+      <source>Check the engine</source>
+      <translation>Comprobar el motor</translation>
+    </message>
+    <message>
+      <source>Try it with a sample flight</source>
+      <translation>Probar con un vuelo de ejemplo</translation>
     </message>
     <message>
       <source>No Python 3.10 or newer with venv was found; install one (Debian and Ubuntu: apt install python3-venv; Windows and macOS: python.org, version 3.12) and run this again.</source>
@@ -1116,6 +1295,34 @@ scratch.&lt;/p&gt;
     <message>
       <source>{height} m tall</source>
       <translation>{height} m de alto</translation>
+    </message>
+    <message>
+      <source>{source}: is not the sample flight of this version (its hash differs); get {name} anew.</source>
+      <translation>{source}: no es el vuelo de ejemplo de esta versión (su hash difiere); consiga {name} de nuevo.</translation>
+    </message>
+    <message>
+      <source>{folder}: the sample flight cannot be written ({problem}); give another FOLDER.</source>
+      <translation>{folder}: el vuelo de ejemplo no se puede escribir ({problem}); dé otro FOLDER.</translation>
+    </message>
+    <message>
+      <source>The sample flight</source>
+      <translation>El vuelo de ejemplo</translation>
+    </message>
+    <message>
+      <source>The sample flight is there: press Run.</source>
+      <translation>El vuelo de ejemplo está aquí: pulse Ejecutar.</translation>
+    </message>
+    <message>
+      <source>Fetching the sample flight</source>
+      <translation>Bajando el vuelo de ejemplo</translation>
+    </message>
+    <message>
+      <source>Choose the file …</source>
+      <translation>Elegir el archivo …</translation>
+    </message>
+    <message>
+      <source>Try again</source>
+      <translation>Intentar de nuevo</translation>
     </message>
     <message>
       <source>Plan the flight</source>
@@ -3438,10 +3645,6 @@ scratch.&lt;/p&gt;
       <translation>Comparar velocidad y exactitud</translation>
     </message>
     <message>
-      <source>Tools</source>
-      <translation>Herramientas</translation>
-    </message>
-    <message>
       <source>Chart seconds against DBH error for every preset and method; or test where they fail.</source>
       <translation>Gráfico de segundos frente al error del DAP para cada preajuste y método; o probar dónde fallan.</translation>
     </message>
@@ -4272,10 +4475,6 @@ scratch.&lt;/p&gt;
     <message>
       <source>photos that see a stem's breast height free (median over the stems)</source>
       <translation>fotos que ven despejada la altura del pecho de un tronco (mediana de los troncos)</translation>
-    </message>
-    <message>
-      <source>Check the engine</source>
-      <translation>Comprobar el motor</translation>
     </message>
     <message>
       <source>Say what is installed, which steps work and how to install the rest.</source>
