@@ -77,7 +77,8 @@ def ran(newcomer, algorithm: str, *words: str, network: bool = True, **more: str
 
 def test_a_shell_without_an_engine_is_told_the_command_with_size_and_time(newcomer, tmp_path):
     stems_cloud(tmp_path / "cloud.laz", (0.15,))
-    done = ran(newcomer, "pointcloudtodbh", f"INPUT={tmp_path / 'cloud.laz'}", f"OUTPUT={tmp_path / 'trees.gpkg'}")
+    words = [f"INPUT={tmp_path / 'cloud.laz'}", f"OUTPUT={tmp_path / 'trees.gpkg'}"]
+    done = ran(newcomer, "pointcloudtodbh", *words, TREEDGS_HOME=str(tmp_path / "home"))
     said = done.stdout + done.stderr
     assert done.returncode == 1 and "qgis_process run treedgs:setupengine" in said and "Traceback" not in said
     assert "1.2 GB, about" in said and "minute" in said
@@ -110,7 +111,8 @@ def test_the_sample_is_fetched_checked_and_kept(newcomer, sample, tmp_path):
 
 
 def test_one_click_sets_it_up_and_the_algorithm_runs(newcomer, wheels, sample, tmp_path):
-    made, variables, base = newcomer
+    made, variables, _ = newcomer
+    home = tmp_path / "home é"
     program, frame = made.tools.qgis(), shutil.which("xvfb-run")
     if program is None or frame is None:
         pytest.skip("the graphical QGIS or xvfb-run is not installed here; make setup installs them")
@@ -118,7 +120,13 @@ def test_one_click_sets_it_up_and_the_algorithm_runs(newcomer, wheels, sample, t
     pictures = Path(os.environ.get("TREEDGS_PICTURES", tmp_path))
     job = {"cloud": str(tmp_path / "cloud.laz"), "output": str(tmp_path / "trees.gpkg"),
            "report": str(tmp_path / "seen.json"), "pictures": str(pictures)}  # fmt: skip
-    variables = {**variables, "TREEDGS_OFFER": json.dumps(job), "PIP_NO_INDEX": "1", "PIP_FIND_LINKS": wheels.as_uri()}
+    variables = {
+        **variables,
+        "TREEDGS_HOME": str(home),
+        "TREEDGS_OFFER": json.dumps(job),
+        "PIP_NO_INDEX": "1",
+        "PIP_FIND_LINKS": wheels.as_uri(),
+    }
     variables.pop("QT_QPA_PLATFORM")
     script = Path(__file__).with_name("offer_inside.py")
     command = [frame, "-a", "-s", "-screen 0 1280x1000x24", program, "--noversioncheck", "--nologo", "--code", script]
@@ -139,7 +147,7 @@ def test_one_click_sets_it_up_and_the_algorithm_runs(newcomer, wheels, sample, t
     assert (tmp_path / "trees.gpkg").exists() and seen["results"]["N_MEASURED"] == "2"
     assert "SIMULATE (1.1 GB" in seen["extra"][0][0] and "Add it now" in seen["extra"][1]
     assert "damaged" in seen["broken"][0][0] and "Set up again" in seen["broken"][1]
-    assert not (base / "home" / "pip-cache").exists()
+    assert not (home / "pip-cache").exists()
     # Try it: fetched, terrain and plots on the map, everything filled in.
     assert seen["sample"]["layers"] == ["Plots", "Terrain model"] and seen["sample"]["plots"] == 1
     assert "Measure DBH from drone photos" in seen["sample"]["title"]
@@ -148,9 +156,8 @@ def test_one_click_sets_it_up_and_the_algorithm_runs(newcomer, wheels, sample, t
     assert seen["sample"]["problem"] == "" and Path(values["PLOTS"]).exists()
 
 
-def test_repair_without_network_keeps_jobs_and_removes_former_engines(newcomer, wheels):
-    _, _, base = newcomer
-    home = base / "home"
+def test_upgrade_and_repair_without_network_keep_jobs_and_removing_frees_the_disk(newcomer, wheels, tmp_path):
+    home = tmp_path / "home"
     job = home / "jobs" / "20260101-000000-geotag-x"
     job.mkdir(parents=True)
     (job / "engine.log").write_text("kept")
@@ -158,36 +165,38 @@ def test_repair_without_network_keeps_jobs_and_removes_former_engines(newcomer, 
     former.mkdir()
     (former / "library.so").write_bytes(bytes(30_000_000))
     (home / "engine-notours").mkdir()
-    done = ran(newcomer, "setupengine", f"WHEELS={wheels}", "REBUILD=true", network=False)
+
+    def run(algorithm: str, *words: str) -> subprocess.CompletedProcess:
+        return ran(newcomer, algorithm, *words, network=False, TREEDGS_HOME=str(home))
+
+    # An upgrade: the environment of the former list goes.
+    done = run("setupengine", f"WHEELS={wheels}")
     assert done.returncode == 0, done.stdout + done.stderr
     assert "30 MB free again" in done.stdout
     assert (job / "engine.log").read_text() == "kept" and not former.exists() and (home / "engine-notours").exists()
-    # What it built measures: it imports every library for real.
-    done = ran(newcomer, "checkengine", network=False)
+    # What it built imports every library for real.
+    done = run("checkengine")
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "make setup" not in done.stdout
-
-
-def test_removing_says_what_it_freed_and_keeps_what_is_in_use(newcomer):
-    _, _, base = newcomer
-    home = base / "home"
+    # A repair.
     python = next(home.glob("engine-*/bin/python"))
-    sleeper = subprocess.Popen([str(python), "-c", "import time; print(1, flush=True); time.sleep(600)"],
-                               stdout=subprocess.PIPE)  # fmt: skip
-    try:
+    shutil.rmtree(next(home.glob("engine-*/lib/python3*/site-packages/laspy")))
+    done = run("setupengine", f"WHEELS={wheels}", "REBUILD=true")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert next(home.glob("engine-*/lib/python3*/site-packages/laspy")).is_dir() and job.exists()
+    # Removed, but not while a program runs from it.
+    waits = [str(python), "-c", "import time; print(1, flush=True); time.sleep(600)"]
+    with subprocess.Popen(waits, stdout=subprocess.PIPE) as sleeper:
         assert sleeper.stdout.readline()
-        done = ran(newcomer, "removeengine")
-        assert done.returncode == 1 and "is in use" in done.stdout + done.stderr and python.exists()
-    finally:
+        done = run("removeengine")
         sleeper.kill()
-        sleeper.wait()
-    done = ran(newcomer, "removeengine")
+    assert done.returncode == 1 and "is in use" in done.stdout + done.stderr and python.exists()
+    done = run("removeengine")
     assert done.returncode == 0, done.stdout + done.stderr
     freed = float(next(line.split()[-1] for line in done.stdout.splitlines() if line.startswith("FREED_GB")))
     assert 0.9 < freed < 1.6
-    assert sorted(path.name for path in home.iterdir()) == ["engine-notours", "jobs"]
-    assert list((home / "jobs").iterdir())
-    done = ran(newcomer, "removeengine", "JOBS=true")
+    assert job.exists()
+    assert not [path for path in home.iterdir() if path.name not in ("engine-notours", "jobs")]
+    done = run("removeengine", "JOBS=true")
     assert done.returncode == 0 and not (home / "jobs").exists()
 
 
