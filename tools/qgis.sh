@@ -31,6 +31,10 @@ if [ "$(cat "$root/.treedgs-ready" 2>/dev/null)" != "$packages" ]; then
     chroot "$root" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends $packages
     printf '%s\n' "$packages" >"$root/.treedgs-ready"
 fi
+# A machine behind a proxy: its certificates are known inside too.
+for file in ${SSL_CERT_FILE:-} ${PIP_CERT:-}; do
+    [ ! -f "$file" ] || { mkdir -p "$root$(dirname "$file")"; cp -L "$file" "$root$file"; }
+done
 # Seen inside at their own paths: the repository, what its links lead to, the shared data beside it, and the Python that
 # .venv was made from.
 python=$(.venv/bin/python -c 'import os, sys; print(os.path.realpath(sys.base_prefix))')
@@ -48,6 +52,7 @@ exec unshare --mount --propagation private sh -eu -c '
     for folder in $mounts; do mkdir -p "$root$folder"; mount --rbind "$folder" "$root$folder"; done
     mount -t proc proc "$root/proc"; mount --rbind /dev "$root/dev"
     exec chroot "$root" env -i HOME=/root PATH=/usr/bin:/bin:/usr/sbin LANG=C.UTF-8 ${PYTHONPATH:+PYTHONPATH=$PYTHONPATH} \
-        ${OMP_NUM_THREADS:+OMP_NUM_THREADS=$OMP_NUM_THREADS} \
+        ${OMP_NUM_THREADS:+OMP_NUM_THREADS=$OMP_NUM_THREADS} ${TREEDGS_PICTURES:+TREEDGS_PICTURES=$TREEDGS_PICTURES} \
+        ${SSL_CERT_FILE:+SSL_CERT_FILE=$SSL_CERT_FILE} ${PIP_CERT:+PIP_CERT=$PIP_CERT} \
         sh -c "cd \"\$0\" && qgis_process --version | head -n 1 && exec .venv/bin/python -m pytest -q \"\$@\"" "$work" "$@"
 ' sh "$root" "$PWD" "$mounts" "${@:-tests/qgis}"
