@@ -80,10 +80,9 @@ class Algorithm(BaseAlgorithm):
         address = sample.address()
         size = extras.in_words(sample.known()["bytes"] / 1e6)
         feedback.setProgressText(self.tr("Fetching the sample flight ({size})").format(size=size))
+        feedback.setProgress(5)
+        # Its signal of progress is not used: it may come when this is over, to what is gone by then.
         request = QgsBlockingNetworkRequest()
-        request.downloadProgress.connect(
-            lambda done, whole: feedback.setProgress(90 * done / whole) if whole > 0 else None
-        )
         if request.get(QNetworkRequest(QUrl(address)), True, feedback) != compat.FETCHED:
             text = self.tr(
                 "The sample flight cannot be fetched from {address} ({why}); get {name} by other means and give it as "
@@ -91,6 +90,7 @@ class Algorithm(BaseAlgorithm):
             )
             raise engine.EngineError(text.format(address=address, why=request.errorMessage(), name=sample.NAME))
         target.write_bytes(bytes(request.reply().content()))
+        feedback.setProgress(90)
         return address
 
     def processAlgorithm(self, parameters, context, feedback):
