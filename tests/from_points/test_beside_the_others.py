@@ -33,6 +33,7 @@ def test_the_error_of_a_flagged_one_grows_with_the_excess():
 
 def test_refused_stems_do_not_count_and_few_stems_are_not_compared():
     kept = beside_the_others([*USUAL, refuse("occluded"), stem(0.02, "check")])
-    assert kept[4] == refuse("occluded") and kept[5].reasons == ("covered",) and kept[5].flag == "reject"
+    assert repr(kept[4]) == repr(refuse("occluded")) and kept[5].reasons == ("covered",) and kept[5].flag == "reject"
     few = [stem(0.008), stem(0.03), refuse("few_points")]
-    assert beside_the_others(few) == few
+    # By their texts: from Python 3.13 on NaN makes a dataclass differ from itself.
+    assert repr(beside_the_others(few)) == repr(few)

@@ -139,7 +139,9 @@ def _operation(source: str, target: str, lon: float, lat: float, where: str) -> 
     ]
     if group.transformers:
         best = group.transformers[0]
-        if 0 <= best.accuracy <= WORST_M and "ballpark" not in best.description.lower():
+        # PROJ 9.8 (Python 3.12 and newer) gives a mere projection no accuracy, where older ones say 0.
+        exact = best.accuracy < 0 and same_datum(one, other) and heights_named(one) == heights_named(other)
+        if (exact or 0 <= best.accuracy <= WORST_M) and "ballpark" not in best.description.lower():
             return best
         if best.accuracy >= 0 and "ballpark" not in best.description.lower():
             raise CRSError(
