@@ -135,8 +135,8 @@ def test_one_click_sets_it_up_and_the_algorithm_runs(newcomer, wheels, sample, t
     seen = json.loads((tmp_path / "seen.json").read_text(encoding="utf-8"))
     assert "error" not in seen, seen["error"]
     for place in ("first", "dialog"):
-        (words,), buttons = seen[place]
-        assert words.startswith("The engine is not set up yet (1.2 GB, about ") and "Set up now" in buttons
+        assert any(words.startswith("The engine is not set up yet (1.2 GB, about ") for words in seen[place][0])
+    assert "Set up now" in seen["dialog"][1]  # on the main window QGIS may put a message of its own above it
     assert any(words.startswith("Set up the engine") for words in seen["menu"])
     # Finer than by steps: many values, never back, and in the words what is fetched and installed.
     assert seen["progress"] == sorted(seen["progress"]) and len(set(seen["progress"])) > 20
