@@ -83,7 +83,7 @@ def test_children_import_nothing_from_their_folder(hostile, module):
 def test_the_trap_works(hostile):
     """Without it the tests above could not fail."""
     subprocess.run([sys.executable, "-c", "import json"], cwd=hostile, env=plain(), capture_output=True)
-    assert executed(hostile) == ["json.py.executed"]
+    assert executed(hostile)  # json.py, or what this Python imports before it
 
 
 def test_a_child_of_a_console_script_is_isolated_and_sees_what_its_parent_sees(hostile, tmp_path):
