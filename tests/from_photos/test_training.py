@@ -74,7 +74,7 @@ def test_a_packed_network_holds_its_card_and_its_bytes(tmp_path):
     (tmp_path / "a.onnx").write_bytes(b"weights")
     pack(tmp_path / "a.onnx", tmp_path / "a.json", {"seeds": [1, 2]})
     found = read_json(tmp_path / "a.json")
-    assert base64.b64decode(found["onnx_base64"]) == b"weights"
+    assert base64.b64decode("".join(found["onnx_base64"])) == b"weights"
     assert found["card"] == {"seeds": [1, 2]} and tuple(found["classes"]) == CLASSES
 
 

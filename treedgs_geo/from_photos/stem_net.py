@@ -109,7 +109,7 @@ def normalised(colour: np.ndarray, good: np.ndarray) -> np.ndarray:
 def _network(path: Path) -> Any:
     import cv2
 
-    packed = read_json(path)["onnx_base64"]
+    packed = "".join(read_json(path)["onnx_base64"])
     return cv2.dnn.readNetFromONNX(np.frombuffer(base64.b64decode(packed), np.uint8))
 
 
