@@ -40,7 +40,8 @@ _TITLES = {
 def limits_text() -> str:
     """``docs/analyst/quality-limits.md``: one table a route, in the order in which reasons are listed."""
     from treedgs_geo.from_points.segmentation.sensors import SENSORS
-    from treedgs_geo.trees.limits import LIMITS, TOGETHER
+    from treedgs_geo.trees.findings import TOGETHER
+    from treedgs_geo.trees.limits import LIMITS
 
     points = ", ".join(f"{sensor.least_points} for `{name}`" for name, sensor in SENSORS.items())
     parts = [_HEAD.format(points=points)]

@@ -13,7 +13,8 @@ import pytest
 from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.from_photos.verdict import FitQuality, verdict
 from treedgs_geo.from_points.measuring.options import MeasureOptions
-from treedgs_geo.trees.limits import LIMITS, TOGETHER, Bound, Findings, Limit, bound_of, judge
+from treedgs_geo.trees.findings import TOGETHER, Bound, Findings, Limit
+from treedgs_geo.trees.limits import LIMITS, bound_of, judge
 from treedgs_geo.trees.methods import METHODS, points_method
 from treedgs_geo.trees.reasons import REASONS, explain, split_reasons
 from treedgs_geo.trees.tree import Tree

@@ -18,7 +18,8 @@ from ..from_photos.verdict import GAIN_LOW_CONFIDENCE
 from ..gaussians.primitive.fit import PrimitiveFit
 from ..gaussians.train import FoundStem
 from ..gaussians.trees import place_of
-from ..trees.limits import Flag, judge
+from ..trees.findings import Flag
+from ..trees.limits import judge
 from ..trees.tree import Tree
 
 #: Reasons that another look at the same photos cannot settle.

@@ -108,7 +108,7 @@ class PhotosToDbhSettings:
         choices=("auto", "photos", "none"),
     )
     stem_network: str = param(
-        "ivy",
+        "auto",
         kind="choice",
         help="What a small network, trained on simulated photos, is asked: ivy = which measured stems are under ivy; "
         "full = also which pixels show stems; auto = full where too many stems are not certain without it, as in dense "

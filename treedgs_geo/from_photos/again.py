@@ -10,6 +10,7 @@ import numpy as np
 from ..core.progress import Reporter
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
+from .carried import carried_down
 from .covered import without_covered
 from .find import maps_of, photos_of, with_photos
 from .fit import PhotoFit
@@ -81,6 +82,7 @@ def _of_piece(
         fit = fit_at(fitter, place, given.reach_m, near)
         fits.append(fit)
         near = np.vstack([near, fit.row]) if fit.measured else near
+    fits = carried_down(fits, fitter, reporter)
     if look.network != "off":
         fits = without_covered(fits, stack, maps)
     return [without_open_diameter(fit) for fit in with_photos(fits, stack)]

@@ -58,6 +58,7 @@ class Choice:
     best: of those tried. gap: its lead in edge score over the next different one. sure: how probable its diameter is
     among all that were tried (NaN where silhouettes say little: then the edges decide, and the lead). rivals: the
     explanations of this very stem (not of a neighbour), ``best`` first; share: (N,) their probabilities, of sum 1.
+    against_cm: by how much the diameter of the explanation with the clearest edges differs, 0 where that is ``best``.
     """
 
     best: Explanation
@@ -65,6 +66,7 @@ class Choice:
     sure: float
     rivals: tuple[Explanation, ...]
     share: np.ndarray
+    against_cm: float = 0.0
 
 
 def log_odds(tried: list[Explanation], trust: float, chance: float, network: bool = False) -> np.ndarray:
@@ -110,7 +112,9 @@ def choose(tried: list[Explanation], trust: float, chance: float, sun: np.ndarra
     if max((edges[i] for i in parts), default=0.0) > 1.25 * best.edges:
         gap = min(gap, LOW_CONFIDENCE_GAP)
     listed = [next(i for i, item in enumerate(tried) if item is best), *rivals]
-    return Choice(best, gap, sure, tuple(tried[i] for i in listed), weight[listed] / weight[listed].sum())
+    clearest = tried[max(listed, key=lambda i: edges[i])]
+    against_cm = 200 * abs(clearest.fine.r0 - best.fine.r0)
+    return Choice(best, gap, sure, tuple(tried[i] for i in listed), weight[listed] / weight[listed].sum(), against_cm)
 
 
 def plausible(tried: list[Explanation]) -> list[Explanation]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import stdtrit
 
+from ..trees.priors import USUAL_TAPER
 from .fine import FineFit
 
 #: Standard deviation of a stem's width with direction, share of the diameter: 5 % / 2 / sqrt(2) for stems whose widest
@@ -13,6 +14,9 @@ OVAL_SD = 0.018
 #: Standard deviation that lean adds, share of the diameter per tangent of the lean: simulated leaning stems were
 #: farther off than upright ones that were seen as well.
 LEAN_ERROR = 0.04
+#: Slopes of the radius this far from the usual one are common (m/m); beyond, the diameter is off by the excess times so
+#: many metres (hard simulated plots, seeds 421 to 426).
+TAPER_FREE, TAPER_REACH_M = 0.002, 2.0
 #: Weights of the three parts of the standard error (:func:`standard_error_cm`).
 SE_SCATTER, SE_FORMAL, SE_PIXEL = 2.2, 2.6, 1.0
 
@@ -45,6 +49,12 @@ def oval_error_cm(dbh_cm: float, azimuth: np.ndarray, weight: np.ndarray) -> flo
     if total <= 0:
         return 0.0
     return float(OVAL_SD * dbh_cm * np.abs((weight * np.exp(2j * azimuth)).sum()) / total)
+
+
+def taper_error_cm(r1: float) -> float:
+    """What an unusual taper adds to the error of the diameter: some of the edges are then not the stem's. r1: slope of
+    the radius, m/m."""
+    return 200 * TAPER_REACH_M * max(abs(r1 - USUAL_TAPER) - TAPER_FREE, 0.0)
 
 
 def azimuth_spread(azimuth: np.ndarray) -> float:

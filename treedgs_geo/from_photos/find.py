@@ -10,6 +10,7 @@ import numpy as np
 from ..core.progress import Reporter
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
+from .carried import carried_down
 from .carving import carved_seeds, hidden_ground, searched
 from .covered import without_covered
 from .detect import Detector, Seed, lean_grid
@@ -164,6 +165,8 @@ def _tile(
         fits += _carved(fitter, area, box, fits, reporter)
     if given is not None:
         fits += fits_of_given(fitter, given.within(area, box, options.margin_m), fits, reporter)
+    with reporter.stage("stems seen farther up", 0.95, 1.0):
+        fits = carried_down(fits, fitter, reporter)
     if options.stem_network != "off":
         fits = without_covered(fits, stack, detector.maps)
     return with_photos(fits, stack), look_of(fitter, gate, places)

@@ -7,14 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from ..trees.limits import Flag
+from ..trees.findings import Flag
 from ..trees.priors import START_TAPER
-from .backdrop import BAND, Backdrop, Silhouette, cut_silhouette
+from .above import averaged, error_of_difference_cm, reading_above
+from .backdrop import Backdrop, Silhouette, cut_silhouette
+from .chance import BREAST, Bands, coarse_strips
 from .choice import Explanation, choose
-from .coarse import Mode, Null, NullBuilder, Prior, Search, distinct, terminators
+from .coarse import Mode, Null, Prior, Search, distinct
 from .coarse_kernels import SEEN_MEAN_Z, SEEN_PRIOR, Z_CAP
 from .detect import Seed
-from .errors import LEAN_ERROR, azimuth_spread, oval_error_cm, standard_error_cm
+from .errors import LEAN_ERROR, azimuth_spread, oval_error_cm, standard_error_cm, taper_error_cm
 from .fine import NO_STEMS, FineFit, Sighting, refine
 from .foot import breast_height, moved
 from .mixture import PAIR_SE_CM, UNSURE, Others
@@ -23,14 +25,10 @@ from .outline import moved_to_edges
 from .stack import FX, GroundGrid, PhotoStack
 from .stem_evidence import cut_bark, with_bark
 from .stem_net import NetworkMaps
-from .strips import StemAxis, StripLayout, cut_strips, draw_ridges, hide_known
+from .strips import StemAxis
 from .touching import Pair, crowded, find_companion, pair_contrast, pair_z
 from .verdict import DISAGREE_SHARE, GAIN_MERGED, GAIN_WEIGHED, FitQuality, verdict
 
-#: The band that is searched (m above ground) and the one that is fitted: above the butt, whose swell a straight taper
-#: would carry up to breast height.
-COARSE_BAND = 0.5, 3.3
-FINE_BAND = 0.6, 3.5
 #: A view counts as seeing the stem above this z-score.
 CLEAR_Z = 2.5
 #: Scores on the grid and after polishing below which a seed is not worth refining, unless its silhouette is clear.
@@ -54,7 +52,7 @@ class PhotoFit:
     probable this diameter is among the explanations tried. outline_cm: diameter of the silhouette alone.
     foot_z: ground on the uphill side of the foot, local metres. gain: of "another stem touches it" over one stem.
     lo_cm, hi_cm: 90 % interval where se_cm is that of a mixture over the explanations (:mod:`.mixture`), NaN elsewhere.
-    photos: names of the V photos looked at.
+    carried: measured above breast height (:mod:`.carried`). photos: names of the V photos looked at.
     """
 
     axis: StemAxis
@@ -80,6 +78,7 @@ class PhotoFit:
     gain: float = 0.0
     lo_cm: float = np.nan
     hi_cm: float = np.nan
+    carried: bool = False
     photos: tuple[str, ...] = field(default=(), repr=False)
 
     @property
@@ -101,7 +100,8 @@ class PhotoFit:
 @dataclass
 class Fitter:
     """What all fits on one stack of photos share. sun: (flights,) azimuth, rad from east, NaN = unknown. backdrop: the
-    ground behind the stems, if enough photos show it; chance: silhouette contrast that places without a stem reach."""
+    ground behind the stems, if enough photos show it; chance: silhouette contrast that places without a stem reach.
+    bands: heights at which stems are looked for."""
 
     stack: PhotoStack
     ground: GroundGrid
@@ -112,11 +112,13 @@ class Fitter:
     backdrop: Backdrop | None = None
     chance: float = np.inf
     shown: NetworkMaps | None = None
+    bands: Bands = BREAST
 
-    def outline(self, axis: StemAxis, band: tuple[float, float] = BAND) -> Silhouette:
+    def outline(self, axis: StemAxis, band: tuple[float, float] | None = None) -> Silhouette:
         """Silhouettes about an axis: where no ground is seen and, with ``shown``, where the network sees a stem. band:
-        heights above the ground, metres."""
+        heights above the ground, metres; ``None``: those of :attr:`bands`."""
         assert self.backdrop is not None
+        band = band or self.bands.outline
         outline = cut_silhouette(self.stack, self.backdrop, self.ground, axis, band)
         return outline if self.shown is None else with_bark(outline, cut_bark(self.shown.bark, axis, band))
 
@@ -130,7 +132,7 @@ class Fitter:
         start = StemAxis(
             np.array([seed.x, seed.y]), np.array([seed.lx, seed.ly]), np.zeros(2), ground_z, self.options.bh_m
         )
-        strips, ridge, unit, border = _coarse_strips(self.stack, start, self.options, self.sun, known)
+        strips, ridge, unit, border = coarse_strips(self.stack, start, self.options, self.sun, known, self.bands.coarse)
         search = Search(strips, ridge, unit, border, self.null, self.prior)
         outline = None if self.backdrop is None else self.outline(start)
         shapes = [] if outline is None or quick else outline.peaks(self.null.radii)
@@ -192,7 +194,10 @@ class Fitter:
             hidden, window = np.vstack([known, best.mate]), PAIR_WINDOWS_PX[2:]
         seen = seen_probability(best.z)
         fine = self._refine(fine.axis, fine.r0, fine.r1, seen, hidden, window, best.skip) or fine
-        return self._judge(seed, best, fine, gap, sure, outline, gain, others)
+        above_cm = np.nan
+        if self.bands is BREAST:
+            above_cm = reading_above(self.stack, fine, Sighting(seen, hidden), self.options.offset_sd_px, WINDOWS_PX)
+        return self._judge(seed, best, averaged(fine, above_cm), gap, sure, outline, gain, others, above_cm)
 
     def refused(self, seed: Seed) -> PhotoFit:
         """A stem that is seen but that no pair of edges fits: its place, and no diameter."""
@@ -245,7 +250,7 @@ class Fitter:
         skip: np.ndarray | None = None,
     ) -> FineFit | None:
         sighting = Sighting(seen, known, skip)
-        return refine(self.stack, axis, r0, r1, sighting, FINE_BAND, self.options.offset_sd_px, windows_px)
+        return refine(self.stack, axis, r0, r1, sighting, self.bands.fine, self.options.offset_sd_px, windows_px)
 
     def _settled(self, search: Search, outline: Silhouette, shape: np.ndarray) -> Mode:
         p = moved_to_edges(search, outline, self.chance, shape)
@@ -290,6 +295,7 @@ class Fitter:
         outline: Silhouette | None,
         gain: float = 0.0,
         others: Others | None = None,
+        above_cm: float = np.nan,
     ) -> PhotoFit:
         z = best.z
         weight = fine.view_weight * seen_probability(z)
@@ -304,7 +310,9 @@ class Fitter:
         axis, r0 = moved(fine.axis, dq), fine.r0 + fine.r1 * dq
         dbh = 200 * r0
         lean = float(np.hypot(*fine.axis.s))
-        se = float(np.linalg.norm([se, oval_error_cm(dbh, azimuths, weight), LEAN_ERROR * dbh * lean]))
+        oval = oval_error_cm(dbh, azimuths, weight)
+        parts = [se, oval, LEAN_ERROR * dbh * lean, error_of_difference_cm(above_cm), taper_error_cm(fine.r1)]
+        se = float(np.linalg.norm(parts))
         contrast = np.nan if outline is None else best.contrast / self.chance
         outline_cm = np.nan if outline is None or best.mate is not None else 200 * widest(outline, best.vector)
         quality = FitQuality(
@@ -323,10 +331,13 @@ class Fitter:
             contrast=contrast,
             outline_cm=outline_cm,
             network=self.shown is not None,
+            against_cm=0.0 if others is None else others.choice.against_cm,
         )
         flag, reasons = verdict(quality, self.options)
         if quality.network and "disagree" in reasons and np.isfinite(quality.outline_off_cm):
             se = float(np.hypot(se, DISAGREE_SHARE * quality.outline_off_cm))
+        if quality.outvoted:
+            se = float(np.hypot(se, DISAGREE_SHARE * quality.against_cm))
         low_cm = high_cm = np.nan
         if others is not None and flag == "check" and UNSURE & set(reasons):
             mixture = others.mixture(dbh, se)
@@ -362,30 +373,6 @@ def widest(outline: Silhouette, vector: np.ndarray) -> float:
     """Radius (m) at which the silhouette around a fitted axis is clearest."""
     radii = np.arange(max(0.3 * vector[4], 0.02), 2.0 * vector[4] + 0.06, 0.004)
     return float(radii[np.argmax([outline.contrast(np.r_[vector[:4], r]) for r in radii])])
-
-
-def _coarse_strips(
-    stack: PhotoStack, axis: StemAxis, options: PhotoStemOptions, sun: np.ndarray, known: np.ndarray = NO_STEMS
-) -> tuple:
-    reach = options.max_dbh_cm / 200 + 0.37
-    strips = cut_strips(stack, axis, StripLayout(*COARSE_BAND, 0.28, 0.04, reach, 0.01, sigma_px=1.0, linear=False))
-    hide_known(strips, stack, axis, known)
-    ridge, unit = draw_ridges(strips.coherence, strips.gradient, 1.3)
-    flights = np.array([view.flight for view in stack.views], int)
-    return strips, ridge, unit, terminators(strips.normal, sun[flights])
-
-
-def build_null(
-    stack: PhotoStack, ground: GroundGrid, places: np.ndarray, options: PhotoStemOptions, sun: np.ndarray
-) -> Null:
-    """Null scores at (N, 2) random places."""
-    radii = np.arange(0.03, options.max_dbh_cm / 200 + 0.005, 0.01)
-    builder = NullBuilder(len(stack), radii)
-    for place in places:
-        z = float(ground.at(place[:1], place[1:])[0])
-        axis = StemAxis(place, np.zeros(2), np.zeros(2), z, options.bh_m)
-        builder.add(*_coarse_strips(stack, axis, options, sun))
-    return builder.finish()
 
 
 def seen_probability(z: np.ndarray) -> np.ndarray:

@@ -11,8 +11,9 @@ import numpy as np
 
 from ..reconstruction.area import Area
 from .backdrop import Silhouette, make_backdrop
+from .chance import build_null
 from .detect import Seed
-from .fit import Fitter, Prior, build_null
+from .fit import Fitter, Prior
 from .options import PhotoStemOptions
 from .stack import GroundGrid, PhotoStack
 from .stem_net import NetworkMaps

@@ -48,7 +48,7 @@ class PhotoStemOptions:
         advanced=True,
     )
     stem_network: str = param(
-        "ivy",
+        "auto",
         kind="choice",
         help="what a small network (trained on simulated photos) is asked: ivy = which measured stems are under ivy; "
         "full = where stems are and how wide, too; auto = full where too many stems are not certain without it; off = "

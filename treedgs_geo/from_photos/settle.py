@@ -39,7 +39,9 @@ def without_open_diameter(fit: PhotoFit) -> PhotoFit:
     if not fit.measured or np.isnan(fit.lo_cm):
         return fit
     found = judge("photos", {"open_se_cm": fit.se_cm}, fit.dbh_cm)
-    return replace(fit, flag="reject", reasons=(*fit.reasons, *found.reasons)) if found.refused else fit
+    if not found.refused:
+        return fit
+    return replace(fit, flag="reject", reasons=tuple(dict.fromkeys([*fit.reasons, *found.reasons])))
 
 
 def looked_at_twice(found: list[PhotoFit], refused: list[PhotoFit]) -> list[PhotoFit]:

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .chance import ABOVE, BREAST
 from .fine import EdgesFound, Sighting, edges_near
-from .fit import FINE_BAND, WINDOWS_PX, PhotoFit
+from .fit import WINDOWS_PX, PhotoFit
 from .options import PhotoStemOptions
 from .stack import PhotoStack
 from .strips import StemAxis
@@ -91,8 +92,9 @@ def look_at(
     draw (the fit's own, or another method's). known: (K, 10) rows of the other measured stems."""
     of_name = dict(zip(fit.photos, fit.seen, strict=True))
     seen = np.array([of_name.get(view.name, 0.0) for view in stack.views])
+    band = (ABOVE if fit.carried else BREAST).fine
     edges = edges_near(
-        stack, shape.axis, shape.r0, shape.r1, Sighting(seen, known), FINE_BAND, options.offset_sd_px, WINDOWS_PX[-1]
+        stack, shape.axis, shape.r0, shape.r1, Sighting(seen, known), band, options.offset_sd_px, WINDOWS_PX[-1]
     )
     mass = np.bincount(edges.view * 2 + edges.side, edges.used, 2 * len(stack)).reshape(-1, 2)
     offset = stack.centre[:, :2] - shape.axis.p

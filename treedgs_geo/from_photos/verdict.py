@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..trees.limits import Findings, Flag, bound_of, judge
+from ..trees.findings import Findings, Flag
+from ..trees.limits import bound_of, judge
 from ..trees.priors import START_TAPER
 from .options import PhotoStemOptions
 
@@ -27,12 +28,15 @@ OUTLINE_OFFSET_CM, NETWORK_OFFSET_CM = 1.0, -0.7
 DISAGREE_SHARE = 0.5
 #: Reasons that together refuse a stem that the network sees.
 TOGETHER_SEEN = 3
+#: Lead in edge score of another explanation from which the network does not decide alone.
+OUTVOTED_GAP = -10.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class FitQuality:
     """What a fit is judged by; fields as in :class:`.fit.PhotoFit`. sure, contrast, outline_cm: NaN where no silhouette
-    is to be had. kish: infinite for one of a pair, which hardly any photo shows whole. network: it was asked."""
+    is to be had. kish: infinite for one of a pair, which hardly any photo shows whole. network: it was asked.
+    against_cm: as in :class:`.choice.Choice`."""
 
     dbh_cm: float
     polish_cm: float
@@ -49,6 +53,12 @@ class FitQuality:
     outline_cm: float = np.nan
     gain: float = 0.0
     network: bool = False
+    against_cm: float = 0.0
+
+    @property
+    def outvoted(self) -> bool:
+        """The network's silhouettes chose an explanation that the edges clearly do not."""
+        return self.network and not self.pair and self.gap < OUTVOTED_GAP
 
     @property
     def outline_off_cm(self) -> float:
@@ -72,10 +82,13 @@ class FitQuality:
             "n_views": self.n_views,
             "kish": self.kish,
             "taper_off": abs(self.r1 - START_TAPER),
+            "slope": self.r1,
             "gain": self.gain,
             "lean_deg": self.lean_deg,
             "pair_se_cm" if self.pair else "se_cm": self.se_cm,
         }
+        if self.outvoted:
+            found |= {"against_cm": self.against_cm}
         if self.network and self.llr < RAGGED_LLR:
             found |= {"rms_network_px": self.rms_px}
             found |= {"weak_contrast": self.contrast} if self.llr < WEAK_LLR else {}
@@ -96,7 +109,7 @@ def verdict(quality: FitQuality, options: PhotoStemOptions) -> tuple[Flag, tuple
     settings = {"min_dbh_cm": options.min_dbh_cm, "max_dbh_cm": options.max_dbh_cm}
     found = judge("photos", quality.measured(), quality.dbh_cm, settings)
     count = _independent(found, bool(np.isfinite(quality.sure)))
-    return found.flag("photos", count, TOGETHER_SEEN if quality.network else None), found.reasons
+    return found.flag("photos", count, TOGETHER_SEEN if quality.network and quality.solid else None), found.reasons
 
 
 def _independent(found: Findings, weighed: bool) -> int:

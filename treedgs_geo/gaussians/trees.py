@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..core.crs import LocalFrame
-from ..trees.limits import Findings, judge
+from ..trees.findings import Findings
+from ..trees.limits import judge
 from ..trees.tree import Tree
 from .layered import axis_xy
 from .train import FoundStem

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from .limits import Route, judge
+from .findings import Route
+from .limits import judge
 from .tree import Tree, with_block_errors
 
 

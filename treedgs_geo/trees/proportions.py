@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .limits import TOGETHER, judge
+from .findings import TOGETHER
+from .limits import judge
 from .tree import Tree
 
 #: Trees without a remark, with DBH and height, that a curve of the survey needs.

@@ -25,6 +25,10 @@ REASONS: dict[str, tuple[str, str]] = {
         "check the diameter, and whether the top is broken",
     ),
     "wide_error": ("the estimated error is too large to be useful", "fly more photos or measure by hand"),
+    "carried_down": (
+        "breast height is hidden: measured 2 to 5 m above the ground, and carried down by the usual taper",
+        "check, or measure by hand where the tenth of a centimetre counts",
+    ),
     "disagree": ("two measuring methods disagree", "check this tree by hand"),
     "unchecked": ("the published method has no check and no error of its own", "compare with the default method"),
     "no_ground": (

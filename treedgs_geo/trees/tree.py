@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from ..core.intervals import HALF_WIDTH_SE
-from .limits import Flag, Level
+from .findings import Flag, Level
 from .methods import METHODS
 from .priors import BREAST_HEIGHT_M, USUAL_TAPER_CM_M
 from .reasons import REASONS, split_reasons

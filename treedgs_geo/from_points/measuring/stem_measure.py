@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from ...shapes.cone import Cone
-from ...trees.limits import Findings, Flag
+from ...trees.findings import Findings, Flag
 
 
 @dataclass(frozen=True)

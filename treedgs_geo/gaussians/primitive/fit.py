@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...trees.limits import Findings, judge
+from ...trees.findings import Findings
+from ...trees.limits import judge
 from ...trees.priors import START_TAPER, TAPER_SD
 from ..crops import Crop, GroundPlane, halved
 from ..loss import robust_weight
