@@ -165,7 +165,8 @@ def summarise(records: list[dict], seed: int = 0, resamples: int = 1000) -> pd.D
     """One row a configuration: ``key, title, group, seconds`` (median over runs, a plot), ``seconds_lo, seconds_hi``
     (least, most), ``rmse_cm`` with its 90 % bootstrap interval over stems (a stem's repeats stay together), ``me_cm,
     success, ok_share, worst_cm, false, coverage, peak_memory_mb, photos, megapixels, gaussians``; ``stems`` that are
-    clearly visible, each counted once; on the Pareto ``front``."""
+    clearly visible, each counted once; ``of_all``: share of all stems with a DBH, hidden ones too; on the Pareto
+    ``front``."""
     titles = {config.key: config for config in CONFIGS}
     rows = []
     for key in dict.fromkeys(record["config"] for record in records):
@@ -204,6 +205,7 @@ def summarise(records: list[dict], seed: int = 0, resamples: int = 1000) -> pd.D
                 "worst_cm": float(np.abs(error).max()) if len(error) else np.nan,
                 "stems": len({(row["plot"], row["tree_id"]) for row in visible}),
                 "success": sum(row["read_cm"] is not None for row in visible) / max(len(visible), 1),
+                "of_all": len(read) / max(len(trees), 1),
                 "ok": len(ok),
                 "ok_off_5cm": sum(value > 5 for value in ok),
                 "coverage": (

@@ -200,6 +200,7 @@ COLUMNS = (
     ("me_cm", "mean cm"),
     ("worst_cm", "worst cm"),
     ("success", "success"),
+    ("of_all", "of all stems"),
     ("ok_off_5cm", "ok but > 5 cm off"),
     ("coverage", "in 90 %"),
     ("false", "false"),
@@ -214,12 +215,12 @@ def table_rows(table: pd.DataFrame) -> list[list[str]]:
     for _, row in table.sort_values("seconds").iterrows():
         cells = []
         for name, _ in COLUMNS:
-            value = row[name]
+            value = row.get(name)
             if isinstance(value, str):
                 cells.append(value + (" *" if name == "title" and row["front"] else ""))
             elif value is None or not np.isfinite(value):
                 cells.append("–")
-            elif name in ("success", "coverage"):
+            elif name in ("success", "of_all", "coverage"):
                 cells.append(f"{100 * value:.0f} %")
             elif name in ("rmse_cm", "me_cm", "worst_cm"):
                 cells.append(f"{value:.2f}")

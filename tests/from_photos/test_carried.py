@@ -1,0 +1,68 @@
+"""Stems whose breast height is hidden: measured above what hides it; and the reading above that every stem has."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rendered_stems import Stem, oblique_views, render
+
+from treedgs_geo.from_photos.above import SHARE, averaged, error_of_difference_cm
+from treedgs_geo.from_photos.fine import FineFit
+from treedgs_geo.from_photos.find import search_photos
+from treedgs_geo.from_photos.kept import fit_of_record, fit_record
+from treedgs_geo.from_photos.options import PhotoStemOptions
+from treedgs_geo.from_photos.strips import StemAxis
+from treedgs_geo.reconstruction.area import Area
+
+#: The second stands in a thicket that is 3.2 m high and wider than any stem that is looked for.
+STEMS = [Stem(0.8, 0.9, 0.15), Stem(-0.9, -0.6, 0.13)]
+THICKET = Stem(-0.9, -0.6, 0.55, taper=-0.001, top=3.2)
+
+
+def flat(x, y):
+    return np.zeros_like(np.asarray(x, float))
+
+
+@pytest.fixture(scope="module")
+def fits(tmp_path_factory):
+    views = oblique_views(tmp_path_factory.mktemp("thicket"), 14)
+    render(views, [*STEMS, THICKET])
+    # To the network the thicket is growth on the stem, which it refuses.
+    options = PhotoStemOptions(margin_m=0.3, max_dbh_cm=60, stem_network="off")
+    return search_photos(views, flat, Area.circle(0, 0, 2.5), options).fits
+
+
+def of_stem(fits, stem):
+    return min(fits, key=lambda fit: np.hypot(fit.axis.p[0] - stem.x, fit.axis.p[1] - stem.y))
+
+
+def test_a_stem_in_a_thicket_is_measured_above_it_and_says_so(fits):
+    hidden, clear = of_stem(fits, STEMS[1]), of_stem(fits, STEMS[0])
+    assert hidden.flag == "check" and hidden.carried and "carried_down" in hidden.reasons
+    assert np.hypot(hidden.axis.p[0] - STEMS[1].x, hidden.axis.p[1] - STEMS[1].y) < 0.08
+    assert abs(hidden.dbh_cm - 200 * STEMS[1].r) < 1.645 * hidden.se_cm < 4.0
+    assert clear.measured and not clear.carried and hidden.se_cm > clear.se_cm
+    assert abs(clear.dbh_cm - 200 * STEMS[0].r) < 1.0
+
+
+def test_the_thicket_is_no_stem(fits):
+    assert all(fit.dbh_cm < 40 for fit in fits if fit.measured)
+    assert sum(fit.measured for fit in fits) == len(STEMS)
+
+
+def test_where_it_was_measured_is_kept(fits):
+    hidden = of_stem(fits, STEMS[1])
+    again = fit_of_record(fit_record(hidden))
+    assert again.carried and again.reasons == hidden.reasons and again.dbh_cm == hidden.dbh_cm
+
+
+def test_readings_are_averaged_and_their_difference_is_in_the_error():
+    nothing = np.empty(0)
+    axis = StemAxis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37)
+    fine = FineFit(axis, 0.15, -0.005, nothing, nothing, nothing, nothing, 100.0, 0.5, 0.001)
+    assert averaged(fine, 2.0).r0 == pytest.approx(0.15 + SHARE * 0.01)
+    assert averaged(fine, 2.0).r1 == fine.r1 and averaged(fine, np.nan) == fine
+    assert error_of_difference_cm(-2.0) == pytest.approx(2 * SHARE) and error_of_difference_cm(np.nan) == 0.0
+    assert replace(fine, r0=0.2) != fine
