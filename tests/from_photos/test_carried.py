@@ -9,8 +9,8 @@ import pytest
 from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.from_photos.above import SHARE, averaged, error_of_difference_cm
-from treedgs_geo.from_photos.fine import FineFit
 from treedgs_geo.from_photos.find import search_photos
+from treedgs_geo.from_photos.fine import FineFit
 from treedgs_geo.from_photos.kept import fit_of_record, fit_record
 from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.from_photos.strips import StemAxis
