@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from rendered_stems import Stem, oblique_views, render
 
-from treedgs_geo.from_photos.above import SHARE, averaged, error_of_difference_cm
+from treedgs_geo.from_photos.above import averaged, weight_above
 from treedgs_geo.from_photos.find import search_photos
 from treedgs_geo.from_photos.fine import FineFit
 from treedgs_geo.from_photos.kept import fit_of_record, fit_record
@@ -62,7 +60,9 @@ def test_readings_are_averaged_and_their_difference_is_in_the_error():
     nothing = np.empty(0)
     axis = StemAxis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37)
     fine = FineFit(axis, 0.15, -0.005, nothing, nothing, nothing, nothing, 100.0, 0.5, 0.001)
-    assert averaged(fine, 2.0).r0 == pytest.approx(0.15 + SHARE * 0.01)
-    assert averaged(fine, 2.0).r1 == fine.r1 and averaged(fine, np.nan) == fine
-    assert error_of_difference_cm(-2.0) == pytest.approx(2 * SHARE) and error_of_difference_cm(np.nan) == 0.0
-    assert replace(fine, r0=0.2) != fine
+    thicker, se = averaged(fine, 0.9, 2.0)
+    assert thicker.r0 == pytest.approx(0.15 + 0.5 * 0.01) and thicker.r1 == fine.r1
+    assert se == pytest.approx(np.hypot(0.9, 1.0))
+    # A sure fit hardly moves, and an unsure one no farther than one of a centimetre.
+    assert weight_above(0.3) < 0.11 and weight_above(5.0) == weight_above(1.0) < 0.6
+    assert averaged(fine, 0.4, np.nan) == (fine, 0.4)

@@ -35,9 +35,8 @@ LEAN_COST = 60.0
 BESIDE_M, COMPANION_M, MOST_COMPANIONS = 0.2, 0.6, 40
 #: The first search takes leans up to this, degrees; the rest is for the second (:mod:`.carving`).
 UPRIGHT_MOST_DEG = 10.0
-#: Share of the seen stems that are certain by their edges, from which the network is not asked for more (``auto``), and
-#: the part of the work that finding this out is.
-ENOUGH_CERTAIN, FIRST_PART = 0.75, 0.4
+#: Share of the seen stems that are certain by their edges, from which the network is not asked for more (``auto``).
+ENOUGH_CERTAIN = 0.75
 
 
 @dataclass(frozen=True)
@@ -83,33 +82,6 @@ def search_photos(
         import numba
 
         numba.set_num_threads(min(options.threads, numba.config.NUMBA_NUM_THREADS))
-    if options.stem_network != "auto":
-        return _stems(views, ground, area, options, reporter, given)
-    with reporter.stage("fit stems", 0.0, FIRST_PART):
-        found = _stems(views, ground, area, replace(options, stem_network="ivy"), reporter, given)
-    certain, seen = certain_stems(found.fits, area)
-    if certain >= ENOUGH_CERTAIN * seen:
-        return found
-    reporter.info(f"{certain} of {seen} stems are certain by their edges: the network is asked for stems as well.")
-    with reporter.stage("fit stems", FIRST_PART, 1.0):
-        return _stems(views, ground, area, replace(options, stem_network="full"), reporter, given)
-
-
-def certain_stems(fits: list[PhotoFit], area: Area) -> tuple[int, int]:
-    """How many stems in an area are ``ok``, and how many are seen; too small ones count as certain."""
-    places = np.array([fit.axis.p for fit in fits]).reshape(-1, 2)
-    within = [fit for fit, inside in zip(fits, area.contains(places, 0.0), strict=True) if inside]
-    return sum(fit.flag == "ok" or fit.reasons == ("too_small",) for fit in within), len(within)
-
-
-def _stems(
-    views: list[View],
-    ground: Callable[[np.ndarray, np.ndarray], np.ndarray],
-    area: Area,
-    options: PhotoStemOptions,
-    reporter: Reporter,
-    given: GivenStems | None,
-) -> Searched:
     found: list[PhotoFit] = []
     looks: list[Look | None] = []
     tiles = split(area, options.margin_m)
@@ -121,6 +93,13 @@ def _stems(
             found += fits
             looks.append(look)
     return Searched([without_open_diameter(fit) for fit in merge(found)], looks)
+
+
+def certain_stems(fits: list[PhotoFit], area: Area) -> tuple[int, int]:
+    """How many stems in an area are ``ok``, and how many are seen; too small ones count as certain."""
+    places = np.array([fit.axis.p for fit in fits]).reshape(-1, 2)
+    within = [fit for fit, inside in zip(fits, area.contains(places, 0.0), strict=True) if inside]
+    return sum(fit.flag == "ok" or fit.reasons == ("too_small",) for fit in within), len(within)
 
 
 def _tile(
@@ -140,27 +119,24 @@ def _tile(
         return [], None
     reporter.progress(0.1)
     detector = _detector(stack, grid, area, tile, box, options)
-    total, chance = detector.accumulate(rng)
+    seeds, beside, gate = _edge_seeds(detector, area, options, rng)
     reporter.progress(0.5)
-    leans = lean_grid(min(options.max_lean_deg, UPRIGHT_MOST_DEG))
-    lines = detector.lines(total, leans, LEAN_COST)
-    seeds, beside = (detector.peaks(lines, leans, apart) for apart in (APART_M, BESIDE_M))
-    decoys = detector.seeds(chance, leans, APART_M, LEAN_COST)
-    del total, chance, lines
-    gate = max(8.0, decoys[0].score + 3.0 if decoys else 0.0)
-    near = area.contains(np.array([(seed.x, seed.y) for seed in seeds]).reshape(-1, 2), options.margin_m + 0.1)
-    seeds = [seed for seed, keep in zip(seeds, near, strict=True) if keep]
-    shown = network_maps(stack, detector.maps) if options.stem_network == "full" else None
-    seen = [] if shown is None else network_seeds(shown, grid, area, box, options, rng)
     places = random_places(tile, rng)
     fitter = first_look(stack, grid, tile, seeds, gate, places, options)
-    if shown is not None:
+    reporter.progress(0.55)
+    fits: list[PhotoFit] = []
+    if options.stem_network != "full":
+        with reporter.stage("fit stems", 0.55, 0.7):
+            fits = _fitted(fitter, [], seeds, beside, gate, reporter)
+        if options.stem_network == "auto":
+            options = replace(options, stem_network=_asked(fits, tile, reporter))
+            fitter = replace(fitter, options=options)
+    if options.stem_network == "full":
+        shown = network_maps(stack, detector.maps)
+        seen = network_seeds(shown, grid, area, box, options, rng)
         fitter = with_chance(replace(fitter, shown=shown), away_from(seen, random_places(tile, rng, MORE_PLACES)))
-    reporter.progress(0.6)
-    with reporter.stage("fit stems", 0.6, 0.85):
-        fits = _pursue(fitter, seen, 1.0, reporter)
-        fits += _pursue(fitter, seeds, gate, reporter, known_rows(fits))
-        fits += _companions(fitter, beside, seeds, gate, fits, reporter)
+        with reporter.stage("fit stems", 0.7, 0.85):
+            fits = _fitted(fitter, seen, seeds, beside, gate, reporter)
     if options.max_lean_deg > UPRIGHT_MOST_DEG:
         fits += _carved(fitter, area, box, fits, reporter)
     if given is not None:
@@ -170,6 +146,38 @@ def _tile(
     if options.stem_network != "off":
         fits = without_covered(fits, stack, detector.maps)
     return with_photos(fits, stack), look_of(fitter, gate, places)
+
+
+def _edge_seeds(
+    detector: Detector, area: Area, options: PhotoStemOptions, rng: np.random.Generator
+) -> tuple[list[Seed], list[Seed], float]:
+    """Where edges say stems are, clearest first; the same more densely; the score that chance hardly reaches."""
+    total, chance = detector.accumulate(rng)
+    leans = lean_grid(min(options.max_lean_deg, UPRIGHT_MOST_DEG))
+    lines = detector.lines(total, leans, LEAN_COST)
+    seeds, beside = (detector.peaks(lines, leans, apart) for apart in (APART_M, BESIDE_M))
+    decoys = detector.seeds(chance, leans, APART_M, LEAN_COST)
+    gate = max(8.0, decoys[0].score + 3.0 if decoys else 0.0)
+    near = area.contains(np.array([(seed.x, seed.y) for seed in seeds]).reshape(-1, 2), options.margin_m + 0.1)
+    return [seed for seed, keep in zip(seeds, near, strict=True) if keep], beside, gate
+
+
+def _fitted(
+    fitter: Fitter, seen: list[Seed], seeds: list[Seed], beside: list[Seed], gate: float, reporter: Reporter
+) -> list[PhotoFit]:
+    """Stems at what the network sees, at the seeds of the search for edges, and second ones beside them."""
+    fits = _pursue(fitter, seen, 1.0, reporter)
+    fits += _pursue(fitter, seeds, gate, reporter, known_rows(fits))
+    return fits + _companions(fitter, beside, seeds, gate, fits, reporter)
+
+
+def _asked(fits: list[PhotoFit], tile: Area, reporter: Reporter) -> str:
+    """What the network is asked on a piece of ground whose edges gave these fits (``auto``)."""
+    certain, seen = certain_stems(fits, tile)
+    if certain >= ENOUGH_CERTAIN * seen:
+        return "ivy"
+    reporter.info(f"{certain} of {seen} stems are certain by their edges: the network is asked for stems as well.")
+    return "full"
 
 
 def with_photos(fits: list[PhotoFit], stack: PhotoStack) -> list[PhotoFit]:

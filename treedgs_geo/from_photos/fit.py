@@ -9,7 +9,7 @@ import numpy as np
 
 from ..trees.findings import Flag
 from ..trees.priors import START_TAPER
-from .above import averaged, error_of_difference_cm, reading_above
+from .above import averaged, reading_above
 from .backdrop import Backdrop, Silhouette, cut_silhouette
 from .chance import BREAST, Bands, coarse_strips
 from .choice import Explanation, choose
@@ -197,7 +197,7 @@ class Fitter:
         above_cm = np.nan
         if self.bands is BREAST:
             above_cm = reading_above(self.stack, fine, Sighting(seen, hidden), self.options.offset_sd_px, WINDOWS_PX)
-        return self._judge(seed, best, averaged(fine, above_cm), gap, sure, outline, gain, others, above_cm)
+        return self._judge(seed, best, fine, gap, sure, outline, gain, others, above_cm)
 
     def refused(self, seed: Seed) -> PhotoFit:
         """A stem that is seen but that no pair of edges fits: its place, and no diameter."""
@@ -306,13 +306,12 @@ class Fitter:
             se = PAIR_SE_CM  # hardly any photo shows both of its edges
         azimuths = np.arctan2(fine.axis.p[1] - self.stack.centre[:, 1], fine.axis.p[0] - self.stack.centre[:, 0])
         azimuth = azimuths[clear]
+        lean, thick_cm = float(np.hypot(*fine.axis.s)), 200 * fine.r0
+        parts = oval_error_cm(thick_cm, azimuths, weight), LEAN_ERROR * thick_cm * lean, taper_error_cm(fine.r1)
+        fine, se = averaged(fine, float(np.linalg.norm([se, *parts])), above_cm)
         dq, foot_z = breast_height(fine.axis, fine.r0, self.ground)
         axis, r0 = moved(fine.axis, dq), fine.r0 + fine.r1 * dq
         dbh = 200 * r0
-        lean = float(np.hypot(*fine.axis.s))
-        oval = oval_error_cm(dbh, azimuths, weight)
-        parts = [se, oval, LEAN_ERROR * dbh * lean, error_of_difference_cm(above_cm), taper_error_cm(fine.r1)]
-        se = float(np.linalg.norm(parts))
         contrast = np.nan if outline is None else best.contrast / self.chance
         outline_cm = np.nan if outline is None or best.mate is not None else 200 * widest(outline, best.vector)
         quality = FitQuality(
