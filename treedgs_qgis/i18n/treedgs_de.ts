@@ -4626,6 +4626,14 @@ beginnen von vorn.&lt;/p&gt;
       <translation>mehr Fotos aufnehmen oder von Hand messen</translation>
     </message>
     <message>
+      <source>breast height is hidden: measured 2 to 5 m above the ground, and carried down by the usual taper</source>
+      <translation>Brusthöhe ist verdeckt: 2 bis 5 m über dem Boden gemessen und mit der üblichen Abholzigkeit herabgeführt</translation>
+    </message>
+    <message>
+      <source>check, or measure by hand where the tenth of a centimetre counts</source>
+      <translation>prüfen, oder von Hand messen, wo der Zehntelzentimeter zählt</translation>
+    </message>
+    <message>
       <source>two measuring methods disagree</source>
       <translation>zwei Messverfahren widersprechen sich</translation>
     </message>

@@ -4625,6 +4625,14 @@ cero.&lt;/p&gt;
       <translation>tome más fotos o mida a mano</translation>
     </message>
     <message>
+      <source>breast height is hidden: measured 2 to 5 m above the ground, and carried down by the usual taper</source>
+      <translation>la altura del pecho está oculta: medido de 2 a 5 m sobre el suelo y llevado hacia abajo con el ahusamiento habitual</translation>
+    </message>
+    <message>
+      <source>check, or measure by hand where the tenth of a centimetre counts</source>
+      <translation>comprobar, o medir a mano donde cuente el milímetro</translation>
+    </message>
+    <message>
       <source>two measuring methods disagree</source>
       <translation>dos métodos de medición no coinciden</translation>
     </message>
