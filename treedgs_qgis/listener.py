@@ -33,6 +33,7 @@ STAGES = {
     "measure": "Stems and their diameters",
     "find stems": "Looking for stems",
     "fit stems": "Fitting each stem",
+    "stems seen farther up": "Measuring hidden stems farther up",
     "cut crops": "Cutting out the stems in the photos",
     "measure stems": "Measuring each stem",
     "stems": "Stems, found and fitted",

@@ -30,7 +30,7 @@ SEEN = "treedgs/setup_offered"
 STEPS = 1000
 
 
-class Teller(QgsProcessingFeedback):
+class TaskFeedback(QgsProcessingFeedback):
     """What a task reports: the last words, and the sentence that it failed with."""
 
     said = pyqtSignal(str)
@@ -52,7 +52,7 @@ class Teller(QgsProcessingFeedback):
 class Job(QObject):
     """One algorithm at a time as a task of QGIS, for everything that wants to show how far it is."""
 
-    told = pyqtSignal(float, str)
+    reported = pyqtSignal(float, str)
     ended = pyqtSignal(bool, str, object)
 
     def __init__(self, algorithm: str, done: str) -> None:
@@ -67,7 +67,7 @@ class Job(QObject):
         if self.task is not None:
             return
         self.percent, self.words = 0.0, tr("Starting …")
-        feedback, context = Teller(), QgsProcessingContext()
+        feedback, context = TaskFeedback(), QgsProcessingContext()
         feedback.progressChanged.connect(self._moved)
         feedback.said.connect(self._said)
         made = QgsApplication.processingRegistry().algorithmById(self.algorithm)
@@ -76,7 +76,7 @@ class Job(QObject):
         self._kept = (feedback, context, made)
         self.task.executed.connect(self._executed)
         QgsApplication.taskManager().addTask(self.task)
-        self.told.emit(self.percent, self.words)
+        self.reported.emit(self.percent, self.words)
 
     def stop(self) -> None:
         """Ask it to end; what is finished stays."""
@@ -85,11 +85,11 @@ class Job(QObject):
 
     def _moved(self, percent: float) -> None:
         self.percent = percent
-        self.told.emit(self.percent, self.words)
+        self.reported.emit(self.percent, self.words)
 
     def _said(self, words: str) -> None:
         self.words = words
-        self.told.emit(self.percent, self.words)
+        self.reported.emit(self.percent, self.words)
 
     def _executed(self, successful: bool, results: dict) -> None:
         feedback = self._kept[0]
@@ -117,7 +117,7 @@ class Controls(QWidget):
             row.addWidget(widget)
         self.button.clicked.connect(self.begin)
         self.stopper.clicked.connect(self.halt)
-        job.told.connect(self.told)
+        job.reported.connect(self.show_progress)
         job.ended.connect(self.ended)
         self.show_running(job.task is not None)
 
@@ -135,7 +135,7 @@ class Controls(QWidget):
         self.bar.setVisible(running)
         self.stopper.setVisible(running)
 
-    def told(self, percent: float, words: str) -> None:
+    def show_progress(self, percent: float, words: str) -> None:
         """Progress of the job, whoever began it."""
         self.show_running(True)
         self.bar.setValue(round(percent / 100 * STEPS))

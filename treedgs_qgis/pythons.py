@@ -173,7 +173,7 @@ def listed_by_launcher(text: str) -> list[str]:
 
 
 def _from_registry() -> Iterator[str]:
-    """Pythons that told Windows of themselves (PEP 514), the user's before the computer's."""
+    """Pythons that are registered with Windows (PEP 514), the user's before the computer's."""
     if sys.platform != "win32":
         return
     import winreg

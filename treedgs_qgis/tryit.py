@@ -60,7 +60,8 @@ class TryIt(QObject):
         project = QgsProject.instance()
         there = {layer.source() for layer in project.mapLayers().values()}
         terrain = QgsRasterLayer(str(folder / "dtm.tif"), tr("Terrain model"))
-        table = QUrl.fromLocalFile(str(folder / "plots.csv")).toString()
+        # Encoded: the provider reads no spaces or accents.
+        table = bytes(QUrl.fromLocalFile(str(folder / "plots.csv")).toEncoded()).decode()
         source = f"{table}?type=csv&xField=easting&yField=northing&crs={sample.CRS}&detectTypes=yes"
         plots = QgsVectorLayer(source, tr("Plots"), "delimitedtext")
         fresh = [layer for layer in (terrain, plots) if layer.isValid() and layer.source() not in there]

@@ -199,7 +199,7 @@ def test_undo_takes_a_decision_back(tmp_path):
     assert len(counted) == 6 and not review.total
 
 
-def test_a_taped_dbh_far_from_the_measured_one_and_an_accepted_stem_without_dbh_are_told(tmp_path, capsys):
+def test_a_taped_dbh_far_from_the_measured_one_and_an_accepted_stem_without_dbh_are_reported(tmp_path, capsys):
     path = write_trees(tmp_path / "trees.gpkg", trees(), CRS)
     csv = table(tmp_path / "d.csv", "tree_id,decision,dbh_cm\n2,dbh,35\n6,accept,\n")
     assert main(["review", "--trees", str(path), "--decisions", str(csv), "--log-format", "plain"]) == 0
@@ -248,11 +248,11 @@ def test_a_decision_about_another_diameter_is_withdrawn_aloud(tmp_path):
     write_trees(path, again, CRS, reporter=ears)
     found = read_trees(path).set_index("tree_id")
     assert found.rev_flag.fillna("").to_dict() == {1: "", 2: "", 3: "accept", 4: "", 5: "", 6: ""}
-    told = "\n".join(ears.warnings)
-    assert "tree 1 was accepted with 20.0 cm and reads 23.0 cm now" in told
-    assert "tree 2 was set aside with 21.0 cm and reads 24.0 cm now" in told
-    assert "tree 3 was accepted with 22.0 cm and is without a DBH now (occluded)" in told
-    assert "tree 6 was set aside with no DBH and reads 18.0 cm now" in told
+    said = "\n".join(ears.warnings)
+    assert "tree 1 was accepted with 20.0 cm and reads 23.0 cm now" in said
+    assert "tree 2 was set aside with 21.0 cm and reads 24.0 cm now" in said
+    assert "tree 3 was accepted with 22.0 cm and is without a DBH now (occluded)" in said
+    assert "tree 6 was set aside with no DBH and reads 18.0 cm now" in said
 
 
 def test_a_tree_that_is_gone_stays_where_a_person_saw_it_and_a_rejected_one_is_named(tmp_path):
@@ -263,8 +263,8 @@ def test_a_tree_that_is_gone_stays_where_a_person_saw_it_and_a_rejected_one_is_n
     found = read_trees(path).set_index("tree_id")
     assert found.index.tolist() == [23, 24, 26, 1] and found.loc[1, "qc_reason"] == "not_found"
     assert found.loc[1, "rev_dbh_cm"] == 20.5 and pd.isna(found.loc[24, "rev_flag"])
-    told = "\n".join(ears.warnings)
-    assert "tree 24 was merged into tree 5, which is gone" in told and "2 at" in told and "(reject)" in told
+    said = "\n".join(ears.warnings)
+    assert "tree 24 was merged into tree 5, which is gone" in said and "2 at" in said and "(reject)" in said
 
 
 def test_a_copy_of_the_layer_takes_the_decisions_too(tmp_path):

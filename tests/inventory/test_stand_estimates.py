@@ -228,7 +228,7 @@ def test_edge_rules_that_are_unbiased_are_and_the_others_are_not(tmp_path):
     assert off["none"][0] < -0.1
 
 
-def test_plots_outside_or_unseen_are_left_out_and_told(tmp_path):
+def test_plots_outside_or_unseen_are_left_out_and_reported(tmp_path):
     text = "plot_id,easting,northing,radius_m\nin,500050,3600050,8\nout,500150,3600050,8\nfar,500090,3600090,8\n"
     trees = tree_list([{"x": 500050 + k, "y": 3600050, "dbh_cm": 20.0, "dbh_se_cm": 0.5} for k in range(5)])
     stand = stand_of(trees, plots_file(tmp_path, text), box(500000, 3600000, 500100, 3600100))

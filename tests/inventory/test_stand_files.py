@@ -169,10 +169,10 @@ def test_fvs(written):
 def test_both_treatments_of_stems_without_a_dbh_are_reported(tmp_path):
     folder = make_survey(tmp_path)
     impute, reported = figures(folder)
-    exclude, told_too = figures(folder, missing="exclude")
+    exclude, reported_too = figures(folder, missing="exclude")
     more, less = impute.estimates["ba"].mean, exclude.estimates["ba"].mean
     assert more > less and impute.other["ba"].mean == less and exclude.other["ba"].mean == more
-    for ears in (reported, told_too):
+    for ears in (reported, reported_too):
         text = next(w for w in ears.warnings if "without a DBH" in w)
         assert f"{more:.2f}" in text and f"{less:.2f}" in text
     assert impute.n_thin > 0 and any("too_small" in info for info in reported.infos)

@@ -76,7 +76,7 @@ def main():
     seen["dialog"] = offered(bar)
     picture("engine_offer", opened)
 
-    plugin.offer.job.told.connect(
+    plugin.offer.job.reported.connect(
         lambda percent, words: (seen["progress"].append(percent), seen["words"].append(words))
     )
     began = time.monotonic()

@@ -75,7 +75,7 @@ def ran(newcomer, algorithm: str, *words: str, network: bool = True, **more: str
     return subprocess.run(command, env={**variables, **more}, capture_output=True, text=True, timeout=900)
 
 
-def test_a_shell_without_an_engine_is_told_the_command_with_size_and_time(newcomer, tmp_path):
+def test_a_shell_without_an_engine_is_given_the_command_with_size_and_time(newcomer, tmp_path):
     stems_cloud(tmp_path / "cloud.laz", (0.15,))
     words = [f"INPUT={tmp_path / 'cloud.laz'}", f"OUTPUT={tmp_path / 'trees.gpkg'}"]
     done = ran(newcomer, "pointcloudtodbh", *words, TREEDGS_HOME=str(tmp_path / "home"))

@@ -83,7 +83,7 @@ class Crew:
         self.client, self.address, self.reporter = client, address, reporter
         self.local, self._cluster, self._processes = cluster is not None, cluster, processes
         self._short_since: float | None = None
-        self._told = False
+        self._reported = False
         self._seen = (0.0, 0, 0.0, False)
         self._security = client.security
 
@@ -107,8 +107,8 @@ class Crew:
             used = declared or workers
             largest = max((float(w["resources"][RESOURCE]) for w in declared), default=float("inf"))
             self._seen = (now, sum(int(w["nthreads"]) for w in used), largest, bool(declared))
-            if workers and not declared and not self._told:
-                self._told = True
+            if workers and not declared and not self._reported:
+                self._reported = True
                 self.reporter.warn(
                     f"The workers at {self.address} declare no {RESOURCE}: each runs as many plots as it has threads, "
                     f'whatever memory they need; start them with --resources "{RESOURCE}=12" (GB for plots).'

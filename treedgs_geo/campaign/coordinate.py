@@ -89,7 +89,7 @@ class Coordinator:
         self._futures: dict[str, Any] = {}
         self._exhausted, self._turn = False, 0
         self._no_crew_since: float | None = None
-        self._told = 0.0
+        self._reported_at = 0.0
         self._stuck = 0
         self.board = Board(plan, campaign, crew, reporter)
 
@@ -268,7 +268,7 @@ class Coordinator:
             return
         now = time.monotonic()
         if self._no_crew_since is None:
-            self._no_crew_since = self._told = now
+            self._no_crew_since = self._reported_at = now
         waited = now - self._no_crew_since
         if not self.crew.alive():
             self.reporter.warn(f"The scheduler at {self.crew.address} is lost; waiting for it to come back.")
@@ -285,8 +285,8 @@ class Coordinator:
             for running in lost:
                 self._later(running, AGAIN_S)
             self._no_crew_since = time.monotonic()
-        elif now - self._told > 20:
-            self._told = now
+        elif now - self._reported_at > 20:
+            self._reported_at = now
             self.reporter.info(f"No worker is connected to {self.crew.address}; waiting.")
         if waited > self.patience_s and not self._queued():
             raise SchedulerLost(

@@ -144,8 +144,8 @@ def merge_layers(run: Run, changed: list[Change], trees: list[Tree], crs: CRS, r
     if source is None:
         write_trees(output, _with(trees, changed), crs, reporter=reporter, sheets=sheets)
     else:
-        table, told = merged(read_whole(source), changed, crs)
-        for sentence in told:
+        table, sentences = merged(read_whole(source), changed, crs)
+        for sentence in sentences:
             reporter.warn(f"{output.name}: {sentence}")
         write_table(output, table, lambda made: add_layers(made, table), sheets)
     if output.resolve() == copy.resolve():
@@ -168,7 +168,7 @@ def _with(trees: list[Tree], changed: list[Change]) -> list[Tree]:
 def merged(table: gpd.GeoDataFrame, changed: list[Change], crs: CRS) -> tuple[gpd.GeoDataFrame, list[str]]:
     """The table with the changed trees, in place of rows of the same number, and sentences about decisions that did not
     stay as they were."""
-    made, told = table.copy(), []
+    made, sentences = table.copy(), []
     for name in DECIDED:
         if name in made and made[name].dtype.kind != "f":
             made[name] = made[name].astype(object).where(made[name].notna(), None)
@@ -188,9 +188,9 @@ def merged(table: gpd.GeoDataFrame, changed: list[Change], crs: CRS) -> tuple[gp
             # As a new run does it: a decision about a diameter that is another one now is a question again.
             decision, said = carried_decision(old, pd.Series({**row, **dict.fromkeys(DECIDED)}), None)
             kept |= decision
-            told += [said] if said else []
+            sentences += [said] if said else []
         made = with_row(made.drop(index=made.index[at]), {**{k: v for k, v in row.items() if k in made}, **kept}, point)
-    return made, told
+    return made, sentences
 
 
 def write_given_page(run: Run, ready: Ready, reporter: Collector) -> None:

@@ -10,11 +10,11 @@ import numpy as np
 from ..core.progress import Reporter
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
-from .carried import carried_down
 from .covered import without_covered
 from .find import maps_of, photos_of, with_photos
 from .fit import PhotoFit
 from .given import GivenStems, fit_at
+from .hidden import carried_down
 from .looks import Look
 from .options import PhotoStemOptions
 from .plumb import PlumbMap

@@ -10,13 +10,13 @@ import numpy as np
 from ..core.progress import Reporter
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
-from .carried import carried_down
 from .carving import carved_seeds, hidden_ground, searched
 from .covered import without_covered
 from .detect import Detector, Seed, lean_grid
 from .fine import NO_STEMS
 from .fit import Fitter, PhotoFit
 from .given import GivenStems, fits_of_given
+from .hidden import carried_down
 from .looks import MORE_PLACES, Look, away_from, first_look, look_of, random_places, with_chance
 from .network_seeds import network_seeds
 from .options import PhotoStemOptions

@@ -52,7 +52,7 @@ class PhotoFit:
     probable this diameter is among the explanations tried. outline_cm: diameter of the silhouette alone.
     foot_z: ground on the uphill side of the foot, local metres. gain: of "another stem touches it" over one stem.
     lo_cm, hi_cm: 90 % interval where se_cm is that of a mixture over the explanations (:mod:`.mixture`), NaN elsewhere.
-    carried: measured above breast height (:mod:`.carried`). photos: names of the V photos looked at.
+    carried: measured above breast height (:mod:`.hidden`). photos: names of the V photos looked at.
     """
 
     axis: StemAxis
@@ -116,7 +116,7 @@ class Fitter:
 
     def outline(self, axis: StemAxis, band: tuple[float, float] | None = None) -> Silhouette:
         """Silhouettes about an axis: where no ground is seen and, with ``shown``, where the network sees a stem. band:
-        heights above the ground, metres; ``None``: those of :attr:`bands`."""
+        heights above the ground, metres; ``None``: those of ``self.bands``."""
         assert self.backdrop is not None
         band = band or self.bands.outline
         outline = cut_silhouette(self.stack, self.backdrop, self.ground, axis, band)

@@ -29,14 +29,14 @@ _NUMBERS = ("x", "y", "z_ground", "dbh_cm", "bh_m", "rev_dbh_cm")
 class Written:
     """entries: ``tree_id, plot_id, x, y, z_ground, dbh_cm, bh_m``, :data:`COLUMNS` and the decision's columns of the
     trees that have any, in ``crs``. places: tree_id -> (x, y) of all trees. kept: which entries found their tree again.
-    told: sentences about decisions that did not stay as they were."""
+    sentences: sentences about decisions that did not stay as they were."""
 
     path: Path
     entries: pd.DataFrame = field(default_factory=lambda: pd.DataFrame(columns=["tree_id", "x", "y", *COLUMNS]))
     crs: pyproj.CRS | None = None
     places: dict[str, tuple[float, float]] = field(default_factory=dict)
     kept: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
-    told: list[str] = field(default_factory=list)
+    sentences: list[str] = field(default_factory=list)
 
     def fill(self, table: gpd.GeoDataFrame) -> gpd.GeoDataFrame:
         """The tree table with each entry at the nearest tree within :data:`ENTRY_M`, one tree an entry."""
@@ -59,7 +59,7 @@ class Written:
             if not _none(entry["rev_at"]) or not _none(entry["rev_flag"]) or not _none(entry["rev_dbh_cm"]):
                 found, said = carried_decision(entry, table.iloc[j], self._new_id(entry["rev_note"], table))
                 values |= found
-                self.told += [said] if said else []
+                self.sentences += [said] if said else []
             for name, value in values.items():
                 table.iloc[j, table.columns.get_loc(name)] = value
         return table
@@ -85,7 +85,7 @@ class Written:
         if not rows:
             return table.iloc[:0]
         named = ", ".join(str(row["tree_id"]) for row in rows[:10]) + (", …" if len(rows) > 10 else "")
-        self.told.append(
+        self.sentences.append(
             f"{len(rows)} place{'' if len(rows) == 1 else 's'} where a person says that a tree stands gave no tree in "
             f"this run: kept in the layer without a measured DBH (not_found), as tree {named}."
         )
@@ -104,7 +104,7 @@ class Written:
                 f"{self.path.name}: what a person wrote (species, status, note, decisions) at {n} "
                 f"tree{'' if n == 1 else 's'} is kept (nearest tree within {ENTRY_M:g} m)."
             )
-        for sentence in self.told:
+        for sentence in self.sentences:
             reporter.warn(f"{self.path.name}: {sentence}")
         lost = self.entries[~self.kept]
         if len(lost):

@@ -722,6 +722,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Anpassung jedes Stamms</translation>
     </message>
     <message>
+      <source>Measuring hidden stems farther up</source>
+      <translation>Messung verdeckter Stämme weiter oben</translation>
+    </message>
+    <message>
       <source>Cutting out the stems in the photos</source>
       <translation>Ausschneiden der Stämme aus den Fotos</translation>
     </message>

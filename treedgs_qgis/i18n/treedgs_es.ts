@@ -721,6 +721,10 @@ cero.&lt;/p&gt;
       <translation>Ajuste de cada tronco</translation>
     </message>
     <message>
+      <source>Measuring hidden stems farther up</source>
+      <translation>Medición más arriba de los troncos ocultos</translation>
+    </message>
+    <message>
       <source>Cutting out the stems in the photos</source>
       <translation>Recorte de los troncos en las fotos</translation>
     </message>

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...from_photos.chance import ABOVE
 from ...from_photos.fit import PhotoFit
 from ...from_photos.shown import USED, StemShown, choose_photos, straightened
 from ...from_photos.stack import PhotoStack
@@ -49,12 +50,17 @@ def photo_sheet(evidence: PhotoEvidence) -> Canvas:
     return canvas
 
 
+def _top_m(fit: PhotoFit) -> float:
+    """The highest place shown, m: the part of the stem that was measured is in it."""
+    return ABOVE.fine[1] + 0.1 if fit.carried else HIGH_M
+
+
 def _layout(evidence: PhotoEvidence) -> tuple[list[int], float, float]:
     """Photos to show, metres to either side of the stem, metres a pixel."""
     shown, stack = evidence.shown, evidence.stack
     half_m = max(_BESIDE_RADII * shown.shape.r0, _BESIDE_M)
     room = WIDTH - MARGIN - _LEFT + _GAP
-    px_m = max((HIGH_M - LOW_M) / _HIGH, 2 * half_m / (room / FEWEST_PHOTOS - _GAP))
+    px_m = max((_top_m(evidence.fit) - LOW_M) / _HIGH, 2 * half_m / (room / FEWEST_PHOTOS - _GAP))
     most = int(np.clip(room // (2 * half_m / px_m + _GAP), FEWEST_PHOTOS, MOST_PHOTOS))
     inside = np.array([_holds(stack, v, shown) for v in range(len(stack))], bool)
     photos = choose_photos(shown, inside, most)
@@ -74,7 +80,7 @@ def _holds(stack: PhotoStack, v: int, shown: StemShown) -> bool:
 
 def _photo_row(canvas: Canvas, evidence: PhotoEvidence, photos: list[int], half_m: float, px_m: float) -> None:
     shown, stack, tree = evidence.shown, evidence.stack, evidence.tree
-    high_m = LOW_M + _HIGH * px_m
+    high_m, top_m = LOW_M + _HIGH * px_m, _top_m(evidence.fit)
     y_of = lambda h: _TOP + (high_m - np.asarray(h, float)) / px_m  # noqa: E731
     canvas.text(
         MARGIN,
@@ -97,7 +103,7 @@ def _photo_row(canvas: Canvas, evidence: PhotoEvidence, photos: list[int], half_
         width = 2 * half_m / px_m
         if crop is not None:
             canvas.picture(int(x), _TOP, gain[crop])
-        _on_photo(canvas, shown, v, int(x) + 0.5 * width, y_of, px_m, tree.dbh_cm is not None)
+        _on_photo(canvas, shown, v, int(x) + 0.5 * width, y_of, px_m, top_m, tree.dbh_cm is not None)
         canvas.box(int(x), _TOP, width, _HIGH, LINE)
         _caption(canvas, evidence, v, number, x + 0.5 * width)
         x += width + _GAP
@@ -118,11 +124,13 @@ def _gain(crops: list[np.ndarray]) -> np.ndarray:
     return np.clip((np.arange(256) - 0.6 * low) * factor, 0, 255).astype(np.uint8)
 
 
-def _on_photo(canvas: Canvas, shown: StemShown, v: int, middle: float, y_of, px_m: float, measured: bool) -> None:
+def _on_photo(
+    canvas: Canvas, shown: StemShown, v: int, middle: float, y_of, px_m: float, top_m: float, measured: bool
+) -> None:
     """Outline and edges; x grows to the right, which is against the direction across the view."""
     edges, axis = shown.edges, shown.shape.axis
     here = edges.view == v
-    heights = np.arange(0.2, 3.55, 0.1)
+    heights = np.arange(0.2, top_m - 0.05, 0.1)
     half = edges.widen[v] * shown.shape.radius(heights)
     for side in (-1.0, 1.0):
         outline = np.column_stack([middle - (edges.offset_m[v] + side * half) / px_m, y_of(heights)])
@@ -210,10 +218,11 @@ def _directions(
 
 def _diameters(canvas: Canvas, evidence: PhotoEvidence, box: tuple[float, float, float, float]) -> None:
     shown, tree, fit = evidence.shown, evidence.tree, evidence.fit
-    heights = np.linspace(0.3, 3.5, 9)
+    top_m = _top_m(fit)
+    heights = np.linspace(0.3, top_m - 0.1, 9)
     fitted, seen = 200 * shown.shape.radius(heights), shown.diameters()
     known = [tree.dbh_lo_cm, tree.dbh_hi_cm, *fitted, *seen[:, 1], *_others(evidence).values()]
-    chart = DiameterChart(canvas, box, [value for value in known if value is not None])
+    chart = DiameterChart(canvas, box, [value for value in known if value is not None], top_m)
     chart.points(seen[:, 0], seen[:, 1], seen[:, 2:4])
     chart.curve(heights, fitted, tree.dbh_cm is not None)
     chart.breast_height(tree)

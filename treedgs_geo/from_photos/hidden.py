@@ -15,8 +15,8 @@ from .settle import known_rows
 
 #: What refuses a stem for good: farther up it is no other.
 _FOR_GOOD = frozenset({"too_small", "too_large", "lean", "covered"})
-#: What leaves it open which stem that is, or how thick: not to be carried anywhere.
-_OPEN = frozenset({"ambiguous", "merged", "disagree"})
+#: What leaves it open which stem that is: not to be carried anywhere. Nor is what more than one reason speaks against.
+_OPEN = frozenset({"ambiguous", "merged"})
 #: The stem found above stands this close to where it was looked for, m.
 _NEAR_M = 0.3
 
@@ -45,7 +45,7 @@ def _above(fit: PhotoFit, above: Fitter, known: np.ndarray) -> PhotoFit | None:
     found = above.fit(Seed(float(x), float(y), float(lx), float(ly), fit.r0, fit.seed_score, True), known)
     if found is None or not found.measured or np.hypot(*(found.axis.p - fit.axis.p)) > _NEAR_M:
         return None
-    if _OPEN & set(found.reasons):
+    if _OPEN & set(found.reasons) or len(found.reasons) > 1:
         return None
     far = judge("photos", {"carried_m": sum(ABOVE.fine) / 2 - found.axis.bh_m})
     return replace(found, flag="check", reasons=(*found.reasons, *far.reasons), carried=True)
