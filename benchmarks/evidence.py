@@ -43,6 +43,7 @@ COPIED = (
     "stability.csv",
     "stability-trees.csv",
     "stability-blocks.csv",
+    "stability-factors.csv",
     "stability-photos.svg",
     "stability-reconstruction.svg",
     "stability-lidar.svg",

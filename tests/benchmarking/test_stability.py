@@ -12,11 +12,12 @@ from treedgs_geo.benchmarking import stability
 from treedgs_geo.benchmarking.factor_type import CLOUD, Factor
 from treedgs_geo.benchmarking.factors import factor
 from treedgs_geo.benchmarking.plot import TruePlot, score_trees
-from treedgs_geo.benchmarking.run import write_stability
+from treedgs_geo.benchmarking.run import StabilityChoice, write_stability
 from treedgs_geo.benchmarking.stability import Case, all_cases, photo_trees, run_cases
+from treedgs_geo.benchmarking.stability_factors import by_factor, holds
 from treedgs_geo.benchmarking.stability_report import by_level, lies, tree_rows, verdict
 from treedgs_geo.benchmarking.whole_chain import ChainCrash, through_chain
-from treedgs_geo.core.errors import TreeDGSError
+from treedgs_geo.core.errors import InputError, TreeDGSError
 from treedgs_geo.core.progress import Reporter
 
 
@@ -84,6 +85,17 @@ def test_a_method_that_refuses_everything_does_not_lie():
     assert not claim["holds"]
 
 
+def test_intervals_are_judged_factor_by_factor():
+    half_inside = [row(f"s{k}", 20.0, 20.1 + (k % 2)) for k in range(40)]
+    records = [record("lean", 0.0, BAD), record("lean", 10.0, GOOD), record("sweep", 15.0, half_inside)]
+    found = by_factor(tree_rows(records)).set_index("factor")
+    # The untroubled level is no factor's.
+    assert found.loc["lean", ["ok", "ok_inside", "measured"]].tolist() == [2, 2, 2]
+    assert found.loc["lean", "holds"] == "by chance"
+    assert found.loc["sweep", "ok_inside"] == 20 and found.loc["sweep", "holds"] == "missed"
+    assert holds(36, 40) == "holds" and holds(0, 0) == "" and holds(100, 100) == "missed"
+
+
 def test_files_are_written_and_name_the_lie(tmp_path):
     records = [record("lean", 0.0, GOOD), record("lean", 25.0, BAD), record("lean", 25.0, GOOD, "lidar")]
     result = write_stability(tmp_path, records, 5)
@@ -95,6 +107,7 @@ def test_files_are_written_and_name_the_lie(tmp_path):
     assert json.loads((tmp_path / "stability.json").read_text())["verdict"]["lidar"]["lies"] == 0
     for name in ("stability-photos.svg", "stability-curves.png", "stability.csv", "stability-trees.csv"):
         assert (tmp_path / name).stat().st_size > 100
+    assert "| lean | photos | 0 of 2 | 0 % | missed | 0 % of 3 |" in text
     with pytest.raises(TreeDGSError, match="No case"):
         write_stability(tmp_path, [], 5)
 
@@ -194,6 +207,11 @@ def test_selection():
     assert {case.method for case in all_cases([1], ["scale"])} == {"photos"}
     assert {case.method for case in all_cases([1], ["float"])} == {"whole chain"}
     assert {case.method for case in all_cases([1], ["readout", "grid"])} == {"whole chain"}
+    chosen = StabilityChoice([1], ["poses", "lean"], ["photos"])
+    assert {case.method for case in chosen.cases()} == {"photos"} and len(chosen.cases()) == 8
+    for factors, methods, match in ((["grd"], [], "grd"), ([], ["photo"], "photo"), (["arc"], ["photos"], "none of")):
+        with pytest.raises(InputError, match=match):
+            StabilityChoice([1], factors, methods).cases()
     assert Case(factor("float"), 4, 1, "whole chain").plot_settings["float_epochs"] == 4
     assert [case.seed for case in all_cases([3, 5], ["poses"], ["photos"])] == [3] * 4 + [5] * 4
     base = Case(factor("lean"), 0.0, 1, "photos"), Case(factor("sweep"), 0.0, 1, "photos")

@@ -11,7 +11,7 @@ from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.from_photos.choice import Explanation, choose
 from treedgs_geo.from_photos.coarse import Mode
-from treedgs_geo.from_photos.errors import OVAL_SD, oval_error_cm, standard_error_cm
+from treedgs_geo.from_photos.errors import OVAL_SD, oval_error_cm, seen_oval_error_cm, standard_error_cm
 from treedgs_geo.from_photos.find import stems_from_photos
 from treedgs_geo.from_photos.fine import FineFit
 from treedgs_geo.from_photos.options import PhotoStemOptions
@@ -149,6 +149,22 @@ def test_the_error_of_an_oval_stem_is_that_of_ovals_turned_at_random(spread_deg)
 def test_photos_all_round_leave_no_oval_error():
     assert oval_error_cm(30, np.radians(np.arange(0, 360, 10.0)), np.ones(36)) < 1e-9
     assert oval_error_cm(30, np.zeros(3), np.zeros(3)) == 0.0
+
+
+def test_an_oval_that_the_photos_show_widens_the_error_and_scatter_alone_does_not():
+    azimuth, weight = np.radians(np.arange(0, 360, 20.0)), np.ones(18)
+    scatter = np.random.default_rng(5).normal(0, 0.3, (40, 18))
+    oval = 1.2 * np.cos(2 * (azimuth - 0.4))
+    plain = [seen_oval_error_cm(30, noise, azimuth, weight) for noise in scatter]
+    seen = [seen_oval_error_cm(30, noise + oval, azimuth, weight) for noise in scatter]
+    assert np.mean(plain) < 0.02 and np.median(seen) == pytest.approx(1.5 * (1.2 - 0.15), rel=0.1)
+    # Photos from one side show nothing of an oval; photos without both edges are left out.
+    assert seen_oval_error_cm(30, scatter[0], np.zeros(18), weight) < 0.3
+    hidden = np.where(np.arange(18) % 2, np.nan, scatter[0] + oval)
+    assert seen_oval_error_cm(30, hidden, azimuth, weight) == seen_oval_error_cm(
+        30, (scatter[0] + oval)[::2], azimuth[::2], weight[::2]
+    )
+    assert seen_oval_error_cm(30, np.full(18, np.nan), azimuth, weight) == 0.0
 
 
 def test_a_stem_refused_at_the_first_look_is_flagged_at_the_second(fits):

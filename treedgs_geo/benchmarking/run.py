@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,10 @@ from ..core.files import atomic_path, ensure_writable, write_json
 from ..core.progress import Reporter
 from ..core.tables import safe_frame
 from ..evaluation.charts import close, render
-from . import chart, chart_pictures, stability_blocks, stability_report
+from . import chart, chart_pictures, stability_blocks, stability_factors, stability_report
+from .factors import FACTORS
 from .ladder import CONFIGS
-from .stability import METHODS, all_cases, code_digest, run_cases
+from .stability import METHODS, Case, all_cases, code_digest, run_cases
 
 
 def run_chart(
@@ -81,19 +83,34 @@ def run_chart(
     }
 
 
+@dataclass(frozen=True)
+class StabilityChoice:
+    """Which cases of the stability suite to run. factors, methods: their keys; empty: all."""
+
+    seeds: list[int]
+    factors: list[str] = field(default_factory=list)
+    methods: list[str] = field(default_factory=list)
+
+    def cases(self) -> list[Case]:
+        """Those cases; :class:`.InputError` for a key that is none."""
+        known = {"factor": {factor.key for factor in FACTORS}, "method": set(METHODS)}
+        for what, keys in (("factor", self.factors), ("method", self.methods)):
+            if unknown := [key for key in keys if key not in known[what]]:
+                raise InputError(f"--{what}s: {unknown[0]!r} is no {what}; known: {', '.join(sorted(known[what]))}.")
+        cases = all_cases(self.seeds, self.factors, self.methods)
+        if not cases:
+            raise InputError("--methods: none of them reads what the factors given trouble; choose others.")
+        return cases
+
+
 def run_stability(
-    output: Path, seeds: list[int], factors: list[str], fresh: bool, budget_min: float, reporter: Reporter
+    output: Path, chosen: StabilityChoice, fresh: bool, budget_min: float, reporter: Reporter
 ) -> dict[str, Any]:
     """The stability suite. Files: ``stability.{csv,json,md,html}``, ``stability-<method>.{svg,png}``, curves;
     with factors that run the whole chain ``stability-blocks.csv`` and ``stability-reconstruction.{svg,png}``."""
-    from .factors import FACTORS
-
     began = time.monotonic()
     ensure_writable(output / "stability.json")
-    known = {factor.key for factor in FACTORS}
-    if unknown := [key for key in factors if key not in known]:
-        raise InputError(f"--factors: {unknown[0]!r} is no factor; known: {', '.join(sorted(known))}.")
-    cases = all_cases(seeds, factors)
+    cases = chosen.cases()
     with reporter.stage("cases", 0.0, 0.97):
         budget = 60 * budget_min if budget_min else float("inf")
         records = list(run_cases(cases, output, reporter, fresh, budget))
@@ -115,6 +132,7 @@ def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str,
     blocks = stability_blocks.block_rows(records)
     levels = stability_blocks.with_blocks(stability_report.by_level(table), blocks)
     claim = stability_report.verdict(table)
+    factors = stability_factors.by_factor(table)
     codes = sorted({record["code"] for record in records})
     facts = {
         "machine": chart.machine(),
@@ -123,7 +141,7 @@ def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str,
         "wanted": wanted,
         "measuring_code": codes,
     }
-    tables = {"stability.csv": levels, "stability-trees.csv": table}
+    tables = {"stability.csv": levels, "stability-trees.csv": table, "stability-factors.csv": factors}
     if len(blocks):
         tables["stability-blocks.csv"] = blocks
     for name, frame in tables.items():
@@ -134,7 +152,8 @@ def write_stability(output: Path, records: list[dict], wanted: int) -> dict[str,
         output / "stability.json",
         {**facts, "verdict": claim, "lies": _plain(wrong), "levels": _plain(levels), "blocks": _plain(blocks)},
     )
-    text = stability_report.markdown(table, levels, facts) + stability_blocks.block_markdown(blocks)
+    text = stability_report.markdown(table, levels, facts) + stability_factors.factor_markdown(factors)
+    text += stability_blocks.block_markdown(blocks)
     _write(output / "stability.md", text.encode())
     pictures = {
         method: _drawn(output, f"stability-{method.replace(' ', '-')}", stability_report.draw_errors(table, method))

@@ -42,6 +42,7 @@ class BenchmarkSettings:
     repeats: int = param(1, kind="integer", minimum=1, maximum=20, help="runs of each configuration")
     seeds: str = param("1,2,3", kind="text", help="seeds of the stability suite", advanced=True)
     factors: str = param("", kind="text", help="only these factors of the stability suite, by commas", advanced=True)
+    methods: str = param("", kind="text", help="only these methods of the stability suite, by commas", advanced=True)
     only: str = param("", kind="text", help="only these configurations of the chart, by commas", advanced=True)
     budget_min: float = param(
         0.0,
@@ -75,7 +76,8 @@ def run(settings: BenchmarkSettings, reporter: Reporter) -> dict[str, Any]:
         if settings.quick:
             seeds = seeds[:1]
         budget = settings.budget_min or (QUICK_MIN if settings.quick else 0.0)
-        return runner.run_stability(settings.output, seeds, words(settings.factors), settings.fresh, budget, reporter)
+        chosen = runner.StabilityChoice(seeds, words(settings.factors), words(settings.methods))
+        return runner.run_stability(settings.output, chosen, settings.fresh, budget, reporter)
     if settings.cost:
         from ..benchmarking.cost import run_cost
 

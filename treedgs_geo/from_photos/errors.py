@@ -11,6 +11,11 @@ from .fine import FineFit
 #: Standard deviation of a stem's width with direction, share of the diameter: 5 % / 2 / sqrt(2) for stems whose widest
 #: and narrowest diameters differ by 5 %, as conifers' do on average.
 OVAL_SD = 0.018
+#: An oval that the photos show counts above this share of the diameter (half of widest less narrowest), times so much:
+#: photos that see the stem much wider or narrower than the rest take part less (simulated oval stems, seeds 11 to 13).
+OVAL_FREE, OVAL_SEEN = 0.005, 1.5
+#: Prior standard deviation of a seen oval's two components, share of the diameter; least scatter of the photos, cm.
+_OVAL_PRIOR, _LEAST_SCATTER_CM = 0.05, 0.1
 #: Standard deviation that lean adds, share of the diameter per tangent of the lean: simulated leaning stems were
 #: farther off than upright ones that were seen as well.
 LEAN_ERROR = 0.04
@@ -49,6 +54,29 @@ def oval_error_cm(dbh_cm: float, azimuth: np.ndarray, weight: np.ndarray) -> flo
     if total <= 0:
         return 0.0
     return float(OVAL_SD * dbh_cm * np.abs((weight * np.exp(2j * azimuth)).sum()) / total)
+
+
+def seen_oval_error_cm(dbh_cm: float, view_cm: np.ndarray, azimuth: np.ndarray, weight: np.ndarray) -> float:
+    """What an oval that the photos show adds to the error of the diameter.
+
+    An oval shows ``1 + e/2 cos 2(azimuth - theta)`` times its diameter: the second harmonic of the photos' diameters,
+    fitted with a weak prior, less what their scatter alone would give. view_cm: (V,) what each photo reads beside the
+    others, NaN without both edges; azimuth: (V,) radians; weight: (V,).
+    """
+    good = np.isfinite(view_cm) & (weight > 0.02 * weight.max(initial=0.0))
+    if good.sum() < 4:
+        return 0.0
+    d, w, turn = view_cm[good], weight[good] / weight[good].mean(), 2 * azimuth[good]
+    design = np.column_stack([np.ones_like(d), np.cos(turn), np.sin(turn)])
+    prior = np.diag([0.0, 1.0, 1.0]) / (_OVAL_PRIOR * dbh_cm) ** 2
+    scatter = float(np.average((d - np.average(d, weights=w)) ** 2, weights=w))
+    for _ in range(6):
+        weighed = design * (w / max(scatter, _LEAST_SCATTER_CM**2))[:, None]
+        covariance = np.linalg.inv(weighed.T @ design + prior)
+        found = covariance @ (weighed.T @ d)
+        scatter = float((w * (d - design @ found) ** 2).sum() / max(len(d) - 3, 1))
+    seen = np.sqrt(max(found[1] ** 2 + found[2] ** 2 - covariance[1, 1] - covariance[2, 2], 0.0))
+    return OVAL_SEEN * max(float(seen) - OVAL_FREE * dbh_cm, 0.0)
 
 
 def taper_error_cm(r1: float) -> float:

@@ -16,7 +16,7 @@ from .choice import Explanation, choose
 from .coarse import Mode, Null, Prior, Search, distinct
 from .coarse_kernels import SEEN_MEAN_Z, SEEN_PRIOR, Z_CAP
 from .detect import Seed
-from .errors import LEAN_ERROR, azimuth_spread, oval_error_cm, standard_error_cm, taper_error_cm
+from .errors import LEAN_ERROR, azimuth_spread, oval_error_cm, seen_oval_error_cm, standard_error_cm, taper_error_cm
 from .fine import NO_STEMS, FineFit, Sighting, refine
 from .foot import breast_height, moved
 from .mixture import PAIR_SE_CM, UNSURE, Others
@@ -307,7 +307,10 @@ class Fitter:
         azimuths = np.arctan2(fine.axis.p[1] - self.stack.centre[:, 1], fine.axis.p[0] - self.stack.centre[:, 0])
         azimuth = azimuths[clear]
         lean, thick_cm = float(np.hypot(*fine.axis.s)), 200 * fine.r0
-        parts = oval_error_cm(thick_cm, azimuths, weight), LEAN_ERROR * thick_cm * lean, taper_error_cm(fine.r1)
+        oval = oval_error_cm(thick_cm, azimuths, weight)
+        if best.mate is None:
+            oval = float(np.hypot(oval, seen_oval_error_cm(thick_cm, 200 * fine.view_r, azimuths, weight)))
+        parts = oval, LEAN_ERROR * thick_cm * lean, taper_error_cm(fine.r1)
         fine, se = averaged(fine, float(np.linalg.norm([se, *parts])), above_cm)
         dq, foot_z = breast_height(fine.axis, fine.r0, self.ground)
         axis, r0 = moved(fine.axis, dq), fine.r0 + fine.r1 * dq

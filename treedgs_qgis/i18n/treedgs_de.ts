@@ -3710,6 +3710,14 @@ beginnen von vorn.&lt;/p&gt;
       <translation>nur diese Störungen der Stabilitätsreihe, durch Kommas getrennt</translation>
     </message>
     <message>
+      <source>Methods</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>only these methods of the stability suite, by commas</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
       <source>Only</source>
       <translation>Nur</translation>
     </message>

@@ -3709,6 +3709,14 @@ cero.&lt;/p&gt;
       <translation>solo estos factores de la serie de estabilidad, separados por comas</translation>
     </message>
     <message>
+      <source>Methods</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
+      <source>only these methods of the stability suite, by commas</source>
+      <translation type="unfinished" />
+    </message>
+    <message>
       <source>Only</source>
       <translation>Solo</translation>
     </message>
