@@ -9,7 +9,7 @@ import pytest
 
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.reconstruction.features import FeatureStore
-from treedgs_geo.reconstruction.matchers import Plugin, import_matches, load_matcher, match_photos
+from treedgs_geo.reconstruction.matchers import Plugin, import_matches, load_matcher, match_photos, plugin_of
 
 PLUGIN = """
 import json
@@ -124,18 +124,16 @@ def test_matches_against_a_known_geometry_stay_out(block):
     assert set(after.matches) == {(0, 1)}  # and a pair that only they connect is not one
 
 
-def test_the_command_wants_both_files_and_loads_them_first(block):
-    from treedgs_geo.commands.reconstruct import ReconstructSettings, _plugin
-
+def test_both_files_are_wanted_and_loaded_first(block):
     folder, _ = block
-    settings = {"photos": folder, "crs": "EPSG:6344", "workspace": folder / "ws"}
-    assert _plugin(ReconstructSettings(**settings)) is None
+    assert plugin_of(None, None) is None
+    assert plugin_of(folder / "orb.py", folder / "orb.json") == Plugin(folder / "orb.py", folder / "orb.json")
     with pytest.raises(InputError, match="--matcher is given without --matcher-weights"):
-        _plugin(ReconstructSettings(**settings, matcher=folder / "orb.py"))
+        plugin_of(folder / "orb.py", None)
     with pytest.raises(InputError, match="--matcher-weights is given without --matcher:"):
-        _plugin(ReconstructSettings(**settings, matcher_weights=folder / "orb.json"))
+        plugin_of(None, folder / "orb.json")
     with pytest.raises(InputError, match="not found"):
-        _plugin(ReconstructSettings(**settings, matcher=folder / "orb.py", matcher_weights=folder / "no.pt"))
+        plugin_of(folder / "orb.py", folder / "no.pt")
 
 
 def test_misbehaving_plugins_are_refused_in_one_sentence(block):

@@ -48,6 +48,7 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     from ..geotags.photos import list_photos, read_photo
     from ..geotags.reading import read_stations
     from ..reconstruction.calibration import calibration_of
+    from ..reconstruction.matchers import plugin_of
     from ..terrain.dtm import read_dtm
     from .planned import only_nadir, planned_ground, planned_views, search_ahead
     from .prepare import check_cover
@@ -80,6 +81,7 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     nothing = only_nadir(stations)
     try:
         calibration_of([read_photo(stations.paths[0])], settings.calibration)
+        plugin_of(settings.matcher, settings.matcher_weights)
     except (ReconstructionError, InputError) as problem:
         findings.problem(str(problem))
     if nothing:

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..core.settings import param
 from ..from_points.measuring.options import MeasureOptions
-from ..reconstruction.options import calibration_option, gcp_option
+from ..reconstruction.options import calibration_option, gcp_option, matcher_option, matcher_weights_option
 from ..trees.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 
 
@@ -35,6 +35,8 @@ class PhotosToDbhSettings:
     )
     gcp: Path | None = gcp_option()
     calibration: Path | None = calibration_option()
+    matcher: Path | None = matcher_option()
+    matcher_weights: Path | None = matcher_weights_option()
     dtm: Path | None = param(
         None,
         kind="file",

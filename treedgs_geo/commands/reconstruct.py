@@ -10,7 +10,7 @@ from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import param, to_json
 from ..core.workspace import DENSE, GEOTAGS, SFM, Workspace
-from ..reconstruction.options import calibration_option, gcp_option
+from ..reconstruction.options import calibration_option, gcp_option, matcher_option, matcher_weights_option
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,17 +45,8 @@ class ReconstructSettings:
     max_features: int = param(
         8000, kind="integer", help="Most features per photo.", minimum=500, maximum=60000, advanced=True
     )
-    matcher: Path | None = param(
-        None,
-        kind="file",
-        suffixes=(".py",),
-        advanced=True,
-        help="Python file with load(weights) that returns a matcher of two photos (TopicFM, LoFTR, LightGlue ...); its "
-        "matches are used beside SIFT's.",
-    )
-    matcher_weights: Path | None = param(
-        None, kind="file", advanced=True, help="Weights that the matcher loads; none come with TreeDGS."
-    )
+    matcher: Path | None = matcher_option()
+    matcher_weights: Path | None = matcher_weights_option()
     threads: int = param(0, kind="integer", help="Processor threads, 0 = all.", minimum=0, maximum=256, advanced=True)
     seed: int = param(1, kind="integer", help="Seed of every random choice.", minimum=0, advanced=True)
 
@@ -71,6 +62,7 @@ def _run(settings: ReconstructSettings, workspace: Workspace, reporter: Reporter
     from ..core.plots import read_plots
     from ..geotags import read_stations, write_stations
     from ..geotags.control import read_control
+    from ..reconstruction.matchers import plugin_of
     from ..reconstruction.model import FRAME, MODEL_FILES, REPORT
     from ..reconstruction.pipeline import ReconstructOptions, reconstruct_photos
 
@@ -83,10 +75,10 @@ def _run(settings: ReconstructSettings, workspace: Workspace, reporter: Reporter
         write_stations(workspace.path(GEOTAGS), stations)
     workspace.record["crs"] = stations.crs.to_string()
     options = ReconstructOptions(max_features=settings.max_features, threads=settings.threads, seed=settings.seed)
-    plugin = _plugin(settings)
+    plugin = plugin_of(settings.matcher, settings.matcher_weights)
     key = f"{fingerprint(stations.paths)}:{stations.digest()}:{to_json(options)}"
     if plugin:
-        key += f":{fingerprint([plugin.code, plugin.weights])}"
+        key += f":{plugin.digest()}"
     if control:
         key += f":{control.digest()}"
     if settings.calibration:
@@ -119,21 +111,6 @@ def _run(settings: ReconstructSettings, workspace: Workspace, reporter: Reporter
         with reporter.stage("dense", 0.75, 1.0):
             result |= _densify(settings, workspace, plots, dtm, reporter)
     return result
-
-
-def _plugin(settings: ReconstructSettings) -> Any:
-    """The learned matcher asked for, None without; its files are checked before any work."""
-    from ..core.errors import InputError
-    from ..reconstruction.matchers import Plugin, load_matcher
-
-    if settings.matcher is None and settings.matcher_weights is None:
-        return None
-    if settings.matcher is None or settings.matcher_weights is None:
-        given, missing = ("--matcher", "--matcher-weights") if settings.matcher else ("--matcher-weights", "--matcher")
-        raise InputError(f"{given} is given without {missing}: a learned matcher is a Python file and its weights.")
-    plugin = Plugin(settings.matcher, settings.matcher_weights)
-    load_matcher(plugin)
-    return plugin
 
 
 def _read_dtm(settings: ReconstructSettings, crs: Any, plots: list) -> Any:

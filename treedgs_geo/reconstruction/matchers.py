@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from ..core.errors import InputError
+from ..core.files import fingerprint
 
 #: Matches beside those of a pair that is known already are this close (px, Sampson) to its epipolar lines.
 AGREE_PX = 2.0
@@ -45,6 +46,26 @@ class Plugin:
 
     code: Path
     weights: Path
+
+    def digest(self) -> str:
+        """Of both files' contents."""
+        return fingerprint([self.code, self.weights])
+
+
+def plugin_of(code: Path | None, weights: Path | None) -> Plugin | None:
+    """The learned matcher asked for, ``None`` without; it is loaded once, so that a mistake is found before any work.
+
+    Raises:
+        InputError: one of both is missing, or the plug-in cannot be loaded.
+    """
+    if code is None and weights is None:
+        return None
+    if code is None or weights is None:
+        given, missing = ("--matcher", "--matcher-weights") if code else ("--matcher-weights", "--matcher")
+        raise InputError(f"{given} is given without {missing}: a learned matcher is a Python file and its weights.")
+    plugin = Plugin(code, weights)
+    load_matcher(plugin)
+    return plugin
 
 
 def load_matcher(files: Plugin) -> Matcher:

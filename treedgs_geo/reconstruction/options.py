@@ -28,3 +28,20 @@ def calibration_option() -> Any:
         suffixes=(".json",),
         advanced=True,
     )
+
+
+def matcher_option() -> Any:
+    """Setting ``matcher``: a learned matcher of the user's (:mod:`.matchers`)."""
+    return param(
+        None,
+        kind="file",
+        suffixes=(".py",),
+        advanced=True,
+        help="Python file with load(weights) that returns a matcher of two photos (TopicFM, LoFTR, LightGlue ...); its "
+        "matches are used beside SIFT's.",
+    )
+
+
+def matcher_weights_option() -> Any:
+    """Setting ``matcher_weights``: what the learned matcher loads."""
+    return param(None, kind="file", advanced=True, help="Weights that the matcher loads; none come with TreeDGS.")

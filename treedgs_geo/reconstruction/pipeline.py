@@ -214,7 +214,7 @@ class _Work:
         """Where features and matches are kept while the work goes on."""
         key = fingerprint(self.stations.paths) + f"-{self.options.max_features}-{self.options.max_image_size}"
         if self.plugin is not None:
-            key += "-" + fingerprint([self.plugin.code, self.plugin.weights])
+            key += "-" + self.plugin.digest()
         return self.cache_root / f"sfm-{key}"
 
 

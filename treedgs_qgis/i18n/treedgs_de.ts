@@ -1686,6 +1686,22 @@ beginnen von vorn.&lt;/p&gt;
       <translation>camera.json einer früheren Rekonstruktion mit derselben Kamera und Fotogröße; ohne sie gelten die Objektivdaten aus den Metadaten der Fotos.</translation>
     </message>
     <message>
+      <source>Matcher</source>
+      <translation>Matcher (Zuordnung der Merkmale)</translation>
+    </message>
+    <message>
+      <source>Python file with load(weights) that returns a matcher of two photos (TopicFM, LoFTR, LightGlue ...); its matches are used beside SIFT's.</source>
+      <translation>Python-Datei mit load(weights), die einen Matcher zweier Fotos liefert (TopicFM, LoFTR, LightGlue ...); seine Treffer werden neben denen von SIFT verwendet.</translation>
+    </message>
+    <message>
+      <source>Matcher weights</source>
+      <translation>Gewichte des Matchers</translation>
+    </message>
+    <message>
+      <source>Weights that the matcher loads; none come with TreeDGS.</source>
+      <translation>Gewichte, die der Matcher lädt; TreeDGS liefert keine mit.</translation>
+    </message>
+    <message>
       <source>Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is found in the photos.</source>
       <translation>Geländemodell (GeoTIFF) in den Höhen der Geotags; ohne es wird der Boden in den Fotos gesucht.</translation>
     </message>
@@ -2320,22 +2336,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Most features per photo.</source>
       <translation>Höchstzahl der Merkmale je Foto.</translation>
-    </message>
-    <message>
-      <source>Matcher</source>
-      <translation>Matcher (Zuordnung der Merkmale)</translation>
-    </message>
-    <message>
-      <source>Python file with load(weights) that returns a matcher of two photos (TopicFM, LoFTR, LightGlue ...); its matches are used beside SIFT's.</source>
-      <translation>Python-Datei mit load(weights), die einen Matcher zweier Fotos liefert (TopicFM, LoFTR, LightGlue ...); seine Treffer werden neben denen von SIFT verwendet.</translation>
-    </message>
-    <message>
-      <source>Matcher weights</source>
-      <translation>Gewichte des Matchers</translation>
-    </message>
-    <message>
-      <source>Weights that the matcher loads; none come with TreeDGS.</source>
-      <translation>Gewichte, die der Matcher lädt; TreeDGS liefert keine mit.</translation>
     </message>
     <message>
       <source>Processor threads, 0 = all.</source>
@@ -3711,11 +3711,11 @@ beginnen von vorn.&lt;/p&gt;
     </message>
     <message>
       <source>Methods</source>
-      <translation type="unfinished" />
+      <translation>Verfahren</translation>
     </message>
     <message>
       <source>only these methods of the stability suite, by commas</source>
-      <translation type="unfinished" />
+      <translation>nur diese Verfahren der Stabilitätsreihe, durch Kommas getrennt</translation>
     </message>
     <message>
       <source>Only</source>

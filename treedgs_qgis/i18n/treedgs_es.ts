@@ -1685,6 +1685,22 @@ cero.&lt;/p&gt;
       <translation>camera.json de una reconstrucción anterior con la misma cámara y tamaño de foto; si falta, valen los datos de la lente de los metadatos de las fotos.</translation>
     </message>
     <message>
+      <source>Matcher</source>
+      <translation>Emparejador de puntos</translation>
+    </message>
+    <message>
+      <source>Python file with load(weights) that returns a matcher of two photos (TopicFM, LoFTR, LightGlue ...); its matches are used beside SIFT's.</source>
+      <translation>Archivo Python con load(weights) que devuelve un emparejador de dos fotos (TopicFM, LoFTR, LightGlue ...); sus coincidencias se usan junto a las de SIFT.</translation>
+    </message>
+    <message>
+      <source>Matcher weights</source>
+      <translation>Pesos del emparejador</translation>
+    </message>
+    <message>
+      <source>Weights that the matcher loads; none come with TreeDGS.</source>
+      <translation>Pesos que carga el emparejador; TreeDGS no incluye ninguno.</translation>
+    </message>
+    <message>
       <source>Terrain model (GeoTIFF) in the heights of the geotags; without it the ground is found in the photos.</source>
       <translation>Modelo del terreno (GeoTIFF) en las alturas de las geoetiquetas; si falta, el suelo se busca en las fotos.</translation>
     </message>
@@ -2319,22 +2335,6 @@ cero.&lt;/p&gt;
     <message>
       <source>Most features per photo.</source>
       <translation>Máximo de puntos característicos por foto.</translation>
-    </message>
-    <message>
-      <source>Matcher</source>
-      <translation>Emparejador de puntos</translation>
-    </message>
-    <message>
-      <source>Python file with load(weights) that returns a matcher of two photos (TopicFM, LoFTR, LightGlue ...); its matches are used beside SIFT's.</source>
-      <translation>Archivo Python con load(weights) que devuelve un emparejador de dos fotos (TopicFM, LoFTR, LightGlue ...); sus coincidencias se usan junto a las de SIFT.</translation>
-    </message>
-    <message>
-      <source>Matcher weights</source>
-      <translation>Pesos del emparejador</translation>
-    </message>
-    <message>
-      <source>Weights that the matcher loads; none come with TreeDGS.</source>
-      <translation>Pesos que carga el emparejador; TreeDGS no incluye ninguno.</translation>
     </message>
     <message>
       <source>Processor threads, 0 = all.</source>
@@ -3710,11 +3710,11 @@ cero.&lt;/p&gt;
     </message>
     <message>
       <source>Methods</source>
-      <translation type="unfinished" />
+      <translation>Métodos</translation>
     </message>
     <message>
       <source>only these methods of the stability suite, by commas</source>
-      <translation type="unfinished" />
+      <translation>solo estos métodos de la serie de estabilidad, separados por comas</translation>
     </message>
     <message>
       <source>Only</source>
