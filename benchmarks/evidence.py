@@ -119,9 +119,9 @@ def methods_text(folder: Path) -> str:
         f"The tree layer that was evaluated (our default, from photos): RMSE {metrics['rmse_cm']:.2f} cm, "
         f"{metrics['n']} of {metrics['n_reference']} stems.",
     ]
-    for source, row in metrics.get("segmentation", {}).items():
+    for row in metrics.get("segmentation", []):
         lines.append(
-            f"Segmentation of the {source} points: precision {row['precision']}, recall {row['recall']}, F1 "
+            f"Segmentation of the {row['source']} points: precision {row['precision']}, recall {row['recall']}, F1 "
             f"{row['f1']}, IoU {row['iou']}."
         )
     for row in metrics.get("oracle", []):
@@ -129,8 +129,7 @@ def methods_text(folder: Path) -> str:
             f"{row['source']}, {row['fit']}, {row['labels']} labels: RMSE {_cm(row['rmse_cm'])} cm on "
             f"{row['common']} stems."
         )
-    seen = metrics.get("visibility", {}).get("against_truth")
-    if seen:
+    for seen in metrics.get("visibility", {}).get("against_truth", []):
         lines.append(
             f"Free views found from the photos against the simulator: precision {seen['precision']}, recall "
             f"{seen['recall']} over {seen['views']} views, r = {seen['stem_count_r']} over stems."

@@ -17,7 +17,7 @@ import treedgs_geo
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.plots import read_plots
 from treedgs_geo.core.tables import SafeWriter, csv_text, plain_cell, refuse_other_formats, safe_cell, safe_frame
-from treedgs_geo.evaluation.experiments import _table
+from treedgs_geo.evaluation.sections import write_table
 from treedgs_geo.inventory.field_trees import read_table
 from treedgs_geo.inventory.match import read_measured
 from treedgs_geo.inventory.stand.sample import read_sample
@@ -66,7 +66,7 @@ def test_files_hold_no_formula_and_are_read_back(tmp_path):
     trees = [Tree(1, 611300.0, 3718400.0, plot_id=ATTACK, dbh_cm=20.0, species="@x", note="-no", taper_cm_m=-0.8)]
     path = write_trees(tmp_path / "trees.csv", trees, UTM)
     write_csv(tmp_path / "truth.csv", ["plot_id", "lean"], [[ATTACK, -1.5], ["b", None]])
-    _table(tmp_path / "methods.csv", [{"method": ATTACK, "me_cm": -0.25}])
+    write_table(tmp_path / "methods.csv", [{"method": ATTACK, "me_cm": -0.25}])
     for name in ("trees.csv", "truth.csv", "methods.csv"):
         with open(tmp_path / name, newline="", encoding="utf-8") as stream:
             rows = list(csv.reader(stream))

@@ -14,7 +14,7 @@ from rasterio.transform import from_origin
 
 from treedgs_geo.evaluation import methods
 from treedgs_geo.evaluation.experiment_charts import robust_trend
-from treedgs_geo.evaluation.experiments import methods_latex
+from treedgs_geo.evaluation.sections import methods_latex
 from treedgs_geo.evaluation.segmentation import score_segmentation, true_labels
 from treedgs_geo.evaluation.visibility import Stem, agreement, classify, per_stem
 from treedgs_geo.pointcloud.cloud import PointCloud

@@ -4,17 +4,27 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..core.command import Command
 from ..core.progress import Reporter
 from ..core.settings import param
+
+if TYPE_CHECKING:
+    from ..evaluation.plot_files import PlotFiles
 
 
 @dataclass(frozen=True, kw_only=True)
 class EvaluateSettings:
     """Options of ``evaluate``."""
 
+    plots: Path | None = param(
+        None,
+        kind="file",
+        help="several plots at once: CSV with a row a plot and the columns plot_id, trees and truth (or pairs), and "
+        "where there are any lidar, splats, dtm, workspace_in; paths count from the CSV's folder",
+        suffixes=("csv",),
+    )
     pairs: Path | None = param(None, kind="file", help="pairs layer of match-plots, checked by you", suffixes=("gpkg",))
     trees: Path | None = param(
         None,
@@ -82,29 +92,20 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
     from ..core.errors import InputError
     from ..core.files import ensure_writable, fingerprint
     from ..evaluation.compare import compare
-    from ..evaluation.experiments import ExperimentInputs, run_experiments
-    from ..evaluation.methods import Reference
+    from ..evaluation.experiments import ExperimentOptions, run_experiments
+    from ..evaluation.plot_files import pooled_evidence
     from ..evaluation.report import write_evaluation
-    from ..evaluation.tables import evidence_from_pairs, evidence_from_truth, metrics_of
-    from ..inventory.reviewed import reviewed
-    from ..inventory.tree_reading import read_trees
+    from ..evaluation.tables import evidence_from_pairs, metrics_of
 
     ensure_writable(settings.output / "metrics.json")
-    if (settings.pairs is None) == (settings.trees is None) or (settings.trees is None) != (settings.truth is None):
-        raise InputError("Give either --pairs (from match-plots), or both --trees and --truth (a simulated plot).")
+    plots = _plots(settings)
     with reporter.stage("read", 0.0, 0.2):
-        if settings.pairs is not None:
-            inputs = [settings.pairs]
-            evidence = evidence_from_pairs(settings.pairs, settings.min_dbh_cm)
-        else:
-            assert settings.trees is not None and settings.truth is not None
-            inputs = [settings.trees, settings.truth]
-            name = settings.truth.resolve().parent.parent.name if settings.truth.parent.name == "truth" else "plot"
-            trees, _ = reviewed(read_trees(settings.trees), settings.trees)
-            evidence = evidence_from_truth(trees, settings.truth, name or "plot", settings.min_clear_views)
+        evidence = pooled_evidence([plot.evidence(settings.min_dbh_cm, settings.min_clear_views) for plot in plots])
     with reporter.stage("score", 0.2, 0.4):
         metrics = metrics_of(evidence, settings.seed)
-    metrics["inputs"] = {path.name: fingerprint([path]) for path in inputs}
+    given = [path for plot in plots for path in plot.scored]
+    names = [path.name for path in given]
+    metrics["inputs"] = {path.name if names.count(path.name) == 1 else str(path): fingerprint([path]) for path in given}
     metrics["version"] = __version__
     if settings.against is not None:
         if settings.pairs is None:
@@ -115,23 +116,10 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
             **compare(evidence, other, settings.seed),
         }
     more = ""
-    if settings.lidar is not None or settings.splats is not None or settings.workspace_in is not None:
-        reference = (
-            Reference.from_pairs(settings.pairs)
-            if settings.pairs is not None
-            else Reference.from_truth(inputs[1], str(evidence.trees["plot_id"].iloc[0]))
-        )
-        asked = ExperimentInputs(
-            settings.lidar,
-            settings.splats,
-            settings.dtm,
-            settings.workspace_in,
-            settings.truth,
-            settings.holdout_pct / 100,
-            settings.seed,
-        )
+    if any(plot.has_experiments for plot in plots):
+        options = ExperimentOptions(settings.holdout_pct / 100, settings.seed)
         with reporter.stage("experiments", 0.4, 0.9):
-            found, more = run_experiments(asked, reference, settings.output, reporter)
+            found, more = run_experiments(plots, options, settings.output, reporter)
         metrics |= found
     for note in metrics["notes"]:
         reporter.warn(note)
@@ -165,6 +153,26 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
     }
 
 
+def _plots(settings: EvaluateSettings) -> list[PlotFiles]:
+    """The plot of the single files, or those of the table.
+
+    Raises:
+        InputError: both, or neither.
+    """
+    from ..core.errors import InputError
+    from ..evaluation.plot_files import FILES, PlotFiles, read_plot_files
+
+    given = {name: getattr(settings, name) for name in FILES if getattr(settings, name) is not None}
+    if settings.plots is not None:
+        if given or settings.against is not None:
+            one = next(iter(given), "against").replace("_", "-")
+            raise InputError(f"--plots: names the files of every plot, so --{one} cannot be given beside it.")
+        return read_plot_files(settings.plots)
+    plot = PlotFiles(**given)
+    plot.check("Nothing to evaluate")
+    return [plot]
+
+
 COMMAND = Command(
     name="evaluate",
     qgis_id="evaluate",
@@ -177,7 +185,8 @@ COMMAND = Command(
         "mean error (measured minus field), share of trees inside the stated 90 % interval and false trees, per "
         "plot and pooled, with bootstrap intervals by plot. Writes metrics.json, per_plot.csv, trees.csv, "
         "table.tex, charts (SVG and PNG) and evaluation.html. Plots left to a hand check do not count and are "
-        "named. With --lidar and --splats: cylinder, circle and weighted circle on both, p chosen on held-out stems, "
+        "named. With --plots: several plots in one table, with mean, standard deviation and range over plots. With "
+        "--lidar and --splats: cylinder, circle and weighted circle on both, p chosen on held-out stems, "
         "densities, trend over DBH, ablation, and (simulated plots) segmentation scores and true labels. With "
         "--workspace-in: how many photos show breast height, and runtime. Units: centimetres and per "
         "cent; rates in metrics.json are 0 to 1."

@@ -12,6 +12,7 @@ import pandas as pd
 from ..core.files import atomic_path, write_json
 from ..core.tables import safe_frame
 from . import charts
+from .sections import inline, write_text
 from .tables import INTERVALS, PairsEvidence
 
 #: key in metrics.json -> (heading, decimals, factor)
@@ -47,9 +48,9 @@ def write_evaluation(
         "page": folder / "evaluation.html",
         "metrics": folder / "metrics.json",
     }
-    _text(paths["per_plot"], safe_frame(table).to_csv(index=False, lineterminator="\n"))
-    _text(paths["trees"], safe_frame(evidence.trees.round(3)).to_csv(index=False, lineterminator="\n"))
-    _text(paths["table"], latex(metrics))
+    write_text(paths["per_plot"], safe_frame(table).to_csv(index=False, lineterminator="\n"))
+    write_text(paths["trees"], safe_frame(evidence.trees.round(3)).to_csv(index=False, lineterminator="\n"))
+    write_text(paths["table"], latex(metrics))
     figures = {
         "errors": charts.draw_errors(evidence.trees, metrics),
         "scatter": charts.draw_scatter(evidence.trees, evidence.reference),
@@ -58,11 +59,11 @@ def write_evaluation(
     drawn = {}
     for name, figure in figures.items():
         drawn[name] = charts.render(figure, "svg").decode("utf-8")
-        _text(folder / f"{name}.svg", drawn[name])
+        write_text(folder / f"{name}.svg", drawn[name])
         with atomic_path(folder / f"{name}.png") as temporary:
             temporary.write_bytes(charts.render(figure, "png"))
         charts.close(figure)
-    _text(paths["page"], page(metrics, evidence, drawn, facts or {}, more))
+    write_text(paths["page"], page(metrics, evidence, drawn, facts or {}, more))
     write_json(paths["metrics"], metrics)
     return {name: str(path) for name, path in paths.items()}
 
@@ -74,6 +75,9 @@ def latex(metrics: dict) -> str:
     lines = [rf"\begin{{tabular}}{{l{'r' * len(names)}}}", r"\toprule", rf"Plot & {heads} \\", r"\midrule"]
     for plot, row in metrics["per_plot"].items():
         lines.append(rf"{_escape_latex(plot)} & {' & '.join(cell(row, name) for name in names)} \\")
+    if "over_plots" in metrics:
+        spread = [over_plots(metrics, name).replace("±", r"$\pm$").replace("–", "--") or "--" for name in names]
+        lines += [r"\midrule", rf"Mean $\pm$ sd of plots (range) & {' & '.join(spread)} \\"]
     lines += [
         r"\midrule",
         rf"Pooled & {' & '.join(cell(metrics['pooled'], name) for name in names)} \\",
@@ -90,6 +94,17 @@ def cell(row: dict, name: str) -> str:
     return "--" if row[name] is None else f"{row[name] * factor:.{decimals}f}"
 
 
+def over_plots(metrics: dict, name: str) -> str:
+    """``mean ± sd (lowest–highest)`` over plots; empty for what is not averaged."""
+    found = metrics["over_plots"].get(name)
+    if found is None:
+        return ""
+    _, decimals, factor = COLUMNS[name]
+    mean, low, high = (f"{factor * found[key]:.{decimals}f}" for key in ("mean", "low", "high"))
+    sd = "" if found["sd"] is None else f" ± {factor * found['sd']:.{decimals}f}"
+    return f"{mean}{sd} ({low}–{high})"
+
+
 def page(metrics: dict, evidence: PairsEvidence, drawn: dict[str, str], facts: dict[str, str], more: str = "") -> str:
     """The HTML page, charts inside as SVG. more: further sections (:mod:`.experiments`)."""
     pooled, spread = metrics["pooled"], metrics["bootstrap"]
@@ -99,6 +114,9 @@ def page(metrics: dict, evidence: PairsEvidence, drawn: dict[str, str], facts: d
         return f"<tr class='{kind}'><th>{html.escape(name)}</th>{cells}</tr>"
 
     body = [row(name, figures) for name, figures in metrics["per_plot"].items()]
+    if "over_plots" in metrics:
+        cells = "".join(f"<td>{over_plots(metrics, key)}</td>" for key in COLUMNS)
+        body.append(f"<tr><th>mean ± sd of plots (range)</th>{cells}</tr>")
     body += [row("pooled", pooled, "total"), row("pooled, qc_flag = ok only", metrics["ok_only"])]
     body += [row("pooled, as measured", metrics["as_measured"])] if "as_measured" in metrics else []
     factor = {name: COLUMNS[name][2] for name in INTERVALS}
@@ -138,9 +156,9 @@ def page(metrics: dict, evidence: PairsEvidence, drawn: dict[str, str], facts: d
         repeats=spread["repeats"],
         seed=spread["seed"],
         level=f"{100 * spread['level']:.0f}",
-        errors=_inline(drawn["errors"]),
-        scatter=_inline(drawn["scatter"]),
-        plots=_inline(drawn["plots"]),
+        errors=inline(drawn["errors"]),
+        scatter=inline(drawn["scatter"]),
+        plots=inline(drawn["plots"]),
         trees=trees,
         facts="".join(f"<tr><th>{html.escape(k)}</th><td>{html.escape(v)}</td></tr>" for k, v in facts.items()),
     )
@@ -166,16 +184,6 @@ def _against(found: dict) -> str:
         f"{found['n_only_this']} only here, {found['n_only_other']} only there. On the common trees:</p>"
         f"<table><tr><th></th>{heads}</tr>{rows}</table><p>{gain}</p>"
     )
-
-
-def _inline(svg: str) -> str:
-    """The <svg> element alone: XML headers do not belong inside a page."""
-    return svg[svg.index("<svg") :]
-
-
-def _text(path: Path, text: str) -> None:
-    with atomic_path(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
 
 
 def _escape_latex(text: str) -> str:

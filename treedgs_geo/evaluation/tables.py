@@ -228,11 +228,27 @@ def metrics_of(evidence: PairsEvidence, seed: int = 0, repeats: int = 2000) -> d
         "pooled": pooled,
         "per_plot": per_plot,
         "mean_of_plots": means,
+        **_over_plots(per_plot),
         "ok_only": figures(accuracy_of(strict)),
         **_as_measured(evidence),
         "bootstrap": bootstrap(evidence.trees, seed, repeats),
         "notes": [*evidence.notes, *_review_notes(evidence)],
     }
+
+
+def _over_plots(per_plot: dict[str, dict]) -> dict:
+    """``over_plots``: mean, standard deviation and range of each figure over the plots that have it."""
+    if len(per_plot) < 2:
+        return {}
+    spread = {}
+    for name in INTERVALS:
+        known = np.array([plot[name] for plot in per_plot.values() if plot[name] is not None], float)
+        if len(known):
+            sd = float(known.std(ddof=1)) if len(known) > 1 else None
+            values = {"mean": float(known.mean()), "sd": sd, "low": float(known.min()), "high": float(known.max())}
+            spread[name] = {key: None if v is None else round(v, 4) for key, v in values.items()}
+            spread[name]["plots"] = len(known)
+    return {"over_plots": spread}
 
 
 def _as_measured(evidence: PairsEvidence) -> dict:
