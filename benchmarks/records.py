@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import re
 import shlex
 import sys
 from collections.abc import Iterable
@@ -56,3 +57,11 @@ def write_record(target: Path | None, figures: dict[str, Any], seeds: Iterable[i
     if target is not None:
         target.parent.mkdir(parents=True, exist_ok=True)
         write_json(target, {"made_by": made_by(seeds), **figures})
+
+
+def fill_page(page: Path, marker: str, text: str) -> None:
+    """Put ``text`` between ``<!-- marker -->`` and ``<!-- /marker -->`` of a page of the docs."""
+    begin, end = f"<!-- {marker} -->", f"<!-- /{marker} -->"
+    marked = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.S)
+    whole = page.read_text(encoding="utf-8")
+    page.write_text(marked.sub(lambda _: f"{begin}\n{text}\n{end}", whole), encoding="utf-8")

@@ -14,7 +14,9 @@ version=${1:-}
 case $version in
     3.40) suite=trixie ;;
     3.44) suite=sid ;;
-    3.22) exec .venv/bin/python -m pytest -q "${@:-tests/qgis}" ;;
+    3.22)
+        QT_QPA_PLATFORM=offscreen /usr/bin/python3 tools/qgis_run.py --version | head -n 1
+        exec .venv/bin/python -m pytest -q "${@:-tests/qgis}" ;;
     *) fail "'$version' is no version that a Debian suite has: give 3.22 (bookworm, here), 3.40 (trixie) or 3.44 (sid)" ;;
 esac
 root=${TREEDGS_SYSTEMS:-/var/tmp}/treedgs-$suite
