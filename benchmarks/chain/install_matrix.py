@@ -121,8 +121,8 @@ class System:
         if not clone.exists():
             clone.parent.mkdir(parents=True, exist_ok=True)
             subprocess.run(["git", "clone", "-q", "--no-hardlinks", str(ROOT), str(clone)], check=True)
-        subprocess.run(["git", "-C", clone, "fetch", "-q", ROOT, "HEAD"], check=True)
-        subprocess.run(["git", "-C", clone, "reset", "-q", "--hard", "FETCH_HEAD"], check=True)
+        subprocess.run(["git", "-C", str(clone), "fetch", "-q", str(ROOT), "HEAD"], check=True)
+        subprocess.run(["git", "-C", str(clone), "reset", "-q", "--hard", "FETCH_HEAD"], check=True)
 
 
 class OtherPython(System):
