@@ -20,7 +20,7 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from datetime import date
 from pathlib import Path
 from typing import Any
@@ -129,7 +129,7 @@ class OtherPython(System):
     """This system with another Python; a folder holds the clone, its environment and the engine."""
 
     def __init__(self, python: Path, folder: Path) -> None:
-        asked = [python, "-c", "import sys; print('.'.join(map(str, sys.version_info[:2])))"]
+        asked = [str(python), "-c", "import sys; print('.'.join(map(str, sys.version_info[:2])))"]
         version = subprocess.run(asked, check=True, capture_output=True, text=True).stdout.strip()
         super().__init__(f"python {version}", folder)
         self.root, self.python = folder / f"treedgs-python-{version}", python
@@ -151,10 +151,8 @@ class OtherPython(System):
 STEPS = ("packages", "setup", "engine", "quick", "demo")
 
 
-def measure(
-    system: System, steps: Iterable[str], before: dict[str, Any], keep: Callable[[dict[str, Any]], None]
-) -> None:
-    """Steps of one system, in this order; without packages or set-up nothing else is tried. keep: after each step.
+def measure(system: System, steps: Iterable[str], before: dict[str, Any]) -> None:
+    """Steps of one system, in this order; without packages or set-up nothing else is tried. Recorded after each.
 
     before: its row so far, whose other figures stay.
     """
@@ -201,6 +199,18 @@ def measure(
             break
 
 
+def known() -> dict[str, dict[str, Any]]:
+    """The rows so far, by system: read each time, as two runs may go on side by side."""
+    found = json.loads(FIGURES.read_text(encoding="utf-8")) if FIGURES.exists() else {}
+    return {row["suite"]: row for row in found.get("systems", [])}
+
+
+def keep(row: dict[str, Any]) -> None:
+    """Record one row."""
+    rows = {**known(), row["suite"]: row}
+    write_record(FIGURES, {"systems": [rows[name] for name in sorted(rows)]})
+
+
 def table(rows: Iterable[dict[str, Any]]) -> str:
     """The table of the page."""
     lines = [
@@ -239,19 +249,14 @@ def main() -> int:
     parser.add_argument("--systems", type=Path, default=Path("/var/tmp"))
     parser.add_argument("--mirror", default="http://deb.debian.org/debian")
     chosen = parser.parse_args()
-    kept = json.loads(FIGURES.read_text(encoding="utf-8")) if FIGURES.exists() else {}
-    rows = {row["suite"]: row for row in kept.get("systems", [])}
     systems = [System(suite, chosen.systems) for suite in chosen.suites]
     for system in [*systems, *(OtherPython(python.absolute(), chosen.systems) for python in chosen.python)]:
         steps = chosen.steps or [name for name in STEPS if name != "packages" or system in systems]
         system.make(chosen.mirror)
         system.take_clone(anew="setup" in steps)
 
-        def keep(row: dict[str, Any]) -> None:
-            rows[row["suite"]] = row
-            write_record(FIGURES, {"systems": [rows[name] for name in sorted(rows)]})
-
-        measure(system, steps, {} if "setup" in steps else rows.get(system.suite, {}), keep)
+        measure(system, steps, {} if "setup" in steps else known().get(system.suite, {}))
+    rows = known()
     fill_page(PAGE, "systems", table(rows[name] for name in sorted(rows)))
     return 0 if all(step["ok"] for row in rows.values() for step in row["steps"].values()) else 1
 
