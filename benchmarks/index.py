@@ -50,6 +50,7 @@ WRITERS = {
     "matching.json": "benchmarks.reconstruction.matching",
     "install_matrix.json": "benchmarks.chain.install_matrix",
     "qgis_versions.json": "benchmarks.chain.qgis_versions",
+    "wheels.json": "benchmarks.chain.wheels",
     "pairing.json": "benchmarks.inventory.pairing",
     "photo_choice*.json": "benchmarks.photos.choice",
     "photos_side_by_side.json": "benchmarks.photos.side_by_side",

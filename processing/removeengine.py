@@ -11,8 +11,8 @@ from ..treedgs_qgis.algorithm import BaseAlgorithm
 
 HELP = """<p><b>Remove the engine: its libraries, and the Python that was fetched for it.</b></p>
 <p>Do this before you uninstall the plugin, which QGIS removes without it. Engines of former versions go too. Your
-results, workspaces and the logs of former jobs stay (these only if you do not tick them). <b>Set up the engine</b>
-brings it back.</p>"""
+results, workspaces and the logs of former jobs stay (these only if you do not tick them), and so does an engine that
+the plugin in another QGIS profile uses. <b>Set up the engine</b> brings it back.</p>"""
 
 
 class Algorithm(BaseAlgorithm):
@@ -63,6 +63,9 @@ class Algorithm(BaseAlgorithm):
             freed += before - leftovers.size_bytes(jobs)
         text = self.tr("Removed from {folder}: {size} are free again.")
         feedback.pushInfo(text.format(folder=engine.data_dir(), size=extras.in_words(freed / 1e6)))
+        for name, plugin in leftovers.used_elsewhere().items():
+            text = self.tr("{folder} stays: the plugin in {plugin} uses it; run this there too if it is not needed.")
+            feedback.pushWarning(text.format(folder=engine.data_dir() / name, plugin=plugin))
         if kept:
             raise QgsProcessingException(
                 self.tr(

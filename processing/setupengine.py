@@ -13,7 +13,18 @@ from qgis.core import (
     QgsSettings,
 )
 
-from ..treedgs_qgis import compat, engine, environment, extras, gpu, leftovers, locked, own_python, pythons
+from ..treedgs_qgis import (
+    compat,
+    engine,
+    engine_users,
+    environment,
+    extras,
+    gpu,
+    leftovers,
+    locked,
+    own_python,
+    pythons,
+)
 from ..treedgs_qgis.algorithm import BaseAlgorithm
 from ..treedgs_qgis.listener import is_cancelled
 from ..treedgs_qgis.missing import takes
@@ -178,6 +189,8 @@ class Algorithm(BaseAlgorithm):
         """Build, then use it from now on."""
         wheels = self.parameterAsString(parameters, "WHEELS", context)
         target = engine.managed_environment()
+        # Before it is built: no set-up in another profile takes it for a former one.
+        engine_users.uses(engine.data_dir(), engine.PLUGIN_ROOT, target.name)
         try:
             if self.parameterAsBoolean(parameters, "REBUILD", context):
                 environment.remove(target)

@@ -112,23 +112,29 @@ def write(path: Path, source: str, lines: list[str]) -> None:
     print(f"{path.relative_to(ROOT)}: {len(lines)} lines, {text.count('sha256:')} hashes")
 
 
-def main() -> int:
-    """Resolve and write. ``--dev``: only the developers' list, beside the engine's as it is."""
+def uv_program() -> Path:
+    """uv, in an environment of its own."""
     folder = ROOT / ".setup" / "uv"
-    python = folder / "bin" / "python"
     if not (folder / "bin" / "uv").exists():
         venv.create(folder, with_pip=True, clear=True)
-        subprocess.run([python, "-m", "pip", "install", "-q", "--disable-pip-version-check", "uv"], check=True)
+        command = [folder / "bin" / "python", "-m", "pip", "install", "-q", "--disable-pip-version-check", "uv"]
+        subprocess.run(command, check=True)
+    return folder / "bin" / "uv"
+
+
+def main() -> int:
+    """Resolve and write. ``--dev``: only the developers' list, beside the engine's as it is."""
+    uv = uv_program()
     try:
         if "--dev" in sys.argv[1:]:
             listed = LOCKED.read_text(encoding="utf-8").splitlines()
             engine = [line.partition("  #")[0] for line in listed if line and line[0] != "#"]
         else:
-            engine = resolve(folder / "bin" / "uv", [line for part in wanted().values() for line in part], [])
-            write(LOCKED, "requirements.txt", by_extra(folder / "bin" / "uv", engine))
-            write(UV_LOCKED, "tools/write_lock.py", resolve(folder / "bin" / "uv", [UV], []))
+            engine = resolve(uv, [line for part in wanted().values() for line in part], [])
+            write(LOCKED, "requirements.txt", by_extra(uv, engine))
+            write(UV_LOCKED, "tools/write_lock.py", resolve(uv, [UV], []))
         names = {name_of(line) for line in engine}
-        dev = resolve(folder / "bin" / "uv", wanted_by_developers(), engine)
+        dev = resolve(uv, wanted_by_developers(), engine)
         write(DEV, "pyproject.toml", [line for line in dev if name_of(line) not in names])
     except RuntimeError as problem:
         print(f"error: {problem}", file=sys.stderr)

@@ -22,7 +22,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, Any
 
-from . import extras
+from . import engine_users, extras
 from .exits import explain_exit
 from .groups import own_group, stop_group
 from .missing import EngineCancelled, EngineError, EngineMissing, how_to_install, takes
@@ -148,6 +148,8 @@ def find_engine(setting: str = "", modules: Iterable[str] = ()) -> Engine:
         if python.exists():
             try:
                 _check(python, source, modules)
+                if folder == managed_environment():
+                    engine_users.uses(data_dir(), PLUGIN_ROOT, folder.name)
                 return Engine(python, source)
             except EngineMissing as problem:
                 problem.broken = not problem.parts

@@ -11,13 +11,14 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from .engine import data_dir, managed_environment, python_in
+from . import engine_users
+from .engine import PLUGIN_ROOT, data_dir, managed_environment, python_in
 from .pythons import no_window
 
 #: pip's own copies while it installs: kept when it is cut short, so that the next try does not begin anew.
 PIP_CACHE = "pip-cache"
 _ENVIRONMENT = re.compile(r"engine-[0-9a-f]{10}(-going)?")
-_LIST = re.compile(r"engine-[0-9a-f]{10}-\w+\.txt")
+_LIST = re.compile(r"(engine-[0-9a-f]{10})-\w+\.txt")
 
 
 def size_bytes(path: Path) -> int:
@@ -78,34 +79,39 @@ def remove_folder(folder: Path) -> int:
 
 
 def remove_former() -> tuple[int, list[Path]]:
-    """Environments of other lists than today's, and pip's copies: the bytes freed, and what is still in use."""
-    current = managed_environment()
-    freed = _remove_file_tree(data_dir() / PIP_CACHE)
-    kept: list[Path] = []
-    for folder in environments():
-        if folder != current:
-            freed += remove_folder(folder)
-            kept += [folder] if folder.exists() else []
-    for path in _lists():
-        if not path.name.startswith(current.name):
-            freed += _remove_file_tree(path)
-    return freed, kept
+    """Environments of other lists than today's, and pip's copies: the bytes freed, and what is still in use.
+
+    Those that the plugin in another profile or version of QGIS uses stay.
+    """
+    return _remove_engines({managed_environment().name, *used_elsewhere()})
 
 
 def remove_all() -> tuple[int, list[Path]]:
-    """Every engine, the Python that was fetched for them, pip's copies: the bytes freed, and what is still in use."""
-    freed, kept = 0, []
-    for folder in environments():
-        freed += remove_folder(folder)
-        kept += [folder] if folder.exists() else []
-    # The environments stand on the fetched Python: while one is in use it stays too.
-    others = [data_dir() / PIP_CACHE, *_lists(), *([] if kept else [data_dir() / "python"])]
-    return freed + sum(map(_remove_file_tree, others)), kept
+    """As :func:`remove_former`, today's environment and the Python that was fetched for them too."""
+    engine_users.leaves(data_dir(), PLUGIN_ROOT)
+    freed, kept = _remove_engines(set(used_elsewhere()))
+    # The environments stand on the fetched Python: while one is there it stays too.
+    return freed + (0 if environments() else _remove_file_tree(data_dir() / "python")), kept
 
 
-def _lists() -> list[Path]:
+def used_elsewhere() -> dict[str, str]:
+    """Names of environments that other plugin folders use, and such a folder each."""
+    there = {path.name for path in environments()}
+    return {name: plugin for name, plugin in engine_users.of_others(data_dir(), PLUGIN_ROOT).items() if name in there}
+
+
+def _remove_engines(needed: set[str]) -> tuple[int, list[Path]]:
+    """All environments and lists but the needed, and pip's copies: the bytes freed, and what is still in use."""
     base = data_dir()
-    return [path for path in base.iterdir() if _LIST.fullmatch(path.name)] if base.is_dir() else []
+    freed, kept = _remove_file_tree(base / PIP_CACHE), []
+    for folder in environments():
+        if folder.name not in needed:
+            freed += remove_folder(folder)
+            kept += [folder] if folder.exists() else []
+    for path in base.iterdir() if base.is_dir() else ():
+        if (named := _LIST.fullmatch(path.name)) and named[1] not in needed:
+            freed += _remove_file_tree(path)
+    return freed, kept
 
 
 def _remove_file_tree(path: Path) -> int:

@@ -17,7 +17,7 @@ from qgis_helpers import stems_cloud
 
 load("treedgs_shell", ROOT / "treedgs_qgis" / "__init__.py", ROOT / "treedgs_qgis")
 maker = load("treedgs_tools_make_sample", ROOT / "tools" / "make_sample.py")
-from treedgs_shell import locked, pip_meter, pythons  # noqa: E402
+from treedgs_shell import engine_users, locked, pip_meter, pythons  # noqa: E402
 
 #: A Python that makes environments; the wheels are those of this one.
 BASE = Path(sys.base_prefix) / "bin" / "python3"
@@ -165,6 +165,12 @@ def test_upgrade_and_repair_without_network_keep_jobs_and_removing_frees_the_dis
     former.mkdir()
     (former / "library.so").write_bytes(bytes(30_000_000))
     (home / "engine-notours").mkdir()
+    # The engine of an older plugin, in the profile of another QGIS.
+    elsewhere, theirs = tmp_path / "perfil 3.22" / "treedgs", home / "engine-aaaaaaaaaa"
+    elsewhere.mkdir(parents=True)
+    (elsewhere / "metadata.txt").write_text("[general]")
+    theirs.mkdir()
+    engine_users.uses(home, elsewhere, theirs.name)
 
     def run(algorithm: str, *words: str) -> subprocess.CompletedProcess:
         return ran(newcomer, algorithm, *words, network=False, TREEDGS_HOME=str(home))
@@ -174,6 +180,7 @@ def test_upgrade_and_repair_without_network_keep_jobs_and_removing_frees_the_dis
     assert done.returncode == 0, done.stdout + done.stderr
     assert "30 MB free again" in done.stdout
     assert (job / "engine.log").read_text() == "kept" and not former.exists() and (home / "engine-notours").exists()
+    assert theirs.exists()
     # What it built imports every library for real.
     done = run("checkengine")
     assert done.returncode == 0, done.stdout + done.stderr
@@ -195,9 +202,12 @@ def test_upgrade_and_repair_without_network_keep_jobs_and_removing_frees_the_dis
     freed = float(next(line.split()[-1] for line in done.stdout.splitlines() if line.startswith("FREED_GB")))
     assert 0.9 < freed < 1.6
     assert job.exists()
-    assert not [path for path in home.iterdir() if path.name not in ("engine-notours", "jobs")]
+    assert f"{theirs} stays: the plugin in {elsewhere} uses it" in done.stdout
+    assert {path.name for path in home.iterdir()} == {"engine-notours", "jobs", "users", theirs.name}
+    # Once that plugin is gone, so is its engine.
+    shutil.rmtree(elsewhere)
     done = run("removeengine", "JOBS=true")
-    assert done.returncode == 0 and not (home / "jobs").exists()
+    assert done.returncode == 0 and [path.name for path in home.iterdir()] == ["engine-notours"]
 
 
 def test_the_meter_reads_what_pip_prints(tmp_path):

@@ -34,12 +34,12 @@
     <message>
       <source>&lt;p&gt;&lt;b&gt;Remove the engine: its libraries, and the Python that was fetched for it.&lt;/b&gt;&lt;/p&gt;
 &lt;p&gt;Do this before you uninstall the plugin, which QGIS removes without it. Engines of former versions go too. Your
-results, workspaces and the logs of former jobs stay (these only if you do not tick them). &lt;b&gt;Set up the engine&lt;/b&gt;
-brings it back.&lt;/p&gt;</source>
+results, workspaces and the logs of former jobs stay (these only if you do not tick them), and so does an engine that
+the plugin in another QGIS profile uses. &lt;b&gt;Set up the engine&lt;/b&gt; brings it back.&lt;/p&gt;</source>
       <translation>&lt;p&gt;&lt;b&gt;Entfernt den Rechenkern: seine Bibliotheken und das Python, das für ihn geholt wurde.&lt;/b&gt;&lt;/p&gt;
 &lt;p&gt;Tun Sie das, bevor Sie die Erweiterung deinstallieren; QGIS entfernt sie ohne ihn. Rechenkerne früherer Versionen
 gehen auch. Ihre Ergebnisse, Arbeitsordner und die Protokolle früherer Aufträge bleiben (diese nur, wenn Sie sie nicht
-ankreuzen). &lt;b&gt;Rechenkern einrichten&lt;/b&gt; bringt ihn zurück.&lt;/p&gt;</translation>
+ankreuzen), ebenso ein Rechenkern, den die Erweiterung in einem anderen QGIS-Profil benutzt. &lt;b&gt;Rechenkern einrichten&lt;/b&gt; bringt ihn zurück.&lt;/p&gt;</translation>
     </message>
     <message>
       <source>Remove the engine</source>
@@ -64,6 +64,10 @@ ankreuzen). &lt;b&gt;Rechenkern einrichten&lt;/b&gt; bringt ihn zurück.&lt;/p&g
     <message>
       <source>The logs of the last 20 jobs; results lie where you wrote them and always stay.</source>
       <translation>Die Protokolle der letzten 20 Aufträge; Ergebnisse liegen, wo Sie sie hingeschrieben haben, und bleiben immer.</translation>
+    </message>
+    <message>
+      <source>{folder} stays: the plugin in {plugin} uses it; run this there too if it is not needed.</source>
+      <translation>{folder} bleibt: Die Erweiterung in {plugin} benutzt ihn; starten Sie dies auch dort, falls er nicht gebraucht wird.</translation>
     </message>
     <message>
       <source>Disk that became free, GB</source>

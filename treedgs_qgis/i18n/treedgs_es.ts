@@ -34,12 +34,12 @@
     <message>
       <source>&lt;p&gt;&lt;b&gt;Remove the engine: its libraries, and the Python that was fetched for it.&lt;/b&gt;&lt;/p&gt;
 &lt;p&gt;Do this before you uninstall the plugin, which QGIS removes without it. Engines of former versions go too. Your
-results, workspaces and the logs of former jobs stay (these only if you do not tick them). &lt;b&gt;Set up the engine&lt;/b&gt;
-brings it back.&lt;/p&gt;</source>
+results, workspaces and the logs of former jobs stay (these only if you do not tick them), and so does an engine that
+the plugin in another QGIS profile uses. &lt;b&gt;Set up the engine&lt;/b&gt; brings it back.&lt;/p&gt;</source>
       <translation>&lt;p&gt;&lt;b&gt;Quita el motor: sus bibliotecas y el Python que se bajó para él.&lt;/b&gt;&lt;/p&gt;
 &lt;p&gt;Hágalo antes de desinstalar el complemento, que QGIS quita sin él. Los motores de versiones anteriores también se
-van. Sus resultados, carpetas de trabajo y los registros de trabajos anteriores quedan (estos solo si no los marca).
-&lt;b&gt;Instalar el motor&lt;/b&gt; lo trae de nuevo.&lt;/p&gt;</translation>
+van. Sus resultados, carpetas de trabajo y los registros de trabajos anteriores quedan (estos solo si no los marca),
+y también un motor que usa el complemento en otro perfil de QGIS. &lt;b&gt;Instalar el motor&lt;/b&gt; lo trae de nuevo.&lt;/p&gt;</translation>
     </message>
     <message>
       <source>Remove the engine</source>
@@ -64,6 +64,10 @@ van. Sus resultados, carpetas de trabajo y los registros de trabajos anteriores 
     <message>
       <source>The logs of the last 20 jobs; results lie where you wrote them and always stay.</source>
       <translation>Los registros de los últimos 20 trabajos; los resultados están donde usted los escribió y siempre quedan.</translation>
+    </message>
+    <message>
+      <source>{folder} stays: the plugin in {plugin} uses it; run this there too if it is not needed.</source>
+      <translation>{folder} queda: lo usa el complemento en {plugin}; ejecute esto también allí si no hace falta.</translation>
     </message>
     <message>
       <source>Disk that became free, GB</source>
