@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import platform
 import re
 from pathlib import Path
 
+from .pythons import MINORS
 from .words import tr
 
 #: pip's last words when the index cannot be reached.
@@ -44,6 +46,11 @@ def why_pip_failed(
             "{wheels}: has no wheel of {name} for Python {python} on this system; make the folder with this Python's "
             "version on the same system, or choose another Python (PYTHON)."
         ).format(**words, name=missing[-1])
+    if missing and not _NETWORK.search(said) and python and python[0] == 3 and python[1] in MINORS:
+        return tr(
+            "{name} has no ready-made package (wheel) for this system ({system}, Python {python}); the engine runs on "
+            "Windows x64, on Linux x86-64, and on macOS 14 or newer with an Apple processor. The network works."
+        ).format(**words, name=missing[-1], system=this_system())
     if missing and not _NETWORK.search(said):
         return tr(
             "{name} has no ready-made package (wheel) for Python {python} on this system; install Python 3.12 and name "
@@ -58,3 +65,10 @@ def why_pip_failed(
         "pip could not install {packages} into {target}; read the lines above: without network give a folder of "
         "wheels, behind a proxy set HTTPS_PROXY, then run this again."
     ).format(**words)
+
+
+def this_system() -> str:
+    """Its name, version and processor, like ``macOS 13.6, x86_64``."""
+    mac = platform.mac_ver()[0]
+    name = f"macOS {mac}" if mac else f"{platform.system()} {platform.release()}"
+    return f"{name}, {platform.machine()}"

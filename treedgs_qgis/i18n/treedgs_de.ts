@@ -1006,6 +1006,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>{wheels}: enthält kein Wheel von {name} für Python {python} auf diesem System; füllen Sie den Ordner mit derselben Python-Version auf dem gleichen System, oder wählen Sie ein anderes Python (PYTHON).</translation>
     </message>
     <message>
+      <source>{name} has no ready-made package (wheel) for this system ({system}, Python {python}); the engine runs on Windows x64, on Linux x86-64, and on macOS 14 or newer with an Apple processor. The network works.</source>
+      <translation>{name} hat kein fertiges Paket (Wheel) für dieses System ({system}, Python {python}); der Rechenkern läuft unter Windows x64, Linux x86-64 und macOS 14 oder neuer mit Apple-Prozessor. Das Netz funktioniert.</translation>
+    </message>
+    <message>
       <source>{name} has no ready-made package (wheel) for Python {python} on this system; install Python 3.12 and name it (PYTHON), and run this again. The network works.</source>
       <translation>{name} hat kein fertiges Paket (Wheel) für Python {python} auf diesem System; installieren Sie Python 3.12, geben Sie es an (PYTHON) und starten Sie noch einmal. Das Netz funktioniert.</translation>
     </message>
