@@ -49,7 +49,7 @@ def why_pip_failed(
     if missing and not _NETWORK.search(said) and python and python[0] == 3 and python[1] in MINORS:
         return tr(
             "{name} has no ready-made package (wheel) for this system ({system}, Python {python}); the engine runs on "
-            "Windows x64, on Linux x86-64, and on macOS 14 or newer with an Apple processor. The network works."
+            "Windows x64, on Linux x86-64, and on macOS 15 or newer with an Apple processor. The network works."
         ).format(**words, name=missing[-1], system=this_system())
     if missing and not _NETWORK.search(said):
         return tr(

@@ -30,9 +30,9 @@ SYSTEMS = (
     ("x86_64-manylinux_2_28", "", "Linux x86-64, glibc 2.28 (2018)"),
     ("x86_64-manylinux_2_35", "", "Linux x86-64, glibc 2.35 (2022)"),
     ("x86_64-pc-windows-msvc", "", "Windows x64"),
+    ("aarch64-apple-darwin", "15.0", "macOS 15, Apple processor"),
     ("aarch64-apple-darwin", "14.0", "macOS 14, Apple processor"),
-    ("aarch64-apple-darwin", "13.0", "macOS 13, Apple processor"),
-    ("x86_64-apple-darwin", "14.0", "macOS 14, Intel processor"),
+    ("x86_64-apple-darwin", "15.0", "macOS 15, Intel processor"),
     ("aarch64-manylinux_2_35", "", "Linux ARM"),
 )
 
@@ -45,7 +45,7 @@ def resolved(uv: Path, python: str, system: str, macos: str, listed: Path) -> di
     done = subprocess.run(list(map(str, command)), capture_output=True, text=True, env=variables)
     if done.returncode == 0:
         return {"libraries": sum("==" in line for line in done.stdout.splitlines()), "lacks": ""}
-    named = re.search(r"Because (\S+)==(\S+) has no wheels", done.stderr)
+    named = re.search(r"Because (\S+)==(\S+) has no (?:usable )?wheels", done.stderr)
     if named is None:
         raise RuntimeError(done.stderr.strip()[-800:])
     return {"libraries": 0, "lacks": f"{named[1]} {named[2]}"}

@@ -308,7 +308,7 @@ def test_a_library_without_a_wheel_is_not_called_a_network_problem(tmp_path):
     assert text.startswith("cloth-simulation-filter has no ready-made package (wheel) for Python 3.15")
     # Another Python would not help an old system, or another processor.
     text = why(online, "the locked list", tmp_path, (3, 14))
-    assert pipwords.this_system() in text and "macOS 14" in text and "install Python" not in text
+    assert pipwords.this_system() in text and "macOS 15" in text and "install Python" not in text
     offline = "WARNING: Retrying (Retry(total=4)) after connection broken by 'NewConnectionError(...)'\n" + online
     assert "could not reach the package index" in why(offline, "the locked list", tmp_path, (3, 14))
     assert "is full" in why("ERROR: Could not install packages due to an OSError: [Errno 28] No space left on device",

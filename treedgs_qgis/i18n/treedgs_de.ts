@@ -1006,8 +1006,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>{wheels}: enthält kein Wheel von {name} für Python {python} auf diesem System; füllen Sie den Ordner mit derselben Python-Version auf dem gleichen System, oder wählen Sie ein anderes Python (PYTHON).</translation>
     </message>
     <message>
-      <source>{name} has no ready-made package (wheel) for this system ({system}, Python {python}); the engine runs on Windows x64, on Linux x86-64, and on macOS 14 or newer with an Apple processor. The network works.</source>
-      <translation>{name} hat kein fertiges Paket (Wheel) für dieses System ({system}, Python {python}); der Rechenkern läuft unter Windows x64, Linux x86-64 und macOS 14 oder neuer mit Apple-Prozessor. Das Netz funktioniert.</translation>
+      <source>{name} has no ready-made package (wheel) for this system ({system}, Python {python}); the engine runs on Windows x64, on Linux x86-64, and on macOS 15 or newer with an Apple processor. The network works.</source>
+      <translation>{name} hat kein fertiges Paket (Wheel) für dieses System ({system}, Python {python}); der Rechenkern läuft unter Windows x64, Linux x86-64 und macOS 15 oder neuer mit Apple-Prozessor. Das Netz funktioniert.</translation>
     </message>
     <message>
       <source>{name} has no ready-made package (wheel) for Python {python} on this system; install Python 3.12 and name it (PYTHON), and run this again. The network works.</source>

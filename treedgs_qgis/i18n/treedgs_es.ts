@@ -1005,8 +1005,8 @@ cero.&lt;/p&gt;
       <translation>{wheels}: no tiene wheel de {name} para Python {python} en este sistema; llene la carpeta con esa versión de Python en el mismo sistema, o elija otro Python (PYTHON).</translation>
     </message>
     <message>
-      <source>{name} has no ready-made package (wheel) for this system ({system}, Python {python}); the engine runs on Windows x64, on Linux x86-64, and on macOS 14 or newer with an Apple processor. The network works.</source>
-      <translation>{name} no tiene paquete listo (wheel) para este sistema ({system}, Python {python}); el motor funciona en Windows x64, Linux x86-64 y macOS 14 o posterior con procesador Apple. La red funciona.</translation>
+      <source>{name} has no ready-made package (wheel) for this system ({system}, Python {python}); the engine runs on Windows x64, on Linux x86-64, and on macOS 15 or newer with an Apple processor. The network works.</source>
+      <translation>{name} no tiene paquete listo (wheel) para este sistema ({system}, Python {python}); el motor funciona en Windows x64, Linux x86-64 y macOS 15 o posterior con procesador Apple. La red funciona.</translation>
     </message>
     <message>
       <source>{name} has no ready-made package (wheel) for Python {python} on this system; install Python 3.12 and name it (PYTHON), and run this again. The network works.</source>
