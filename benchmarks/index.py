@@ -49,6 +49,7 @@ WRITERS = {
     "large_photos.json": "benchmarks.photos.large_photos",
     "matching.json": "benchmarks.reconstruction.matching",
     "install_matrix.json": "benchmarks.chain.install_matrix",
+    "qgis_versions.json": "benchmarks.chain.qgis_versions",
     "wheels.json": "benchmarks.chain.wheels",
     "pairing.json": "benchmarks.inventory.pairing",
     "photo_choice*.json": "benchmarks.photos.choice",
