@@ -24,6 +24,7 @@ WRITERS = {
     "campaign_*.json": "benchmarks.campaign.campaigns",
     "cancel_time.json": "benchmarks.chain.cancel_time",
     "circle_stage.json": "benchmarks.clouds.circle_stage",
+    "cold_start.json": "benchmarks.chain.cold_start",
     "cost.*": "benchmarks.evidence",
     "demo-*": "benchmarks.evidence",
     "dense_clouds.json": "benchmarks.clouds.dense_clouds",

@@ -26,16 +26,17 @@ from ..treedgs_qgis import (
     pythons,
 )
 from ..treedgs_qgis.algorithm import BaseAlgorithm
-from ..treedgs_qgis.listener import is_cancelled
+from ..treedgs_qgis.listener import duration, is_cancelled
 from ..treedgs_qgis.missing import takes
 from ..treedgs_qgis.pip_meter import Meter
 
 HELP = """<p><b>Install the libraries that the TreeDGS algorithms need, in an environment of their own.</b></p>
 <p>Makes a Python environment in your data folder (or in TREEDGS_HOME; {takes} at 50 Mbit/s), and installs the locked
 list of libraries with pip. QGIS and its Python are not touched. Python 3.10 to 3.14 with venv is found on this
-computer, or fetched for the engine alone. It needs the network or a folder of wheels. What was cut short is taken up by
-running it again. Engines of former versions are removed in the end; jobs and results stay. <b>Remove the engine</b>
-frees the disk.</p>
+computer, or fetched for the engine alone. It needs the network or a folder of wheels. In the end the parts of TreeDGS
+that compute most are compiled for this processor, so that the first job does not wait for it. What was cut short is
+taken up by running it again. Engines of former versions are removed in the end; jobs and results stay. <b>Remove the
+engine</b> frees the disk.</p>
 <p>Parts that not everybody needs are ticked; run it again to add one. What is there stays, unless you start from
 scratch.</p>
 <p>On a machine with <code>make</code>, <code>make setup</code> does the same for the repository.</p>"""
@@ -141,12 +142,13 @@ class Algorithm(BaseAlgorithm):
                 raise
         return own_python.fetch(folder, run, feedback.pushInfo)
 
-    def runner(self, meter, target, feedback):
-        """Starts commands for :mod:`environment`: their lines go to the log, ``meter`` to the progress bar."""
+    def runner(self, meter, target, feedback, share):
+        """Starts commands for :mod:`environment`: their lines go to the log, ``meter`` to the first ``share`` of the
+        progress bar."""
         said = [""]
 
         def tell():
-            feedback.setProgress(100 * meter.fraction)
+            feedback.setProgress(100 * share * meter.fraction)
             # A line of the log each: not for every megabyte.
             words = meter.message.split(" (")[0]
             if words != said[0]:
@@ -201,12 +203,10 @@ class Algorithm(BaseAlgorithm):
             listed = locked.write_list(build, target.with_name(f"{target.name}-{build}.txt"), extras=chosen)
             parts = [*chosen, *([extras.GPU] if build == "cuda" else [])]
             fresh = parts if environment.read_record(target) else ["", *parts]
-            meter = Meter(
-                sum(map(extras.download_mb, fresh)),
-                sum(map(extras.download_s, fresh)),
-                sum(map(extras.install_s, fresh)),
-            )
-            run = self.runner(meter, target, feedback)
+            download_s, install_s = sum(map(extras.download_s, fresh)), sum(map(extras.install_s, fresh))
+            meter = Meter(sum(map(extras.download_mb, fresh)), download_s, install_s)
+            share = (download_s + install_s) / (download_s + install_s + extras.compile_s())
+            run = self.runner(meter, target, feedback, share)
             environment.build(
                 target,
                 [listed],
@@ -221,6 +221,7 @@ class Algorithm(BaseAlgorithm):
                 ),
                 cache=engine.data_dir() / leftovers.PIP_CACHE,
             )
+            self.compile(target, feedback, share)
         except (environment.SetupError, engine.EngineError, OSError) as problem:
             if feedback.isCanceled():
                 raise QgsProcessingException(self.tr("Stopped; run it again to go on where it ended.")) from None
@@ -235,6 +236,30 @@ class Algorithm(BaseAlgorithm):
                 ).format(path=configured)
             )
         return {"ENGINE": str(engine.python_in(target))}
+
+    def compile(self, target, feedback, share):
+        """Fill the engine's cache of compiled code; ``share``: where the progress bar stands. Jobs run without it."""
+        words = self.tr("Compiling for this processor, once, so that the first job is quick")
+        feedback.setProgressText(words)
+
+        def heard(message):
+            if message["t"] == "progress":
+                feedback.setProgress(100 * (share + (1 - share) * float(message["fraction"])))
+            elif message["t"] == "warn":
+                feedback.pushWarning(str(message["message"]))
+
+        chosen = engine.Engine(engine.python_in(target), "treedgs:setupengine")
+        try:
+            job = engine.new_job_dir("doctor")
+            done = engine.run_job(chosen, "doctor", {"compile": True}, job, heard, lambda: is_cancelled(feedback))
+        except engine.EngineCancelled:
+            raise
+        except (engine.EngineError, OSError) as problem:
+            text = self.tr("The engine is set up, but it could not compile ahead; the first job will: {why}")
+            feedback.pushWarning(text.format(why=problem))
+            return
+        text = self.tr("{count} functions compiled in {time}.")
+        feedback.pushInfo(text.format(count=done.result.get("n_compiled", 0), time=duration(done.seconds)))
 
     def tidy(self, feedback):
         """Engines of former versions of the plugin, and what pip kept, are not needed any more."""

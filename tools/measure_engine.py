@@ -1,16 +1,18 @@
 """What the engine and each of its extras take: ``treedgs_qgis/extras.json`` and the table of the docs.
 
-    .venv/bin/python tools/measure_engine.py [--python PYTHON]
+    .venv/bin/python tools/measure_engine.py [--python PYTHON] [--only-compiling]
 
 The locked list of the engine alone is installed as ``treedgs:setupengine`` does, and then each extra's own libraries:
 what pip downloads, what the folder grows by (megabytes of 10^6 bytes), the seconds here, and what the download takes at
-50 Mbit/s. Network, 3 GB of disk, some minutes.
+50 Mbit/s. Network, 3 GB of disk, some minutes. Then, in this very environment, the processor seconds of compiling ahead
+(``treedgs doctor --compile`` with nothing compiled): they say the same on a busy machine.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import platform
 import re
 import shutil
@@ -46,6 +48,17 @@ def pip(python: Path, *words: object) -> float:
     return time.perf_counter() - began
 
 
+def compiling_s() -> float:
+    """Processor seconds of compiling ahead, in all of its processes."""
+    with tempfile.TemporaryDirectory() as cache:
+        words = [sys.executable, "-m", "treedgs_geo", "doctor", "--compile", "--log-format", "quiet"]
+        env = {**os.environ, "NUMBA_CACHE_DIR": cache, "PYTHONPATH": str(ROOT)}
+        before = os.times()
+        subprocess.run(words, check=True, cwd=cache, env=env, stdout=subprocess.DEVNULL)
+        after = os.times()
+    return after.children_user + after.children_system - before.children_user - before.children_system
+
+
 def table(parts: dict[str, dict[str, float]], where: str) -> str:
     """The table of the page."""
     from treedgs_qgis import extras
@@ -64,11 +77,28 @@ def table(parts: dict[str, dict[str, float]], where: str) -> str:
 
 def main() -> int:
     """Measure and write."""
-    from treedgs_qgis import environment, extras, locked
+    from treedgs_qgis import extras
 
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--python", default=sys.executable)
-    python = parser.parse_args().python
+    parser.add_argument("--only-compiling", action="store_true", help="keep the other figures")
+    chosen = parser.parse_args()
+    figures = json.loads(extras.SIZES.read_text(encoding="utf-8"))
+    if not chosen.only_compiling:
+        where = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
+        figures.update(where=where, parts=installed(chosen.python))
+        page = PAGE.read_text(encoding="utf-8")
+        marked = re.compile(f"{re.escape(BEGIN)}.*?{re.escape(END)}", re.S)
+        PAGE.write_text(marked.sub(lambda _: table(figures["parts"], where), page), encoding="utf-8")
+    figures["compile_cpu_s"] = round(compiling_s())
+    extras.SIZES.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+    return 0
+
+
+def installed(python: str) -> dict[str, dict[str, float]]:
+    """What each part takes."""
+    from treedgs_qgis import environment, extras, locked
+
     parts: dict[str, dict[str, float]] = {}
     with tempfile.TemporaryDirectory() as folder:
         scratch = Path(folder)
@@ -94,13 +124,7 @@ def main() -> int:
             parts[name] = {"download_mb": round(size_mb(wheels)), "disk_mb": round(disk), "install_s": round(seconds)}
             print(name, parts[name], flush=True)
             shutil.rmtree(wheels)
-    where = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
-    figures = {"written_by": "tools/measure_engine.py", "where": where, "parts": parts}
-    extras.SIZES.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
-    page = PAGE.read_text(encoding="utf-8")
-    marked = re.compile(f"{re.escape(BEGIN)}.*?{re.escape(END)}", re.S)
-    PAGE.write_text(marked.sub(lambda _: table(parts, where), page), encoding="utf-8")
-    return 0
+    return parts
 
 
 if __name__ == "__main__":

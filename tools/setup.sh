@@ -66,7 +66,12 @@ python=$(find_python)
 "$python" -m treedgs_qgis.environment --target .venv --key "$key" --python "$(command -v "$python")" --log .setup/pip.log \
     || fail "the engine environment .venv is not complete; read the lines above and run this again."
 
-# 3. QGIS with this repository as its plugin, in a profile of its own.
+# 3. What jobs run compiled, once for this processor; a job compiles what is missing.
+say "Compiling what jobs run compiled, once for this processor"
+.venv/bin/treedgs doctor --compile --log-format plain >.setup/compile.log 2>&1 \
+    || say "  that failed (.setup/compile.log); the first job takes some minutes longer"
+
+# 4. QGIS with this repository as its plugin, in a profile of its own.
 .venv/bin/python tools/qgis_run.py --make-profile || fail "the private QGIS profile in .setup could not be made."
 
 printf '%s\n' "$key $PWD" >"$stamp"

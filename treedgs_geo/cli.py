@@ -18,6 +18,7 @@ from .core.command import Command, describe, ordered_params
 from .core.errors import Cancelled, Incomplete, InputError, OutputError, TreeDGSError
 from .core.extras import lacks
 from .core.files import no_empty_folders
+from .core.machine import ensure_code_cache
 from .core.progress import PROTOCOL, Reporter, make_reporter
 from .core.settings import Param, build, params_of
 from .core.shortage import shortage_of
@@ -30,6 +31,7 @@ def main(arguments: list[str] | None = None) -> int:
 
     # Numba warns every user of a threading library that it does not use.
     warnings.filterwarnings("ignore", message="The TBB threading layer")
+    ensure_code_cache()
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     if arguments[:1] == ["--job"]:
         return _run_job(arguments)

@@ -60,6 +60,7 @@ STAGES = {
     "given stems": "Stems at the places given",
     "flights": "Comparing flights",
     "sheets": "A picture of the evidence for each tree",
+    "compile": "Compiling for this processor",
     "write": "Writing layer and report",
     "read": "Reading the tables",
     "estimate": "Estimating per hectare",

@@ -16,6 +16,7 @@ from ..core.errors import MissingComponentError
 from ..core.extras import extra_of
 from ..core.machine import cores
 from ..core.progress import Reporter
+from ..core.settings import param
 
 #: Import name -> name of the package that ``pip`` installs.
 PACKAGES = {
@@ -95,22 +96,34 @@ NEEDS: dict[str, tuple[str, ...]] = {
 
 #: Below these the whole chain on a plot of 60 photos is likely to fail.
 LOW_MEMORY_GB, LOW_DISK_GB = 6.0, 5.0
+#: Share of the progress that looking takes where compiling follows.
+CHECKING = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
 class DoctorSettings:
-    """Nothing to set."""
+    """What to do beside looking."""
+
+    compile: bool = param(
+        False,
+        kind="flag",
+        help="Compile now what jobs otherwise compile when they first need it, for this processor; what is compiled "
+        "already is kept. Setting up the engine does it.",
+    )
 
 
-def check_libraries(modules: dict[str, str], reporter: Reporter) -> tuple[dict[str, str], dict[str, str]]:
+def check_libraries(
+    modules: dict[str, str], reporter: Reporter, share: float = 1.0
+) -> tuple[dict[str, str], dict[str, str]]:
     """Import each module for real (a wheel may be there and broken).
 
-    modules: import name -> package name. Returns ``(versions, problems)``: package -> version, import name -> reason.
+    modules: import name -> package name. share: of the whole progress. Returns ``(versions, problems)``: package ->
+    version, import name -> reason.
     """
     versions: dict[str, str] = {}
     problems: dict[str, str] = {}
     for done, (module, package) in enumerate(modules.items()):
-        reporter.progress(done / len(modules), module)
+        reporter.progress(share * done / len(modules), module)
         try:
             importlib.import_module(module)
             versions[package] = importlib.metadata.version(package)
@@ -144,7 +157,19 @@ def machine() -> dict[str, Any]:
     return found
 
 
-def run(settings: DoctorSettings, reporter: Reporter) -> dict[str, Any]:  # noqa: ARG001 - as every verb's
+def compiled(reporter: Reporter) -> int:
+    """Compile what the jobs need (:mod:`treedgs_geo.core.ahead`); returns how many functions were not compiled yet."""
+    from ..core.ahead import compile_ahead
+
+    with reporter.stage("compile", CHECKING, 1.0):
+        found = compile_ahead(reporter)
+    for reason in found.failed:
+        reporter.warn(f"Not compiled ahead, so the first job that needs it will: {reason}")
+    reporter.info(f"{found.compiled} functions compiled, {found.kept} were compiled already")
+    return found.compiled
+
+
+def run(settings: DoctorSettings, reporter: Reporter) -> dict[str, Any]:
     """Check this environment.
 
     Raises:
@@ -164,7 +189,7 @@ def run(settings: DoctorSettings, reporter: Reporter) -> dict[str, Any]:  # noqa
         )
     if here["free_disk_gb"] < LOW_DISK_GB:
         reporter.warn(f"Only {here['free_disk_gb']} GB of disk are free: a workspace may need {LOW_DISK_GB:g} GB.")
-    versions, problems = check_libraries({**PACKAGES, **OPTIONAL}, reporter)
+    versions, problems = check_libraries({**PACKAGES, **OPTIONAL}, reporter, CHECKING if settings.compile else 1.0)
     for package, version in versions.items():
         reporter.info(f"{package} {version}")
     library = {**PACKAGES, **OPTIONAL}
@@ -197,6 +222,7 @@ def run(settings: DoctorSettings, reporter: Reporter) -> dict[str, Any]:  # noqa
         extras = sorted({extra for lacking in unchosen.values() for extra in lacking})
         status += f" but {', '.join(unchosen)} (choose {', '.join(extras)} in 'Set up the engine')"
     return {
+        **({"n_compiled": compiled(reporter)} if settings.compile else {}),
         "python": here["python"],
         "cores": here["cores"],
         "memory_gb": here["memory_gb"],
@@ -225,6 +251,7 @@ COMMAND = Command(
         "free_disk_gb": "free disk for temporary files, GB",
         "n_libraries": "libraries found",
         "versions": "libraries with versions",
+        "n_compiled": "functions compiled now",
         "status": "in words",
     },
 )

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import atexit
 import os
+import shutil
 import sys
+import tempfile
 from pathlib import Path
 
 from .errors import MemoryShortage
@@ -21,6 +24,35 @@ def available_threads() -> int:
     """Threads to use: :func:`cores`; ``TREEDGS_THREADS`` sets it where several plots share a machine."""
     asked = os.environ.get("TREEDGS_THREADS", "")
     return int(asked) if asked.isdigit() and int(asked) else cores()
+
+
+def ensure_code_cache() -> None:
+    """Before numba is imported: where it may keep compiled code neither beside the source nor in the user's own cache,
+    it refuses to start; this run and its children then have a temporary folder for it."""
+    source = Path(__file__).resolve().parents[1]
+    if os.environ.get("NUMBA_CACHE_DIR") or _writable(source / "__pycache__") or _writable(_user_cache() / "numba"):
+        return
+    folder = tempfile.mkdtemp(prefix="treedgs-code-")
+    os.environ["NUMBA_CACHE_DIR"] = folder
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+
+
+def _user_cache() -> Path:
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
+    if sys.platform == "darwin":
+        return Path(os.path.expanduser("~/Library/Caches"))
+    return Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"))
+
+
+def _writable(folder: Path) -> bool:
+    """Whether files can be made in a folder, which is made: numba asks the same way."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError:
+        return False
+    return True
 
 
 def free_memory() -> float:

@@ -30,7 +30,7 @@ def local_ground(
     (Q,) metres and (Q,) distance to the nearest point.
     """
     points = np.asarray(points, float)
-    query_xy = np.asarray(query_xy, float)
+    query_xy = np.ascontiguousarray(query_xy, float)
     tree = cKDTree(points[:, :2])
     k = min(neighbours, len(points))
     heights, support = np.empty(len(query_xy)), np.empty(len(query_xy))

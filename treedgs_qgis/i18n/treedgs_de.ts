@@ -145,16 +145,19 @@ that with everything filled in. The photos are rendered, not taken: their trees 
       <source>&lt;p&gt;&lt;b&gt;Install the libraries that the TreeDGS algorithms need, in an environment of their own.&lt;/b&gt;&lt;/p&gt;
 &lt;p&gt;Makes a Python environment in your data folder (or in TREEDGS_HOME; {takes} at 50 Mbit/s), and installs the locked
 list of libraries with pip. QGIS and its Python are not touched. Python 3.10 to 3.14 with venv is found on this
-computer, or fetched for the engine alone. It needs the network or a folder of wheels. What was cut short is taken up by
-running it again. Engines of former versions are removed in the end; jobs and results stay. &lt;b&gt;Remove the engine&lt;/b&gt;
-frees the disk.&lt;/p&gt;
+computer, or fetched for the engine alone. It needs the network or a folder of wheels. In the end the parts of TreeDGS
+that compute most are compiled for this processor, so that the first job does not wait for it. What was cut short is
+taken up by running it again. Engines of former versions are removed in the end; jobs and results stay. &lt;b&gt;Remove the
+engine&lt;/b&gt; frees the disk.&lt;/p&gt;
 &lt;p&gt;Parts that not everybody needs are ticked; run it again to add one. What is there stays, unless you start from
 scratch.&lt;/p&gt;
 &lt;p&gt;On a machine with &lt;code&gt;make&lt;/code&gt;, &lt;code&gt;make setup&lt;/code&gt; does the same for the repository.&lt;/p&gt;</source>
       <translation>&lt;p&gt;&lt;b&gt;Installiert die Bibliotheken, die die TreeDGS-Algorithmen brauchen, in einer eigenen Umgebung.&lt;/b&gt;&lt;/p&gt;
 &lt;p&gt;Legt eine Python-Umgebung in Ihrem Datenordner an (oder in TREEDGS_HOME; {takes} bei 50 Mbit/s) und installiert mit pip die
 festgelegte Liste von Bibliotheken. QGIS und sein Python bleiben unberührt. Ein Python 3.10 bis 3.14 mit venv wird auf diesem
-Computer gefunden oder nur für den Rechenkern geholt. Es braucht das Netz oder einen Ordner mit Wheels. Was abgebrochen wurde,
+Computer gefunden oder nur für den Rechenkern geholt. Es braucht das Netz oder einen Ordner mit Wheels. Am Ende werden die
+Teile von TreeDGS, die am meisten rechnen, für diesen Prozessor übersetzt, damit der erste Auftrag nicht darauf wartet.
+Was abgebrochen wurde,
 geht beim nächsten Start weiter. Rechenkerne früherer Versionen werden am Ende entfernt; Aufträge und Ergebnisse bleiben.
 &lt;b&gt;Rechenkern entfernen&lt;/b&gt; gibt den Platz frei.&lt;/p&gt;
 &lt;p&gt;Teile, die nicht jeder braucht, werden angekreuzt; starten Sie es erneut, um einen hinzuzufügen. Was da ist, bleibt, außer Sie
@@ -168,6 +171,14 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>Install the engine's libraries in an environment of their own.</source>
       <translation>Installiert die Bibliotheken des Rechenkerns in einer eigenen Umgebung.</translation>
+    </message>
+    <message>
+      <source>Compiling for this processor, once, so that the first job is quick</source>
+      <translation>Übersetzen für diesen Prozessor, einmal, damit der erste Auftrag schnell ist</translation>
+    </message>
+    <message>
+      <source>{count} functions compiled in {time}.</source>
+      <translation>{count} Funktionen in {time} übersetzt.</translation>
     </message>
     <message>
       <source>Python to build with</source>
@@ -236,6 +247,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>The engine will use the processor only: {why}.</source>
       <translation>Der Rechenkern wird nur den Prozessor nutzen: {why}.</translation>
+    </message>
+    <message>
+      <source>The engine is set up, but it could not compile ahead; the first job will: {why}</source>
+      <translation>Der Rechenkern ist eingerichtet, konnte aber nicht vorab übersetzen; der erste Auftrag holt es nach: {why}</translation>
     </message>
     <message>
       <source>Stopped; run it again to go on where it ended.</source>
@@ -832,6 +847,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>A picture of the evidence for each tree</source>
       <translation>Ein Bild der Belege zu jedem Baum</translation>
+    </message>
+    <message>
+      <source>Compiling for this processor</source>
+      <translation>Übersetzen für diesen Prozessor</translation>
     </message>
     <message>
       <source>Writing layer and report</source>
@@ -4510,6 +4529,14 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Lädt jede Bibliothek des Rechenkerns, listet Versionen, Kerne, Speicher und Platte auf und sagt für jeden Befehl, ob er laufen kann. Endet mit einem Fehler und einem Satz, wenn etwas fehlt.</translation>
     </message>
     <message>
+      <source>Compile</source>
+      <translation>Übersetzen</translation>
+    </message>
+    <message>
+      <source>Compile now what jobs otherwise compile when they first need it, for this processor; what is compiled already is kept. Setting up the engine does it.</source>
+      <translation>Übersetzt jetzt, was Aufträge sonst übersetzen, wenn sie es zum ersten Mal brauchen, für diesen Prozessor; was schon übersetzt ist, bleibt. Das Einrichten des Rechenkerns tut es.</translation>
+    </message>
+    <message>
       <source>Python version</source>
       <translation>Python-Version</translation>
     </message>
@@ -4532,6 +4559,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>libraries with versions</source>
       <translation>Bibliotheken mit Versionen</translation>
+    </message>
+    <message>
+      <source>functions compiled now</source>
+      <translation>jetzt übersetzte Funktionen</translation>
     </message>
     <message>
       <source>in words</source>

@@ -145,16 +145,18 @@ lo abre con todo rellenado. Las fotos son calculadas, no tomadas: sus árboles s
       <source>&lt;p&gt;&lt;b&gt;Install the libraries that the TreeDGS algorithms need, in an environment of their own.&lt;/b&gt;&lt;/p&gt;
 &lt;p&gt;Makes a Python environment in your data folder (or in TREEDGS_HOME; {takes} at 50 Mbit/s), and installs the locked
 list of libraries with pip. QGIS and its Python are not touched. Python 3.10 to 3.14 with venv is found on this
-computer, or fetched for the engine alone. It needs the network or a folder of wheels. What was cut short is taken up by
-running it again. Engines of former versions are removed in the end; jobs and results stay. &lt;b&gt;Remove the engine&lt;/b&gt;
-frees the disk.&lt;/p&gt;
+computer, or fetched for the engine alone. It needs the network or a folder of wheels. In the end the parts of TreeDGS
+that compute most are compiled for this processor, so that the first job does not wait for it. What was cut short is
+taken up by running it again. Engines of former versions are removed in the end; jobs and results stay. &lt;b&gt;Remove the
+engine&lt;/b&gt; frees the disk.&lt;/p&gt;
 &lt;p&gt;Parts that not everybody needs are ticked; run it again to add one. What is there stays, unless you start from
 scratch.&lt;/p&gt;
 &lt;p&gt;On a machine with &lt;code&gt;make&lt;/code&gt;, &lt;code&gt;make setup&lt;/code&gt; does the same for the repository.&lt;/p&gt;</source>
       <translation>&lt;p&gt;&lt;b&gt;Instala las bibliotecas que necesitan los algoritmos de TreeDGS, en un entorno propio.&lt;/b&gt;&lt;/p&gt;
 &lt;p&gt;Crea un entorno de Python en su carpeta de datos (o en TREEDGS_HOME; {takes} a 50 Mbit/s) e instala con pip la lista fijada de
 bibliotecas. QGIS y su Python no se tocan. Se busca en este ordenador un Python 3.10 a 3.14 con venv, o se baja uno solo para
-el motor. Necesita la red o una carpeta de wheels. Lo que se interrumpió sigue al ejecutarlo otra vez. Los motores de versiones
+el motor. Necesita la red o una carpeta de wheels. Al final se compilan para este
+procesador las partes de TreeDGS que más calculan, para que el primer trabajo no tenga que esperar. Lo que se interrumpió sigue al ejecutarlo otra vez. Los motores de versiones
 anteriores se quitan al final; trabajos y resultados quedan. &lt;b&gt;Quitar el motor&lt;/b&gt; libera el disco.&lt;/p&gt;
 &lt;p&gt;Las partes que no todos necesitan se marcan; ejecútelo otra vez para añadir una. Lo que hay queda, salvo que empiece desde
 cero.&lt;/p&gt;
@@ -167,6 +169,14 @@ cero.&lt;/p&gt;
     <message>
       <source>Install the engine's libraries in an environment of their own.</source>
       <translation>Instala las bibliotecas del motor en un entorno propio.</translation>
+    </message>
+    <message>
+      <source>Compiling for this processor, once, so that the first job is quick</source>
+      <translation>Compilando para este procesador, una vez, para que el primer trabajo sea rápido</translation>
+    </message>
+    <message>
+      <source>{count} functions compiled in {time}.</source>
+      <translation>{count} funciones compiladas en {time}.</translation>
     </message>
     <message>
       <source>Python to build with</source>
@@ -235,6 +245,10 @@ cero.&lt;/p&gt;
     <message>
       <source>The engine will use the processor only: {why}.</source>
       <translation>El motor usará solo el procesador: {why}.</translation>
+    </message>
+    <message>
+      <source>The engine is set up, but it could not compile ahead; the first job will: {why}</source>
+      <translation>El motor está instalado, pero no pudo compilar por adelantado; lo hará el primer trabajo: {why}</translation>
     </message>
     <message>
       <source>Stopped; run it again to go on where it ended.</source>
@@ -831,6 +845,10 @@ cero.&lt;/p&gt;
     <message>
       <source>A picture of the evidence for each tree</source>
       <translation>Una imagen de la evidencia de cada árbol</translation>
+    </message>
+    <message>
+      <source>Compiling for this processor</source>
+      <translation>Compilación para este procesador</translation>
     </message>
     <message>
       <source>Writing layer and report</source>
@@ -4509,6 +4527,14 @@ cero.&lt;/p&gt;
       <translation>Carga cada biblioteca del motor, lista versiones, núcleos, memoria y disco, y dice de cada orden si puede ejecutarse. Termina con un error y una frase cuando falta algo.</translation>
     </message>
     <message>
+      <source>Compile</source>
+      <translation>Compilar</translation>
+    </message>
+    <message>
+      <source>Compile now what jobs otherwise compile when they first need it, for this processor; what is compiled already is kept. Setting up the engine does it.</source>
+      <translation>Compila ahora lo que los trabajos compilan de otro modo cuando lo necesitan por primera vez, para este procesador; lo ya compilado se conserva. La instalación del motor lo hace.</translation>
+    </message>
+    <message>
       <source>Python version</source>
       <translation>versión de Python</translation>
     </message>
@@ -4531,6 +4557,10 @@ cero.&lt;/p&gt;
     <message>
       <source>libraries with versions</source>
       <translation>bibliotecas con versiones</translation>
+    </message>
+    <message>
+      <source>functions compiled now</source>
+      <translation>funciones compiladas ahora</translation>
     </message>
     <message>
       <source>in words</source>
