@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
+from numba import njit
 
 from .poses import nearest_rotation
 from .tracks import Block
@@ -75,18 +75,56 @@ def find_points(
     for image in np.unique(block.image[rows]):
         own = block.image[rows] == image
         described[own] = descriptors[image][block.key[rows[own]]]
-    best, distance = _search(
-        pixels[usable],
+    features = Features(keypoints, descriptors[i], camera.width, camera.height)
+    ends = np.hstack([pixels[usable], pixels[usable]])
+    best, distance = search(ends, described, squares(described), features, radius_px, ratio)
+    found = one_to_one(best, distance)
+    return PointMatches(usable[found], features.order[best[found]], distance[found])
+
+
+class Features:
+    """The features of one photo in the order of cells. order (K,): their numbers as they were given. xy (K, 2) pixels,
+    described (K, 128), square (K,): of the descriptors. starts: where each cell begins; columns, rows of cells."""
+
+    def __init__(self, keypoints: np.ndarray, descriptors: np.ndarray, width: int, height: int) -> None:
+        self.columns, self.rows = width // CELL_PX + 1, height // CELL_PX + 1
+        row = np.clip(keypoints[:, 1] // CELL_PX, 0, self.rows - 1)
+        cell = (row * self.columns + np.clip(keypoints[:, 0] // CELL_PX, 0, self.columns - 1)).astype(np.int64)
+        self.order = np.argsort(cell, kind="stable")
+        self.starts = np.searchsorted(cell[self.order], np.arange(self.columns * self.rows + 1))
+        self.xy = np.ascontiguousarray(keypoints[self.order])
+        self.described = np.ascontiguousarray(descriptors[self.order])
+        self.square = squares(self.described)
+
+
+def squares(described: np.ndarray) -> np.ndarray:
+    """(K,) squared lengths of descriptors (K, 128)."""
+    return np.sum(described.astype(np.int64) ** 2, axis=1)
+
+
+def search(
+    ends: np.ndarray, described: np.ndarray, square: np.ndarray, features: Features, reach_px: float, ratio: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Best of a photo's features for each of K descriptors: its number in the order of cells or -1, and their squared
+    distance.
+
+    ends: (K, 4) pixels x, y, x, y: a line on which it lies, to within ``reach_px``; NaN: nowhere. described (K, 128),
+    square (K,) as :func:`squares`. ratio: of descriptor distances, best to second best along the line.
+    """
+    return _search(
+        ends,
         described,
-        keypoints,
-        descriptors[i],
-        *grid_cells(keypoints, camera.width, camera.height),
-        radius_px,
+        square,
+        features.xy,
+        features.described,
+        features.square,
+        features.starts,
+        features.columns,
+        features.rows,
+        float(reach_px),
         ratio * ratio,
         MAX_SQUARED,
     )
-    found = one_to_one(best, distance)
-    return PointMatches(usable[found], best[found], distance[found])
 
 
 def turn_to_points(
@@ -160,40 +198,55 @@ def one_to_one(best: np.ndarray, distance: np.ndarray) -> np.ndarray:
     return np.sort(found[first])
 
 
-def grid_cells(keypoints: np.ndarray, width: int, height: int) -> tuple[np.ndarray, np.ndarray, int, int]:
-    """Keypoints sorted into cells: order, start of each cell, columns, rows."""
-    columns, rows = width // CELL_PX + 1, height // CELL_PX + 1
-    cell = (
-        np.clip(keypoints[:, 1] // CELL_PX, 0, rows - 1) * columns + np.clip(keypoints[:, 0] // CELL_PX, 0, columns - 1)
-    ).astype(np.int64)
-    order = np.argsort(cell, kind="stable")
-    starts = np.searchsorted(cell[order], np.arange(columns * rows + 1))
-    return order, starts, columns, rows
+@njit(nogil=True, cache=True)
+def _dot(a, k, b, q):
+    total = np.int32(0)
+    for d in range(128):
+        # Kept to 32 bits: sixteen products at once.
+        total = np.int32(total + np.int32(np.int32(a[k, d]) * np.int32(b[q, d])))
+    return total
 
 
-@numba.njit(cache=True, parallel=True)
-def _search(pixels, described, points, others, order, starts, columns, rows, radius, ratio2, limit):
-    count = len(pixels)
+@njit(nogil=True, cache=True)
+def _search(ends, described, square, points, others, other_square, starts, columns, rows, reach, ratio2, limit):
+    """As :func:`search`, on plain arrays."""
+    count = len(ends)
     best = np.full(count, -1, np.int64)
-    distance = np.full(count, 2_000_000_000, np.int64)
-    for k in numba.prange(count):
-        x, y = pixels[k, 0], pixels[k, 1]
-        c0, c1 = max(int((x - radius) // CELL_PX), 0), min(int((x + radius) // CELL_PX), columns - 1)
-        r0, r1 = max(int((y - radius) // CELL_PX), 0), min(int((y + radius) // CELL_PX), rows - 1)
+    distance = np.full(count, limit, np.int64)
+    for k in range(count):
+        x0, y0, x1, y1 = ends[k, 0], ends[k, 1], ends[k, 2], ends[k, 3]
+        if not (np.isfinite(x0) and np.isfinite(y0) and np.isfinite(x1) and np.isfinite(y1)):
+            continue
+        top, bottom = min(y0, y1) - reach, max(y0, y1) + reach
+        if bottom < 0 or top >= rows * CELL_PX:
+            continue
+        dx, dy = x1 - x0, y1 - y0
+        per_length2 = 1 / max(dx * dx + dy * dy, 1e-9)
         first, second, who = limit, limit, -1
-        for r in range(r0, r1 + 1):
-            for place in range(starts[r * columns + c0], starts[r * columns + c1 + 1] if c1 >= c0 else 0):
-                q = order[place]
-                if (points[q, 0] - x) ** 2 + (points[q, 1] - y) ** 2 > radius * radius:
+        for r in range(max(int(top // CELL_PX), 0), min(int(bottom // CELL_PX), rows - 1) + 1):
+            # The part of the line that is within reach of this row of cells.
+            begin, end = 0.0, 1.0
+            if abs(dy) > 1e-6:
+                one, two = (r * CELL_PX - reach - y0) / dy, ((r + 1) * CELL_PX + reach - y0) / dy
+                begin, end = max(min(one, two), 0.0), min(max(one, two), 1.0)
+                if begin > end:
                     continue
-                total = np.int64(0)
-                for b in range(128):
-                    step = np.int32(described[k, b]) - np.int32(others[q, b])
-                    total += step * step
-                if total < first:
-                    first, second, who = total, first, q
-                elif total < second:
-                    second = total
+            left, right = min(x0 + begin * dx, x0 + end * dx) - reach, max(x0 + begin * dx, x0 + end * dx) + reach
+            if right < 0 or left >= columns * CELL_PX:
+                continue
+            c0, c1 = max(int(left // CELL_PX), 0), min(int(right // CELL_PX), columns - 1)
+            for q in range(starts[r * columns + c0], starts[r * columns + c1 + 1]):
+                u, v = points[q, 0] - x0, points[q, 1] - y0
+                along = min(max((u * dx + v * dy) * per_length2, 0.0), 1.0)
+                u -= along * dx
+                v -= along * dy
+                if u * u + v * v > reach * reach:
+                    continue
+                away = square[k] + other_square[q] - 2 * np.int64(_dot(described, k, others, q))
+                if away < first:
+                    first, second, who = away, first, q
+                elif away < second:
+                    second = away
         if who >= 0 and first < ratio2 * second:
             best[k] = who
             distance[k] = first

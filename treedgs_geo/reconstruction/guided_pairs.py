@@ -17,7 +17,7 @@ from numba import njit
 from ..core.progress import Reporter
 from .cameras import Camera, View
 from .features import FeatureStore
-from .guided import CELL_PX, MAX_SQUARED, grid_cells, one_to_one
+from .guided import Features, one_to_one, search
 
 #: A gimbal's angles and their mounting, both photos', are believed to this, degrees.
 REACH_DEG = 1.2
@@ -61,17 +61,20 @@ class Guide:
         return View(str(j), Path(), self.camera, rotation, -rotation @ self.centres[j])
 
 
+@dataclass(frozen=True)
 class _Photo:
-    """The features of one photo, in the order of cells."""
+    """One photo: rays (K, 3) of its features in the order of cells, world frame by its gimbal; where it stands."""
 
-    def __init__(self, keypoints: np.ndarray, descriptors: np.ndarray, guide: Guide, i: int) -> None:
+    features: Features
+    rays: np.ndarray
+    centre: np.ndarray
+
+    @classmethod
+    def of(cls, store: FeatureStore, guide: Guide, i: int) -> _Photo:
+        """Photo i."""
         camera = guide.camera
-        self.order, self.starts, self.columns, self.rows = grid_cells(keypoints, camera.width, camera.height)
-        self.xy = np.ascontiguousarray(keypoints[self.order])
-        self.rays = guide.view(i).rays(self.xy)
-        self.centre = guide.centres[i]
-        self.described = np.ascontiguousarray(descriptors[self.order])
-        self.square = np.sum(self.described.astype(np.int64) ** 2, axis=1)
+        features = Features(store.keypoints[i], store.descriptors[i], camera.width, camera.height)
+        return cls(features, guide.view(i).rays(features.xy), guide.centres[i])
 
 
 def match_guided(
@@ -84,19 +87,24 @@ def match_guided(
     store.matches = {}
     photos: dict[int, _Photo] = {}
     for i in np.unique(pairs).tolist():
-        photos[i] = _Photo(store.keypoints[i], store.descriptors[i], guide, i)
+        photos[i] = _Photo.of(store, guide, i)
     reach_px = float(np.tan(np.radians(REACH_DEG)) * guide.camera.fx)
 
     def work(pair: np.ndarray) -> np.ndarray:
         i, j = pair.tolist()
-        rows = _matches(photos[i], photos[j], guide.ends(i, j, photos[i].xy), reach_px)
+        one, other = photos[i].features, photos[j].features
+        best, distance = search(guide.ends(i, j, one.xy), one.described, one.square, other, reach_px, _RATIO)
+        found = one_to_one(best, distance)
+        rows = np.column_stack([found, best[found]])
         return rows[_verified(photos[i], photos[j], rows, guide, reach_px, np.random.default_rng([seed, i, j]))]
 
     with ThreadPoolExecutor(max_workers=threads) as workers:
         for count, (pair, rows) in enumerate(zip(pairs, workers.map(work, pairs), strict=True)):
             if len(rows):
                 i, j = pair.tolist()
-                store.matches[i, j] = np.column_stack([photos[i].order[rows[:, 0]], photos[j].order[rows[:, 1]]])
+                store.matches[i, j] = np.column_stack(
+                    [photos[i].features.order[rows[:, 0]], photos[j].features.order[rows[:, 1]]]
+                )
             reporter.progress(count / len(pairs))
 
 
@@ -121,85 +129,6 @@ def _verified(
     chance = min(_TOLERANCE_PX / reach_px, 1.0) * len(rows)
     enough = max(_LEAST, chance + _CHANCE_SD * np.sqrt(chance))
     return np.flatnonzero(agree) if agree.sum() >= enough else np.zeros(0, int)
-
-
-def _matches(first: _Photo, second: _Photo, ends: np.ndarray, reach_px: float) -> np.ndarray:
-    """(K, 2) numbers in the order of cells, one to one."""
-    best, distance = _search(
-        ends,
-        first.described,
-        first.square,
-        second.xy,
-        second.described,
-        second.square,
-        second.starts,
-        second.columns,
-        second.rows,
-        reach_px,
-        _RATIO**2,
-        MAX_SQUARED,
-    )
-    found = one_to_one(best, distance)
-    return np.column_stack([found, best[found]])
-
-
-@njit(nogil=True, cache=True)
-def _dot(a, k, b, q):
-    total = np.int32(0)
-    for d in range(128):
-        # Kept to 32 bits: sixteen products at once.
-        total = np.int32(total + np.int32(np.int32(a[k, d]) * np.int32(b[q, d])))
-    return total
-
-
-@njit(nogil=True, cache=True)
-def _search(ends, described, square, points, others, other_square, starts, columns, rows, reach, ratio2, limit):
-    """Best feature of the other photo for each: its number or -1, and squared distance of the descriptors.
-
-    ends: (K, 4) of :meth:`Guide.ends`. points, others, other_square, starts, columns, rows: the other photo's features
-    in the order of cells.
-    """
-    count = len(ends)
-    best = np.full(count, -1, np.int64)
-    distance = np.full(count, limit, np.int64)
-    for k in range(count):
-        x0, y0, x1, y1 = ends[k, 0], ends[k, 1], ends[k, 2], ends[k, 3]
-        if not (np.isfinite(x0) and np.isfinite(y0) and np.isfinite(x1) and np.isfinite(y1)):
-            continue
-        top, bottom = min(y0, y1) - reach, max(y0, y1) + reach
-        if bottom < 0 or top >= rows * CELL_PX:
-            continue
-        dx, dy = x1 - x0, y1 - y0
-        per_length2 = 1 / max(dx * dx + dy * dy, 1e-9)
-        first, second, who = limit, limit, -1
-        for r in range(max(int(top // CELL_PX), 0), min(int(bottom // CELL_PX), rows - 1) + 1):
-            # The part of the line that is within reach of this row of cells.
-            begin, end = 0.0, 1.0
-            if abs(dy) > 1e-6:
-                one, two = (r * CELL_PX - reach - y0) / dy, ((r + 1) * CELL_PX + reach - y0) / dy
-                begin, end = max(min(one, two), 0.0), min(max(one, two), 1.0)
-                if begin > end:
-                    continue
-            left, right = min(x0 + begin * dx, x0 + end * dx) - reach, max(x0 + begin * dx, x0 + end * dx) + reach
-            if right < 0 or left >= columns * CELL_PX:
-                continue
-            c0, c1 = max(int(left // CELL_PX), 0), min(int(right // CELL_PX), columns - 1)
-            for q in range(starts[r * columns + c0], starts[r * columns + c1 + 1]):
-                u, v = points[q, 0] - x0, points[q, 1] - y0
-                along = min(max((u * dx + v * dy) * per_length2, 0.0), 1.0)
-                u -= along * dx
-                v -= along * dy
-                if u * u + v * v > reach * reach:
-                    continue
-                away = square[k] + other_square[q] - 2 * np.int64(_dot(described, k, others, q))
-                if away < first:
-                    first, second, who = away, first, q
-                elif away < second:
-                    second = away
-        if who >= 0 and first < ratio2 * second:
-            best[k] = who
-            distance[k] = first
-    return best, distance
 
 
 @njit(nogil=True, cache=True)
