@@ -95,7 +95,7 @@ def resolve(uv: Path, ranges: list[str], fixed: list[str]) -> list[str]:
         given, kept, found = (Path(scratch) / name for name in ("ranges.in", "kept.txt", "locked.txt"))
         given.write_text("\n".join(ranges) + "\n", encoding="utf-8")
         kept.write_text("\n".join(line.partition(" --hash=")[0] for line in fixed) + "\n", encoding="utf-8")
-        command = [uv, "pip", "compile", "-q", "--universal", "--python-version", "3.10", "-c", kept]
+        command: list[str | Path] = [uv, "pip", "compile", "-q", "--universal", "--python-version", "3.10", "-c", kept]
         command += ["--generate-hashes", "--no-annotate", "--no-header", "--only-binary", ":all:", given, "-o", found]
         # setuptools is left out by uv unless it is asked for.
         done = subprocess.run([*command, "--allow-unsafe"], capture_output=True, text=True)
@@ -117,7 +117,15 @@ def uv_program() -> Path:
     folder = ROOT / ".setup" / "uv"
     if not (folder / "bin" / "uv").exists():
         venv.create(folder, with_pip=True, clear=True)
-        command = [folder / "bin" / "python", "-m", "pip", "install", "-q", "--disable-pip-version-check", "uv"]
+        command: list[str | Path] = [
+            folder / "bin" / "python",
+            "-m",
+            "pip",
+            "install",
+            "-q",
+            "--disable-pip-version-check",
+            "uv",
+        ]
         subprocess.run(command, check=True)
     return folder / "bin" / "uv"
 

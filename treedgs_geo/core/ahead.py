@@ -125,7 +125,7 @@ def described(kind: Any) -> Any:
     Raises:
         ValueError: a type of another sort.
     """
-    from numba.core import types
+    types: Any = importlib.import_module("numba.core.types")
 
     if isinstance(kind, types.Array) and kind.aligned:
         return ["array", kind.dtype.name, kind.ndim, kind.layout, *([] if kind.mutable else ["readonly"])]
@@ -144,7 +144,7 @@ def described(kind: Any) -> Any:
 
 def type_of(found: Any) -> Any:
     """The numba type of what :func:`described` wrote."""
-    from numba.core import types
+    types: Any = importlib.import_module("numba.core.types")
 
     if isinstance(found, str):
         return types.boolean if found == "bool" else getattr(types, found)
