@@ -28,6 +28,7 @@ from ..treedgs_qgis import (
 from ..treedgs_qgis.algorithm import BaseAlgorithm
 from ..treedgs_qgis.listener import duration, is_cancelled
 from ..treedgs_qgis.missing import takes
+from ..treedgs_qgis.parameters import file_filter
 from ..treedgs_qgis.pip_meter import Meter
 
 HELP = """<p><b>Install the libraries that the TreeDGS algorithms need, in an environment of their own.</b></p>
@@ -81,7 +82,10 @@ class Algorithm(BaseAlgorithm):
         ]
         for part in parts:
             part.setHelp(self.tr("Measuring trees from photos and clouds does not need it; it can be added later."))
-        python = QgsProcessingParameterFile("PYTHON", self.tr("Python to build with"), compat.FILE, "", None, True)
+        # QGIS' own filter wants a dot in the name, which python3 has not.
+        python = QgsProcessingParameterFile(
+            "PYTHON", self.tr("Python to build with"), compat.FILE, "", None, True, file_filter([])
+        )
         python.setHelp(self.tr("A Python 3.10 to 3.14 with venv; left empty, the system's is found."))
         wheels = QgsProcessingParameterFile(
             "WHEELS", self.tr("Folder of wheels (no network)"), compat.FOLDER, "", None, True

@@ -109,7 +109,7 @@ def make_parameter(entry: dict[str, Any]) -> QgsProcessingParameterDefinition:
     elif layers.kind_of(entry) == "raster":
         made = QgsProcessingParameterRasterLayer(name, text, default, optional)
     elif kind in ("file", "files"):
-        made = QgsProcessingParameterFile(name, text, compat.FILE, "", default, optional, _filter(suffixes))
+        made = QgsProcessingParameterFile(name, text, compat.FILE, "", default, optional, file_filter(suffixes))
     elif kind == "folder":
         made = QgsProcessingParameterFile(name, text, compat.FOLDER, "", default, optional)
     elif kind == "output_folder":
@@ -257,10 +257,10 @@ def _destination(name: str, text: str, suffixes: list[str], optional: bool) -> Q
         return QgsProcessingParameterRasterDestination(name, text, None, optional, not optional)
     if suffixes[:1] == [".laz"] and compat.POINT_CLOUD_DESTINATION:
         return compat.POINT_CLOUD_DESTINATION(name, text, None, optional, not optional)
-    return QgsProcessingParameterFileDestination(name, text, _filter(suffixes), None, optional, not optional)
+    return QgsProcessingParameterFileDestination(name, text, file_filter(suffixes), None, optional, not optional)
 
 
-def _filter(suffixes: list[str]) -> str:
+def file_filter(suffixes: list[str]) -> str:
     """A file dialog's filter; an exact one first, all files second."""
     if not suffixes:
         return "All files (*)"

@@ -74,6 +74,15 @@ def test_algorithms_are_listed_without_an_engine(qgis):
     assert "treedgs:photostodbh" in qgis("list", TREEDGS_PYTHON="/nonexistent").stdout
 
 
+def test_a_python_to_build_with_may_be_called_python3(qgis, tmp_path):
+    python = tmp_path / "python3"
+    python.symlink_to("/bin/false")
+    done = qgis.run("setupengine", {"TREEDGS_HOME": str(tmp_path / "home")}, PYTHON=python)
+    # It is tried, and the engine's sentence is told.
+    assert done.returncode == 1 and "Incorrect parameter value" not in done.stdout
+    assert f"{python}: is not a Python 3.10 or newer" in done.stdout
+
+
 def test_every_verb_has_its_algorithm_and_its_file():
     assert set(DECLARED) | {"setupengine", "removeengine", "sampleflight"} == FROZEN
     assert {entry["name"] for entry in DECLARED.values()} == set(MODULES)
