@@ -102,7 +102,6 @@ BEFORE_RECORDS = {
     "gaussian_free_seed_91.json": ("0.1.0", "2026-11-22"),
     "ground_cut.json": ("0.1.0", "2026-11-22"),
     "height_and_photos.svg": ("0.2.0", "2026-11-22"),
-    "photos_held_out.json": ("0.1.0", "2026-11-22"),
     "photos_to_dbh.json": ("0.2.0", "2026-11-23"),
     "side_by_side.json": ("0.1.0", "2026-11-22"),
     "speed-accuracy.*": ("0.1.0", "2026-11-22"),

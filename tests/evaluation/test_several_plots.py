@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -12,6 +14,7 @@ import pytest
 from treedgs_geo.commands.evaluate import EvaluateSettings, run
 from treedgs_geo.core.errors import InputError
 from treedgs_geo.core.progress import Reporter
+from treedgs_geo.evaluation.paper_document import ITEMS
 from treedgs_geo.evaluation.photo_experiments import correlations
 from treedgs_geo.evaluation.plot_files import read_plot_files
 from treedgs_geo.inventory.tree_layer import write_trees
@@ -37,7 +40,7 @@ def table(simulated_plot, tmp_path):
 
 def test_plots_are_pooled_and_judged_one_by_one(table, tmp_path):
     out = tmp_path / "out"
-    run(EvaluateSettings(plots=table, output=out), Reporter())
+    result = run(EvaluateSettings(plots=table, output=out, paper=True), Reporter())
     found = json.loads((out / "metrics.json").read_text())
     one = found["per_plot"]["north"]
     assert list(found["per_plot"]) == ["north", "south"] and found["n_reference"] == 2 * one["n_reference"]
@@ -51,8 +54,24 @@ def test_plots_are_pooled_and_judged_one_by_one(table, tmp_path):
     own = rows[(rows["subset"] == "own") & (rows["fit"] == "cylinder")].set_index("plot")
     assert set(own.index) == {"All", "north", "south"} and own.loc["All", "of"] == found["methods"]["split"]["test"]
     assert own.loc["All", "n"] == own.loc["north", "n"] + own.loc["south", "n"] > 0
+    check_paper(Path(result["paper"]).read_text(), (out / "paper_tables.tex").read_text())
     segmented = pd.read_csv(out / "segmentation.csv")
     assert segmented["plot"].tolist() == ["north", "south"] and (segmented["f1"] > 0.8).all()
+
+
+def check_paper(page: str, tables: str) -> None:
+    """Every table and figure in the paper's order, with data or a reason."""
+    places = [item.place for item in ITEMS]
+    at = [page.index(f"<h2>{place}. ") for place in places]
+    assert at == sorted(at) and len(places) == 22
+    parts = dict(zip(places, re.split(r"<section>", page)[1:], strict=True))
+    missing = {place for place, part in parts.items() if "Not applicable" in part}
+    asked = {"Figure 2", "Figure 4", "Figure 13", "Figure 14", "Table 7", "Figure 17"}
+    assert missing == {"Figure 1", "Figure 6", "Figure 7", "Figure 15"} | asked
+    assert all("no workspace" in parts[place] for place in asked)
+    assert all("<svg" in parts[place] or "<td>" in parts[place] for place in set(places) - missing)
+    assert "true stems" not in page and "mean planimetric offset 0.000 m" in parts["Figure 5"]
+    assert tables.count(r"\begin{tabular}") == 5 and "L-Cyl" in tables
 
 
 def test_tables_that_cannot_be_used_are_refused(table, tmp_path):

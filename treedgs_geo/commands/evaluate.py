@@ -71,6 +71,13 @@ class EvaluateSettings:
     workspace_in: Path | None = param(
         None, kind="folder", help="workspace of photos-to-dbh: adds visibility of breast height and runtime by stage"
     )
+    paper: bool = param(
+        False,
+        kind="flag",
+        help="also write paper.html and paper_tables.tex: every table and figure of the published paper, in its order, "
+        "with these data, or why not",
+        advanced=True,
+    )
     holdout_pct: float = param(
         10.0,
         kind="number",
@@ -93,6 +100,7 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
     from ..core.files import ensure_writable, fingerprint
     from ..evaluation.compare import compare
     from ..evaluation.experiments import ExperimentOptions, run_experiments
+    from ..evaluation.paper_document import PaperInputs, write_paper
     from ..evaluation.plot_files import pooled_evidence
     from ..evaluation.report import write_evaluation
     from ..evaluation.tables import evidence_from_pairs, metrics_of
@@ -115,12 +123,17 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
             "file": settings.against.name,
             **compare(evidence, other, settings.seed),
         }
-    more = ""
-    if any(plot.has_experiments for plot in plots):
+    more, paper = "", None
+    if settings.paper or any(plot.has_experiments for plot in plots):
         options = ExperimentOptions(settings.holdout_pct / 100, settings.seed)
-        with reporter.stage("experiments", 0.4, 0.9):
-            found, more = run_experiments(plots, options, settings.output, reporter)
-        metrics |= found
+        with reporter.stage("experiments", 0.4, 0.85):
+            found = run_experiments(plots, options, settings.output, reporter)
+        metrics |= found.found
+        more = found.section
+    if settings.paper:
+        with reporter.stage("figures of the paper", 0.85, 0.9):
+            drawn = PaperInputs(evidence, metrics, plots, found.references, found.sources, settings.output)
+            paper = write_paper(drawn)
     for note in metrics["notes"]:
         reporter.warn(note)
     if metrics["bootstrap"]["note"]:
@@ -135,6 +148,7 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
     return {
         "output": str(settings.output),
         "page": paths["page"],
+        "paper": None if paper is None else str(paper),
         "metrics": paths["metrics"],
         **{
             name: metrics[name]
@@ -197,6 +211,7 @@ COMMAND = Command(
     outputs={
         "output": "folder",
         "page": "the page to open",
+        "paper": "page with the paper's tables and figures",
         "metrics": "metrics.json",
         "n": "trees measured and compared",
         "n_reference": "field trees",

@@ -34,11 +34,22 @@ class ExperimentOptions:
     bh_m: float = BREAST_HEIGHT_M
 
 
+@dataclass(frozen=True)
+class Experiments:
+    """found: for ``metrics.json``. section: of the page. references: stems of known DBH, plot by plot. sources: source
+    -> segmented points of all of them."""
+
+    found: dict[str, Any]
+    section: str
+    references: list[Reference]
+    sources: dict[str, StemPoints]
+
+
 def run_experiments(
     plots: list[PlotFiles], options: ExperimentOptions, folder: Path, reporter: Reporter
-) -> tuple[dict[str, Any], str]:
-    """Write tables (CSV, LaTeX) and charts (SVG, PNG) into ``folder``; returns what belongs in ``metrics.json`` and the
-    sections for the page. The stems of all plots are judged together, and plot by plot.
+) -> Experiments:
+    """Write tables (CSV, LaTeX) and charts (SVG, PNG) into ``folder``. The stems of all plots are judged together, and
+    plot by plot.
 
     Raises:
         InputError: a cloud without the attribute that its weights need, or no workspace where one is named.
@@ -46,15 +57,17 @@ def run_experiments(
     found: dict[str, Any] = {}
     parts: list[str] = []
     references = [plot.reference() for plot in plots]
+    sources: dict[str, StemPoints] = {}
     if any(plot.lidar or plot.splats for plot in plots):
         with reporter.stage("methods", 0.0, 0.6):
             gathered = _gather(plots, references, reporter)
+            sources = gathered.sources
             found |= _methods(gathered, pooled_reference(references), options, folder, parts)
     seen = [(plot, ref) for plot, ref in zip(plots, references, strict=True) if plot.workspace_in is not None]
     if seen:
         with reporter.stage("visibility and runtime", 0.6, 1.0):
             found |= photo_experiments(seen, folder, parts, reporter)
-    return found, "".join(parts)
+    return Experiments(found, "".join(parts), references, sources)
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ def classify(views: list[View], stems: list[Stem]) -> pd.DataFrame:
     for view in views:
         image = None
         for number, stem in enumerate(stems):
-            pixels, width = _band(view, stem)
+            pixels, width = band_pixels(view, stem)
             if pixels is None:
                 continue
             if image is None:
@@ -93,7 +93,7 @@ def _bark(colours: np.ndarray) -> np.ndarray:
     return np.median(colours[redness >= np.median(redness)], axis=0)
 
 
-def _band(view: View, stem: Stem) -> tuple[np.ndarray | None, float]:
+def band_pixels(view: View, stem: Stem) -> tuple[np.ndarray | None, float]:
     """(ACROSS * ALONG, 2) pixels within the stem's outline, and its width in pixels."""
     height = np.linspace(*BAND_M, ALONG)
     middle = np.column_stack([stem.x + stem.dx * height, stem.y + stem.dy * height, stem.z + height])

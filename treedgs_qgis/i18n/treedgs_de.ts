@@ -3093,6 +3093,14 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Arbeitsordner von photos-to-dbh: ergänzt Sichtbarkeit der Brusthöhe und Laufzeit je Stufe</translation>
     </message>
     <message>
+      <source>Paper</source>
+      <translation>Veröffentlichung</translation>
+    </message>
+    <message>
+      <source>also write paper.html and paper_tables.tex: every table and figure of the published paper, in its order, with these data, or why not</source>
+      <translation>zusätzlich paper.html und paper_tables.tex schreiben: jede Tabelle und Abbildung der Veröffentlichung, in ihrer Reihenfolge, mit diesen Daten, oder warum nicht</translation>
+    </message>
+    <message>
       <source>Holdout [%]</source>
       <translation>Zurückgehalten [%]</translation>
     </message>
@@ -3111,6 +3119,10 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>folder</source>
       <translation>Ordner</translation>
+    </message>
+    <message>
+      <source>page with the paper's tables and figures</source>
+      <translation>Seite mit den Tabellen und Abbildungen der Veröffentlichung</translation>
     </message>
     <message>
       <source>metrics.json</source>

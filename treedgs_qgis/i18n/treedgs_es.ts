@@ -3091,6 +3091,14 @@ cero.&lt;/p&gt;
       <translation>carpeta de trabajo de photos-to-dbh: añade la visibilidad de la altura del pecho y los tiempos por etapa</translation>
     </message>
     <message>
+      <source>Paper</source>
+      <translation>Artículo</translation>
+    </message>
+    <message>
+      <source>also write paper.html and paper_tables.tex: every table and figure of the published paper, in its order, with these data, or why not</source>
+      <translation>escribir además paper.html y paper_tables.tex: cada tabla y figura del artículo publicado, en su orden, con estos datos, o por qué no</translation>
+    </message>
+    <message>
       <source>Holdout [%]</source>
       <translation>Reserva [%]</translation>
     </message>
@@ -3109,6 +3117,10 @@ cero.&lt;/p&gt;
     <message>
       <source>folder</source>
       <translation>carpeta</translation>
+    </message>
+    <message>
+      <source>page with the paper's tables and figures</source>
+      <translation>página con las tablas y figuras del artículo</translation>
     </message>
     <message>
       <source>metrics.json</source>

@@ -1,0 +1,272 @@
+"""The published paper's tables and figures, in its order, with these plots' data: one page, and its LaTeX tables.
+
+What these inputs cannot give stands in its place with the reason.
+"""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from . import paper_pictures as pictures
+from .methods import Reference, StemPoints
+from .plot_files import PlotFiles
+from .sections import drawn, html_table, inline, methods_latex, plain_latex, write_text
+from .tables import PairsEvidence
+
+#: What a source's labels are, for the table of the segmentation.
+LABELS = {
+    "lidar": "stems found in the cloud, or its own tree_id",
+    "splats": "tree_id of the run: surface points near stems found in the photos; nothing is segmented anew",
+}
+
+
+@dataclass(frozen=True)
+class PaperInputs:
+    """All that the document draws on. gathered: source -> segmented points of the reference stems. metrics: as in
+    ``metrics.json``. folder: with the charts that are drawn already."""
+
+    evidence: PairsEvidence
+    metrics: dict[str, Any]
+    plots: list[PlotFiles]
+    references: list[Reference]
+    gathered: dict[str, StemPoints]
+    folder: Path
+
+    @property
+    def workspace(self) -> PlotFiles | None:
+        """The first plot with a workspace."""
+        return next((plot for plot in self.plots if plot.workspace_in is not None), None)
+
+
+@dataclass(frozen=True)
+class Item:
+    """One table or figure. place: in the paper. make: HTML of it, or ``None``; why: where there is none."""
+
+    place: str
+    title: str
+    make: Callable[[PaperInputs], str | None]
+    why: str
+
+
+def write_paper(inputs: PaperInputs) -> Path:
+    """Write ``paper.html`` and ``paper_tables.tex`` into the folder; returns the page."""
+    parts = []
+    for item in ITEMS:
+        body = item.make(inputs)
+        done = body if body is not None else f"<p class='none'>Not applicable: {html.escape(item.why)}.</p>"
+        parts.append(f"<section><h2>{html.escape(item.place)}. {html.escape(item.title)}</h2>{done}</section>")
+    names = ", ".join(sorted(set(inputs.evidence.trees["plot_id"].astype(str))))
+    path = inputs.folder / "paper.html"
+    write_text(path, _PAGE.format(plots=html.escape(names), reference=inputs.evidence.reference, body="".join(parts)))
+    write_text(inputs.folder / "paper_tables.tex", tables_latex(inputs))
+    return path
+
+
+def plot_summary(trees: pd.DataFrame) -> list[dict[str, Any]]:
+    """Reference stems by plot, and all: number, mean, standard deviation and range of DBH."""
+    groups = [(str(name), part) for name, part in trees.groupby("plot_id", sort=True)]
+    rows = []
+    for name, part in [*groups, ("All", trees)]:
+        dbh = part["reference_cm"]
+        rows.append(
+            {
+                "plot": name,
+                "trees": len(part),
+                "mean_cm": float(dbh.mean()),
+                "sd_cm": float(dbh.std(ddof=1)) if len(part) > 1 else None,
+                "low_cm": float(dbh.min()),
+                "high_cm": float(dbh.max()),
+            }
+        )
+    return rows
+
+
+def tables_latex(inputs: PaperInputs) -> str:
+    """The tables with figures, one after the other."""
+    metrics = inputs.metrics
+    parts = [
+        plain_latex(plot_summary(inputs.evidence.trees), ("plot", "trees", "mean_cm", "sd_cm", "low_cm", "high_cm"))
+    ]
+    if "methods" in metrics:
+        parts.append(methods_latex(metrics["methods"]["rows"]))
+        parts.append(plain_latex(metrics["ablation"], ("setting", "value", "n", "mae_cm", "rmse_cm", "me_cm")))
+    if "segmentation" in metrics:
+        columns = ("source", "plot", "precision", "recall", "f1", "iou", "accuracy", "tp", "fp", "fn", "tn")
+        parts.append(plain_latex(metrics["segmentation"], columns))
+        parts.append(
+            plain_latex(metrics["oracle"], ("source", "fit", "labels", "common", "mae_cm", "rmse_cm", "me_cm"))
+        )
+    if "runtime" in metrics:
+        parts.append(plain_latex(metrics["runtime"], ("plot", "stage", "seconds", "peak_memory_mb")))
+    return "\n".join(parts)
+
+
+def _nothing(_: PaperInputs) -> None:
+    return None
+
+
+def _summary(inputs: PaperInputs) -> str:
+    return html_table(plot_summary(inputs.evidence.trees))
+
+
+def _layout(inputs: PaperInputs) -> str:
+    return drawn(inputs.folder, "paper_plots", pictures.draw_layout(inputs.references))
+
+
+def _flight(inputs: PaperInputs) -> str | None:
+    plot = inputs.workspace
+    return None if plot is None else drawn(inputs.folder, "paper_flight", pictures.draw_flight(plot))
+
+
+def _pixels(inputs: PaperInputs) -> str | None:
+    plot = inputs.workspace
+    found = None if plot is None else pictures.draw_pixels(plot, inputs.references[inputs.plots.index(plot)])
+    return None if found is None else drawn(inputs.folder, "paper_pixels", found)
+
+
+def _matching(inputs: PaperInputs) -> str | None:
+    pairs = [pictures.matched(plot, ref) for plot, ref in zip(inputs.plots, inputs.references, strict=True)]
+    away = np.concatenate([np.linalg.norm(measured - field, axis=1) for field, measured in pairs])
+    if not len(away):
+        return None
+    text = f"<p>{len(away)} pairs; mean planimetric offset {away.mean():.3f} m, largest {away.max():.3f} m.</p>"
+    return text + drawn(inputs.folder, "paper_matching", pictures.draw_matching(inputs.plots, pairs))
+
+
+def _sources(inputs: PaperInputs) -> str | None:
+    if not inputs.gathered:
+        return None
+    found = pictures.draw_reliability(inputs.gathered)
+    return None if found is None else drawn(inputs.folder, "paper_reliability", found)
+
+
+def _density(inputs: PaperInputs) -> str | None:
+    plot = inputs.workspace
+    sparse = {} if plot is None else pictures.sparse_near(plot, inputs.references[inputs.plots.index(plot)])
+    first = 0 if plot is None else inputs.plots.index(plot)
+    start = sum(len(ref) for ref in inputs.references[:first])
+    here = slice(start, start + len(inputs.references[first]))
+    sets = dict(sparse)
+    for name, stems in inputs.gathered.items():
+        if own := [points for points in stems.points[here] if points is not None]:
+            sets[f"{name}, segmented"] = own
+    if not sets:
+        return None
+    rows = [
+        {
+            "points": name,
+            "stems with any": sum(len(own) > 0 for own in sets[name]),
+            "median a stem": float(np.median([len(own) for own in sets[name]])),
+            "in all": int(sum(len(own) for own in sets[name])),
+        }
+        for name in sets
+    ]
+    return html_table(rows) + drawn(inputs.folder, "paper_density", pictures.draw_density(sets))
+
+
+def _chart(name: str) -> Callable[[PaperInputs], str | None]:
+    """A chart that the evaluation has drawn."""
+
+    def make(inputs: PaperInputs) -> str | None:
+        path = inputs.folder / f"{name}.svg"
+        asked = {"visibility": "visibility"}.get(name, "methods")
+        return inline(path.read_text(encoding="utf-8")) if asked in inputs.metrics and path.exists() else None
+
+    return make
+
+
+def _methods(inputs: PaperInputs) -> str | None:
+    found = inputs.metrics.get("methods")
+    if found is None:
+        return None
+    split = found["split"]
+    said = f"<p>{split['test']} stems tested, {len(split['held_out'])} held out for p.</p>"
+    return said + html_table([row for row in found["rows"] if row["subset"] == "own"])
+
+
+def _bands(inputs: PaperInputs) -> str | None:
+    plot = inputs.workspace
+    found = None if plot is None else pictures.draw_bands(plot)
+    return None if found is None else drawn(inputs.folder, "paper_bands", found)
+
+
+def _ablation(inputs: PaperInputs) -> str | None:
+    return html_table(inputs.metrics["ablation"]) if "ablation" in inputs.metrics else None
+
+
+def _labels(inputs: PaperInputs) -> str | None:
+    rows = inputs.metrics.get("segmentation")
+    if not rows:
+        return None
+    words = "".join(f"<li>{name}: {LABELS[name]}.</li>" for name in dict.fromkeys(row["source"] for row in rows))
+    return f"<p>Whose labels are scored:</p><ul>{words}</ul>" + html_table(rows)
+
+
+def _oracle(inputs: PaperInputs) -> str | None:
+    return html_table(inputs.metrics["oracle"]) if inputs.metrics.get("oracle") else None
+
+
+def _runtime(inputs: PaperInputs) -> str | None:
+    return html_table(inputs.metrics["runtime"]) if inputs.metrics.get("runtime") else None
+
+
+def _gallery(inputs: PaperInputs) -> str | None:
+    found = [pictures.sheets(plot, ref) for plot, ref in zip(inputs.plots, inputs.references, strict=True)]
+    shown = [sheet for own in found for sheet in own]
+    return "".join(shown) or None
+
+
+#: In the order of the paper.
+ITEMS = (
+    Item("Figure 1", "Overview", _nothing, "a drawing of the method without data"),
+    Item("Figure 2", "A stem in distant photos", _pixels, "no workspace of photos-to-dbh is given"),
+    Item("Table 1", "Plots and their trees", _summary, ""),
+    Item("Figure 3", "Plot layout", _layout, ""),
+    Item("Figure 4", "Flight pattern", _flight, "no workspace of photos-to-dbh is given"),
+    Item("Figure 5", "Field and measured stems, paired", _matching, "no stem was paired"),
+    Item("Figure 6", "The pipeline", _nothing, "a drawing of the method without data"),
+    Item(
+        "Figure 7",
+        "Depth fusion beside surface samples",
+        _nothing,
+        "depth maps of the Gaussians are not kept by a run; surface samples are what is measured",
+    ),
+    Item("Figure 8", "Intensity and opacity as reliability", _sources, "no cloud shows breast height of a stem"),
+    Item("Figure 9", "Points of each source", _density, "neither a workspace nor a cloud is given"),
+    Item("Figure 10", "Choice of the exponent p", _chart("power"), "no cloud is given"),
+    Item("Tables 2 and 3", "Accuracy by plot and method", _methods, "no cloud is given"),
+    Item("Figure 11", "Distribution of the errors", _chart("densities"), "no cloud is given"),
+    Item("Figure 12", "Error over DBH", _chart("trend"), "no cloud is given"),
+    Item("Figure 13", "Error over visibility", _chart("visibility"), "no workspace of photos-to-dbh is given"),
+    Item("Figure 14", "Breast height called free and hidden", _bands, "no workspace of photos-to-dbh is given"),
+    Item("Figure 15", "Means alone beside surface samples", _nothing, "the Gaussians of a run are not kept"),
+    Item("Table 4", "Ablation", _ablation, "no cloud is given"),
+    Item(
+        "Figure 16 and Table 5",
+        "Segmentation",
+        _labels,
+        "it needs a cloud and the true stems of a simulated plot",
+    ),
+    Item("Table 6", "With true labels instead", _oracle, "it needs a cloud and the true stems of a simulated plot"),
+    Item("Table 7", "Runtime", _runtime, "no workspace of photos-to-dbh is given"),
+    Item("Figure 17", "Successes and failures", _gallery, "no workspace with evidence sheets is given"),
+)
+_PAGE = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><title>Tables and figures of the paper</title><style>
+body {{ font: 15px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 1100px; padding: 0 1em; color: #222 }}
+table {{ border-collapse: collapse; margin: .6em 0 1.6em; font-size: 13px }}
+td, th {{ padding: .2em .6em; border-bottom: 1px solid #ddd; text-align: right; font-variant-numeric: tabular-nums }}
+th:first-child, td:first-child {{ text-align: left }}
+section {{ border-top: 1px solid #ccc; overflow-x: auto }} h2 {{ font-size: 17px }}
+svg, img {{ max-width: 100%; height: auto }} .none {{ color: #666 }}
+</style></head><body><h1>Tables and figures of the paper</h1>
+<p>In the paper's order, with the plots {plots} ({reference}). Other trees and photos than the paper's: the same
+questions, not the same answers.</p>{body}</body></html>
+"""
