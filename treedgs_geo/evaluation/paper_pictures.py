@@ -60,7 +60,9 @@ def stems_of(plot: PlotFiles, frame: LocalFrame) -> tuple[Any, list[Stem]]:
     trees = read_trees(plot.workspace_in / "trees.gpkg")
     trees = trees[trees["dbh_cm"].notna() & trees["z_ground"].notna()].reset_index(drop=True)
     local = frame.to_local(trees[["x", "y", "z_ground"]].to_numpy(float))
-    return trees, [Stem(*map(float, p), d / 100) for p, d in zip(local, trees["dbh_cm"], strict=True)]
+    return trees, [
+        Stem(float(x), float(y), float(z), d / 100) for (x, y, z), d in zip(local, trees["dbh_cm"], strict=True)
+    ]
 
 
 def draw_layout(references: list[Reference]) -> Any:
