@@ -13,7 +13,7 @@ from treedgs_geo.from_photos.coarse import Mode
 from treedgs_geo.from_photos.fine import FineFit
 from treedgs_geo.from_photos.fit import PhotoFit
 from treedgs_geo.from_photos.mixture import PAIR_SE_CM, Mixture, Others
-from treedgs_geo.from_photos.settle import merge, without_open_diameter
+from treedgs_geo.from_photos.settle import merge, not_swallowed, without_open_diameter
 from treedgs_geo.from_photos.strips import StemAxis
 from treedgs_geo.from_photos.verdict import GAIN_LOW_CONFIDENCE, GAIN_MERGED, companion_share
 from treedgs_geo.trees.tree import Tree, with_block_errors
@@ -130,3 +130,22 @@ def test_a_diameter_that_stays_open_is_refused_at_the_end():
     narrow = replace(open_one, se_cm=4.0)
     assert without_open_diameter(narrow) is narrow
     assert without_open_diameter(fitted(30.0, 120.0)).flag == "ok"
+
+
+def test_two_certain_stems_are_not_swallowed_by_one_that_the_network_sees():
+    """Twins 10 cm apart: a third stem as thick as both was ok, 33 cm too thick."""
+    both = fitted(62.9, 65.0, 0.0, "ok", x=0.18)
+    twins = [fitted(30.5, 128.0, 0.0, "ok"), fitted(27.4, 55.0, 0.0, "ok", x=0.39)]
+    assert not_swallowed([both], twins) == twins
+    # One alone: which of the two explanations is right stays open, and so does the diameter.
+    (left,) = not_swallowed([both], twins[:1])
+    assert left.flag == "check" and left.reasons == ("ambiguous",) and left.lo_cm <= 30.5 and left.se_cm > 16
+    assert without_open_diameter(left).flag == "reject"
+    # With fewer edges, not certain, as thick, or beside it: the stem stays as it is.
+    for others in (
+        [fitted(30.5, 60.0, 0.0, "ok")],
+        [fitted(30.5, 128.0, 0.0, "check")],
+        [fitted(60.0, 128.0, 0.0, "ok")],
+        [fitted(30.5, 128.0, 0.0, "ok", x=0.55)],
+    ):
+        assert not_swallowed([both], others) == [both]

@@ -21,7 +21,7 @@ from .looks import MORE_PLACES, Look, away_from, first_look, look_of, random_pla
 from .network_seeds import network_seeds
 from .options import PhotoStemOptions
 from .plumb import PlumbMap, make_map
-from .settle import APART_M, known_rows, looked_at_twice, merge, plausible, without_open_diameter
+from .settle import APART_M, known_rows, looked_at_twice, merge, not_swallowed, plausible, without_open_diameter
 from .stack import GroundGrid, PhotoStack, load_stack
 from .stem_net import network_maps
 from .tiles import split
@@ -124,10 +124,8 @@ def _tile(
     places = random_places(tile, rng)
     fitter = first_look(stack, grid, tile, seeds, gate, places, options)
     reporter.progress(0.55)
-    fits: list[PhotoFit] = []
-    if options.stem_network != "full":
-        with reporter.stage("fit stems", 0.55, 0.7):
-            fits = _fitted(fitter, [], seeds, beside, gate, reporter)
+    with reporter.stage("fit stems", 0.55, 0.7):
+        by_edges = fits = _fitted(fitter, [], seeds, beside, gate, reporter)
         if options.stem_network == "auto":
             options = replace(options, stem_network=_asked(fits, tile, reporter))
             fitter = replace(fitter, options=options)
@@ -136,7 +134,7 @@ def _tile(
         seen = network_seeds(shown, grid, area, box, options, rng)
         fitter = with_chance(replace(fitter, shown=shown), away_from(seen, random_places(tile, rng, MORE_PLACES)))
         with reporter.stage("fit stems", 0.7, 0.85):
-            fits = _fitted(fitter, seen, seeds, beside, gate, reporter)
+            fits = not_swallowed(_fitted(fitter, seen, seeds, beside, gate, reporter), by_edges)
     if options.max_lean_deg > UPRIGHT_MOST_DEG:
         fits += _carved(fitter, area, box, fits, reporter)
     if given is not None:

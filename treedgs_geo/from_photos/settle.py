@@ -17,6 +17,9 @@ APART_M = 0.4
 RIVAL_LLR = 30.0
 #: Two looks at one stem: as far apart in lean (tangent) and in diameter (share), at most.
 SAME_LEAN, SAME_DBH = 0.09, 0.04
+#: A stem inside another one counts against it below this share of its diameter, with edges that lead by so much (log
+#: likelihood units; as between explanations that silhouettes choose).
+THINNER, SWALLOWED_LEAD = 0.85, 10.0
 
 
 def known_rows(fits: list[PhotoFit]) -> np.ndarray:
@@ -42,6 +45,35 @@ def without_open_diameter(fit: PhotoFit) -> PhotoFit:
     if not found.refused:
         return fit
     return replace(fit, flag="reject", reasons=tuple(dict.fromkeys([*fit.reasons, *found.reasons])))
+
+
+def not_swallowed(fits: list[PhotoFit], by_edges: list[PhotoFit]) -> list[PhotoFit]:
+    """The fits that the network had a word on, less stems that swallow others: to it two stems side by side may be one.
+
+    by_edges: what edges alone gave. Where two certain thinner ones of these stand within a fit and have more edges
+    between them, they take its place; one alone leaves the fit ``ambiguous``, with half of the difference in its error,
+    and refused where that leaves the diameter open.
+    """
+    sure = [fit for fit in by_edges if fit.flag == "ok"]
+    out: list[PhotoFit] = []
+    for fit in fits:
+        inside = [
+            other
+            for other in sure
+            if fit.measured and np.hypot(*(other.axis.p - fit.axis.p)) < fit.r0 and other.dbh_cm < THINNER * fit.dbh_cm
+        ]
+        if not inside or sum(other.llr for other in inside) < fit.llr + SWALLOWED_LEAD:
+            out.append(fit)
+        elif len(inside) > 1:
+            out += inside
+        else:
+            off_cm = 0.5 * (fit.dbh_cm - inside[0].dbh_cm)
+            reasons = tuple(dict.fromkeys([*fit.reasons, "ambiguous"]))
+            se = float(np.hypot(fit.se_cm, off_cm))
+            half = HALF_WIDTH_SE * se
+            low, high = min(fit.dbh_cm - half, inside[0].dbh_cm), fit.dbh_cm + half
+            out.append(replace(fit, flag="check", reasons=reasons, se_cm=se, lo_cm=low, hi_cm=high))
+    return out
 
 
 def looked_at_twice(found: list[PhotoFit], refused: list[PhotoFit]) -> list[PhotoFit]:
