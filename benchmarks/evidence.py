@@ -86,6 +86,14 @@ def publish(source: Path, name: str) -> None:
     print(f"docs/results/{name}")
 
 
+def publish_part(source: Path, part: str) -> None:
+    """Some seeds or methods of the stability suite: ``stability_PART-*.csv`` and the page's part of that name."""
+    for name in ("levels", "factors", "trees"):
+        file = "stability.csv" if name == "levels" else f"stability-{name}.csv"
+        publish(source / file, f"stability_{part}-{name}.csv")
+    fill(DOCS / "evidence" / "stability.md", f"stability-{part}", (source / "stability.md").read_text(encoding="utf-8"))
+
+
 def others(page: Path, names: list[str]) -> list[str]:
     """The parts of the methods table about other plots than ``names``: they stay."""
     found = re.search(r"<!-- methods-table -->\n(.*?)<!-- /methods-table -->", page.read_text(encoding="utf-8"), re.S)
@@ -146,10 +154,14 @@ def _cm(value: float | None) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--from", dest="source", type=Path, action="append", default=[], help="outputs of benchmark")
+    parser.add_argument("--part", help="--from has a part of the stability suite: kept beside the whole by this name")
     parser.add_argument("--evaluation", type=Path, action="append", default=[], help="outputs of evaluate, by plot")
     options = parser.parse_args()
     RESULTS.mkdir(exist_ok=True)
     for source in options.source:
+        if options.part:
+            publish_part(source, options.part)
+            continue
         for name in COPIED:
             if (source / name).exists():
                 publish(source / name, name)

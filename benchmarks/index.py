@@ -65,6 +65,7 @@ WRITERS = {
     "pointcloud_accuracy.json": "benchmarks.clouds.accuracy",
     "published.json": "benchmarks.evidence",
     "reconstruction.json": "benchmarks.reconstruction.accuracy",
+    "recall.json": "benchmarks.photos.recall",
     "rolling_shutter.json": "benchmarks.reconstruction.rolling_shutter",
     "second_measurement.json": "benchmarks.photos.second_measurement",
     "segmentation.json": "benchmarks.clouds.segmentation",
