@@ -107,9 +107,11 @@ class Algorithm(BaseAlgorithm):
         )
         rebuild = QgsProcessingParameterBoolean("REBUILD", self.tr("Start from scratch"), False)
         rebuild.setHelp(self.tr("Remove the environment first, to repair a broken one."))
-        for advanced in (python, build, rebuild):
+        ahead = QgsProcessingParameterBoolean("COMPILE", self.tr("Compile for this processor"), True)
+        ahead.setHelp(self.tr("The first job does not wait for it then; without it the first job compiles."))
+        for advanced in (python, build, rebuild, ahead):
             advanced.setFlags(advanced.flags() | compat.FLAG_ADVANCED)
-        for made in (*parts, wheels, python, build, rebuild):
+        for made in (*parts, wheels, python, build, rebuild, ahead):
             self.addParameter(made)
         self.addOutput(QgsProcessingOutputString("ENGINE", self.tr("The engine's Python")))
 
@@ -225,7 +227,8 @@ class Algorithm(BaseAlgorithm):
                 ),
                 cache=engine.data_dir() / leftovers.PIP_CACHE,
             )
-            self.compile(target, feedback, share)
+            if self.parameterAsBoolean(parameters, "COMPILE", context):
+                self.compile(target, feedback, share)
         except (environment.SetupError, engine.EngineError, OSError) as problem:
             if feedback.isCanceled():
                 raise QgsProcessingException(self.tr("Stopped; run it again to go on where it ended.")) from None

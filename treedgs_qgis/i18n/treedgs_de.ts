@@ -213,6 +213,14 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Die Umgebung zuerst entfernen, um eine defekte zu beheben.</translation>
     </message>
     <message>
+      <source>Compile for this processor</source>
+      <translation>Für diesen Prozessor übersetzen</translation>
+    </message>
+    <message>
+      <source>The first job does not wait for it then; without it the first job compiles.</source>
+      <translation>Der erste Auftrag wartet dann nicht darauf; ohne das übersetzt der erste Auftrag.</translation>
+    </message>
+    <message>
       <source>WHEELS: {folder} is not a folder; give the folder that holds the .whl files.</source>
       <translation>WHEELS: {folder} ist kein Ordner; geben Sie den Ordner mit den .whl-Dateien an.</translation>
     </message>

@@ -211,6 +211,14 @@ cero.&lt;/p&gt;
       <translation>Quitar antes el entorno, para reparar uno dañado.</translation>
     </message>
     <message>
+      <source>Compile for this processor</source>
+      <translation>Compilar para este procesador</translation>
+    </message>
+    <message>
+      <source>The first job does not wait for it then; without it the first job compiles.</source>
+      <translation>El primer trabajo no espera entonces; sin esto compila el primer trabajo.</translation>
+    </message>
+    <message>
       <source>WHEELS: {folder} is not a folder; give the folder that holds the .whl files.</source>
       <translation>WHEELS: {folder} no es una carpeta; dé la carpeta que contiene los archivos .whl.</translation>
     </message>
