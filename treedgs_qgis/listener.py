@@ -49,6 +49,7 @@ STAGES = {
     "truth": "Writing field table and truth",
     "score": "Comparing with the field trees",
     "experiments": "Published methods on the same trees",
+    "figures of the paper": "Tables and figures of the paper",
     "methods": "Circles and cylinders on both clouds",
     "visibility and runtime": "Photos that show breast height, and time",
     "fit Gaussians": "Fitting Gaussians",

@@ -813,6 +813,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Veröffentlichte Verfahren an denselben Bäumen</translation>
     </message>
     <message>
+      <source>Tables and figures of the paper</source>
+      <translation>Tabellen und Abbildungen der Veröffentlichung</translation>
+    </message>
+    <message>
       <source>Circles and cylinders on both clouds</source>
       <translation>Kreise und Zylinder auf beiden Wolken</translation>
     </message>

@@ -811,6 +811,10 @@ cero.&lt;/p&gt;
       <translation>Métodos publicados en los mismos árboles</translation>
     </message>
     <message>
+      <source>Tables and figures of the paper</source>
+      <translation>Tablas y figuras del artículo</translation>
+    </message>
+    <message>
       <source>Circles and cylinders on both clouds</source>
       <translation>Círculos y cilindros en ambas nubes</translation>
     </message>
