@@ -44,6 +44,7 @@ def record(key, level, rows, method="photos", seed=1):
         "factor": key,
         "level": level,
         "seed": seed,
+        "stand": seed,
         "method": method,
         "seconds": 1.0,
         "refused": "",
@@ -214,5 +215,13 @@ def test_selection():
             StabilityChoice([1], factors, methods).cases()
     assert Case(factor("float"), 4, 1, "whole chain").plot_settings["float_epochs"] == 4
     assert [case.seed for case in all_cases([3, 5], ["poses"], ["photos"])] == [3] * 4 + [5] * 4
-    base = Case(factor("lean"), 0.0, 1, "photos"), Case(factor("sweep"), 0.0, 1, "photos")
-    assert base[0].plot_settings == base[1].plot_settings and base[0].is_base
+
+
+def test_each_factor_has_a_stand_of_its_own_and_flights_share_one():
+    lean, sweep = Case(factor("lean"), 0.0, 1, "photos"), Case(factor("sweep"), 0.0, 1, "photos")
+    assert lean.is_base and lean.plot_settings["seed"] != sweep.plot_settings["seed"]
+    assert Case(factor("lean"), 25.0, 1, "photos").stand == lean.stand != Case(factor("lean"), 0.0, 2, "photos").stand
+    flights = [Case(factor(key), factor(key).levels[0], 1, "whole chain") for key in ("sun", "float")]
+    assert flights[0].plot_settings == flights[1].plot_settings
+    stands = [case.stand for case in all_cases([1], methods=["photos", "lidar"]) if case.is_base]
+    assert len(set(stands)) == len({case.factor.key for case in all_cases([1], methods=["photos", "lidar"])})

@@ -181,6 +181,7 @@ def record(key, level, rows, seed=1, refused="", **block):
         "factor": key,
         "level": level,
         "seed": seed,
+        "stand": seed,
         "method": "whole chain",
         "refused": refused,
         "rows": rows,

@@ -36,14 +36,14 @@ LOOKS = {
 def tree_rows(records: list[dict]) -> pd.DataFrame:
     """One row a stem and case; ``error_cm``; ``lie``: flagged ok and more than 5 cm off, or where nothing stands.
 
-    The untroubled level is the same measurement in every factor: it is ``base`` in all but the first.
+    Factors of one stand share the measurement of its untroubled level: it is ``base`` in all but the first.
     """
     seen: set[tuple] = set()
     rows = []
     for record in records:
         factor = next(f for f in FACTORS if f.key == record["factor"])
         first = record["level"] == factor.levels[0]
-        key = (record["seed"], record["method"])
+        key = (record["stand"], record["method"])
         repeated = first and key in seen
         if first:
             seen.add(key)
