@@ -34,7 +34,7 @@ def reading_above(
     offset_sd_px, windows_px: as for :func:`.fine.refine`.
     """
     looked = replace(sighting, seen=np.maximum(sighting.seen, SEEN_AT_LEAST), skip=None)
-    found = refine(stack, fine.axis, fine.r0, fine.r1, looked, ABOVE.fine, offset_sd_px, windows_px)
+    found = refine(stack, fine.axis, fine.r0, fine.r1, looked, ABOVE.fine, offset_sd_px, windows_px, oval=True)
     if found is None:
         return np.nan
     most = max(MOST_CM, 200 * MOST_SHARE * fine.r0)

@@ -5,12 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import stdtrit
 
-from ..trees.priors import USUAL_TAPER
+from ..trees.priors import OVAL_SD, USUAL_TAPER
 from .fine import FineFit
 
-#: Standard deviation of a stem's width with direction, share of the diameter: 5 % / 2 / sqrt(2) for stems whose widest
-#: and narrowest diameters differ by 5 %, as conifers' do on average.
-OVAL_SD = 0.018
 #: An oval that the photos show counts above this share of the diameter (half of widest less narrowest), times so much:
 #: photos that see the stem much wider or narrower than the rest take part less (simulated oval stems, seeds 11 to 13).
 OVAL_FREE, OVAL_SEEN = 0.005, 1.5

@@ -1,19 +1,22 @@
 """Sub-pixel refinement of one explanation: edge positions in linear light, robust joint least squares over all views.
 
 Every view, 10 cm block and side offers its sub-pixel gradient maxima near the current edge; expectation-maximisation
-weighs them (normal inliers against a uniform background); the model u = n.(dp + ds q + dc q^2) +- f (r0 + r1 q) + o_v
-is linear in its parameters, with one sideways offset o_v a view (pose error) eliminated by a Schur complement.
+weighs them (normal inliers against a uniform background); the model u = n.(dp + ds q + dc q^2) +- f (r0 + r1 q + h_v)
++ o_v is linear in its parameters, with one sideways offset o_v a view (pose error) eliminated by a Schur complement.
+h_v is what an oval section shows across view v beside its mean: the second harmonic of its support function, a cos 2
+phi + b sin 2 phi with phi the direction across the view. The mean of the half widths over all directions is girth over
+2 pi (Cauchy), so that r0 is the radius that a tape reads, from whatever directions the photos are.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
 
-from ..trees.priors import TAPER_SD, USUAL_TAPER
+from ..trees.priors import OVAL_SD, TAPER_SD, USUAL_TAPER
 from .stack import PhotoStack
 from .strips import StemAxis, StripLayout, Strips, cut_strips, hide_known
 
@@ -24,6 +27,8 @@ EDGE_SD_PX = 0.45
 CURVATURE_SD = 0.004
 #: Rounds of expectation-maximisation after each cut, and edges kept near each expected one.
 ROUNDS, MOST_EDGES = 6, 4
+#: Inverse variance that keeps an unknown where it is.
+_FIXED = 1e12
 NO_STEMS = np.empty((0, 10))
 
 
@@ -34,8 +39,9 @@ class FineFit:
     axis: at breast height. r0: radius there, metres; r1: its slope, m/m. view_r: (V,) radius deviation of each view,
     metres, NaN without both edges. view_weight: (V,) its weight. two_sided: (V,) bool, both edges seen.
     n_edges: effective number of edges. spread: (V,) share of blocks with a supported edge pair. rms_px: edge residual.
-    fit_sd_m: formal standard error of r0. evidence: summed log likelihood ratio of "one of the edges found is the
-    stem's" to "none is", over photos, blocks and sides, with the prior of the taper.
+    fit_sd_m: formal standard error of r0. oval: (2,) second harmonic of the half width, metres. evidence: summed log
+    likelihood ratio of "one of the edges found is the stem's" to "none is", over photos, blocks and sides, with the
+    prior of the taper.
     """
 
     axis: StemAxis
@@ -49,6 +55,7 @@ class FineFit:
     rms_px: float
     fit_sd_m: float
     evidence: float = 0.0
+    oval: np.ndarray = field(default_factory=lambda: np.zeros(2))
 
 
 @dataclass(frozen=True)
@@ -63,7 +70,7 @@ class Sighting:
 
 class _EdgePoints(NamedTuple):
     """N candidate edges. v: view. group: view, block and side. u: place, m. p: coherence times the probability that
-    the view sees the stem. design: (N, 8) row of the linear model. sd: of an inlier, m. none: (groups,) density of
+    the view sees the stem. design: (N, 10) row of the linear model. sd: of an inlier, m. none: (groups,) density of
     "no candidate is the edge"."""
 
     v: np.ndarray
@@ -76,7 +83,7 @@ class _EdgePoints(NamedTuple):
 
 
 class _Damping(NamedTuple):
-    """Priors as inverse variances: of the 8 unknowns around ``rest``, and of each view's offset around 0."""
+    """Priors as inverse variances: of the 10 unknowns around ``rest``, and of each view's offset around 0."""
 
     unknowns: np.ndarray
     offsets: np.ndarray
@@ -84,7 +91,7 @@ class _Damping(NamedTuple):
 
 
 class _State(NamedTuple):
-    """Unknowns (8,), offsets of the views, posterior of the edges, total of the groups, normal matrix (8, 8)."""
+    """Unknowns (10,), offsets of the views, posterior of the edges, total of the groups, normal matrix (10, 10)."""
 
     x: np.ndarray
     offset: np.ndarray
@@ -210,10 +217,11 @@ def refine(
     band_m: tuple[float, float],
     offset_sd_px: float,
     windows_px: tuple[float, ...],
+    oval: bool = False,
 ) -> FineFit | None:
     """Refine a stem, in as many cuts as there are windows. band_m: heights above the ground that are fitted.
     offset_sd_px: prior of a view's sideways error. windows_px: edges are looked for this far from where they are
-    expected, cut by cut.
+    expected, cut by cut. oval: the section may be oval, as stems are (:data:`..trees.priors.OVAL_SD`).
 
     Returns None where too few edges are found.
     """
@@ -226,7 +234,11 @@ def refine(
         if sighting.skip is not None:
             place[np.broadcast_to(sighting.skip[:, None, :, None], place.shape)] = np.nan
         edges = _gathered(strips, place, prior, seen, window)
-        solved = None if edges is None else _solve(strips, edges, r0, r1, offset_sd_px, axis)
+        solved = (
+            None
+            if edges is None
+            else _solve(strips, edges, r0, r1, _damping(strips, axis, offset_sd_px, r0, oval), axis)
+        )
         if solved is None:
             return None
         delta, fit = solved
@@ -255,10 +267,6 @@ class EdgesFound(NamedTuple):
     widen: np.ndarray
 
 
-#: Inverse variance that keeps an unknown where it is.
-_FIXED = 1e12
-
-
 def edges_near(
     stack: PhotoStack,
     axis: StemAxis,
@@ -280,9 +288,9 @@ def edges_near(
         nothing, whole = np.empty(0), np.empty(0, int)
         none = np.full(n, np.nan)
         return EdgesFound(whole, nothing, nothing, whole, nothing, np.zeros(n), none, strips.normal, strips.widen)
-    shape = np.array([0, 0, 0, 0, 0, 0, r0, r1], float)
-    damping = _Damping(np.full(8, _FIXED), 1 / (offset_sd_px * strips.px_m) ** 2, shape)
-    state = _State(shape.copy(), np.zeros(n), np.zeros(len(edges.u)), np.zeros(len(edges.none)), np.zeros((8, 8)))
+    shape = np.array([0, 0, 0, 0, 0, 0, r0, r1, 0, 0], float)
+    damping = _Damping(np.full(10, _FIXED), 1 / (offset_sd_px * strips.px_m) ** 2, shape)
+    state = _State(shape.copy(), np.zeros(n), np.zeros(len(edges.u)), np.zeros(len(edges.none)), np.zeros((10, 10)))
     _expectation(edges, damping, ROUNDS, state)
     view_r, _, _ = _radii(strips, edges, state)
     block = edges.group // 2 % len(strips.q)
@@ -319,8 +327,9 @@ def _gathered(
     p = np.clip(prior[np.isfinite(place)], 0.02, 0.95) * np.clip(seen[v], 0.02, 1.0)
     sign = 2.0 * s - 1.0
     q, n, px, f = strips.q[b], strips.normal[v], strips.px_m[v], strips.widen[v]
-    # Unknowns: dp, ds, dc (2 each), r0, r1.
-    design = np.column_stack([n, n * q[:, None], n * (q * q)[:, None], sign * f, sign * f * q])
+    # Unknowns: dp, ds, dc (2 each), r0, r1, oval (2).
+    side, turned = sign * f, np.column_stack([n[:, 0] ** 2 - n[:, 1] ** 2, 2 * n[:, 0] * n[:, 1]])
+    design = np.column_stack([n, n * q[:, None], n * (q * q)[:, None], side, side * q, side[:, None] * turned])
     n_views, n_blocks = strips.coherence.shape[:2]
     group = (v * n_blocks + b) * 2 + s
     none = np.zeros(n_views * n_blocks * 2)
@@ -328,25 +337,26 @@ def _gathered(
     return _EdgePoints(v, group, u, p, design, EDGE_SD_PX * px, none)
 
 
-def _damping(strips: Strips, axis: StemAxis, offset_sd_px: float) -> _Damping:
-    lam = np.zeros(8)
+def _damping(strips: Strips, axis: StemAxis, offset_sd_px: float, r0: float, oval: bool) -> _Damping:
+    lam = np.zeros(10)
     lam[0:2], lam[2:4], lam[4:6] = 1 / 0.3**2, 1 / 0.05**2, 1 / CURVATURE_SD**2
     lam[7] = 1 / TAPER_SD**2
-    rest = np.array([0, 0, 0, 0, -axis.c[0], -axis.c[1], 0, USUAL_TAPER])
+    lam[8:10] = 1 / (OVAL_SD * r0) ** 2 if oval else _FIXED
+    rest = np.array([0, 0, 0, 0, -axis.c[0], -axis.c[1], 0, USUAL_TAPER, 0, 0])
     return _Damping(lam, 1 / (offset_sd_px * strips.px_m) ** 2, rest)
 
 
 def _solve(
-    strips: Strips, edges: _EdgePoints, r0: float, r1: float, offset_sd_px: float, axis: StemAxis
+    strips: Strips, edges: _EdgePoints, r0: float, r1: float, damping: _Damping, axis: StemAxis
 ) -> tuple[np.ndarray, FineFit] | None:
     """The change of the axis and radius that explains the edges best, and the stem after it; None if singular."""
     n_views, n_groups = len(strips.px_m), len(edges.none)
-    x = np.array([0, 0, 0, 0, 0, 0, r0, r1], float)
+    x = np.array([0, 0, 0, 0, 0, 0, r0, r1, 0, 0], float)
     offset, post, total = np.zeros(n_views), np.zeros(len(edges.u)), np.zeros(n_groups)
-    matrix = np.zeros((8, 8))
+    matrix = np.zeros((10, 10))
     state = _State(x, offset, post, total, matrix)
     try:
-        _expectation(edges, _damping(strips, axis, offset_sd_px), ROUNDS, state)
+        _expectation(edges, damping, ROUNDS, state)
     except np.linalg.LinAlgError:
         return None
     v, none = edges.v, edges.none
@@ -371,5 +381,6 @@ def _solve(
         rms_px=float(np.sqrt((post * (e / px) ** 2).sum() / max(post.sum(), 1e-9))),
         fit_sd_m=float(np.sqrt(np.linalg.inv(matrix)[6, 6])),
         evidence=evidence,
+        oval=x[8:10],
     )
     return x, fit

@@ -193,7 +193,9 @@ class Fitter:
         if best.mate is not None:
             hidden, window = np.vstack([known, best.mate]), PAIR_WINDOWS_PX[2:]
         seen = seen_probability(best.z)
-        fine = self._refine(fine.axis, fine.r0, fine.r1, seen, hidden, window, best.skip) or fine
+        fine = (
+            self._refine(fine.axis, fine.r0, fine.r1, seen, hidden, window, best.skip, oval=best.mate is None) or fine
+        )
         above_cm = np.nan
         if self.bands is BREAST:
             above_cm = reading_above(self.stack, fine, Sighting(seen, hidden), self.options.offset_sd_px, WINDOWS_PX)
@@ -248,9 +250,10 @@ class Fitter:
         known: np.ndarray,
         windows_px: tuple[float, ...],
         skip: np.ndarray | None = None,
+        oval: bool = False,
     ) -> FineFit | None:
-        sighting = Sighting(seen, known, skip)
-        return refine(self.stack, axis, r0, r1, sighting, self.bands.fine, self.options.offset_sd_px, windows_px)
+        sighting, sd_px = Sighting(seen, known, skip), self.options.offset_sd_px
+        return refine(self.stack, axis, r0, r1, sighting, self.bands.fine, sd_px, windows_px, oval)
 
     def _settled(self, search: Search, outline: Silhouette, shape: np.ndarray) -> Mode:
         p = moved_to_edges(search, outline, self.chance, shape)

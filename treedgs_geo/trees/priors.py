@@ -15,3 +15,6 @@ USUAL_TAPER_CM_M = 1.0
 USUAL_TAPER, TAPER_SD = -0.005, 0.0015
 #: Slope of the radius where fits to photos and splats start, and the middle of what counts as plausible there, m/m.
 START_TAPER = -0.0045
+#: Standard deviation of a stem's width with direction, share of the diameter: 5 % / 2 / sqrt(2) for stems whose widest
+#: and narrowest diameters differ by 5 %, as conifers' do on average.
+OVAL_SD = 0.018
