@@ -2,10 +2,12 @@
 
     .venv/bin/python tools/measure_engine.py [--python PYTHON] [--only-compiling]
 
-The locked list of the engine alone is installed as ``treedgs:setupengine`` does, and then each extra's own libraries:
-what pip downloads, what the folder grows by (megabytes of 10^6 bytes), the seconds here, and what the download takes at
-50 Mbit/s. Network, 3 GB of disk, some minutes. Then, in this very environment, the processor seconds of compiling ahead
-(``treedgs doctor --compile`` with nothing compiled): they say the same on a busy machine.
+Each is set up for real, as ``treedgs:setupengine`` does it (:func:`treedgs_qgis.environment.build`: the environment,
+pip over the network, compiling what it brought), the engine first, then one extra after the other; but from an index on
+this computer that is held to a line of 50 Mbit/s (``slow_index.py``). Seconds of the whole, megabytes (10^6 bytes) of
+the wheels and of what the environment grows by. Network (the wheels are fetched first), 4 GB of disk, some minutes.
+Then, in this very environment, the processor seconds of compiling ahead (``treedgs doctor --compile`` with nothing
+compiled): they say the same on a busy machine.
 """
 
 from __future__ import annotations
@@ -15,7 +17,6 @@ import json
 import os
 import platform
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -27,6 +28,8 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 PAGE = ROOT / "docs" / "developer" / "dependencies.md"
 BEGIN, END = "<!-- sizes -->", "<!-- /sizes -->"
+#: Seconds to an index and back, for each question.
+WAY_S = 0.03
 
 
 def size_mb(folder: Path) -> float:
@@ -34,18 +37,22 @@ def size_mb(folder: Path) -> float:
     return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file() and not path.is_symlink()) / 1e6
 
 
-def pip(python: Path, *words: object) -> float:
-    """Run pip; returns its seconds.
+def fetch(python: str, listed: list[str], folder: Path) -> None:
+    """Fetch the wheels of a list.
 
     Raises:
         RuntimeError: pip's last words.
     """
-    command = [python, "-I", "-m", "pip", "--disable-pip-version-check", "--no-input", *map(str, words)]
-    began = time.perf_counter()
-    done = subprocess.run(command, capture_output=True, text=True)
+    command = [python, "-I", "-m", "pip", "download", "--disable-pip-version-check", "--no-input", "-q"]
+    done = subprocess.run([*command, "-d", str(folder), *listed], capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(done.stderr[-800:])
-    return time.perf_counter() - began
+
+
+def processors() -> str:
+    """How many this process may use, in words."""
+    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return "one processor" if count == 1 else f"{count} processors"
 
 
 def compiling_s() -> float:
@@ -65,13 +72,13 @@ def table(parts: dict[str, dict[str, float]], where: str) -> str:
 
     lines = [BEGIN, f"Measured {date.today().isoformat()}, {where}:", ""]
     lines += [
-        "| part | download, MB | on disk, MB | download at 50 Mbit/s | installing here |",
+        "| part | download, MB | on disk, MB | whole set-up over a line of 50 Mbit/s | of that the download |",
         "|---|---|---|---|---|",
     ]
     for name, row in parts.items():
-        minutes = f"{row['download_mb'] * 8 / extras.LINE_MBIT_S:.0f} s"
+        download = f"{row['download_mb'] * 8 / extras.LINE_MBIT_S:.0f} s"
         label = "the engine alone" if name == "engine" else f"`{name}`"
-        lines.append(f"| {label} | {row['download_mb']} | {row['disk_mb']} | {minutes} | {row['install_s']} s |")
+        lines.append(f"| {label} | {row['download_mb']} | {row['disk_mb']} | {row['whole_s']} s | {download} |")
     return "\n".join([*lines, END])
 
 
@@ -85,7 +92,7 @@ def main() -> int:
     chosen = parser.parse_args()
     figures = json.loads(extras.SIZES.read_text(encoding="utf-8"))
     if not chosen.only_compiling:
-        where = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}"
+        where = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}, {processors()}"
         figures.update(where=where, parts=installed(chosen.python))
         page = PAGE.read_text(encoding="utf-8")
         marked = re.compile(f"{re.escape(BEGIN)}.*?{re.escape(END)}", re.S)
@@ -97,33 +104,39 @@ def main() -> int:
 
 def installed(python: str) -> dict[str, dict[str, float]]:
     """What each part takes."""
+    from slow_index import serving
+
     from treedgs_qgis import environment, extras, locked
 
     parts: dict[str, dict[str, float]] = {}
     with tempfile.TemporaryDirectory() as folder:
         scratch = Path(folder)
-        subprocess.run([python, "-I", "-m", "venv", scratch / "env"], check=True)
-        inside = scratch / "env" / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
-        base = locked.lines("cpu", ())
-        for name in ("engine", *extras.CHOICES, extras.GPU):
-            build, chosen = ("cuda", ()) if name == extras.GPU else ("cpu", () if name == "engine" else (name,))
-            listed = [line for line in locked.lines(build, chosen) if name == "engine" or line not in base]
-            file, wheels, into = scratch / f"{name}.txt", scratch / f"{name}-wheels", scratch / name
-            file.write_text("\n".join(listed) + "\n", encoding="utf-8")
-            words = ["--no-deps", "--require-hashes", "--only-binary", ":all:", "-r", file]
-            pip(inside, "download", "-q", "-d", wheels, *words)
-            # An extra goes into a folder of its own: what it adds to the environment.
-            target = [] if name == "engine" else ["--target", into]
-            begin = ["install", "-q", "--no-compile", "--no-index", "--find-links", wheels]
-            seconds = pip(inside, *begin, *target, *words)
-            began = time.perf_counter()
-            site = environment.packages_of(scratch / "env") if name == "engine" else into
-            subprocess.run([inside, "-I", "-c", environment.COMPILE, str(site)], check=True, stdout=subprocess.DEVNULL)
-            seconds += time.perf_counter() - began
-            disk = size_mb(scratch / "env" if name == "engine" else into)
-            parts[name] = {"download_mb": round(size_mb(wheels)), "disk_mb": round(disk), "install_s": round(seconds)}
-            print(name, parts[name], flush=True)
-            shutil.rmtree(wheels)
+        wheels, target = scratch / "wheels", scratch / "engine"
+        everything = locked.write_list("cuda", scratch / "all.txt")
+        fetch(python, everything, wheels)
+        with serving(wheels, extras.LINE_MBIT_S, WAY_S) as (address, line):
+            ours = {name: value for name, value in os.environ.items() if not name.startswith("PIP_")}
+            ours.update(PIP_INDEX_URL=address, PIP_CONFIG_FILE=os.devnull)
+
+            def run(command: list) -> int:
+                return subprocess.run(list(map(str, command)), env=ours, stdout=subprocess.DEVNULL).returncode
+
+            chosen: list[str] = []
+            for name in ("engine", *extras.CHOICES, extras.GPU):
+                chosen += [name] if name in extras.CHOICES else []
+                listed = locked.write_list("cuda" if name == extras.GPU else "cpu", scratch / "l.txt", extras=chosen)
+                disk, sent, began = size_mb(target), line.sent_bytes, time.perf_counter()
+                environment.build(
+                    target, [listed], name, python, run=run, say=lambda _: None, cache=scratch / "pip-cache"
+                )
+                whole_s, fetched_mb = time.perf_counter() - began, (line.sent_bytes - sent) / 1e6
+                parts[name] = {
+                    "download_mb": round(fetched_mb),
+                    "disk_mb": round(size_mb(target) - disk),
+                    "whole_s": round(whole_s),
+                    "install_s": max(1, round(whole_s - fetched_mb * 8 / extras.LINE_MBIT_S)),
+                }
+                print(name, parts[name], flush=True)
     return parts
 
 

@@ -23,9 +23,9 @@ if command -v flock >/dev/null; then
     flock -n 9 || { say "Another set-up is running; waiting for it."; flock 9; }
 fi
 
-good_python() { "$1" -I -c 'import sys; assert sys.version_info >= (3, 10); import ensurepip, venv' 2>/dev/null; }
+good_python() { "$1" -I -c 'import sys; assert (3, 10) <= sys.version_info[:2] <= (3, 14); import ensurepip, venv' 2>/dev/null; }
 find_python() {
-    for candidate in ${TREEDGS_BASE_PYTHON:-} python3 /usr/bin/python3 python3.12 python3.11 python3.10 python3.13; do
+    for candidate in ${TREEDGS_BASE_PYTHON:-} python3 /usr/bin/python3 python3.12 python3.13 python3.11 python3.14 python3.10; do
         if command -v "$candidate" >/dev/null && good_python "$candidate"; then printf '%s\n' "$candidate"; return; fi
     done
 }
@@ -61,7 +61,7 @@ fi
 
 # 2. The engine environment.
 python=$(find_python)
-[ -n "$python" ] || fail "no Python 3.10 or newer with venv was found; install python3 and python3-venv, or set TREEDGS_BASE_PYTHON."
+[ -n "$python" ] || fail "no Python 3.10 to 3.14 with venv was found; install python3 and python3-venv, or set TREEDGS_BASE_PYTHON."
 # Every library in its locked version with its hashes, as treedgs:setupengine installs them; what pip prints is in .setup/pip.log.
 "$python" -m treedgs_qgis.environment --target .venv --key "$key" --python "$(command -v "$python")" --log .setup/pip.log \
     || fail "the engine environment .venv is not complete; read the lines above and run this again."

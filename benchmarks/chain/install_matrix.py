@@ -6,8 +6,8 @@
 For each suite: debootstrap, a clean clone of this repository, ``make setup``, ``make demo``, the quick tests, and
 ``treedgs:setupengine`` as a user of QGIS runs it (the engine without extras but the usual ones), with seconds and
 megabytes. For each other Python: the same on this system, with an environment made from it. Writes
-``docs/results/install_matrix.json`` (what was not asked for keeps its figures) and the table of
-``docs/developer/dependencies.md``. Root, the network, 8 GB of disk and about 20 minutes a suite.
+``docs/results/install_matrix.json`` (what was not asked for keeps its figures, with their commit and date) and the
+table of ``docs/developer/dependencies.md``. Root, the network, 8 GB of disk and about 20 minutes a suite.
 """
 
 from __future__ import annotations
@@ -46,11 +46,12 @@ class System:
 
     Attributes:
         clone, home: the repository and the engine's data folder, as they are called inside.
+        commit: what the clone holds.
     """
 
     def __init__(self, suite: str, folder: Path) -> None:
         self.root, self.suite, self.logs = folder / f"treedgs-fresh-{suite}", suite, folder
-        self.clone, self.home = "/home/treedgs", "/root/engine"
+        self.clone, self.home, self.commit = "/home/treedgs", "/root/engine", ""
         self.steps: dict[str, dict[str, Any]] = {}
 
     def words(self, command: str) -> list[str]:
@@ -89,6 +90,8 @@ class System:
             "ok": code == 0,
             "seconds": round(time.perf_counter() - began),
             "grew_mb": round(self.size_mb() - before),
+            "commit": self.commit,
+            "date": date.today().isoformat(),
         }
         print(self.suite, name, self.steps[name], flush=True)
         return printed
@@ -123,6 +126,8 @@ class System:
             subprocess.run(["git", "clone", "-q", "--no-hardlinks", str(ROOT), str(clone)], check=True)
         subprocess.run(["git", "-C", str(clone), "fetch", "-q", str(ROOT), "HEAD"], check=True)
         subprocess.run(["git", "-C", str(clone), "reset", "-q", "--hard", "FETCH_HEAD"], check=True)
+        asked = ["git", "-C", str(clone), "rev-parse", "--short=9", "HEAD"]
+        self.commit = subprocess.run(asked, check=True, capture_output=True, text=True).stdout.strip()
 
 
 class OtherPython(System):
@@ -170,6 +175,7 @@ def measure(system: System, steps: Iterable[str], before: dict[str, Any]) -> Non
         "engine": engine,
     }
     row: dict[str, Any] = {**before, "suite": system.suite, "date": date.today().isoformat()}
+    former = {name: {"date": before["date"], **step} for name, step in before.get("steps", {}).items()}
     for name in steps:
         printed = system.run(name, wanted[name])
         if not system.steps[name]["ok"]:
@@ -194,7 +200,7 @@ def measure(system: System, steps: Iterable[str], before: dict[str, Any]) -> Non
         if name in ("setup", "quick"):
             row["venv_mb"] = round(system.size_mb(f"{clone}/.venv"))
         done = {name: step for name, step in system.steps.items() if name in STEPS}
-        keep({**row, "steps": {**before.get("steps", {}), **done}})
+        keep({**row, "steps": {**former, **done}})
         if not system.steps[name]["ok"] and name in ("packages", "setup"):
             break
 
@@ -218,6 +224,11 @@ def table(rows: Iterable[dict[str, Any]]) -> str:
         "|---|---|---|---|---|---|---|",
     ]
 
+    def when(row: dict[str, Any], name: str) -> str:
+        """Of which code; where that was not written down, of which day."""
+        step = row["steps"].get(name)
+        return f" ({step.get('commit') or step.get('date') or row['date']})" if step else ""
+
     def took(row: dict[str, Any], name: str, size: str = "") -> str:
         step = row["steps"].get(name)
         if step is None:
@@ -231,10 +242,11 @@ def table(rows: Iterable[dict[str, Any]]) -> str:
             row["suite"],
             row.get("python", "?"),
             row.get("qgis", "?"),
-            took(row, "engine", f", {row.get('engine_mb', 0)} MB"),
-            took(row, "setup", f", {row['steps']['setup']['grew_mb']} MB" if "setup" in row["steps"] else ""),
-            took(row, "demo") + (f"; {row['demo']}" if row.get("demo") else ""),
-            f"{counts}{row['steps']['quick']['seconds']} s" if "quick" in row["steps"] else "–",
+            took(row, "engine", f", {row.get('engine_mb', 0)} MB") + when(row, "engine"),
+            took(row, "setup", f", {row['steps']['setup']['grew_mb']} MB" if "setup" in row["steps"] else "")
+            + when(row, "setup"),
+            took(row, "demo") + (f"; {row['demo']}" if row.get("demo") else "") + when(row, "demo"),
+            (f"{counts}{row['steps']['quick']['seconds']} s" if "quick" in row["steps"] else "–") + when(row, "quick"),
         ]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
@@ -255,7 +267,7 @@ def main() -> int:
         system.make(chosen.mirror)
         system.take_clone(anew="setup" in steps)
 
-        measure(system, steps, {} if "setup" in steps else known().get(system.suite, {}))
+        measure(system, steps, known().get(system.suite, {}))
     rows = known()
     fill_page(PAGE, "systems", table(rows[name] for name in sorted(rows)))
     return 0 if all(step["ok"] for row in rows.values() for step in row["steps"].values()) else 1

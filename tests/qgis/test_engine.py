@@ -205,6 +205,15 @@ def test_an_environment_is_built_once_and_repaired(tmp_path, monkeypatch, relati
     assert sum("venv" in call for call in calls) == 1, "what is installed is kept, whatever the list says"
 
 
+def test_all_is_compiled_but_the_libraries_own_tests(tmp_path):
+    for name in ("one.py", "deep/two.py", "deep/tests/three.py", "test/four.py", "testing/five.py", "bad.py"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("def (" if name == "bad.py" else "X = 1\n")
+    done = subprocess.run([sys.executable, "-I", "-c", environment.COMPILE, tmp_path], capture_output=True, text=True)
+    assert done.returncode == 0 and done.stdout.split() == ["Compiled", "4", "of", "4"], done.stderr
+    assert {path.name.split(".")[0] for path in tmp_path.rglob("*.pyc")} == {"one", "two", "five"}
+
+
 def test_wheels_from_a_folder_need_no_network(tmp_path):
     (tmp_path / "wheels").mkdir()
     python = tmp_path / "env" / "bin" / "python"

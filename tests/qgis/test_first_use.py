@@ -17,10 +17,12 @@ from qgis_helpers import stems_cloud
 
 load("treedgs_shell", ROOT / "treedgs_qgis" / "__init__.py", ROOT / "treedgs_qgis")
 maker = load("treedgs_tools_make_sample", ROOT / "tools" / "make_sample.py")
-from treedgs_shell import engine_users, locked, pip_meter, pythons  # noqa: E402
+from treedgs_shell import engine_users, locked, missing, pip_meter, pythons  # noqa: E402
 
 #: A Python that makes environments; the wheels are those of this one.
 BASE = Path(sys.base_prefix) / "bin" / "python3"
+#: What the plugin says that the engine takes on disk, in words.
+SIZE = missing.takes().split(",")[0]
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +83,7 @@ def test_a_shell_without_an_engine_is_given_the_command_with_size_and_time(newco
     done = ran(newcomer, "pointcloudtodbh", *words, TREEDGS_HOME=str(tmp_path / "home"))
     said = done.stdout + done.stderr
     assert done.returncode == 1 and "qgis_process run treedgs:setupengine" in said and "Traceback" not in said
-    assert "1.2 GB, about" in said and "minute" in said
+    assert f"{SIZE}, about" in said and "minute" in said
 
 
 def test_the_sample_is_fetched_checked_and_kept(newcomer, sample, tmp_path):
@@ -135,7 +137,8 @@ def test_one_click_sets_it_up_and_the_algorithm_runs(newcomer, wheels, sample, t
     seen = json.loads((tmp_path / "seen.json").read_text(encoding="utf-8"))
     assert "error" not in seen, seen["error"]
     for place in ("first", "dialog"):
-        assert any(words.startswith("The engine is not set up yet (1.2 GB, about ") for words in seen[place][0])
+        sentence = f"The engine is not set up yet ({SIZE}, about "
+        assert any(words.startswith(sentence) for words in seen[place][0])
     assert "Set up now" in seen["dialog"][1]  # on the main window QGIS may put a message of its own above it
     assert any(words.startswith("Set up the engine") for words in seen["menu"])
     # Finer than by steps: many values, never back, and in the words what is fetched and installed.

@@ -244,6 +244,50 @@ def test_every_library_is_locked_with_hashes(shell):
     assert len(locked.lock_hash()) == 10 and shell("engine").managed_environment().name.endswith(locked.lock_hash())
 
 
+SYSTEMS = {
+    "here": {},
+    "Windows": {"sys_platform": "win32", "platform_system": "Windows", "os_name": "nt", "platform_machine": "AMD64"},
+    "macOS": {"sys_platform": "darwin", "platform_system": "Darwin", "os_name": "posix", "platform_machine": "arm64"},
+}
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_the_locked_list_is_complete(shell, system):
+    """Nothing that a library of the list needs is missing in it: pip is told not to ask (``--no-deps``)."""
+    from importlib.metadata import PackageNotFoundError, requires, version
+
+    from packaging.markers import default_environment
+    from packaging.requirements import Requirement
+
+    def here(wanted: Requirement, extra: str = "") -> bool:
+        environment = {**default_environment(), **SYSTEMS[system], "extra": extra}
+        return wanted.marker is None or wanted.marker.evaluate(environment)
+
+    def installed(name: str) -> str:
+        try:
+            return version(name)
+        except PackageNotFoundError:
+            assert system != "here", f"{name}: is not installed here, run make setup"
+            return ""
+
+    locked, parts = shell("locked"), shell("extras")
+    asked = {wanted.name: wanted.extras for wanted in map(Requirement, shell("environment").requirements())}
+    for chosen in ((), *((name,) for name in parts.CHOICES), tuple(parts.CHOICES)):
+        pins = [Requirement(line.partition(" --hash=")[0]) for line in locked.lines("cpu", chosen)]
+        there = {pin.name.lower().replace("_", "-"): pin for pin in pins if here(pin)}
+        assert len(there) > 25
+        for name, pin in there.items():
+            if not (own := installed(name)):
+                continue  # of another system: what it needs is not known here
+            assert own in pin.specifier, f"{name}: make setup installs another version than the list"
+            for wanted in map(Requirement, requires(name) or ()):
+                if any(here(wanted, extra) for extra in ("", *asked.get(name, ()))):
+                    needed = there.get(wanted.name.lower().replace("_", "-"))
+                    assert needed is not None, f"{name} needs {wanted}, which the list ({chosen}) lacks: run make lock"
+                    if found := installed(needed.name):
+                        assert found in wanted.specifier, f"{name} needs {wanted}"
+
+
 def test_what_is_needed_first_stands_first(qgis):
     """The dialog of the stand table, and layer inputs where a layer can be chosen."""
     done = qgis.python("""
