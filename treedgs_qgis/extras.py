@@ -45,7 +45,8 @@ def download_mb(extra: str = "") -> int:
 
 
 def install_s(extra: str = "") -> int:
-    """Seconds that installing it takes once it is there, on the computer of the measurement."""
+    """Processor seconds of setting it up, on the computer of the measurement: an upper bound of what comes on top of
+    the download, as some of them are spent while that waits, and compiling uses all processors."""
     return _measured(extra, "install_s")
 
 
