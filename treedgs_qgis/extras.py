@@ -45,8 +45,8 @@ def download_mb(extra: str = "") -> int:
 
 
 def install_s(extra: str = "") -> int:
-    """Processor seconds of setting it up, on the computer of the measurement: an upper bound of what comes on top of
-    the download, as some of them are spent while that waits, and compiling uses all processors."""
+    """Processor seconds of setting it up, on the computer of the measurement: about what comes on top of the download
+    on a quiet one."""
     return _measured(extra, "install_s")
 
 
