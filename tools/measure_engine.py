@@ -1,13 +1,14 @@
 """What the engine and each of its extras take: ``treedgs_qgis/extras.json`` and the table of the docs.
 
-    .venv/bin/python tools/measure_engine.py [--python PYTHON] [--only-compiling]
+    .venv/bin/python tools/measure_engine.py [--python PYTHON] [--only sizes|compiling]
 
 Each is set up for real, as ``treedgs:setupengine`` does it (:func:`treedgs_qgis.environment.build`: the environment,
 pip over the network, compiling what it brought), the engine first, then one extra after the other; but from an index on
-this computer that is held to a line of 50 Mbit/s (``slow_index.py``). Seconds of the whole, megabytes (10^6 bytes) of
-the wheels and of what the environment grows by. Network (the wheels are fetched first), 4 GB of disk, some minutes.
+this computer that is held to a line of 50 Mbit/s (``slow_index.py``). Seconds of the whole; processor seconds of all
+its processes, which are the same on a busy machine; megabytes (10^6 bytes) of the wheels and of what the environment
+grows by. Network (the wheels are fetched first), 4 GB of disk, some minutes.
 Then, in this very environment, the processor seconds of compiling ahead (``treedgs doctor --compile`` with nothing
-compiled): they say the same on a busy machine.
+compiled).
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ import tempfile
 import time
 from datetime import date
 from pathlib import Path
+
+import psutil
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
@@ -50,9 +53,17 @@ def fetch(python: str, listed: list[str], folder: Path) -> None:
 
 
 def processors() -> str:
-    """How many this process may use, in words."""
+    """How many this process may use, and how many programs wanted one meanwhile, in words."""
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return "one processor" if count == 1 else f"{count} processors"
+    here = "one processor" if count == 1 else f"{count} processors"
+    wanted = f", {psutil.getloadavg()[2]:.0f} programs running on the machine's {os.cpu_count()}"
+    return here + wanted
+
+
+def spent_s() -> float:
+    """Processor seconds of the programs that were run so far."""
+    spent = os.times()
+    return spent.children_user + spent.children_system
 
 
 def compiling_s() -> float:
@@ -60,10 +71,9 @@ def compiling_s() -> float:
     with tempfile.TemporaryDirectory() as cache:
         words = [sys.executable, "-m", "treedgs_geo", "doctor", "--compile", "--log-format", "quiet"]
         env = {**os.environ, "NUMBA_CACHE_DIR": cache, "PYTHONPATH": str(ROOT)}
-        before = os.times()
+        before = spent_s()
         subprocess.run(words, check=True, cwd=cache, env=env, stdout=subprocess.DEVNULL)
-        after = os.times()
-    return after.children_user + after.children_system - before.children_user - before.children_system
+    return spent_s() - before
 
 
 def table(parts: dict[str, dict[str, float]], where: str) -> str:
@@ -72,13 +82,14 @@ def table(parts: dict[str, dict[str, float]], where: str) -> str:
 
     lines = [BEGIN, f"Measured {date.today().isoformat()}, {where}:", ""]
     lines += [
-        "| part | download, MB | on disk, MB | whole set-up over a line of 50 Mbit/s | of that the download |",
-        "|---|---|---|---|---|",
+        "| part | download, MB | on disk, MB | download at 50 Mbit/s | processor seconds | whole set-up, measured |",
+        "|---|---|---|---|---|---|",
     ]
     for name, row in parts.items():
         download = f"{row['download_mb'] * 8 / extras.LINE_MBIT_S:.0f} s"
         label = "the engine alone" if name == "engine" else f"`{name}`"
-        lines.append(f"| {label} | {row['download_mb']} | {row['disk_mb']} | {row['whole_s']} s | {download} |")
+        sizes = f"{row['download_mb']} | {row['disk_mb']}"
+        lines.append(f"| {label} | {sizes} | {download} | {row['install_s']} s | {row['whole_s']} s |")
     return "\n".join([*lines, END])
 
 
@@ -88,16 +99,18 @@ def main() -> int:
 
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--python", default=sys.executable)
-    parser.add_argument("--only-compiling", action="store_true", help="keep the other figures")
+    parser.add_argument("--only", choices=("sizes", "compiling"), help="keep the other figures")
     chosen = parser.parse_args()
     figures = json.loads(extras.SIZES.read_text(encoding="utf-8"))
-    if not chosen.only_compiling:
+    if chosen.only != "compiling":
+        parts = installed(chosen.python)
         where = f"{platform.system()} {platform.machine()}, Python {platform.python_version()}, {processors()}"
-        figures.update(where=where, parts=installed(chosen.python))
+        figures.update(where=where, parts=parts)
         page = PAGE.read_text(encoding="utf-8")
         marked = re.compile(f"{re.escape(BEGIN)}.*?{re.escape(END)}", re.S)
         PAGE.write_text(marked.sub(lambda _: table(figures["parts"], where), page), encoding="utf-8")
-    figures["compile_cpu_s"] = round(compiling_s())
+    if chosen.only != "sizes":
+        figures["compile_cpu_s"] = round(compiling_s())
     extras.SIZES.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
     return 0
 
@@ -125,7 +138,7 @@ def installed(python: str) -> dict[str, dict[str, float]]:
             for name in ("engine", *extras.CHOICES, extras.GPU):
                 chosen += [name] if name in extras.CHOICES else []
                 listed = locked.write_list("cuda" if name == extras.GPU else "cpu", scratch / "l.txt", extras=chosen)
-                disk, sent, began = size_mb(target), line.sent_bytes, time.perf_counter()
+                disk, sent, spent, began = size_mb(target), line.sent_bytes, spent_s(), time.perf_counter()
                 environment.build(
                     target, [listed], name, python, run=run, say=lambda _: None, cache=scratch / "pip-cache"
                 )
@@ -134,7 +147,7 @@ def installed(python: str) -> dict[str, dict[str, float]]:
                     "download_mb": round(fetched_mb),
                     "disk_mb": round(size_mb(target) - disk),
                     "whole_s": round(whole_s),
-                    "install_s": max(1, round(whole_s - fetched_mb * 8 / extras.LINE_MBIT_S)),
+                    "install_s": max(1, round(spent_s() - spent)),
                 }
                 print(name, parts[name], flush=True)
     return parts

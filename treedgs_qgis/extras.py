@@ -45,7 +45,8 @@ def download_mb(extra: str = "") -> int:
 
 
 def install_s(extra: str = "") -> int:
-    """Seconds that installing it takes once it is there, on the computer of the measurement."""
+    """Processor seconds of setting it up, on the computer of the measurement: about what comes on top of the download
+    on a quiet one."""
     return _measured(extra, "install_s")
 
 
