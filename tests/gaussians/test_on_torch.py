@@ -11,8 +11,8 @@ from tests.gaussians.test_raster import camera, cloud
 torch = pytest.importorskip("torch")
 
 from treedgs_geo.core.errors import InputError  # noqa: E402
-from treedgs_geo.gaussians import loss as numpy_losses  # noqa: E402
 from treedgs_geo.gaussians import kernels  # noqa: E402
+from treedgs_geo.gaussians import loss as numpy_losses  # noqa: E402
 from treedgs_geo.gaussians.on_torch import losses  # noqa: E402
 from treedgs_geo.gaussians.on_torch.harmonics import constant_of, harmonics  # noqa: E402
 from treedgs_geo.gaussians.on_torch.project import project, projected_rows, turned  # noqa: E402
@@ -22,8 +22,8 @@ from treedgs_geo.gaussians.raster import project as project_compiled  # noqa: E4
 
 
 def twin(means, quats, log_scales, logits, colours, view):
-    """(9, H, W) float64: colour, alpha, sum w d, sum w n, median depth (0: none), from 3D precisions (no ray-space algebra), all Gaussians over
-    all pixels, no cut-off."""
+    """(9, H, W) float64: colour, alpha, sum w d, sum w n, median depth (0: none), from 3D precisions (no ray-space
+    algebra), all Gaussians over all pixels, no cut-off."""
     to_camera = torch.tensor(view.rotation, dtype=torch.float64)
     centre = means @ to_camera.T + torch.tensor(view.translation, dtype=torch.float64)
     axes = to_camera @ turned(quats) * torch.exp(log_scales)[:, None]

@@ -40,7 +40,7 @@ GAUSSIAN_PRESETS: dict[str, dict[str, float]] = {
         "fog": 0.07,
         "smoothing_px": 0.0,
     },
-    "paper": {
+    "paper-crops": {
         "gaussians": 3000,
         "coarse_epochs": 10,
         "fine_epochs": 10,
@@ -145,8 +145,8 @@ class GaussianOptions:
 
     @property
     def free(self) -> bool:
-        """No stem primitive: asked for, or the published method."""
-        return self.stems == "free" or self.preset == "paper"
+        """No stem primitive: asked for, or the published constants."""
+        return self.stems == "free" or self.preset == "paper-crops"
 
 
 @dataclass(frozen=True, kw_only=True)

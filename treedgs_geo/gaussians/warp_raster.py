@@ -1,9 +1,9 @@
 """The compositing and point-query kernels for a GPU, through NVIDIA Warp (no compiler on the user's machine).
 
 The formulas of ``kernels.py`` and ``point_kernels.py``, one thread a pixel or a point, on Gaussians listed by tile.
-``WarpRasteriser`` takes numpy parameters and
-projects on the CPU; ``on_torch`` projects on the tensors' device and hands :func:`draw` its tensors. Warp also runs these kernels on one CPU core, which is how
-they are tested; they have not been run on a GPU. Import needs ``warp-lang``; ask :func:`available` first.
+``WarpRasteriser`` takes numpy parameters and projects on the CPU (a hundredth of the work); ``on_torch`` projects on
+the tensors' device and hands :func:`draw` its tensors. Warp also runs these kernels on one CPU core, which is how they
+are tested; they have not been run on a GPU. Import needs ``warp-lang``; ask :func:`available` first.
 """
 
 # Warp reads annotations when a kernel is made: no postponed annotations in this file, and mypy cannot know its types.
@@ -107,9 +107,8 @@ def _backward(
             if raw >= _TOP:
                 dp = 0.0
             wd = w * gd
-            if full > 0:
-                if trans > 0.5 and trans - w <= 0.5:
-                    wd += given[8, y, x]
+            if full > 0 and trans > 0.5 and trans - w <= 0.5:
+                wd += given[8, y, x]
             trans = trans - w
             wp.atomic_add(grad, 0, g, dp * (ka * dx + kb * dy) - proj[7, g] * wd)
             wp.atomic_add(grad, 1, g, dp * (kb * dx + kc * dy) - proj[8, g] * wd)

@@ -43,6 +43,7 @@ class CompositeOnDevice(torch.autograd.Function):
 
     @staticmethod
     def forward(ctx: Any, rows: torch.Tensor, index: torch.Tensor, camera: CropCamera, full: bool, kept: dict) -> Any:
+        """Draw."""
         rows = rows.detach().to(torch.float32).contiguous()
         planes = torch.zeros((N_PLANES if full else 4, camera.height, camera.width), device=rows.device)
         planes[3] = 1
@@ -59,6 +60,7 @@ class CompositeOnDevice(torch.autograd.Function):
 
     @staticmethod
     def backward(ctx: Any, *given: torch.Tensor | None) -> Any:
+        """Pull back: gradients of the rows."""
         rows, planes, full = ctx.rows, ctx.planes, len(ctx.planes) == N_PLANES
         whole = for_kernels(given, planes)
         if len(whole) == 8:

@@ -20,8 +20,8 @@ def shown_planes(raw: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
 
 
 def for_kernels(given: tuple[torch.Tensor | None, ...], raw: torch.Tensor) -> torch.Tensor:
-    """(4, 8 or 9, H, W) float32 gradients as the kernels want them: of colour, alpha, sum w d, sum w n and, where it has
-    any, of the median depth. given: those of :func:`shown_planes`; None: none."""
+    """(4, 8 or 9, H, W) float32 gradients as the kernels want them: of colour, alpha, sum w d, sum w n and, where it
+    has any, of the median depth. given: those of :func:`shown_planes`; None: none."""
     planes, median = given
     full = len(raw) == N_PLANES
     if planes is None:

@@ -57,6 +57,7 @@ class Scene:
 
     @property
     def device(self) -> torch.device:
+        """Where the tensors are."""
         return self.tensors["means"].device
 
     def smoothed(self) -> tuple[torch.Tensor, torch.Tensor]:
