@@ -89,7 +89,7 @@ def test_the_projection_passes_gradcheck_against_finite_differences():
 
     def rows(*tensors):
         # Conic, opacity, plane, normal, falloff and colour too: everything that pixels are made of.
-        return projected_rows(*tensors, view, dilation_px2=0.3)[0]
+        return projected_rows(tensors, view, dilation_px2=0.3)[0]
 
     assert torch.autograd.gradcheck(rows, tensors_of(p, dtype=torch.float64), atol=1e-5)
     assert rows(*tensors_of(p, dtype=torch.float64)).shape == (17, 4)

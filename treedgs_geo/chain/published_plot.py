@@ -4,6 +4,9 @@ circles, taper. Nothing is looked for in the photos by our own search.
 
 from __future__ import annotations
 
+import time
+from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +15,13 @@ from ..core import workspace as names
 from ..core.errors import InputError
 from ..core.progress import Reporter
 from ..from_photos.kept import KeptFits
+from ..from_points.measuring.cloud import measure_stems
+from ..from_points.measuring.options import MeasureOptions
+from ..from_points.segmentation.options import SegmentOptions
+from ..from_points.segmentation.segment import StemMap, find_stems, label_points
+from ..gaussians.options import PUBLISHED_STEPS, SceneOptions
+from ..terrain.ground import height_above_ground
+from ..trees.priors import BREAST_HEIGHT_M
 from ..trees.tree import Tree
 from .routes import Found
 from .run import Aligned, Run, Site
@@ -23,8 +33,10 @@ if TYPE_CHECKING:
     from ..pointcloud.cloud import PointCloud
     from .settings import PhotosToDbhSettings
 
-#: RLGS tries its proposals in every so-manyth phase: in each of them a fit would take seven times as long.
-TRIED_EVERY = 4
+#: RLGS tries its proposals in every so-manyth phase: a fit with trials in each of them takes seven times as long.
+TRIED_EVERY = 8
+#: Most Gaussians that the CPU is given; half as many points of the prior start them.
+MAX_GAUSSIANS = 200_000
 
 
 def is_published(settings: PhotosToDbhSettings) -> bool:
@@ -39,8 +51,10 @@ def check_published(settings: PhotosToDbhSettings) -> None:
         InputError: an option that it has no use for. MissingComponentError: torch is not installed.
     """
     if not is_published(settings):
-        for name in ("dense", "segmenter_command"):
-            if getattr(settings, name) is not None:
+        used = {"dense": settings.dense is not None, "segmenter": settings.segmenter != "own"}
+        used["segmenter_command"] = settings.segmenter_command is not None
+        for name, given in used.items():
+            if given:
                 raise InputError(
                     f"--{name.replace('_', '-')}: only the published method (--preset paper) uses it; leave it out, or "
                     "add --preset paper."
@@ -59,104 +73,158 @@ def check_published(settings: PhotosToDbhSettings) -> None:
     from ..gaussians import on_torch  # noqa: F401  (says what to install)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Published:
+    """What a run of the published method is asked for. scene: of the fit. dense: points to start from, else our own
+    stereo. segmenter, segmenter_command: as ``segment-stems`` has them. bh_m: breast height."""
+
+    scene: SceneOptions
+    dense: Path | None = None
+    segmenter: str = "own"
+    segmenter_command: str | None = None
+    bh_m: float = BREAST_HEIGHT_M
+
+    @classmethod
+    def of(cls, settings: PhotosToDbhSettings) -> Published:
+        """As the chain's settings say."""
+        scene = SceneOptions(
+            time_limit_min=settings.time_limit,
+            tried_every=TRIED_EVERY,
+            max_gaussians=MAX_GAUSSIANS,
+            seed=settings.seed,
+        )
+        return cls(
+            scene=scene,
+            dense=settings.dense,
+            segmenter=settings.segmenter,
+            segmenter_command=settings.segmenter_command,
+            bh_m=settings.bh_m,
+        )
+
+
+@dataclass(frozen=True)
+class PublishedTrees:
+    """trees: project coordinates. field: the Gaussians, local. cloud: their samples with ``opacity`` and ``n_views``,
+    project coordinates. tree_id: (P,) stem of each sample, 0 = none. facts: where the start was from, how far the fit
+    came; seconds: CPU seconds of each stage."""
+
+    trees: list[Tree]
+    field: GaussianField
+    cloud: PointCloud
+    tree_id: np.ndarray
+    facts: dict[str, Any]
+    seconds: dict[str, float]
+
+
 def published_route(run: Run, site: Site, aligned: Aligned, reporter: Reporter) -> Found:
-    """Trees by the published method. ``field.ply``, ``surface.laz`` and ``stems.laz`` stay in the workspace; the facts
-    say how far the fit came."""
-    from ..gaussians.options import PAPER_SAMPLING, SampleOptions
+    """The chain's stage: ``field.ply``, ``surface.laz`` and ``stems.laz`` stay in the workspace; the facts say how far
+    the fit came."""
     from ..gaussians.ply import write_field
-    from ..gaussians.sample import sample_surface
-    from ..pointcloud.cloud import PointCloud
     from ..pointcloud.files import write_cloud
 
-    field, report, prior = _fitted(run, site, aligned, reporter)
-    write_field(run.path(names.FIELD), field, site.frame)
-    reporter.info(f"Gaussians over the whole plot: {report.sentence()}")
-    if report.steps < 30_000 or report.factor < 1:
-        reporter.warn(
-            f"The published fit was cut short by the time limit of {run.settings.time_limit:g} minutes: "
-            f"{report.sentence()} Diameters may be better with a longer --time-limit."
-        )
-    with reporter.stage("sample surface", 0.8, 0.9):
-        sampling = SampleOptions(seed=run.settings.seed, **PAPER_SAMPLING)
-        points = sample_surface(field, site.views, sampling, reporter)
-        cloud = PointCloud(
-            site.frame.to_project(points.xyz), site.frame.crs, {"opacity": points.opacity, "n_views": points.n_views}
-        )
-        write_cloud(run.path(names.SURFACE), cloud)
-    with reporter.stage("segment stems", 0.9, 0.97):
-        tree_id, stems, height = _segmented(run, site, cloud, reporter)
-        write_cloud(run.path(names.STEMS), cloud.with_attribute("tree_id", tree_id).select(tree_id > 0))
-    with reporter.stage("measure stems", 0.97, 1.0):
-        trees = _measured(run, site, cloud, tree_id, stems, height, reporter)
-    facts = {"prior": prior, "published_fit": report.as_dict(), "samples": len(points), "segmented": len(trees)}
-    return Found(trees, KeptFits([]), facts)
+    made = published_trees(site, aligned.points, Published.of(run.settings), reporter)
+    write_field(run.path(names.FIELD), made.field, site.frame)
+    write_cloud(run.path(names.SURFACE), made.cloud)
+    stems = made.cloud.with_attribute("tree_id", made.tree_id)
+    write_cloud(run.path(names.STEMS), stems.select(made.tree_id > 0))
+    return Found(made.trees, KeptFits([]), made.facts)
 
 
-def _fitted(
-    run: Run, site: Site, aligned: Aligned, reporter: Reporter
-) -> tuple[GaussianField, SceneReport, dict[str, Any]]:
-    """Gaussians in the plot's box, how far the fit came, and where its start was from."""
+def published_trees(site: Site, sparse: np.ndarray, asked: Published, reporter: Reporter) -> PublishedTrees:
+    """The published method over a plot with cameras and ground. sparse: (M, 3) points of the reconstruction, local.
+
+    Raises:
+        InputError: nothing to start from, or nothing left to sample. MissingComponentError: torch is not installed.
+    """
     from ..gaussians.on_torch.scene_fit import fit_scene
-    from ..gaussians.options import SceneOptions
+    from ..gaussians.options import PAPER_SAMPLING, SampleOptions
+    from ..gaussians.sample import sample_surface
     from ..gaussians.scene_start import Box
     from ..gaussians.whole_photos import WholePhotos
+    from ..pointcloud.cloud import PointCloud
 
-    options = SceneOptions(time_limit_min=run.settings.time_limit, tried_every=TRIED_EVERY, seed=run.settings.seed)
-    box = Box.of(site.area, site.ground, options)
+    box, clock = Box.of(site.area, site.ground, asked.scene), [time.process_time()]
     with reporter.stage("dense prior", 0.0, 0.1):
-        points, colours, source = _prior(run, site, aligned, box, reporter)
+        points, colours, source = _prior(site, sparse, asked.dense, box, reporter)
+    clock.append(time.process_time())
     with reporter.stage("fit Gaussians", 0.1, 0.8):
-        field, report = fit_scene(WholePhotos.load(site.views), box, points, colours, options, reporter)
-    return field, report, {"source": source, "points": len(points)}
+        photos = WholePhotos.load(site.views)
+        field, report = fit_scene(photos, box, points, colours, asked.scene, reporter)
+    _say(report, asked.scene, reporter)
+    clock.append(time.process_time())
+    with reporter.stage("sample surface", 0.8, 0.9):
+        sampled = sample_surface(field, site.views, SampleOptions(seed=asked.scene.seed, **PAPER_SAMPLING), reporter)
+        cloud = PointCloud(
+            site.frame.to_project(sampled.xyz), site.frame.crs, {"opacity": sampled.opacity, "n_views": sampled.n_views}
+        )
+    clock.append(time.process_time())
+    with reporter.stage("segment stems", 0.9, 0.97):
+        tree_id, stems, height = _segmented(site, cloud, asked, reporter)
+    clock.append(time.process_time())
+    with reporter.stage("measure stems", 0.97, 1.0):
+        options = MeasureOptions(
+            weights="opacity", method="paper", bh_m=asked.bh_m, source="splat", seed=asked.scene.seed
+        )
+        trees = measure_stems(cloud, tree_id, site.dtm, options, reporter, stems=stems, height=height)
+    clock.append(time.process_time())
+    facts = {
+        "prior": {"source": source, "points": len(points)},
+        "published_fit": report.as_dict(),
+        "samples": len(cloud),
+        "segmented": len(trees),
+    }
+    stages = ("prior", "fit", "sample", "segment", "measure")
+    seconds = {name: round(float(taken), 1) for name, taken in zip(stages, np.diff(clock), strict=True)}
+    return PublishedTrees(trees, field, cloud, tree_id, facts, seconds)
 
 
-def _prior(run: Run, site: Site, aligned: Aligned, box: Box, reporter: Reporter) -> tuple[np.ndarray, np.ndarray, str]:
+def _say(report: SceneReport, options: SceneOptions, reporter: Reporter) -> None:
+    """How far the fit came; a warning where it was cut short."""
+    reporter.info(f"Gaussians over the whole plot: {report.sentence()}")
+    if report.steps < PUBLISHED_STEPS or report.factor < 1:
+        limit = "" if options.time_limit_min is None else f" by the time limit of {options.time_limit_min:g} minutes"
+        reporter.warn(
+            f"The published fit was cut short{limit}: {report.sentence()} Diameters may be better with a longer "
+            "--time-limit."
+        )
+    if report.full:
+        reporter.warn(
+            f"Densification stopped at {options.max_gaussians:,} Gaussians, the most that this run keeps in hand; the "
+            "published method has no such limit."
+        )
+
+
+def _prior(
+    site: Site, sparse: np.ndarray, dense: Path | None, box: Box, reporter: Reporter
+) -> tuple[np.ndarray, np.ndarray, str]:
     """(M, 3) points to start from, local, (M, 3) their colours, and whose they are."""
     from ..gaussians.scene_start import dense_prior
     from ..gaussians.seeds import read_dense
 
-    given = run.settings.dense
-    if given is not None:
-        points, colours = read_dense(given, site.frame)
-        source = given.name
+    if dense is not None:
+        points, colours = read_dense(dense, site.frame)
+        source = dense.name
     else:
         points, colours = dense_prior(site.views, site.ground, site.area, box, reporter)
         source = "multi-view stereo"
     if colours is None:
         colours = np.full((len(points), 3), 0.5)
     # What matching the photos found stands in where stereo saw nothing.
-    points = np.concatenate([points, aligned.points])
-    colours = np.concatenate([colours, np.full((len(aligned.points), 3), 0.5)])
+    points = np.concatenate([points, sparse])
+    colours = np.concatenate([colours, np.full((len(sparse), 3), 0.5)])
     inside = box.contains(points)
     return points[inside], colours[inside], source
 
 
-def _segmented(run: Run, site: Site, cloud: PointCloud, reporter: Reporter) -> tuple:
+def _segmented(
+    site: Site, cloud: PointCloud, asked: Published, reporter: Reporter
+) -> tuple[np.ndarray, StemMap | None, np.ndarray]:
     """(P,) stem of each point, 0 = none; the stems where our own segmenter found them; (P,) height above ground."""
-    from ..from_points.segmentation.options import SegmentOptions
-    from ..from_points.segmentation.segment import find_stems, label_points
-    from ..terrain.ground import height_above_ground
-
-    settings = run.settings
     height = height_above_ground(cloud.xyz, site.dtm)
-    if settings.segmenter != "own":
+    if asked.segmenter != "own":
         from ..from_points.segmentation.external import segment_external
 
-        return (
-            segment_external(cloud, settings.segmenter, settings.segmenter_command or "", reporter).tree_id,
-            None,
-            height,
-        )
+        found = segment_external(cloud, asked.segmenter, asked.segmenter_command or "", reporter)
+        return found.tree_id, None, height
     stems = find_stems(cloud, site.dtm, SegmentOptions(source="splat"), reporter, height=height)
     return label_points(cloud.xyz, height, stems), stems, height
-
-
-def _measured(
-    run: Run, site: Site, cloud: PointCloud, tree_id: np.ndarray, stems: Any, height: np.ndarray, reporter: Reporter
-) -> list[Tree]:
-    from ..from_points.measuring.cloud import measure_stems
-    from ..from_points.measuring.options import MeasureOptions
-
-    settings = run.settings
-    options = MeasureOptions(weights="opacity", method="paper", bh_m=settings.bh_m, source="splat", seed=settings.seed)
-    return measure_stems(cloud, tree_id, site.dtm, options, reporter, stems=stems, height=height)

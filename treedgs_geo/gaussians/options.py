@@ -173,6 +173,10 @@ PAPER_SAMPLING: dict[str, Any] = {
 }
 
 
+#: Steps of the published fit.
+PUBLISHED_STEPS = 30_000
+
+
 @dataclass(frozen=True, kw_only=True)
 class SceneOptions:
     """The published fit of a whole plot (``on_torch/scene_fit.py``); of the library only.
@@ -185,7 +189,7 @@ class SceneOptions:
     as the time limit asks for. margin_m: of the box beyond the plot. low_m, high_m: of the box, from the ground.
     """
 
-    steps: int = 30_000
+    steps: int = PUBLISHED_STEPS
     time_limit_min: float | None = None
     degree: int = 3
     max_gaussians: int = 400_000

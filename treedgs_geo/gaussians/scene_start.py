@@ -46,7 +46,7 @@ class Box:
 
     def contains(self, points: np.ndarray) -> np.ndarray:
         """(N, 3) -> (N,) bool."""
-        return ((points >= self.low) & (points <= self.high)).all(axis=1)
+        return np.all((points >= self.low) & (points <= self.high), axis=1)
 
     def seen(self, camera: CropCamera) -> np.ndarray:
         """(H, W) bool: the pixel's ray passes through the box in front of the camera."""

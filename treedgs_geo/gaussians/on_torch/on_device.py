@@ -53,7 +53,7 @@ class CompositeOnDevice(torch.autograd.Function):
         kept["pairs"] = int(lists[0][-1]) * TILE_PX**2
         if len(index):
             with _stream(rows.device):
-                warp_raster.draw(*(_shared(part) for part in (rows, *lists[:2])), lists[2], _shared(planes))
+                warp_raster.draw(_shared(rows), _shared(lists[0]), _shared(lists[1]), lists[2], _shared(planes))
         ctx.rows, ctx.index, ctx.lists, ctx.planes, ctx.kept = rows, index, lists, planes, kept
         ctx.set_materialize_grads(False)
         return shown_planes(planes)
@@ -72,8 +72,9 @@ class CompositeOnDevice(torch.autograd.Function):
         start, items, tiles_x = ctx.lists
         if rows.shape[1]:
             with _stream(rows.device):
-                held = [_shared(part) for part in (rows, start, items)]
-                warp_raster.pull_back(*held, tiles_x, _shared(whole), _shared(rest.contiguous()), _shared(grad))
+                held = _shared(rows), _shared(start), _shared(items)
+                given_back = _shared(whole), _shared(rest.contiguous()), _shared(grad)
+                warp_raster.pull_back(*held, tiles_x, *given_back)
         ctx.kept["pull"][ctx.index] = grad[:2].T
         out = torch.zeros_like(rows)
         out[:12], out[14:] = grad[:12], grad[12:]

@@ -6,9 +6,12 @@ the compiled twin (one kernel for values, one for gradients); a test holds both 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import torch
 
 from ..project import CropCamera
+from ..raster import ALPHA_MIN
 
 
 def turned(quats: torch.Tensor) -> torch.Tensor:
@@ -23,21 +26,14 @@ def turned(quats: torch.Tensor) -> torch.Tensor:
 
 
 def projected_rows(
-    means: torch.Tensor,
-    quats: torch.Tensor,
-    log_scales: torch.Tensor,
-    opacity_logits: torch.Tensor,
-    colours: torch.Tensor,
-    camera: CropCamera,
-    dilation_px2: float = 0.0,
-    alpha_min: float = 1 / 255,
+    parts: Sequence[torch.Tensor], camera: CropCamera, dilation_px2: float = 0.0, alpha_min: float = ALPHA_MIN
 ) -> tuple[torch.Tensor, torch.Tensor]:
     """(17, N) rows of ``project.py`` (U .. BLUE) of every Gaussian, in the order given, and (N,) bool which of them
     are drawn at all; rows of the others may be anything, not finite too.
 
-    means: (N, 3). quats: (N, 4). log_scales: (N, 3). opacity_logits: (N,). colours: (N, 3). Computed in the tensors'
-    dtype.
+    parts: means (N, 3), quats (N, 4), log_scales (N, 3), opacity_logits (N,), colours (N, 3). Computed in their dtype.
     """
+    means, quats, log_scales, opacity_logits, colours = parts
     turn = torch.as_tensor(camera.rotation, dtype=means.dtype, device=means.device)
     centre = means @ turn.T + torch.as_tensor(camera.translation, dtype=means.dtype, device=means.device)
     x, y, z = centre.unbind(1)
@@ -74,13 +70,15 @@ def projected_rows(
     return torch.stack([*rows, *colours.unbind(1)]), drawn
 
 
-def project(parts: list[torch.Tensor], camera: CropCamera, dilation_px2: float, alpha_min: float) -> tuple:
+def project(
+    parts: Sequence[torch.Tensor], camera: CropCamera, dilation_px2: float, alpha_min: float
+) -> tuple[torch.Tensor, torch.Tensor]:
     """(17, n) rows of the Gaussians that are drawn, front to back, and (n,) int64 their numbers. parts: the five
     tensors of :func:`projected_rows`."""
     with torch.no_grad():
-        rows, drawn = projected_rows(*parts, camera, dilation_px2, alpha_min)
+        rows, drawn = projected_rows(parts, camera, dilation_px2, alpha_min)
         index = torch.nonzero(drawn)[:, 0]
         index = index[torch.argsort(rows[6, index], stable=True)]
     # Once more for those alone: gradients of what is behind the camera would not be finite.
-    rows, _ = projected_rows(*(part[index] for part in parts), camera, dilation_px2, alpha_min)
+    rows, _ = projected_rows([part[index] for part in parts], camera, dilation_px2, alpha_min)
     return rows, index

@@ -17,8 +17,8 @@ import torch
 from ...core.errors import InputError
 from ...core.progress import Reporter
 from ..field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION, GaussianField
-from ..free.controllers import Rlgs
-from ..options import SceneOptions
+from ..free.controllers import GROUPS, Rlgs
+from ..options import PUBLISHED_STEPS, SceneOptions
 from ..scene_start import Box, start_scales, thinned
 from ..whole_photos import WholePhotos
 from .densify import Counts, DensityRule, Pull, grow, to_prune
@@ -71,7 +71,7 @@ class SceneReport:
         """How far it came, in words."""
         size = "" if self.factor == 1 else f" at {self.factor:g} times their size"
         return (
-            f"{self.photos} photos{size}, {self.steps:,} of the published 30,000 steps ({self.ended}), "
+            f"{self.photos} photos{size}, {self.steps:,} of the published {PUBLISHED_STEPS:,} steps ({self.ended}), "
             f"{self.gaussians_first:,} Gaussians grown to {self.gaussians:,}, {self.cpu_s / 60:.1f} minutes."
         )
 
@@ -321,8 +321,7 @@ def plan(seconds_a_step: float, limit_s: float, options: SceneOptions) -> int:
 def _columns_of(controller: Rlgs) -> np.ndarray:
     """(14,) the factors of the rates that won the last trials."""
     factors = np.ones(N_PARAMETERS)
-    names = (MEAN, LOG_SCALE, QUATERNION, LOGIT, COLOUR)
-    for columns, value in zip(names, controller.history[-1]["factors"], strict=True):
+    for columns, value in zip(GROUPS, controller.history[-1]["factors"], strict=True):
         factors[columns] = value
     return factors
 
