@@ -202,6 +202,12 @@ def test_normal_consistency_is_that_of_the_numpy_fits():
     np.testing.assert_allclose(tensor.grad.numpy(), gradient, atol=1e-4 * np.abs(gradient).max())
 
 
+def test_unit_rays_are_those_of_the_camera():
+    np.testing.assert_allclose(
+        losses.unit_rays(camera(), torch.device("cpu")).numpy(), camera().pixel_rays(), atol=1e-6
+    )
+
+
 def test_a_loss_of_ones_own_fits_in_ten_lines():
     """The example of docs/analyst/gaussians.md: moved and dulled Gaussians find back to a picture."""
     p, view = cloud(20, 1), camera()

@@ -220,7 +220,7 @@ def test_a_time_limit_plans_fewer_steps_and_smaller_photos_and_is_kept():
 
 def test_the_plan_counts_the_controllers_trials():
     alone = plan(0.1, 600, SceneOptions(controller="fixed"))
-    assert alone == 2400
+    assert alone == 3000
     assert 300 < plan(0.1, 600, SceneOptions(controller="rlgs")) < alone / 7
     assert plan(0.1, 600, SceneOptions(controller="rlgs", tried_every=4)) > alone / 3
     assert plan(1e-6, 600, SceneOptions()) == 30_000 and plan(100.0, 1, SceneOptions()) == 1

@@ -28,7 +28,7 @@ from .run import Aligned, Run, Site
 
 if TYPE_CHECKING:
     from ..gaussians.field import GaussianField
-    from ..gaussians.on_torch.scene_fit import SceneReport
+    from ..gaussians.on_torch.scene_report import SceneReport
     from ..gaussians.scene_start import Box
     from ..pointcloud.cloud import PointCloud
     from .settings import PhotosToDbhSettings

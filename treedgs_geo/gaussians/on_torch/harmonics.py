@@ -51,7 +51,7 @@ def seen_colours(coefficients: torch.Tensor, means: torch.Tensor, camera_centre:
         return (0.5 + _CONSTANT * coefficients[:, 0]).clamp_min(0)
     away = means.detach() - camera_centre
     basis = harmonics(away / away.norm(dim=1, keepdim=True), COEFFICIENTS.index(coefficients.shape[1]))
-    return (0.5 + (basis[:, :, None] * coefficients).sum(1)).clamp_min(0)
+    return (0.5 + torch.bmm(basis[:, None, :], coefficients)[:, 0]).clamp_min(0)
 
 
 def constant_of(colours: torch.Tensor) -> torch.Tensor:

@@ -10,6 +10,7 @@ import numpy as np
 import torch
 from torch.nn.functional import conv2d
 
+from ..project import CropCamera
 from .rasterize import Rendered
 
 _C1, _C2 = 0.01**2, 0.03**2
@@ -79,6 +80,15 @@ def depth_normal(rendered: Rendered, rays: torch.Tensor, weight: torch.Tensor) -
     expected = normal_consistency(rendered.planes, rays, weight)
     median = normal_consistency(rendered.planes, rays, weight, distance=rendered.median_depth)
     return 0.4 * expected + 0.6 * median
+
+
+def unit_rays(camera: CropCamera, device: torch.device) -> torch.Tensor:
+    """(H, W, 3) float32 ``CropCamera.pixel_rays`` on a device."""
+    x = (torch.arange(camera.width, device=device) + 0.5 - camera.cx) / camera.fx
+    y = (torch.arange(camera.height, device=device) + 0.5 - camera.cy) / camera.fy
+    down, along = torch.meshgrid(y, x, indexing="ij")
+    rays = torch.stack([along, down, torch.ones_like(along)], dim=-1)
+    return rays / (1 + along**2 + down**2).sqrt()[..., None]
 
 
 def _share(weight: torch.Tensor) -> torch.Tensor:

@@ -14,6 +14,9 @@ from ..point_kernels import TILE_PX
 from ..project import CropCamera
 from .planes import for_kernels, shown_planes
 
+# Arrays are made from tensors' memory before the first kernel is launched.
+wp.init()
+
 
 def lists_by_tile(rows: torch.Tensor, width: int, height: int) -> tuple[torch.Tensor, torch.Tensor, int]:
     """Gaussians by tile, front to back within each: start (tiles + 1,) int32, items int32, tiles along x.

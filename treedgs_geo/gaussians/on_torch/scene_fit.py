@@ -8,7 +8,7 @@ published 30,000 goes through the same stations. A time limit (CPU time) first p
 from __future__ import annotations
 
 import time
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -18,12 +18,13 @@ from ...core.errors import InputError
 from ...core.progress import Reporter
 from ..field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION, GaussianField
 from ..free.controllers import GROUPS, Rlgs
-from ..options import PUBLISHED_STEPS, SceneOptions
+from ..options import SceneOptions
 from ..scene_start import Box, start_scales, thinned
 from ..whole_photos import WholePhotos
 from .densify import Counts, DensityRule, Pull, grow, to_prune
-from .losses import d_ssim, depth_normal, l1
+from .losses import d_ssim, depth_normal, l1, unit_rays
 from .scene import RATES, Scene, make_scene_rasteriser, update_filter
+from .scene_report import SceneReport
 
 #: Weights as published: of D-SSIM, of the depth-normal term, and the share of the fit from which the latter counts.
 SSIM, NORMALS, NORMALS_FROM = 0.2, 0.05, 0.5
@@ -42,40 +43,6 @@ FACTORS, LEAST_STEPS = (1.0, 0.5, 0.25), 600
 _GROWTH = 2.0
 
 
-@dataclass(frozen=True)
-class SceneReport:
-    """What a fit did. factor: size of the photos. steps_planned: by the time limit; steps: done. tried: steps that the
-    controller took back. ended: ``schedule`` or ``time limit``. loss: of the first and the last tenth of the steps."""
-
-    photos: int
-    factor: float
-    megapixels: float
-    steps_planned: int
-    steps: int
-    tried: int
-    gaussians_first: int
-    gaussians: int
-    full: bool
-    counts: dict[str, int]
-    controller: str
-    phases_tried: int
-    cpu_s: float
-    ended: str
-    loss: tuple[float, float]
-
-    def as_dict(self) -> dict[str, Any]:
-        """For ``run.json``."""
-        return asdict(self)
-
-    def sentence(self) -> str:
-        """How far it came, in words."""
-        size = "" if self.factor == 1 else f" at {self.factor:g} times their size"
-        return (
-            f"{self.photos} photos{size}, {self.steps:,} of the published {PUBLISHED_STEPS:,} steps ({self.ended}), "
-            f"{self.gaussians_first:,} Gaussians grown to {self.gaussians:,}, {self.cpu_s / 60:.1f} minutes."
-        )
-
-
 @dataclass
 class SceneFit:
     """A scene while it is fitted; one :class:`~..free.controllers.Phase` after the other."""
@@ -91,7 +58,7 @@ class SceneFit:
     losses: list[float] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.planned, self.began, self.full = self.options.steps, time.process_time(), False
+        self.planned, self.began, self.full = self.options.steps, _clock(self.options.device), False
         self.phases_tried = 0
         self.rasteriser = make_scene_rasteriser(self.options.device)
         self.pull = Pull.none(self.scene)
@@ -133,7 +100,7 @@ class SceneFit:
     @property
     def seconds(self) -> float:
         """Since the fit began: of the CPU, or of the clock where a GPU works."""
-        return time.process_time() - self.began
+        return _clock(self.options.device) - self.began
 
     def run(self, factors: np.ndarray, density: np.ndarray | None = None) -> None:
         """One phase of steps."""
@@ -218,8 +185,7 @@ class SceneFit:
         shown = self.scene.render(camera, self.rasteriser, self.degree, normals)
         loss = photometric(shown.colour, self._image(k), weight)
         if normals:
-            rays = torch.as_tensor(camera.pixel_rays(), dtype=torch.float32, device=weight.device)
-            loss = loss + NORMALS * depth_normal(shown, rays, weight)
+            loss = loss + NORMALS * depth_normal(shown, unit_rays(camera, weight.device), weight)
         self.scene.optimiser.zero_grad()
         loss.backward()
         for tensor in self.scene.tensors.values():
@@ -309,6 +275,11 @@ def photometric(shown: torch.Tensor, image: torch.Tensor, weight: torch.Tensor) 
     return (1 - SSIM) * l1(shown, image, weight, 1e-3) + SSIM * 2 * d_ssim(shown, image, weight)
 
 
+def _clock(device: str) -> float:
+    """Seconds of the CPU, or of the clock where a GPU works."""
+    return time.process_time() if device == "cpu" else time.perf_counter()
+
+
 def plan(seconds_a_step: float, limit_s: float, options: SceneOptions) -> int:
     """Steps that fit into a time limit at this speed of the first steps, the controller's trials counted."""
     each = 1.0
@@ -371,9 +342,7 @@ def _prepared(
     photos: WholePhotos, box: Box, points: np.ndarray, colours: np.ndarray, options: SceneOptions
 ) -> SceneFit:
     """A fit at the size of photos, and with the number of steps, that the time limit leaves room for."""
-    from dataclasses import replace
-
-    began = time.process_time()
+    began = _clock(options.device)
     wanted = (options.factor,) if options.factor else (FACTORS if options.time_limit_min else (1.0,))
     for factor in wanted:
         own = reduced(photos, factor)
@@ -386,10 +355,10 @@ def _prepared(
         # A first few steps say how fast this machine is; they are taken back.
         state = fit.save()
         fit._step(np.ones(N_PARAMETERS), np.ones(2))
-        start = time.process_time()
+        start = fit.seconds
         for _ in range(3):
             fit._step(np.ones(N_PARAMETERS), np.ones(2))
-        each = (time.process_time() - start) / 3
+        each = (fit.seconds - start) / 3
         fit.restore(state)
         fit.tried = 0
         fit.planned = plan(each, 60 * options.time_limit_min - fit.seconds, options)
