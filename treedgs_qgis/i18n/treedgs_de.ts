@@ -825,12 +825,24 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Fotos, die die Brusthöhe zeigen, und Zeit</translation>
     </message>
     <message>
+      <source>Dense points to start from</source>
+      <translation>Dichte Punkte für den Anfang</translation>
+    </message>
+    <message>
+      <source>Stereo of neighbouring photos</source>
+      <translation>Stereo aus benachbarten Fotos</translation>
+    </message>
+    <message>
       <source>Fitting Gaussians</source>
       <translation>Anpassung der Gauß-Elemente</translation>
     </message>
     <message>
       <source>Surface points</source>
       <translation>Oberflächenpunkte</translation>
+    </message>
+    <message>
+      <source>Telling stems from the rest</source>
+      <translation>Stämme vom Rest trennen</translation>
     </message>
     <message>
       <source>Reading the point cloud</source>

@@ -823,12 +823,24 @@ cero.&lt;/p&gt;
       <translation>Fotos que muestran la altura del pecho, y tiempo</translation>
     </message>
     <message>
+      <source>Dense points to start from</source>
+      <translation>Puntos densos para empezar</translation>
+    </message>
+    <message>
+      <source>Stereo of neighbouring photos</source>
+      <translation>Estéreo de fotos vecinas</translation>
+    </message>
+    <message>
       <source>Fitting Gaussians</source>
       <translation>Ajuste de las gaussianas</translation>
     </message>
     <message>
       <source>Surface points</source>
       <translation>Puntos de superficie</translation>
+    </message>
+    <message>
+      <source>Telling stems from the rest</source>
+      <translation>Separación de fustes y resto</translation>
     </message>
     <message>
       <source>Reading the point cloud</source>
