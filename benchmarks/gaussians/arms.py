@@ -112,6 +112,7 @@ def main() -> None:
     parser.add_argument("--factor", type=float, default=0.0, help="size of its photos; 0 = as the time limit asks for")
     parser.add_argument("--size", type=float, default=1.0, help="size of the photos, all arms")
     parser.add_argument("--controller", choices=("rlgs", "fixed"), default="rlgs")
+    parser.add_argument("--arms", nargs="+", choices=ARMS, default=list(ARMS))
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--output", type=Path, help="JSON file")
     arguments = parser.parse_args()
@@ -147,7 +148,9 @@ def main() -> None:
         "arms": {},
     }
     errors: dict[str, dict[str, float]] = {}
-    for name in ARMS:
+    if {"stem primitive", "paper-crops"} & set(arguments.arms) and "photo fit" not in arguments.arms:
+        parser.error("stem primitive and paper-crops stand where the photo fit found stems: ask for it too")
+    for name in (arm for arm in ARMS if arm in arguments.arms):
         began = time.process_time()
         trees, modelled = works[name]()
         seconds = time.process_time() - began + (arms.search_s if name in ("stem primitive", "paper-crops") else 0.0)

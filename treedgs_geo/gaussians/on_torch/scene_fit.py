@@ -38,7 +38,7 @@ _LAST_RATE = 0.01
 _COLUMN = {"means": MEAN.start, "quats": QUATERNION.start, "log_scales": LOG_SCALE.start, "opacity_logits": LOGIT,
            "constant": COLOUR.start}  # fmt: skip
 #: Sizes of the photos that are tried for a time limit, and the steps that a size has to leave room for.
-FACTORS, LEAST_STEPS = (1.0, 0.5, 0.25), 600
+FACTORS, LEAST_STEPS = (1.0, 0.5, 0.25), 300
 #: How much longer a step takes on average than at the start: Gaussians grow in number, then normals are drawn too.
 _GROWTH = 2.0
 
