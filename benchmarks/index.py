@@ -30,6 +30,7 @@ WRITERS = {
     "dense_clouds.json": "benchmarks.clouds.dense_clouds",
     "determinism*.json": "benchmarks.chain.determinism",
     "flights*.json": "benchmarks.reconstruction.flights",
+    "gaussian_arms*.json": "benchmarks.gaussians.arms",
     "gaussian_band*.json": "benchmarks.gaussians.band",
     "gaussian_chain.json": "benchmarks.photos.photos_to_dbh",
     "gaussian_choices.json": "benchmarks.gaussians.choices",

@@ -139,7 +139,7 @@ class Comparison:
         """A scene of ``count`` Gaussians before its first pass."""
         seed, rng = self.arguments.seed, np.random.default_rng(self.arguments.seed)
         began = time.process_time()
-        photos = Photos.load(self.views, held)
+        photos = Photos.of(self.views, held)
         if self.arguments.workspace:
             from treedgs_geo.reconstruction.model import load_points
 

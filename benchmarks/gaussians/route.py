@@ -5,7 +5,7 @@
     python -m benchmarks.gaussians.route --plot DIR --workspace WS --find    (nothing true: stems found in the photos)
 
 Truth is read for scoring, and for poses and positions where the command says so. Each ``--runs`` entry is fitted and
-sampled once: ``primitive`` (stems and Gaussians in one loop), ``free`` (Gaussians only, our losses), ``paper``
+sampled once: ``primitive`` (stems and Gaussians in one loop), ``free`` (Gaussians only, our losses), ``paper-crops``
 (Gaussians only, published losses and sampling). Read-outs: ``primitive`` (the fitted stem itself), ``paper`` (samples
 of the Gaussians, published constants), ``default`` (the same samples, solid circles along the axis), ``volume``
 (points spread evenly over the stem's surroundings, the cone at whose bark their opacity ends). Stems with at least
@@ -44,7 +44,7 @@ from treedgs_geo.terrain.dtm import Dtm
 RUNS: dict[str, dict] = {
     "primitive": {"preset": "balanced"},
     "free": {"preset": "balanced", "stems": "free"},
-    "paper": {"preset": "paper"},
+    "paper-crops": {"preset": "paper-crops"},
 }
 
 
@@ -84,7 +84,7 @@ def read_outs(
 ) -> tuple[dict[str, dict[int, float]], int]:
     """DBH in cm by position number of every reading of a field, and how many points were sampled."""
     sampling = SampleOptions(seed=arguments.seed, threads=arguments.threads, samples=arguments.samples)
-    own = replace(sampling, **PAPER_SAMPLING) if run == "paper" else sampling
+    own = replace(sampling, **PAPER_SAMPLING) if run == "paper-crops" else sampling
     points = sample_surface(field, views, own, reporter)
     columns = {how: read_out(points, frame, dtm, how) for how in ("paper", "default")}
     columns["volume"] = read_out(sample_volume(field, views, sampling, reporter), frame, dtm, "volume")
@@ -119,7 +119,7 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--plot", type=Path, required=True, help="a rendered plot with truth/")
     parser.add_argument("--workspace", type=Path, help="poses (sfm/) and, if there, dtm.tif of this workspace")
     parser.add_argument("--find", action="store_true", help="find the stems in the photos, take no true position")
-    parser.add_argument("--runs", nargs="+", default=["primitive", "free", "paper"], choices=list(RUNS))
+    parser.add_argument("--runs", nargs="+", default=["primitive", "free", "paper-crops"], choices=list(RUNS))
     parser.add_argument("--samples", type=int, default=100, help="candidates per Gaussian (M)")
     parser.add_argument("--stems", type=int, nargs="+", help="only these rows of the reference (0-based)")
     parser.add_argument("--noise", type=float, default=0.1, help="error of the true positions per axis, metres")

@@ -13,12 +13,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import cv2
 import numpy as np
 from scipy.spatial import cKDTree
 
-from treedgs_geo.gaussians.bands import Band, Volume, read_photo
-from treedgs_geo.gaussians.crops import Crop, cut_out
+from treedgs_geo.gaussians.bands import Band, Volume
+from treedgs_geo.gaussians.crops import Crop
 from treedgs_geo.gaussians.field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION, GaussianField
 from treedgs_geo.gaussians.free.controllers import FixedSchedule
 from treedgs_geo.gaussians.free.held_out import hold_out
@@ -27,8 +26,8 @@ from treedgs_geo.gaussians.loss import d_ssim, l1
 from treedgs_geo.gaussians.options import GaussianOptions
 from treedgs_geo.gaussians.primitive.fit import PrimitiveFit, fit_primitive
 from treedgs_geo.gaussians.primitive.sights import JointSettings, Layers
-from treedgs_geo.gaussians.project import CropCamera
 from treedgs_geo.gaussians.raster import Rasteriser
+from treedgs_geo.gaussians.whole_photos import WholePhotos
 from treedgs_geo.reconstruction.cameras import View
 
 #: Heights above ground that crowns reach to, metres.
@@ -42,33 +41,19 @@ DILATION = 0.15
 
 
 @dataclass(frozen=True)
-class Photos:
-    """Whole photos without lens distortion. held: those that take no part."""
+class Photos(WholePhotos):
+    """held: photos that take no part."""
 
-    cameras: list[CropCamera]
-    images: list[np.ndarray]
-    inside: list[np.ndarray]
-    held: list[int]
+    held: list[int] = field(default_factory=list)
 
     @classmethod
-    def load(cls, views: list[View], held: list[int]) -> Photos:
-        cameras = []
-        for view in views:
-            c = view.camera
-            cameras.append(CropCamera(c.width, c.height, c.fx, c.fy, c.cx, c.cy, view.rotation, view.translation))
-        cut = [cut_out(read_photo(view), view, camera) for view, camera in zip(views, cameras, strict=True)]
-        return cls(cameras, [image for image, _ in cut], [inside for _, inside in cut], held)
+    def of(cls, views: list[View], held: list[int]) -> Photos:
+        whole = WholePhotos.load(views)
+        return cls(whole.cameras, whole.images, whole.inside, held)
 
     @property
     def taught(self) -> list[int]:
         return [k for k in range(len(self.cameras)) if k not in self.held]
-
-    def at(self, k: int, factor: float) -> tuple[CropCamera, np.ndarray, np.ndarray]:
-        """Camera, (h, w, 3) float32 picture and (h, w) weight at a resolution."""
-        camera = self.cameras[k].scaled(factor)
-        size = camera.width, camera.height
-        image = cv2.resize(self.images[k], size, interpolation=cv2.INTER_AREA).astype(np.float32) / np.float32(255)
-        return camera, image, cv2.resize(self.inside[k], size, interpolation=cv2.INTER_AREA)
 
 
 def points_on_rays(photos: Photos, ground: Callable, count: int, rng: np.random.Generator) -> tuple:

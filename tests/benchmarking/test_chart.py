@@ -149,8 +149,9 @@ def test_presets_of_the_chain_are_on_the_chart():
         sfm = CHAIN_PRESETS[name].reconstruct
         assert all(getattr(sfm, key) == value for key, value in SFM[config.sfm].items()), name
         assert SFM[config.sfm] or sfm == type(sfm)(), name
-        assert config.kind == ("splats" if name == "paper" else "photos") and config.scale == 1, name
-        assert name == "paper" or not config.params, name  # the job takes them from the preset itself
+        kind = {"paper": "published", "paper-crops": "splats"}.get(name, "photos")
+        assert config.kind == kind and config.scale == 1, name
+        assert kind != "photos" or not config.params, name  # the job takes them from the preset itself
     assert len({config.key for config in CONFIGS}) == len(CONFIGS)
     assert {config.group for config in CONFIGS} <= set(chart_pictures.LOOKS)
 

@@ -11,25 +11,19 @@ from tests.gaussians.test_raster import camera, cloud
 torch = pytest.importorskip("torch")
 
 from treedgs_geo.core.errors import InputError  # noqa: E402
+from treedgs_geo.gaussians import kernels  # noqa: E402
 from treedgs_geo.gaussians import loss as numpy_losses  # noqa: E402
 from treedgs_geo.gaussians.on_torch import losses  # noqa: E402
+from treedgs_geo.gaussians.on_torch.harmonics import constant_of, harmonics  # noqa: E402
+from treedgs_geo.gaussians.on_torch.project import project, projected_rows, turned  # noqa: E402
 from treedgs_geo.gaussians.on_torch.rasterize import packed_of, rasterize, tensors_of  # noqa: E402
 from treedgs_geo.gaussians.raster import Rasteriser, render  # noqa: E402
-
-
-def turned(quats):
-    w, x, y, z = (quats / quats.norm(dim=1, keepdim=True)).unbind(1)
-    rows = [
-        1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
-        2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-        2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y),
-    ]  # fmt: skip
-    return torch.stack(rows, 1).reshape(-1, 3, 3)
+from treedgs_geo.gaussians.raster import project as project_compiled  # noqa: E402
 
 
 def twin(means, quats, log_scales, logits, colours, view):
-    """(8, H, W) float64: colour, alpha, sum w d, sum w n, from 3D precisions (no ray-space algebra), all Gaussians over
-    all pixels, no cut-off."""
+    """(9, H, W) float64: colour, alpha, sum w d, sum w n, median depth (0: none), from 3D precisions (no ray-space
+    algebra), all Gaussians over all pixels, no cut-off."""
     to_camera = torch.tensor(view.rotation, dtype=torch.float64)
     centre = means @ to_camera.T + torch.tensor(view.translation, dtype=torch.float64)
     axes = to_camera @ turned(quats) * torch.exp(log_scales)[:, None]
@@ -54,6 +48,7 @@ def twin(means, quats, log_scales, logits, colours, view):
     normal = -q / q.norm(dim=1, keepdim=True)
     grid = torch.tensor(np.stack(np.meshgrid(np.arange(view.width) + 0.5, np.arange(view.height) + 0.5), -1))
     planes = [torch.zeros(view.height, view.width, dtype=torch.float64)] * 8
+    median = torch.full((view.height, view.width), torch.nan, dtype=torch.float64)
     trans = torch.ones(view.height, view.width, dtype=torch.float64)
     for k in torch.argsort(centre.detach().norm(dim=1), stable=True):
         d = grid - uv[k]
@@ -61,8 +56,9 @@ def twin(means, quats, log_scales, logits, colours, view):
         weight = alpha.clamp(max=0.99) * trans
         shown = [*colours[k], torch.ones(()), centre[k].norm() + (d * slope[k]).sum(-1), *normal[k]]
         planes = [plane + weight * part for plane, part in zip(planes, shown, strict=True)]
+        median = torch.where(trans > 0.5, shown[4], median)
         trans = trans - weight
-    return torch.stack(planes)
+    return torch.stack([*planes, torch.where(trans <= 0.5, median, 0.0)])
 
 
 def test_the_twin_passes_gradcheck():
@@ -73,16 +69,86 @@ def test_the_twin_passes_gradcheck():
 
 def test_pictures_and_gradients_are_those_of_the_twin():
     p, view = cloud(9, 3), camera(24, 22)
-    given = torch.tensor(np.random.default_rng(2).normal(size=(8, 22, 24)))
+    p[:, 10] += 2
+    given = torch.tensor(np.random.default_rng(2).normal(size=(9, 22, 24)))
     ours, theirs = tensors_of(p), tensors_of(p, dtype=torch.float64)
     rendered = rasterize(*ours, view, geometry=True, alpha_min=1e-7)
     expected = twin(*theirs, view)
-    torch.testing.assert_close(rendered.planes.double(), expected, atol=1e-4, rtol=1e-4)
-    (rendered.planes * given).sum().backward()
+    shown = torch.cat([rendered.planes, torch.nan_to_num(rendered.median_depth)[None]])
+    assert (shown[8] > 0).float().mean() > 0.1
+    torch.testing.assert_close(shown.double(), expected, atol=1e-4, rtol=1e-4)
+    (shown * given).sum().backward()
     (expected * given).sum().backward()
     for mine, other in zip(ours, theirs, strict=True):
         assert mine.grad.dtype == torch.float32
         torch.testing.assert_close(mine.grad.double(), other.grad, atol=1e-3 * float(other.grad.abs().max()), rtol=0)
+
+
+def test_the_projection_passes_gradcheck_against_finite_differences():
+    p, view = cloud(4, 5), camera(60, 50)
+
+    def rows(*tensors):
+        # Conic, opacity, plane, normal, falloff and colour too: everything that pixels are made of.
+        return projected_rows(tensors, view, dilation_px2=0.3)[0]
+
+    assert torch.autograd.gradcheck(rows, tensors_of(p, dtype=torch.float64), atol=1e-5)
+    assert rows(*tensors_of(p, dtype=torch.float64)).shape == (17, 4)
+
+
+@pytest.mark.parametrize("dilation", [0.0, 0.15])
+def test_the_projection_is_that_of_the_compiled_kernel(dilation):
+    p, view = cloud(40, 2), camera(60, 50)
+    p[3, :3] -= 1000 * view.rotation[2]  # behind the camera
+    p[5, 10] = -9.0  # too faint
+    compiled, index = project_compiled(p, view, dilation)
+    rows, numbers = project(tensors_of(p, dtype=torch.float64), view, dilation, 1 / 255)
+    np.testing.assert_array_equal(numbers.numpy(), index)
+    assert 3 not in index and 5 not in index and len(index) > 20
+    np.testing.assert_allclose(rows.detach().numpy(), compiled, rtol=2e-5, atol=1e-5)
+
+
+def test_harmonics_are_orthonormal_and_colours_change_with_the_view():
+    rng = np.random.default_rng(0)
+    z = np.polynomial.legendre.leggauss(8)
+    angle = (np.arange(16) + 0.5) * np.pi / 8
+    height, turn = (part.ravel() for part in np.meshgrid(z[0], angle, indexing="ij"))
+    flat = np.sqrt(1 - height**2)
+    sphere = torch.tensor(np.column_stack([flat * np.cos(turn), flat * np.sin(turn), height]))
+    weight = torch.tensor(np.repeat(z[1], 16) * np.pi / 8)
+    basis = harmonics(sphere, 3)
+    torch.testing.assert_close((basis * weight[:, None]).T @ basis, torch.eye(16, dtype=torch.float64))
+    p, view = cloud(6, 2), camera()
+    tensors = tensors_of(p)
+    constant = constant_of(tensors[4].detach())[:, None]
+    plain, same = rasterize(*tensors, view), rasterize(*tensors[:4], constant, view)
+    torch.testing.assert_close(plain.colour, same.colour)
+    many = torch.cat([constant, torch.tensor(rng.normal(0, 0.3, (6, 8, 3)).astype(np.float32))], 1).requires_grad_()
+    other = rasterize(*tensors[:4], many, view)
+    assert (other.colour - plain.colour).abs().max() > 0.02
+    other.colour.sum().backward()
+    assert many.grad.abs().sum(dim=(0, 2)).min() > 0
+
+
+def test_the_pull_on_centres_is_that_of_moving_them_in_the_picture():
+    p, view = cloud(9, 3), camera(24, 22)
+    given = torch.tensor(np.random.default_rng(2).normal(size=(4, 22, 24)).astype(np.float32))
+    tensors = tensors_of(p)
+    rendered = rasterize(*tensors, view, alpha_min=1e-7)
+    assert float(rendered.pull.abs().max()) == 0
+    (rendered.planes * given).sum().backward()
+
+    def value(moved):
+        """The loss with all rows of the projection kept but one centre."""
+        rows, index = project_compiled(p, view, 0.0, 1e-7)
+        rows[0, list(index).index(4)] += moved
+        cells = np.zeros((view.height, 3, 4, 8), np.float32)
+        cells[:, :, 3] = 1
+        kernels.forward_colour(rows, len(index), 0, view.height, view.width, cells.reshape(-1))
+        planes = kernels.from_cells(cells.reshape(-1), 4, view.height, view.width)
+        planes[3] = 1 - planes[3]
+        return float((planes * given.numpy()).sum())
+
+    assert (value(0.05) - value(-0.05)) / 0.1 == pytest.approx(float(rendered.pull[4, 0]), rel=0.02, abs=1e-3)
 
 
 def test_depth_and_normals_are_those_of_render_and_carry_gradients():
@@ -93,7 +159,7 @@ def test_depth_and_normals_are_those_of_render_and_carry_gradients():
     for name, value in (("colour", plain.colour), ("alpha", plain.alpha), ("depth", plain.depth),
                         ("normal", plain.normals), ("median_depth", plain.median_depth)):  # fmt: skip
         np.testing.assert_allclose(getattr(rendered, name).detach().numpy(), value, atol=2e-4, err_msg=name)
-    assert not rendered.median_depth.requires_grad
+    assert rendered.median_depth.requires_grad
     torch.nansum(rendered.depth + rendered.normal[..., 2]).backward()
     assert all(torch.isfinite(t.grad).all() for t in tensors) and tensors[0].grad.abs().sum() > 0
     assert tensors[4].grad.abs().sum() == 0  # colours move no depth
@@ -134,6 +200,12 @@ def test_normal_consistency_is_that_of_the_numpy_fits():
     found.backward()
     assert float(found.detach()) == pytest.approx(value, rel=1e-5)
     np.testing.assert_allclose(tensor.grad.numpy(), gradient, atol=1e-4 * np.abs(gradient).max())
+
+
+def test_unit_rays_are_those_of_the_camera():
+    np.testing.assert_allclose(
+        losses.unit_rays(camera(), torch.device("cpu")).numpy(), camera().pixel_rays(), atol=1e-6
+    )
 
 
 def test_a_loss_of_ones_own_fits_in_ten_lines():
@@ -183,13 +255,28 @@ def test_warp_draws_and_pulls_back_the_same():
     from treedgs_geo.gaussians.warp_raster import WarpRasteriser
 
     p, view = cloud(), camera()
-    given = torch.tensor(np.random.default_rng(3).normal(size=(8, view.height, view.width)).astype(np.float32))
+    given = torch.tensor(np.random.default_rng(3).normal(size=(9, view.height, view.width)).astype(np.float32))
     grads = []
     for rasteriser in (Rasteriser(), WarpRasteriser("cpu")):
         tensors = tensors_of(p)
         rendered = rasterize(*tensors, view, geometry=True, rasteriser=rasteriser)
-        (rendered.planes * given).sum().backward()
-        grads.append((rendered.planes.detach(), [t.grad for t in tensors]))
+        shown = torch.cat([rendered.planes, torch.nan_to_num(rendered.median_depth)[None]])
+        (shown * given).sum().backward()
+        grads.append((shown.detach(), [rendered.pull, *(t.grad for t in tensors)]))
     assert ((grads[0][0] - grads[1][0]).abs() > 2e-4).float().mean() < 0.005
     for mine, other in zip(grads[0][1], grads[1][1], strict=True):
         torch.testing.assert_close(mine, other, atol=1e-2 * float(mine.abs().max()), rtol=0)
+
+
+def test_tile_lists_made_by_torch_are_those_of_the_kernel():
+    pytest.importorskip("warp")
+    from treedgs_geo.gaussians.on_torch.on_device import lists_by_tile
+    from treedgs_geo.gaussians.warp_raster import _lists
+
+    p, view = cloud(30, 4), camera()
+    rows, _ = project(tensors_of(p, dtype=torch.float64), view, 0.0, 1 / 255)
+    start, items, across = lists_by_tile(rows.detach().float(), view.width, view.height)
+    expected = _lists(rows.detach().float().numpy(), view.width, view.height)
+    assert across == expected[2]
+    np.testing.assert_array_equal(start.numpy(), expected[0])
+    np.testing.assert_array_equal(items.numpy(), expected[1])

@@ -79,7 +79,7 @@ def test_poor_input_gives_a_finite_field_or_a_refusal(case):
     if case == "one view":
         views = views[:1]
     elif case == "paper losses":
-        options = replace(QUICK, preset="paper")
+        options = replace(QUICK, preset="paper-crops")
     elif case == "dense":
         rng = np.random.default_rng(2)
         dense = (np.column_stack([STEM + rng.normal(0, 0.1, (400, 2)), GROUND + rng.uniform(0, 3, 400)]), None)

@@ -147,7 +147,7 @@ def run_splats(job: dict[str, Any]) -> dict[str, Any]:
     from .splat_points import points_of
 
     plot, frame, views, dtm, area = _scene(job)
-    paper = job["params"].get("preset") == "paper"
+    paper = job["params"].get("preset") == "paper-crops"
     clock = [time.perf_counter()]
     found = trees_of_photo_fits(
         stems_from_photos(views, dtm.local(frame).height, area, PhotoStemOptions(max_views=48)), frame
@@ -172,6 +172,27 @@ def run_splats(job: dict[str, Any]) -> dict[str, Any]:
         "stages": stages,
         **_scored(plot, trees),
         "modelled": {"photos": report.photos, "megapixels": report.megapixels, "gaussians": len(field)},
+    }
+
+
+def run_published(job: dict[str, Any]) -> dict[str, Any]:
+    """The published method over the whole plot; ``params``: ``time_limit_min``. Its stages are CPU seconds."""
+    from ..chain.published_plot import MAX_GAUSSIANS, TRIED_EVERY, Published, published_trees
+    from ..chain.run import Site
+    from ..gaussians.options import SceneOptions
+    from ..pointcloud.files import write_cloud
+    from ..reconstruction.model import load_points
+
+    plot, frame, views, dtm, area = _scene(job)
+    scene = SceneOptions(tried_every=TRIED_EVERY, max_gaussians=MAX_GAUSSIANS, **job["params"])
+    sparse = load_points(Path(job["sfm"])).xyz
+    made = published_trees(Site(frame, views, dtm, area), sparse, Published(scene=scene), Reporter())
+    write_cloud(Path(job["points"]), made.cloud.with_attribute("tree_id", made.tree_id.astype(np.int32)))
+    fit = made.facts["published_fit"]
+    return {
+        "stages": made.seconds,
+        **_scored(plot, made.trees),
+        "modelled": {name: fit[name] for name in ("photos", "megapixels", "gaussians", "steps", "factor")},
     }
 
 
@@ -352,6 +373,7 @@ JOBS = {
     "sfm": run_sfm,
     "photos": run_photos,
     "splats": run_splats,
+    "published": run_published,
     "cloud": run_cloud,
     "subset_sfm": run_subset_sfm,
     "features_cost": run_features_cost,

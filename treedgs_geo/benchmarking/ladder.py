@@ -20,7 +20,8 @@ class Config:
     """One point of the chart.
 
     key: file name. title: on the chart. group: level of modelling (``docs/evidence/speed-accuracy.md``). kind:
-    ``photos`` (stems fitted in the photos), ``splats`` or ``cloud``. sfm: key of :data:`SFM`. params: settings of the
+    ``photos`` (stems fitted in the photos), ``splats``, ``published`` (the published method over the whole plot) or
+    ``cloud``. sfm: key of :data:`SFM`. params: settings of the
     stage. scale: size of the photos that the stems are fitted in. preset: this is that preset of ``photos-to-dbh``,
     with all of its settings. quick: part of ``--quick``. reads: for splats, ``sample``, ``means`` or ``depth``: what
     is made of the field.
@@ -130,5 +131,20 @@ CONFIGS: tuple[Config, ...] = (
         params={"preset": "fast", "stems": "free"},
         reads="depth",
     ),
-    Config("paper", "paper (3000 splats a stem)", PRESET_GROUP, "splats", params={"preset": "paper"}, preset="paper"),
+    Config(
+        "paper-crops",
+        "paper's constants (3000 splats a stem)",
+        PRESET_GROUP,
+        "splats",
+        params={"preset": "paper-crops"},
+        preset="paper-crops",
+    ),
+    Config(
+        "paper",
+        "paper (whole plot, 60 CPU minutes)",
+        PRESET_GROUP,
+        "published",
+        params={"time_limit_min": 60.0},
+        preset="paper",
+    ),
 )

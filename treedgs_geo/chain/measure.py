@@ -20,6 +20,7 @@ from ..trees.ground import with_ground_error
 from ..trees.tree import Tree, with_block_errors
 from .field_stems import answers_of, places_of, read_places, write_answers
 from .prepare import circles
+from .published_plot import published_route
 from .routes import Found, auto_route, photo_route, splat_route
 from .run import Aligned, Run, Site
 
@@ -36,7 +37,7 @@ def measure(run: Run, site: Site, aligned: Aligned) -> list[Tree]:
 
     def work(reporter: Reporter) -> dict[str, Any]:
         given = None if field is None else places_of(field, site, settings.field_error_m)
-        found = _by_route(run, site, fit, reporter, given)
+        found = _by_route(run, site, aligned, fit, reporter, given)
         trees = with_run_errors(run, site, aligned, found.trees)
         write_json(kept, [asdict(tree) for tree in trees])
         write_fits(fits, found.kept)
@@ -59,14 +60,18 @@ def measure(run: Run, site: Site, aligned: Aligned) -> list[Tree]:
     }
     if field is not None:
         used["field_stems"] = [np.round(field.xy, 3).tolist(), list(field.names), settings.field_error_m]
-    run.steps.run("measure", used, [], outputs, work)
+    inputs = []
+    if fit == "paper":
+        used |= {"time_limit": settings.time_limit, "segmenter": [settings.segmenter, settings.segmenter_command]}
+        inputs = [settings.dense] if settings.dense else []
+    run.steps.run("measure", used, inputs, outputs, work)
     return read_kept_trees(kept)
 
 
 def route_of(run: Run) -> str:
-    """``photos``, ``gaussians``, ``paper`` or ``auto``."""
+    """``photos``, ``gaussians``, ``paper``, ``paper-crops`` or ``auto``."""
     settings = run.settings
-    return "paper" if settings.preset == "paper" and settings.fit == "auto" else settings.fit
+    return settings.preset if settings.fit == "auto" and settings.preset in ("paper", "paper-crops") else settings.fit
 
 
 def with_run_errors(run: Run, site: Site, aligned: Aligned, trees: list[Tree]) -> list[Tree]:
@@ -87,13 +92,15 @@ def _ground_m(run: Run) -> float | None:
     return run.space.record["stages"]["ground"]["result"].get("above_photos_m")
 
 
-def _by_route(run: Run, site: Site, fit: str, reporter: Reporter, given: GivenStems | None) -> Found:
+def _by_route(run: Run, site: Site, aligned: Aligned, fit: str, reporter: Reporter, given: GivenStems | None) -> Found:
     settings = run.settings
     if fit == "auto":
         return auto_route(site, run.preset, settings.bh_m, settings.seed, reporter, given)
     if fit == "photos":
         return photo_route(site, run.preset, settings.bh_m, reporter, given)
-    return splat_route(site, run, reporter, paper=fit == "paper", given=given)
+    if fit == "paper":
+        return published_route(run, site, aligned, reporter)
+    return splat_route(site, run, reporter, paper=fit == "paper-crops", given=given)
 
 
 def read_kept_trees(path: Path) -> list[Tree]:

@@ -21,6 +21,7 @@ from .kept_given import read_given, with_given
 from .measure import measure, placed
 from .outputs import compare_with_plan, write_layers, write_page
 from .prepare import Ready, prepare
+from .published_plot import check_published, is_published
 from .routes import preset_of
 from .run import Run
 from .sheets import make_sheets
@@ -39,6 +40,7 @@ def run_chain(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str, An
         TreeDGSError: an input that cannot be used, with what to do about it.
     """
     check_output(settings.output)
+    check_published(settings)
     if settings.flight_plan:
         read_expected(settings.flight_plan)
     photos = list_photos(settings.photos)
@@ -63,11 +65,18 @@ def _run(run: Run, photos: list[Path]) -> dict[str, Any]:
         trees = with_given(trees, read_given(run, run.steps.reporter))
         if not any(tree.qc_flag != "reject" for tree in trees):
             nothing = (
-                "no stem was found in the photos: none shows two edges of a trunk near the ground"
+                nothing_found(run.settings)
                 if not trees
                 else f"all {len(trees)} stems found were refused, each with its reason in the layer"
             )
     return _write(run, ready, trees, nothing)
+
+
+def nothing_found(settings: PhotosToDbhSettings) -> str:
+    """Why there is no tree at all."""
+    if is_published(settings):
+        return "the segmentation found no stem among the points of the Gaussians"
+    return "no stem was found in the photos: none shows two edges of a trunk near the ground"
 
 
 def _write(run: Run, ready: Ready, trees: list[Tree], nothing: str) -> dict[str, Any]:

@@ -52,6 +52,7 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
     from ..terrain.dtm import read_dtm
     from .planned import only_nadir, planned_ground, planned_views, search_ahead
     from .prepare import check_cover
+    from .published_plot import check_published
     from .routes import CHAIN_PRESETS
     from .run import Flight
 
@@ -60,6 +61,10 @@ def check_photos(settings: PhotosToDbhSettings, reporter: Reporter) -> dict[str,
         check_target(target, findings)
     if used := in_use(settings.workspace):
         findings.problem(used)
+    try:
+        check_published(settings)
+    except TreeDGSError as problem:
+        findings.problem(str(problem))
     list_photos(settings.photos)
     with reporter.stage("photos and geotags", 0.0, 0.7):
         stations = read_stations(settings.photos, settings.geotags, settings.crs, reporter=reporter)
@@ -204,6 +209,7 @@ def _photo_needs(
     from ..reconstruction.pairs import select_pairs
     from ..reconstruction.pipeline import gimbal_rotations
     from .planned import SEARCH_S
+    from .published_plot import is_published
 
     photo = read_photo(stations.paths[0])
     longer = max(photo.width, photo.height)
@@ -219,8 +225,11 @@ def _photo_needs(
     search = SEARCH_S * min(number, {"fast": 48, "best": 200}.get(settings.preset, 100)) * hectare_part
     if ahead is not None and not plots:
         search = ahead.core_seconds
-    if settings.fit in ("gaussians", "paper") or settings.preset == "paper":
+    if settings.fit in ("gaussians", "paper-crops") or settings.preset == "paper-crops":
         search *= 6
+    if is_published(settings):
+        # Stereo, sampling and segmentation beside the fit.
+        search = 60 * settings.time_limit * 1.3 + 120
     core_seconds = (
         FEATURES_S_MP * used_mp * number
         + PAIR_S * pairs * (options.max_features / 8000) ** 1.5

@@ -45,6 +45,7 @@ from .planned import (
     planned_ground,
     search_ahead,
 )
+from .published_plot import is_published
 from .run import Aligned, Flight, Run, Site
 from .steps import Collector
 
@@ -84,9 +85,12 @@ def prepare(run: Run, photos: list[Path]) -> Ready:
     nothing = only_nadir(stations)
     if nothing:  # said now, not after the photos have been matched for nothing
         return Ready(flight, None, None, nothing)
-    search = search_ahead(stations, plots, planned_ground(stations, plots, given), run.preset.stems)
-    announce_search(search, plots, reporter)
-    run.steps.weigh("measure", measure_weight(search, len(stations)))
+    if is_published(settings):
+        run.steps.weigh("measure", max(settings.time_limit, 1.0))  # of a minute's search
+    else:
+        search = search_ahead(stations, plots, planned_ground(stations, plots, given), run.preset.stems)
+        announce_search(search, plots, reporter)
+        run.steps.weigh("measure", measure_weight(search, len(stations)))
 
     aligned = _reconstruct(run, stations, control, plugin)
     area, nothing = _area(plots, aligned)

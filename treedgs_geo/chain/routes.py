@@ -61,6 +61,7 @@ CHAIN_PRESETS = {
     "balanced": Preset(ReconstructOptions(), PhotoStemOptions()),
     "best": Preset(ReconstructOptions(max_features=16000, neighbours=30), PhotoStemOptions(max_views=200), "all"),
     "paper": Preset(ReconstructOptions(), PhotoStemOptions()),
+    "paper-crops": Preset(ReconstructOptions(), PhotoStemOptions()),
 }
 
 
@@ -123,7 +124,7 @@ def measured_again(
 
 
 def splat_route(site: Site, run: Run, reporter: Reporter, paper: bool, given: GivenStems | None = None) -> Found:
-    """Stem primitives and Gaussians in one loop; with ``paper`` the published route: Gaussians -> samples with
+    """Stem primitives and Gaussians in one loop; with ``paper`` the published constants: Gaussians -> samples with
     reliability -> stem points -> slices, circles, taper, with the published constants.
 
     Stems are found in the photos (positions only; their diameters come in again only to flag a tree whose two
@@ -141,7 +142,9 @@ def splat_route(site: Site, run: Run, reporter: Reporter, paper: bool, given: Gi
         return looked
     positions = frame.to_local(np.array([[tree.x, tree.y, tree.z_ground or 0.0] for tree in found]))[:, :2]
     with reporter.stage("fit Gaussians", 0.2, 0.8):
-        preset, threads = "paper" if paper else settings.preset, available_threads()
+        preset, threads = settings.preset, available_threads()
+        if paper or preset in ("paper", "paper-crops"):
+            preset = "paper-crops" if paper else "balanced"
         options = GaussianOptions(preset=preset, seed=settings.seed, bh_m=settings.bh_m, threads=threads)
         field, report = fit_with_report(site.views, frame, site.ground, positions, None, options, reporter)
         write_field(run.path(names.FIELD), field, frame)

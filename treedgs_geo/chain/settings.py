@@ -8,6 +8,7 @@ from typing import Any
 
 from ..core.settings import param
 from ..from_points.measuring.options import MeasureOptions
+from ..from_points.segmentation.options import segmenter_command_option, segmenter_option
 from ..reconstruction.options import calibration_option, gcp_option, matcher_option, matcher_weights_option
 from ..trees.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 
@@ -83,17 +84,38 @@ class PhotosToDbhSettings:
     preset: str = param(
         "balanced",
         kind="choice",
-        help="How much is modelled: fast and best differ in photos and features used; paper = the published method.",
-        choices=("fast", "balanced", "best", "paper"),
+        help="How much is modelled: fast and best differ in photos and features used; paper = the published method on "
+        "the whole plot (hours); paper-crops = its constants on small crops about stems found in the photos.",
+        choices=("fast", "balanced", "best", "paper", "paper-crops"),
     )
     fit: str = param(
         "auto",
         kind="choice",
         help="photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; "
-        "paper = splats with the published constants; auto = photos, then stems of low "
+        "paper and paper-crops = as the presets of these names; auto = photos, then stems of low "
         "confidence measured a second time among Gaussians.",
-        choices=("auto", "photos", "gaussians", "paper"),
+        choices=("auto", "photos", "gaussians", "paper", "paper-crops"),
     )
+    time_limit: float = param(
+        60.0,
+        kind="number",
+        unit="min",
+        help="Of the published method: CPU time that fitting Gaussians over the whole plot may take; a short one means "
+        "fewer steps and smaller photos, and the report says how far it came.",
+        minimum=0.1,
+        maximum=10_000,
+        advanced=True,
+    )
+    dense: Path | None = param(
+        None,
+        kind="file",
+        help="Of the published method: points to start the Gaussians from, OpenMVS's scene_dense.ply made from the "
+        "workspace's sfm folder, or LAS/LAZ in the project CRS; without it our own stereo makes them.",
+        suffixes=(".ply", ".laz", ".las"),
+        advanced=True,
+    )
+    segmenter: str = segmenter_option()
+    segmenter_command: str | None = segmenter_command_option()
     bh_m: float = param(
         BREAST_HEIGHT_M,
         kind="number",

@@ -29,6 +29,7 @@ from ..inventory.evidence.photo_sheet import PhotoEvidence, photo_sheet
 from ..reconstruction.area import Area
 from ..trees.tree import Tree
 from .kept_given import fits_by_id
+from .published_plot import is_published
 from .run import Run, Site
 
 #: A stem at the rim of a piece of ground may have been found in the next one, metres.
@@ -38,11 +39,12 @@ _NEAR_M = 40.0
 
 
 def make_sheets(run: Run, site: Site, trees: list[Tree]) -> dict[int, Path]:
-    """``tree_id`` -> evidence sheet; the trees are written already, so trouble with a sheet is a warning."""
+    """``tree_id`` -> evidence sheet; the trees are written already, so trouble with a sheet is a warning.
+    Stems of the published route were not looked for in the photos: they have none."""
     wanted = run.settings.sheets
     chosen = trees_with_sheets(trees, run.preset.sheets if wanted == "auto" else wanted, wanted != "auto")
     folder = run.path(names.SHEETS)
-    if not chosen:
+    if not chosen or is_published(run.settings):
         return {}
 
     def work(reporter: Reporter) -> dict[str, Any]:

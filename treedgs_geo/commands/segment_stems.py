@@ -12,7 +12,7 @@ from ..core.command import Command
 from ..core.files import ensure_writable
 from ..core.progress import Reporter
 from ..core.settings import param
-from ..from_points.segmentation.options import SegmentOptions
+from ..from_points.segmentation.options import SegmentOptions, segmenter_command_option, segmenter_option
 
 #: Points this near the terrain are ground in ``stem_class``, metres.
 GROUND_M = 0.12
@@ -31,17 +31,8 @@ class SegmentStemsSettings(SegmentOptions, CloudSettings):
         "tree_id): they are looked for harder, and name what is found",
         suffixes=("gpkg", "shp", "geojson", "csv"),
     )
-    segmenter: str = param(
-        "own",
-        kind="choice",
-        help="who finds the trees: own needs nothing; the others are programs "
-        "that you installed yourself (docs/analyst/measuring.md)",
-        choices=("own", "forestformer3d", "segmentanytree"),
-        advanced=True,
-    )
-    segmenter_command: str | None = param(
-        None, kind="text", help="command line of that program, with {input} and {output} for its folders", advanced=True
-    )
+    segmenter: str = segmenter_option()
+    segmenter_command: str | None = segmenter_command_option()
 
 
 def run(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:

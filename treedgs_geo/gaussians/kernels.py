@@ -137,12 +137,12 @@ forward_full = _make_forward(True)
 
 def _make_backward(full: bool):
     """The backward kernel, with or without depth and normals."""
-    given = 8 if full else 4
+    given = 9 if full else 4
     size = (given + 2) * LANES
 
     @numba.njit(cache=True, nogil=True, fastmath=True, error_model="numpy")
     def backward(proj, n, y0, y1, width, state, grad):
-        top, zero, one = _F(ALPHA_MAX), _F(0.0), _F(1.0)
+        top, zero, one, half = _F(ALPHA_MAX), _F(0.0), _F(1.0), _F(0.5)
         across = (width + LANES - 1) // LANES
         for g in range(n):
             u, v, ka, kb, kc = proj[0, g], proj[1, g], proj[2, g], proj[3, g], proj[4, g]
@@ -173,7 +173,8 @@ def _make_backward(full: bool):
                         dx = _F(k) + start
                         raw = o * fast_exp(base + dx * (slope + quad * dx))
                         alpha = min(raw, top)
-                        alpha = alpha if (k >= low) & (k < high) else zero
+                        inside = (k >= low) & (k < high)
+                        alpha = alpha if inside else zero
                         t = cell[k]
                         w = alpha * t
                         g_r, g_g, g_b = cell[2 * LANES + k], cell[3 * LANES + k], cell[4 * LANES + k]
@@ -190,7 +191,9 @@ def _make_backward(full: bool):
                         r_g += w * g_g
                         r_b += w * g_b
                         if full:
-                            wd = w * cell[6 * LANES + k]
+                            # The median depth is this Gaussian's where the light falls to a half in it.
+                            median = inside & (t > half) & (t - w <= half)
+                            wd = w * cell[6 * LANES + k] + (cell[10 * LANES + k] if median else zero)
                             r_0 += w * cell[7 * LANES + k]
                             r_1 += w * cell[8 * LANES + k]
                             r_2 += w * cell[9 * LANES + k]
@@ -239,6 +242,6 @@ def _make_backward(full: bool):
 #: used up: T (one on entry), the sum of given x rendered (what all Gaussians contribute), then the given dL/dR, dL/dG,
 #: dL/dB, dL/dA. grad: (15, >= n) float32, accumulated.
 backward_colour = _make_backward(False)
-#: As ``backward_colour`` with four more given planes: dL/d of sum w d and sum w n (3). The median depth is a selection;
-#: its gradient (to the selected plane only) is left out.
+#: As ``backward_colour`` with five more given planes: dL/d of sum w d, of sum w n (3) and of the median depth. Which
+#: Gaussian the median selects has no gradient, its distance plane has.
 backward_full = _make_backward(True)

@@ -40,7 +40,7 @@ GAUSSIAN_PRESETS: dict[str, dict[str, float]] = {
         "fog": 0.07,
         "smoothing_px": 0.0,
     },
-    "paper": {
+    "paper-crops": {
         "gaussians": 3000,
         "coarse_epochs": 10,
         "fine_epochs": 10,
@@ -145,8 +145,8 @@ class GaussianOptions:
 
     @property
     def free(self) -> bool:
-        """No stem primitive: asked for, or the published method."""
-        return self.stems == "free" or self.preset == "paper"
+        """No stem primitive: asked for, or the published constants."""
+        return self.stems == "free" or self.preset == "paper-crops"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -171,3 +171,34 @@ PAPER_SAMPLING: dict[str, Any] = {
     "tau": 0.0,
     "seen_transmittance": 0.0,
 }
+
+
+#: Steps of the published fit.
+PUBLISHED_STEPS = 30_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneOptions:
+    """The published fit of a whole plot (``on_torch/scene_fit.py``); of the library only.
+
+    steps: optimiser steps, 30,000 as published; everything that happens on the way is scheduled by the share of them
+    that is done. time_limit_min: CPU minutes that the fit may take (of a GPU: minutes); then fewer steps are planned,
+    and where those are too few, smaller photos. degree: of the colours' spherical harmonics. max_gaussians: no split or
+    clone beyond. controller: ``rlgs`` or ``fixed``. tried_every: RLGS tries its proposals in every so-manyth phase and
+    keeps the last rates in between (published: 1). phase_steps: steps of a phase (K). factor: size of the photos, 0 =
+    as the time limit asks for. margin_m: of the box beyond the plot. low_m, high_m: of the box, from the ground.
+    """
+
+    steps: int = PUBLISHED_STEPS
+    time_limit_min: float | None = None
+    degree: int = 3
+    max_gaussians: int = 400_000
+    controller: str = "rlgs"
+    tried_every: int = 1
+    phase_steps: int = 20
+    factor: float = 0.0
+    margin_m: float = 3.0
+    low_m: float = -1.5
+    high_m: float = 40.0
+    device: str = "cpu"
+    seed: int = 0

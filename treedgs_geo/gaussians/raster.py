@@ -108,20 +108,26 @@ class Rasteriser:
         return Pass(camera, projected, index, planes, pairs, self.dilation)
 
     def backward(
-        self, parameters: np.ndarray, done: Pass, given: np.ndarray, out: np.ndarray | None = None
+        self,
+        parameters: np.ndarray,
+        done: Pass,
+        given: np.ndarray,
+        out: np.ndarray | None = None,
+        pull: np.ndarray | None = None,
     ) -> np.ndarray:
         """Gradient with respect to the parameters.
 
-        given: (4, H, W) or (8, H, W) float32: dL/d of colour (3) and alpha, then of sum w d and sum w n (3) as in
-        ``done.planes``. Returns (N, 14) float64; ``out`` is accumulated into when given.
+        given: (4, H, W), (8, H, W) or (9, H, W) float32: dL/d of colour (3) and alpha, then of sum w d and sum w n (3)
+        as in ``done.planes``, then of the median depth. Returns (N, 14) float64; ``out`` is accumulated into when
+        given. pull: (N, 2) float32, filled with the gradient on each centre in the picture, per pixel.
         """
         planes, n, width = done.planes, len(done.index), done.camera.width
-        full = len(given) == 8
-        state = _scratch.take("state", (2 + len(given), *given.shape[1:]))
-        state[0], state[2:] = 1, given
+        full = len(given) >= 8
+        state = _scratch.take("state", (11 if full else 6, *given.shape[1:]))
+        state[0], state[2 : 2 + len(given)], state[2 + len(given) :] = 1, given, 0
         state[1] = np.einsum("chw,chw->hw", state[2:5], planes[:3]) + state[5] * (1 - planes[3])
         if full:
-            state[1] += state[6] * planes[4] + np.einsum("chw,chw->hw", state[7:], planes[6:9])
+            state[1] += state[6] * planes[4] + np.einsum("chw,chw->hw", state[7:10], planes[6:9])
         kernel = kernels.backward_full if full else kernels.backward_colour
         count, height = len(state), done.camera.height
         cells = kernels.to_cells(
@@ -137,6 +143,8 @@ class Rasteriser:
 
         grads = self._strips(height, strip)
         grad = grads[0] if len(grads) == 1 else sum(grads)
+        if pull is not None:
+            pull[done.index] = grad[:2, :n].T
         if out is None:
             out = np.zeros((len(parameters), N_PARAMETERS))
         project_backward_kernel(

@@ -10,7 +10,7 @@ import numpy as np
 import pyproj
 
 from ..core.crs import LocalFrame
-from ..core.errors import CRSError, InputError
+from ..core.errors import CRSError, InputError, MissingComponentError
 from ..core.tables import csv_text
 
 _X, _Y = ("x", "easting", "east", "e"), ("y", "northing", "north", "n")
@@ -83,14 +83,20 @@ def read_dense(path: Path, frame: LocalFrame) -> tuple[np.ndarray, np.ndarray | 
     (``scene_dense.ply``, made from the workspace's ``sfm/``).
 
     Raises:
-        InputError: missing, unreadable, empty, or not where the photos are.
+        InputError: missing, unreadable, empty, or not where the photos are. MissingComponentError: open3d, for a PLY.
     """
     path = Path(path)
     if not path.exists():
         raise InputError(f"{path}: not found; give a LAS/LAZ cloud or OpenMVS's scene_dense.ply.")
     colours = None
     if path.suffix.lower() == ".ply":
-        import open3d
+        try:
+            import open3d
+        except ImportError:
+            raise MissingComponentError(
+                f"{path}: reading a PLY needs the package open3d, which is not installed; run 'pip install open3d' in "
+                "the engine's environment, or give the points as LAZ in the project CRS."
+            ) from None
 
         with open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
             cloud = open3d.io.read_point_cloud(path)

@@ -1,8 +1,9 @@
 """The compositing and point-query kernels for a GPU, through NVIDIA Warp (no compiler on the user's machine).
 
 The formulas of ``kernels.py`` and ``point_kernels.py``, one thread a pixel or a point, on Gaussians listed by tile.
-Projection stays where it is (it is a hundredth of the work). Warp also runs these kernels on one CPU core, which is how
-they are tested; they have not been run on a GPU. Import needs ``warp-lang``; ask :func:`available` first.
+``WarpRasteriser`` takes numpy parameters and projects on the CPU (a hundredth of the work); ``on_torch`` projects on
+the tensors' device and hands :func:`draw` its tensors. Warp also runs these kernels on one CPU core, which is how they
+are tested; they have not been run on a GPU. Import needs ``warp-lang``; ask :func:`available` first.
 """
 
 # Warp reads annotations when a kernel is made: no postponed annotations in this file, and mypy cannot know its types.
@@ -105,8 +106,10 @@ def _backward(
             dp = (trans * h - left / (1.0 - alpha)) * alpha
             if raw >= _TOP:
                 dp = 0.0
-            trans = trans - w
             wd = w * gd
+            if full > 0 and trans > 0.5 and trans - w <= 0.5:
+                wd += given[8, y, x]
+            trans = trans - w
             wp.atomic_add(grad, 0, g, dp * (ka * dx + kb * dy) - proj[7, g] * wd)
             wp.atomic_add(grad, 1, g, dp * (kb * dx + kc * dy) - proj[8, g] * wd)
             wp.atomic_add(grad, 2, g, -0.5 * dp * dx * dx)
@@ -201,44 +204,34 @@ class WarpRasteriser:
             return Pass(camera, projected, index, planes, 0, self.dilation)
         start, items, tiles_x = _lists(projected, camera.width, camera.height)
         image = self._array(planes)
-        wp.launch(
-            _forward,
-            dim=(camera.height, camera.width),
-            device=self.device,
-            inputs=[self._array(projected), self._array(start), self._array(items), tiles_x, int(full), image],
-        )
+        draw(self._array(projected), self._array(start), self._array(items), tiles_x, image)
         return Pass(camera, projected, index, image.numpy(), int(start[-1]) * TILE_PX**2, self.dilation)
 
     def backward(
-        self, parameters: np.ndarray, done: Pass, given: np.ndarray, out: np.ndarray | None = None
+        self,
+        parameters: np.ndarray,
+        done: Pass,
+        given: np.ndarray,
+        out: np.ndarray | None = None,
+        pull: np.ndarray | None = None,
     ) -> np.ndarray:
         """See ``raster.Rasteriser.backward``."""
-        given = np.ascontiguousarray(given, np.float32)
-        planes, n, full = done.planes, len(done.index), len(given) == 8
-        rest = np.einsum("chw,chw->hw", given[:3], planes[:3]) + given[3] * (1 - planes[3])
-        if full:
-            rest += given[4] * planes[4] + np.einsum("chw,chw->hw", given[5:], planes[6:9])
+        planes, n = done.planes, len(done.index)
+        whole = np.zeros((9 if len(given) >= 8 else 4, *given.shape[1:]), np.float32)
+        whole[: len(given)] = given
+        rest = np.einsum("chw,chw->hw", whole[:3], planes[:3]) + whole[3] * (1 - planes[3])
+        if len(whole) == 9:
+            rest += whole[4] * planes[4] + np.einsum("chw,chw->hw", whole[5:8], planes[6:9])
         out = np.zeros((len(parameters), N_PARAMETERS)) if out is None else out
         if n == 0:
             return out
         camera = done.camera
         start, items, tiles_x = _lists(done.projected, camera.width, camera.height)
         grad = self._array(np.zeros((15, n), np.float32))
-        wp.launch(
-            _backward,
-            dim=(camera.height, camera.width),
-            device=self.device,
-            inputs=[
-                self._array(done.projected),
-                self._array(start),
-                self._array(items),
-                tiles_x,
-                int(full),
-                self._array(given),
-                self._array(rest.astype(np.float32)),
-                grad,
-            ],
-        )
+        lists = self._array(start), self._array(items), tiles_x
+        pull_back(self._array(done.projected), *lists, self._array(whole), self._array(rest.astype(np.float32)), grad)
+        if pull is not None:
+            pull[done.index] = grad.numpy()[:2].T
         project_backward_kernel(
             parameters,
             camera.intrinsics,
@@ -250,6 +243,23 @@ class WarpRasteriser:
             out,
         )
         return out
+
+
+def draw(projected: Any, start: Any, items: Any, tiles_x: int, image: Any) -> None:
+    """Composite into ``image`` (4 or 9, H, W), all arrays of one Warp device. projected: (17, n) float32, front to
+    back. start, items: int32, the Gaussians by tile (:func:`_lists`)."""
+    planes, height, width = image.shape
+    full = int(planes == kernels.N_PLANES)
+    given = [projected, start, items, tiles_x, full, image]
+    wp.launch(_forward, dim=(height, width), device=image.device, inputs=given)
+
+
+def pull_back(projected: Any, start: Any, items: Any, tiles_x: int, given: Any, rest: Any, grad: Any) -> None:
+    """Gradients of :func:`draw` added to ``grad`` (15, n). given: (4 or 9, H, W) dL/d of colour, alpha, sum w d, sum w
+    n, median depth. rest: (H, W) the sum of given x drawn."""
+    planes, height, width = given.shape
+    inputs = [projected, start, items, tiles_x, int(planes == 9), given, rest, grad]
+    wp.launch(_backward, dim=(height, width), device=given.device, inputs=inputs)
 
 
 def opacity_before(

@@ -825,12 +825,24 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Fotos, die die Brusthöhe zeigen, und Zeit</translation>
     </message>
     <message>
+      <source>Dense points to start from</source>
+      <translation>Dichte Punkte für den Anfang</translation>
+    </message>
+    <message>
+      <source>Stereo of neighbouring photos</source>
+      <translation>Stereo aus benachbarten Fotos</translation>
+    </message>
+    <message>
       <source>Fitting Gaussians</source>
       <translation>Anpassung der Gauß-Elemente</translation>
     </message>
     <message>
       <source>Surface points</source>
       <translation>Oberflächenpunkte</translation>
+    </message>
+    <message>
+      <source>Telling stems from the rest</source>
+      <translation>Stämme vom Rest trennen</translation>
     </message>
     <message>
       <source>Reading the point cloud</source>
@@ -1785,16 +1797,48 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Voreinstellung</translation>
     </message>
     <message>
-      <source>How much is modelled: fast and best differ in photos and features used; paper = the published method.</source>
-      <translation>Wie viel modelliert wird: fast und best unterscheiden sich in genutzten Fotos und Merkmalen; paper = das veröffentlichte Verfahren.</translation>
+      <source>How much is modelled: fast and best differ in photos and features used; paper = the published method on the whole plot (hours); paper-crops = its constants on small crops about stems found in the photos.</source>
+      <translation>Wie viel modelliert wird: fast und best unterscheiden sich in genutzten Fotos und Merkmalen; paper = das veröffentlichte Verfahren auf der ganzen Probefläche (Stunden); paper-crops = dessen Konstanten auf kleinen Ausschnitten um Stämme, die in den Fotos gefunden wurden.</translation>
     </message>
     <message>
       <source>Fit</source>
       <translation>Anpassung</translation>
     </message>
     <message>
-      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper = splats with the published constants; auto = photos, then stems of low confidence measured a second time among Gaussians.</source>
-      <translation>photos = Stämme direkt an die Fotos angepasst; gaussians = Stammkörper zwischen Gauß-Elementen; paper = Splats mit den veröffentlichten Konstanten; auto = photos, danach werden unsichere Stämme zwischen Gauß-Elementen ein zweites Mal gemessen.</translation>
+      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper and paper-crops = as the presets of these names; auto = photos, then stems of low confidence measured a second time among Gaussians.</source>
+      <translation>photos = Stämme direkt an die Fotos angepasst; gaussians = Stammkörper zwischen Gauß-Elementen; paper und paper-crops = wie die Voreinstellungen dieser Namen; auto = photos, danach werden unsichere Stämme zwischen Gauß-Elementen ein zweites Mal gemessen.</translation>
+    </message>
+    <message>
+      <source>Time limit [min]</source>
+      <translation>Zeitgrenze [min]</translation>
+    </message>
+    <message>
+      <source>Of the published method: CPU time that fitting Gaussians over the whole plot may take; a short one means fewer steps and smaller photos, and the report says how far it came.</source>
+      <translation>Zum veröffentlichten Verfahren: Rechenzeit, die das Anpassen der Gauß-Elemente auf der ganzen Probefläche brauchen darf; eine kurze bedeutet weniger Schritte und kleinere Fotos, und der Bericht sagt, wie weit es kam.</translation>
+    </message>
+    <message>
+      <source>Dense</source>
+      <translation>Verdichten</translation>
+    </message>
+    <message>
+      <source>Of the published method: points to start the Gaussians from, OpenMVS's scene_dense.ply made from the workspace's sfm folder, or LAS/LAZ in the project CRS; without it our own stereo makes them.</source>
+      <translation>Zum veröffentlichten Verfahren: Punkte, mit denen die Gauß-Elemente beginnen, OpenMVS' scene_dense.ply aus dem Ordner sfm des Arbeitsordners, oder LAS/LAZ im KBS des Projekts; ohne sie macht sie unser eigenes Stereoverfahren.</translation>
+    </message>
+    <message>
+      <source>Segmenter</source>
+      <translation>Segmentierer</translation>
+    </message>
+    <message>
+      <source>who finds the trees: own needs nothing; the others are programs that you installed yourself (docs/analyst/measuring.md)</source>
+      <translation>wer die Bäume findet: own braucht nichts; die anderen sind Programme, die Sie selbst installiert haben (docs/analyst/measuring.md)</translation>
+    </message>
+    <message>
+      <source>Segmenter command</source>
+      <translation>Befehl des Segmentierers</translation>
+    </message>
+    <message>
+      <source>command line of that program, with {input} and {output} for its folders</source>
+      <translation>Befehlszeile dieses Programms, mit {input} und {output} für seine Ordner</translation>
     </message>
     <message>
       <source>Breast height [m]</source>
@@ -2137,10 +2181,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Speicher für alle Flächen zusammen (in einer Warteschlange: je Auftrag); 0 = was frei ist, abzüglich einer Reserve</translation>
     </message>
     <message>
-      <source>Time limit [min]</source>
-      <translation>Zeitgrenze [min]</translation>
-    </message>
-    <message>
       <source>end a plot that takes longer; 0 = never</source>
       <translation>eine Fläche beenden, die länger braucht; 0 = nie</translation>
     </message>
@@ -2355,10 +2395,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>CSV of plots (plot_id, easting, northing, radius_m or lon, lat): where the stem band is made dense; without it no dense points are made.</source>
       <translation>CSV der Probeflächen (plot_id, easting, northing, radius_m oder lon, lat): wo das Stammband verdichtet wird; ohne sie entstehen keine dichten Punkte.</translation>
-    </message>
-    <message>
-      <source>Dense</source>
-      <translation>Verdichten</translation>
     </message>
     <message>
       <source>Make dense points of the stem band where plots are given.</source>
@@ -2759,22 +2795,6 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>positions of known stems (point layer, or CSV with x, y, tree_id): they are looked for harder, and name what is found</source>
       <translation>Positionen bekannter Stämme (Punktlayer oder CSV mit x, y, tree_id): nach ihnen wird genauer gesucht, und sie benennen das Gefundene</translation>
-    </message>
-    <message>
-      <source>Segmenter</source>
-      <translation>Segmentierer</translation>
-    </message>
-    <message>
-      <source>who finds the trees: own needs nothing; the others are programs that you installed yourself (docs/analyst/measuring.md)</source>
-      <translation>wer die Bäume findet: own braucht nichts; die anderen sind Programme, die Sie selbst installiert haben (docs/analyst/measuring.md)</translation>
-    </message>
-    <message>
-      <source>Segmenter command</source>
-      <translation>Befehl des Segmentierers</translation>
-    </message>
-    <message>
-      <source>command line of that program, with {input} and {output} for its folders</source>
-      <translation>Befehlszeile dieses Programms, mit {input} und {output} für seine Ordner</translation>
     </message>
     <message>
       <source>stem points with tree_id and height_m</source>

@@ -823,12 +823,24 @@ cero.&lt;/p&gt;
       <translation>Fotos que muestran la altura del pecho, y tiempo</translation>
     </message>
     <message>
+      <source>Dense points to start from</source>
+      <translation>Puntos densos para empezar</translation>
+    </message>
+    <message>
+      <source>Stereo of neighbouring photos</source>
+      <translation>Estéreo de fotos vecinas</translation>
+    </message>
+    <message>
       <source>Fitting Gaussians</source>
       <translation>Ajuste de las gaussianas</translation>
     </message>
     <message>
       <source>Surface points</source>
       <translation>Puntos de superficie</translation>
+    </message>
+    <message>
+      <source>Telling stems from the rest</source>
+      <translation>Separación de fustes y resto</translation>
     </message>
     <message>
       <source>Reading the point cloud</source>
@@ -1783,16 +1795,48 @@ cero.&lt;/p&gt;
       <translation>Preajuste</translation>
     </message>
     <message>
-      <source>How much is modelled: fast and best differ in photos and features used; paper = the published method.</source>
-      <translation>Cuánto se modela: fast y best difieren en fotos y puntos usados; paper = el método publicado.</translation>
+      <source>How much is modelled: fast and best differ in photos and features used; paper = the published method on the whole plot (hours); paper-crops = its constants on small crops about stems found in the photos.</source>
+      <translation>Cuánto se modela: fast y best difieren en las fotos y los rasgos usados; paper = el método publicado en toda la parcela (horas); paper-crops = sus constantes en pequeños recortes alrededor de fustes hallados en las fotos.</translation>
     </message>
     <message>
       <source>Fit</source>
       <translation>Ajuste</translation>
     </message>
     <message>
-      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper = splats with the published constants; auto = photos, then stems of low confidence measured a second time among Gaussians.</source>
-      <translation>photos = troncos ajustados directamente a las fotos; gaussians = primitivas de tronco entre gaussianas; paper = splats con las constantes publicadas; auto = photos, y luego los troncos poco seguros se miden una segunda vez entre gaussianas.</translation>
+      <source>photos = stems fitted straight to the photos; gaussians = stem primitives among Gaussians; paper and paper-crops = as the presets of these names; auto = photos, then stems of low confidence measured a second time among Gaussians.</source>
+      <translation>photos = fustes ajustados directamente a las fotos; gaussians = cuerpos de fuste entre gaussianas; paper y paper-crops = como los ajustes de esos nombres; auto = photos, y después los fustes inseguros se miden por segunda vez entre gaussianas.</translation>
+    </message>
+    <message>
+      <source>Time limit [min]</source>
+      <translation>Límite de tiempo [min]</translation>
+    </message>
+    <message>
+      <source>Of the published method: CPU time that fitting Gaussians over the whole plot may take; a short one means fewer steps and smaller photos, and the report says how far it came.</source>
+      <translation>Del método publicado: tiempo de CPU que puede tomar el ajuste de gaussianas en toda la parcela; uno corto significa menos pasos y fotos más pequeñas, y el informe dice hasta dónde llegó.</translation>
+    </message>
+    <message>
+      <source>Dense</source>
+      <translation>Densificar</translation>
+    </message>
+    <message>
+      <source>Of the published method: points to start the Gaussians from, OpenMVS's scene_dense.ply made from the workspace's sfm folder, or LAS/LAZ in the project CRS; without it our own stereo makes them.</source>
+      <translation>Del método publicado: puntos con los que empiezan las gaussianas, scene_dense.ply de OpenMVS hecho con la carpeta sfm del espacio de trabajo, o LAS/LAZ en el SRC del proyecto; sin ellos los hace nuestro propio estéreo.</translation>
+    </message>
+    <message>
+      <source>Segmenter</source>
+      <translation>Segmentador</translation>
+    </message>
+    <message>
+      <source>who finds the trees: own needs nothing; the others are programs that you installed yourself (docs/analyst/measuring.md)</source>
+      <translation>quién busca los árboles: own no necesita nada; los demás son programas que usted instaló (docs/analyst/measuring.md)</translation>
+    </message>
+    <message>
+      <source>Segmenter command</source>
+      <translation>Orden del segmentador</translation>
+    </message>
+    <message>
+      <source>command line of that program, with {input} and {output} for its folders</source>
+      <translation>línea de órdenes de ese programa, con {input} y {output} para sus carpetas</translation>
     </message>
     <message>
       <source>Breast height [m]</source>
@@ -2135,10 +2179,6 @@ cero.&lt;/p&gt;
       <translation>memoria para todas las parcelas juntas (en una cola: por trabajo); 0 = la libre, menos una reserva</translation>
     </message>
     <message>
-      <source>Time limit [min]</source>
-      <translation>Límite de tiempo [min]</translation>
-    </message>
-    <message>
       <source>end a plot that takes longer; 0 = never</source>
       <translation>terminar una parcela que tarde más; 0 = nunca</translation>
     </message>
@@ -2353,10 +2393,6 @@ cero.&lt;/p&gt;
     <message>
       <source>CSV of plots (plot_id, easting, northing, radius_m or lon, lat): where the stem band is made dense; without it no dense points are made.</source>
       <translation>CSV de parcelas (plot_id, easting, northing, radius_m o lon, lat): dónde se densifica la banda de troncos; sin él no se hacen puntos densos.</translation>
-    </message>
-    <message>
-      <source>Dense</source>
-      <translation>Densificar</translation>
     </message>
     <message>
       <source>Make dense points of the stem band where plots are given.</source>
@@ -2757,22 +2793,6 @@ cero.&lt;/p&gt;
     <message>
       <source>positions of known stems (point layer, or CSV with x, y, tree_id): they are looked for harder, and name what is found</source>
       <translation>posiciones de troncos conocidos (capa de puntos, o CSV con x, y, tree_id): se buscan con más empeño y dan nombre a lo hallado</translation>
-    </message>
-    <message>
-      <source>Segmenter</source>
-      <translation>Segmentador</translation>
-    </message>
-    <message>
-      <source>who finds the trees: own needs nothing; the others are programs that you installed yourself (docs/analyst/measuring.md)</source>
-      <translation>quién busca los árboles: own no necesita nada; los demás son programas que usted instaló (docs/analyst/measuring.md)</translation>
-    </message>
-    <message>
-      <source>Segmenter command</source>
-      <translation>Orden del segmentador</translation>
-    </message>
-    <message>
-      <source>command line of that program, with {input} and {output} for its folders</source>
-      <translation>línea de órdenes de ese programa, con {input} y {output} para sus carpetas</translation>
     </message>
     <message>
       <source>stem points with tree_id and height_m</source>

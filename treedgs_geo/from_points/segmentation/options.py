@@ -3,8 +3,28 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from ...core.settings import param
+
+
+def segmenter_option() -> Any:
+    """Who tells stems from the rest of a cloud."""
+    return param(
+        "own",
+        kind="choice",
+        help="who finds the trees: own needs nothing; the others are programs "
+        "that you installed yourself (docs/analyst/measuring.md)",
+        choices=("own", "forestformer3d", "segmentanytree"),
+        advanced=True,
+    )
+
+
+def segmenter_command_option() -> Any:
+    """How a program that is not ours is started."""
+    return param(
+        None, kind="text", help="command line of that program, with {input} and {output} for its folders", advanced=True
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

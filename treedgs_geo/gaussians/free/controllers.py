@@ -21,14 +21,16 @@ from ..field import COLOUR, LOG_SCALE, LOGIT, MEAN, N_PARAMETERS, QUATERNION
 from .policy import GruPolicy, factors_of
 
 #: The five rates that RLGS scales.
-GROUPS = (MEAN, LOG_SCALE, QUATERNION, LOGIT, COLOUR)
+GROUPS: tuple[slice | int, ...] = (MEAN, LOG_SCALE, QUATERNION, LOGIT, COLOUR)
 _COLUMNS = [np.atleast_1d(np.arange(N_PARAMETERS)[group]) for group in GROUPS]
 
 
 class Phase(Protocol):
     """One pass over the crops, as a controller sees it."""
 
-    done: float
+    @property
+    def done(self) -> float:
+        """Share of the fit that is done."""
 
     @property
     def knobs(self) -> int:

@@ -1,9 +1,9 @@
 """``rasterize``: a differentiable picture of Gaussians held in torch tensors.
 
-The compiled kernels do the work, on the CPU those of ``kernels.py`` (Numba), on a GPU those of ``warp_raster.py``
-(NVIDIA Warp); torch holds the parameters and sees one operation with a backward of its own. Pictures and their
-gradients pass between both without a copy on the CPU. Arguments are named as in the field's common interface (gsplat's
-``rasterization``); what differs is in ``docs/analyst/gaussians.md``.
+Tensors of the CPU go through the compiled kernels (projection and compositing in Numba, no copies of pictures); tensors
+of a GPU stay there: projected by torch, composited by the kernels of ``warp_raster.py`` (NVIDIA Warp) in the tensors'
+own memory. Either way torch sees operations with a backward of their own. Arguments are named as in the field's common
+interface (gsplat's ``rasterization``); what differs is in ``docs/analyst/gaussians.md``.
 """
 
 from __future__ import annotations
@@ -18,6 +18,9 @@ from ...core.errors import InputError
 from ..devices import make_rasteriser
 from ..project import CropCamera
 from ..raster import ALPHA_MIN, Rasteriser
+from .harmonics import COEFFICIENTS, seen_colours
+from .planes import for_kernels, shown_planes
+from .project import project
 
 #: Widths of the parts of the packed parameters: means, quaternions, log-scales, opacity logit, colours.
 _PARTS = {"means": 3, "quats": 4, "log_scales": 3, "opacity_logits": 1, "colours": 3}
@@ -29,12 +32,15 @@ class Rendered:
 
     planes: (4, H, W) colour (sum of w c, no background) and alpha; with ``geometry`` (8, H, W): sum w d and sum w n
     (3) too, as the kernels make them. median_depth: (H, W) distance where the transmittance passes 0.5, NaN where it
-    does not (``None`` without ``geometry``); it carries no gradient. pairs: pixel-Gaussian pairs composited.
+    does not (``None`` without ``geometry``); its gradient goes to the Gaussian it is taken from. pairs: pixel-Gaussian
+    pairs composited (on a GPU: looked at). pull: (N, 2) the gradient on each Gaussian's centre in the picture, per
+    pixel, once ``backward`` has been called (zero where it is not drawn): what densification goes by.
     """
 
     planes: torch.Tensor
     median_depth: torch.Tensor | None
     pairs: int
+    pull: torch.Tensor
 
     @property
     def colour(self) -> torch.Tensor:
@@ -74,30 +80,23 @@ class Rendered:
         return self.planes[4:]
 
 
-class _Composite(torch.autograd.Function):
-    """(N, 14) float64 parameters -> (4 or 8, H, W) float32 planes, (H, W) median distance."""
+class _Compiled(torch.autograd.Function):
+    """(N, 14) float64 parameters of the CPU -> the planes and median depth of :class:`Rendered`."""
 
     @staticmethod
-    def forward(ctx: Any, packed: torch.Tensor, camera: CropCamera, rasteriser: Any, full: bool, kept: dict) -> Any:
-        parameters = packed.detach().cpu().numpy()
+    def forward(ctx: Any, packed: torch.Tensor, camera: CropCamera, rasteriser: Rasteriser, full: bool, kept: dict):
+        parameters = packed.detach().numpy()
         done = rasteriser.forward(parameters, camera, full)
-        ctx.done, ctx.rasteriser, ctx.parameters, ctx.device = done, rasteriser, parameters, packed.device
+        ctx.done, ctx.rasteriser, ctx.parameters, ctx.kept = done, rasteriser, parameters, kept
+        ctx.set_materialize_grads(False)
         kept["pairs"] = done.pairs
-        planes = np.empty((8 if full else 4, camera.height, camera.width), np.float32)
-        planes[:3], planes[3] = done.planes[:3], 1 - done.planes[3]
-        median = np.empty((0, 0), np.float32)
-        if full:
-            planes[4], planes[5:] = done.planes[4], done.planes[6:9]
-            median = np.where(done.planes[3] <= 0.5, done.planes[5], np.nan).astype(np.float32)
-        shown, depth = (torch.from_numpy(part).to(packed.device) for part in (planes, median))
-        ctx.mark_non_differentiable(depth)
-        return shown, depth
+        return shown_planes(torch.from_numpy(done.planes))
 
     @staticmethod
-    def backward(ctx: Any, *given: torch.Tensor) -> Any:
-        planes = given[0].detach().to("cpu", torch.float32).contiguous().numpy()
-        grad = ctx.rasteriser.backward(ctx.parameters, ctx.done, planes)
-        return torch.from_numpy(grad).to(ctx.device), None, None, None, None
+    def backward(ctx: Any, *given: torch.Tensor | None) -> Any:
+        back = for_kernels(given, torch.from_numpy(ctx.done.planes)).numpy()
+        grad = ctx.rasteriser.backward(ctx.parameters, ctx.done, back, pull=ctx.kept["pull"].numpy())
+        return torch.from_numpy(grad), None, None, None, None
 
 
 def rasterize(
@@ -117,15 +116,18 @@ def rasterize(
 
     Args:
         means: (N, 3) metres, local frame. quats: (N, 4) w x y z, of any length. log_scales: (N, 3) natural logarithms
-            of standard deviations in metres. opacity_logits: (N,). colours: (N, 3) RGB 0..1. All float32 or float64,
-            on one device. camera: pinhole crop, first pixel's centre at (0.5, 0.5). geometry: depth and normals too
+            of standard deviations in metres. opacity_logits: (N,). colours: (N, 3) RGB 0..1, or (N, K, 3) coefficients
+            of spherical harmonics, K = 1, 4, 9 or 16 (:mod:`.harmonics`). All float32 or float64, on one device.
+            camera: pinhole crop, first pixel's centre at (0.5, 0.5). geometry: depth and normals too
             (eq:radegs_depth_plane). dilation_px2, alpha_min: see :class:`~treedgs_geo.gaussians.raster.Rasteriser`.
-            rasteriser: one to use again (its threads, its device); default: one thread of the CPU, or Warp on the
-            tensors' GPU.
+            rasteriser: one to use again (its threads, its dilation); default: one thread of the CPU, or Warp on the
+            tensors' GPU. A Warp rasteriser takes the path of GPU tensors on the CPU too.
 
     Raises:
         InputError: tensors of other shapes, or on several devices. MissingComponentError: GPU tensors without Warp.
     """
+    if colours.ndim == 3 and colours.shape[1] in COEFFICIENTS and colours.shape[2] == 3:
+        colours = seen_colours(colours, means, torch.as_tensor(camera.centre, dtype=means.dtype, device=means.device))
     parts = {
         "means": means,
         "quats": quats,
@@ -133,6 +135,28 @@ def rasterize(
         "opacity_logits": opacity_logits.unsqueeze(-1),
         "colours": colours,
     }
+    _check(parts)
+    if rasteriser is None:
+        on_cpu = means.device.type == "cpu"
+        rasteriser = (
+            Rasteriser(1, dilation_px2, alpha_min) if on_cpu else make_rasteriser(str(means.device), dilation_px2)
+        )
+    kept: dict = {"pull": torch.zeros((len(means), 2), device=means.device)}
+    if isinstance(rasteriser, Rasteriser):
+        packed = torch.cat([part.to(torch.float64) for part in parts.values()], dim=1).contiguous()
+        planes, median = _Compiled.apply(packed, camera, rasteriser, geometry, kept)
+    else:
+        from .on_device import CompositeOnDevice
+
+        # As the compiled twin: float64 up to the ellipses, float32 in the picture.
+        doubles = [part.to(torch.float64) for part in (means, quats, log_scales, opacity_logits, colours)]
+        rows, index = project(doubles, camera, rasteriser.dilation, rasteriser.alpha_min)
+        planes, median = CompositeOnDevice.apply(rows, index, camera, geometry, kept)
+    return Rendered(planes, median if geometry else None, kept["pairs"], kept["pull"])
+
+
+def _check(parts: dict[str, torch.Tensor]) -> None:
+    means = parts["means"]
     for name, part in parts.items():
         if part.ndim != 2 or part.shape != (len(means), _PARTS[name]):
             raise InputError(
@@ -143,15 +167,6 @@ def rasterize(
             raise InputError(
                 f"rasterize: {name} is on {part.device} and means on {means.device}; put them on one device."
             )
-    packed = torch.cat([part.to(torch.float64) for part in parts.values()], dim=1).contiguous()
-    if rasteriser is None:
-        on_cpu = means.device.type == "cpu"
-        rasteriser = (
-            Rasteriser(1, dilation_px2, alpha_min) if on_cpu else make_rasteriser(str(means.device), dilation_px2)
-        )
-    kept: dict = {}
-    planes, median = _Composite.apply(packed, camera, rasteriser, geometry, kept)
-    return Rendered(planes, median if geometry else None, kept["pairs"])
 
 
 def tensors_of(parameters: np.ndarray, device: str = "cpu", dtype: torch.dtype = torch.float32) -> list[torch.Tensor]:

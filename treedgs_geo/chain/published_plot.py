@@ -1,0 +1,230 @@
+"""The published route over a whole plot: dense prior -> Gaussians -> samples with opacity -> segmentation -> slices,
+circles, taper. Nothing is looked for in the photos by our own search.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..core import workspace as names
+from ..core.errors import InputError
+from ..core.progress import Reporter
+from ..from_photos.kept import KeptFits
+from ..from_points.measuring.cloud import measure_stems
+from ..from_points.measuring.options import MeasureOptions
+from ..from_points.segmentation.options import SegmentOptions
+from ..from_points.segmentation.segment import StemMap, find_stems, label_points
+from ..gaussians.options import PUBLISHED_STEPS, SceneOptions
+from ..terrain.ground import height_above_ground
+from ..trees.priors import BREAST_HEIGHT_M
+from ..trees.tree import Tree
+from .routes import Found
+from .run import Aligned, Run, Site
+
+if TYPE_CHECKING:
+    from ..gaussians.field import GaussianField
+    from ..gaussians.on_torch.scene_report import SceneReport
+    from ..gaussians.scene_start import Box
+    from ..pointcloud.cloud import PointCloud
+    from .settings import PhotosToDbhSettings
+
+#: RLGS tries its proposals in every so-manyth phase: a fit with trials in each of them takes seven times as long.
+TRIED_EVERY = 8
+#: Most Gaussians that the CPU is given; half as many points of the prior start them.
+MAX_GAUSSIANS = 200_000
+
+
+def is_published(settings: PhotosToDbhSettings) -> bool:
+    """The settings ask for the published route over the whole plot."""
+    return settings.fit == "paper" or (settings.preset == "paper" and settings.fit == "auto")
+
+
+def check_published(settings: PhotosToDbhSettings) -> None:
+    """What the published route needs and cannot do, said before anything expensive starts.
+
+    Raises:
+        InputError: an option that it has no use for. MissingComponentError: torch is not installed.
+    """
+    if not is_published(settings):
+        used = {"dense": settings.dense is not None, "segmenter": settings.segmenter != "own"}
+        used["segmenter_command"] = settings.segmenter_command is not None
+        for name, given in used.items():
+            if given:
+                raise InputError(
+                    f"--{name.replace('_', '-')}: only the published method (--preset paper) uses it; leave it out, or "
+                    "add --preset paper."
+                )
+        return
+    if settings.field_stems is not None:
+        raise InputError(
+            "--field-stems: the published method looks for no stem in the photos, so it cannot look at a given place; "
+            "leave it out, or use --preset balanced."
+        )
+    if settings.segmenter != "own" and not settings.segmenter_command:
+        raise InputError(
+            f"--segmenter {settings.segmenter}: needs its command line, give --segmenter-command "
+            "(docs/analyst/measuring.md has one)."
+        )
+    from ..gaussians import on_torch  # noqa: F401  (says what to install)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Published:
+    """What a run of the published method is asked for. scene: of the fit. dense: points to start from, else our own
+    stereo. segmenter, segmenter_command: as ``segment-stems`` has them. bh_m: breast height."""
+
+    scene: SceneOptions
+    dense: Path | None = None
+    segmenter: str = "own"
+    segmenter_command: str | None = None
+    bh_m: float = BREAST_HEIGHT_M
+
+    @classmethod
+    def of(cls, settings: PhotosToDbhSettings) -> Published:
+        """As the chain's settings say."""
+        scene = SceneOptions(
+            time_limit_min=settings.time_limit,
+            tried_every=TRIED_EVERY,
+            max_gaussians=MAX_GAUSSIANS,
+            seed=settings.seed,
+        )
+        return cls(
+            scene=scene,
+            dense=settings.dense,
+            segmenter=settings.segmenter,
+            segmenter_command=settings.segmenter_command,
+            bh_m=settings.bh_m,
+        )
+
+
+@dataclass(frozen=True)
+class PublishedTrees:
+    """trees: project coordinates. field: the Gaussians, local. cloud: their samples with ``opacity`` and ``n_views``,
+    project coordinates. tree_id: (P,) stem of each sample, 0 = none. facts: where the start was from, how far the fit
+    came; seconds: CPU seconds of each stage."""
+
+    trees: list[Tree]
+    field: GaussianField
+    cloud: PointCloud
+    tree_id: np.ndarray
+    facts: dict[str, Any]
+    seconds: dict[str, float]
+
+
+def published_route(run: Run, site: Site, aligned: Aligned, reporter: Reporter) -> Found:
+    """The chain's stage: ``field.ply``, ``surface.laz`` and ``stems.laz`` stay in the workspace; the facts say how far
+    the fit came."""
+    from ..gaussians.ply import write_field
+    from ..pointcloud.files import write_cloud
+
+    made = published_trees(site, aligned.points, Published.of(run.settings), reporter)
+    write_field(run.path(names.FIELD), made.field, site.frame)
+    write_cloud(run.path(names.SURFACE), made.cloud)
+    stems = made.cloud.with_attribute("tree_id", made.tree_id)
+    write_cloud(run.path(names.STEMS), stems.select(made.tree_id > 0))
+    return Found(made.trees, KeptFits([]), made.facts)
+
+
+def published_trees(site: Site, sparse: np.ndarray, asked: Published, reporter: Reporter) -> PublishedTrees:
+    """The published method over a plot with cameras and ground. sparse: (M, 3) points of the reconstruction, local.
+
+    Raises:
+        InputError: nothing to start from, or nothing left to sample. MissingComponentError: torch is not installed.
+    """
+    from ..gaussians.on_torch.scene_fit import fit_scene
+    from ..gaussians.options import PAPER_SAMPLING, SampleOptions
+    from ..gaussians.sample import sample_surface
+    from ..gaussians.scene_start import Box
+    from ..gaussians.whole_photos import WholePhotos
+    from ..pointcloud.cloud import PointCloud
+
+    box, clock = Box.of(site.area, site.ground, asked.scene), [time.process_time()]
+    with reporter.stage("dense prior", 0.0, 0.1):
+        points, colours, source = _prior(site, sparse, asked.dense, box, reporter)
+    clock.append(time.process_time())
+    with reporter.stage("fit Gaussians", 0.1, 0.8):
+        photos = WholePhotos.load(site.views)
+        field, report = fit_scene(photos, box, points, colours, asked.scene, reporter)
+    _say(report, asked.scene, reporter)
+    clock.append(time.process_time())
+    with reporter.stage("sample surface", 0.8, 0.9):
+        sampled = sample_surface(field, site.views, SampleOptions(seed=asked.scene.seed, **PAPER_SAMPLING), reporter)
+        cloud = PointCloud(
+            site.frame.to_project(sampled.xyz), site.frame.crs, {"opacity": sampled.opacity, "n_views": sampled.n_views}
+        )
+    clock.append(time.process_time())
+    with reporter.stage("segment stems", 0.9, 0.97):
+        tree_id, stems, height = _segmented(site, cloud, asked, reporter)
+    clock.append(time.process_time())
+    with reporter.stage("measure stems", 0.97, 1.0):
+        options = MeasureOptions(
+            weights="opacity", method="paper", bh_m=asked.bh_m, source="splat", seed=asked.scene.seed
+        )
+        trees = measure_stems(cloud, tree_id, site.dtm, options, reporter, stems=stems, height=height)
+    clock.append(time.process_time())
+    facts = {
+        "prior": {"source": source, "points": len(points)},
+        "published_fit": report.as_dict(),
+        "samples": len(cloud),
+        "segmented": len(trees),
+    }
+    stages = ("prior", "fit", "sample", "segment", "measure")
+    seconds = {name: round(float(taken), 1) for name, taken in zip(stages, np.diff(clock), strict=True)}
+    return PublishedTrees(trees, field, cloud, tree_id, facts, seconds)
+
+
+def _say(report: SceneReport, options: SceneOptions, reporter: Reporter) -> None:
+    """How far the fit came; a warning where it was cut short."""
+    reporter.info(f"Gaussians over the whole plot: {report.sentence()}")
+    if report.steps < PUBLISHED_STEPS or report.factor < 1:
+        limit = "" if options.time_limit_min is None else f" by the time limit of {options.time_limit_min:g} minutes"
+        reporter.warn(
+            f"The published fit was cut short{limit}: {report.sentence()} Diameters may be better with a longer "
+            "--time-limit."
+        )
+    if report.full:
+        reporter.warn(
+            f"Densification stopped at {options.max_gaussians:,} Gaussians, the most that this run keeps in hand; the "
+            "published method has no such limit."
+        )
+
+
+def _prior(
+    site: Site, sparse: np.ndarray, dense: Path | None, box: Box, reporter: Reporter
+) -> tuple[np.ndarray, np.ndarray, str]:
+    """(M, 3) points to start from, local, (M, 3) their colours, and whose they are."""
+    from ..gaussians.scene_start import dense_prior
+    from ..gaussians.seeds import read_dense
+
+    if dense is not None:
+        points, colours = read_dense(dense, site.frame)
+        source = dense.name
+    else:
+        points, colours = dense_prior(site.views, site.ground, site.area, box, reporter)
+        source = "multi-view stereo"
+    if colours is None:
+        colours = np.full((len(points), 3), 0.5)
+    # What matching the photos found stands in where stereo saw nothing.
+    points = np.concatenate([points, sparse])
+    colours = np.concatenate([colours, np.full((len(sparse), 3), 0.5)])
+    inside = box.contains(points)
+    return points[inside], colours[inside], source
+
+
+def _segmented(
+    site: Site, cloud: PointCloud, asked: Published, reporter: Reporter
+) -> tuple[np.ndarray, StemMap | None, np.ndarray]:
+    """(P,) stem of each point, 0 = none; the stems where our own segmenter found them; (P,) height above ground."""
+    height = height_above_ground(cloud.xyz, site.dtm)
+    if asked.segmenter != "own":
+        from ..from_points.segmentation.external import segment_external
+
+        found = segment_external(cloud, asked.segmenter, asked.segmenter_command or "", reporter)
+        return found.tree_id, None, height
+    stems = find_stems(cloud, site.dtm, SegmentOptions(source="splat"), reporter, height=height)
+    return label_points(cloud.xyz, height, stems), stems, height

@@ -1,0 +1,177 @@
+"""The Gaussians of a whole scene as torch tensors, with their optimiser: growing and shrinking keeps both together."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import torch
+
+from ..field import GaussianField
+from ..project import CropCamera
+from ..raster import Rasteriser
+from .harmonics import COEFFICIENTS, colours_of, constant_of
+from .rasterize import Rendered, rasterize
+
+#: Steps of Adam as published (3DGS); the positions' are shares of the scene's extent and fall to a hundredth.
+RATES = {
+    "means": 1.6e-4,
+    "quats": 1e-3,
+    "log_scales": 5e-3,
+    "opacity_logits": 5e-2,
+    "constant": 2.5e-3,
+    "harmonics": 2.5e-3 / 20,
+}
+#: Opacity at the start, as published.
+_FIRST_OPACITY = 0.1
+
+
+class Scene:
+    """N Gaussians: ``tensors`` by the names of :data:`RATES` (means (N, 3), quats (N, 4), log_scales (N, 3),
+    opacity_logits (N,), constant (N, 1, 3) and harmonics (N, K - 1, 3) of the colours), ``optimiser`` and ``filter_m``
+    (N,), the 3D smoothing filter."""
+
+    def __init__(
+        self, points: np.ndarray, colours: np.ndarray, scales_m: np.ndarray, degree: int, device: str = "cpu"
+    ) -> None:
+        """points: (N, 3) local. colours: (N, 3) 0..1. scales_m: (N,) standard deviations."""
+
+        def leaf(value: Any) -> torch.Tensor:
+            return torch.as_tensor(np.asarray(value), dtype=torch.float32, device=device).contiguous().requires_grad_()
+
+        n = len(points)
+        self.tensors = {
+            "means": leaf(points),
+            "quats": leaf(np.tile([1.0, 0, 0, 0], (n, 1))),
+            "log_scales": leaf(np.tile(np.log(scales_m)[:, None], (1, 3))),
+            "opacity_logits": leaf(np.full(n, np.log(_FIRST_OPACITY / (1 - _FIRST_OPACITY)))),
+            "constant": leaf(constant_of(torch.as_tensor(colours))[:, None]),
+            "harmonics": leaf(np.zeros((n, COEFFICIENTS[degree] - 1, 3))),
+        }
+        self.filter_m = torch.zeros(n, device=device)
+        groups = [{"params": [tensor], "lr": RATES[name], "name": name} for name, tensor in self.tensors.items()]
+        self.optimiser = torch.optim.Adam(groups, eps=1e-15, fused=True)
+
+    def __len__(self) -> int:
+        return len(self.tensors["means"])
+
+    @property
+    def device(self) -> torch.device:
+        """Where the tensors are."""
+        return self.tensors["means"].device
+
+    def smoothed(self) -> tuple[torch.Tensor, torch.Tensor]:
+        """Log-scales and opacity logits with the 3D smoothing filter worked in (see ``field.smoothed``)."""
+        square, added = torch.exp(2 * self.tensors["log_scales"]), (self.filter_m**2)[:, None]
+        shrunk = 0.5 * torch.log(square / (square + added)).sum(dim=1)
+        log_opacity = torch.nn.functional.logsigmoid(self.tensors["opacity_logits"]) + shrunk
+        log_opacity = log_opacity.clamp(-20.0, -1e-6)
+        return 0.5 * torch.log(square + added), log_opacity - torch.log(-torch.expm1(log_opacity))
+
+    def render(self, camera: CropCamera, rasteriser: Any, degree: int, geometry: bool) -> Rendered:
+        """What a camera sees, with colours up to a degree of harmonics."""
+        log_scales, logits = self.smoothed()
+        colours = self.tensors["constant"]
+        if degree > 0:
+            colours = torch.cat([colours, self.tensors["harmonics"][:, : COEFFICIENTS[degree] - 1]], dim=1)
+        return rasterize(
+            self.tensors["means"], self.tensors["quats"], log_scales, logits, colours, camera,
+            geometry=geometry, rasteriser=rasteriser,
+        )  # fmt: skip
+
+    def keep(self, which: torch.Tensor) -> None:
+        """Only the Gaussians of a mask (N,), their optimiser's moments with them."""
+        self._replace({name: tensor.detach()[which] for name, tensor in self.tensors.items()}, lambda m: m[which])
+        self.filter_m = self.filter_m[which]
+
+    def append(self, new: dict[str, torch.Tensor], filter_m: torch.Tensor) -> None:
+        """New Gaussians behind those there are, without moments. new: the tensors by name."""
+
+        def grown(moment: torch.Tensor) -> torch.Tensor:
+            return torch.cat([moment, moment.new_zeros((len(filter_m), *moment.shape[1:]))])
+
+        both = {name: torch.cat([tensor.detach(), new[name]]) for name, tensor in self.tensors.items()}
+        self._replace(both, grown)
+        self.filter_m = torch.cat([self.filter_m, filter_m])
+
+    def fade(self, opacity: float) -> None:
+        """Opacities above ``opacity`` fall to it and lose their moments (the published reset)."""
+        most = float(np.log(opacity / (1 - opacity)))
+        with torch.no_grad():
+            self.tensors["opacity_logits"].clamp_(max=most)
+        state = self.optimiser.state.get(self.tensors["opacity_logits"], {})
+        for name in ("exp_avg", "exp_avg_sq"):
+            if name in state:
+                state[name].zero_()
+
+    def save(self) -> dict[str, Any]:
+        """Copies of everything a step changes."""
+        states = {}
+        for name, tensor in self.tensors.items():
+            state = self.optimiser.state.get(tensor, {})
+            states[name] = {key: value.clone() for key, value in state.items()}
+        return {
+            "tensors": {name: tensor.detach().clone() for name, tensor in self.tensors.items()},
+            "states": states,
+            "filter_m": self.filter_m.clone(),
+        }
+
+    def restore(self, kept: dict[str, Any]) -> None:
+        """Back to :meth:`save`."""
+        for group in self.optimiser.param_groups:
+            name = group["name"]
+            self.optimiser.state.pop(group["params"][0], None)
+            tensor = kept["tensors"][name].clone().requires_grad_()
+            group["params"][0] = self.tensors[name] = tensor
+            if kept["states"][name]:
+                self.optimiser.state[tensor] = {key: value.clone() for key, value in kept["states"][name].items()}
+        self.filter_m = kept["filter_m"].clone()
+
+    def field(self) -> GaussianField:
+        """As a field, filter worked in, colours as seen from all sides (degree 0)."""
+        with torch.no_grad():
+            log_scales, logits = self.smoothed()
+            colours = colours_of(self.tensors["constant"][:, 0])
+            parts = [self.tensors["means"], self.tensors["quats"], log_scales, logits[:, None], colours]
+            packed = torch.cat([part.cpu().double() for part in parts], dim=1).numpy()
+        return GaussianField.from_packed(packed[np.isfinite(packed).all(axis=1)])
+
+    def _replace(self, tensors: dict[str, torch.Tensor], moments: Any) -> None:
+        for group in self.optimiser.param_groups:
+            name, old = group["name"], group["params"][0]
+            state = self.optimiser.state.pop(old, None)
+            tensor = tensors[name].contiguous().requires_grad_()
+            group["params"][0] = self.tensors[name] = tensor
+            if state:
+                for key in ("exp_avg", "exp_avg_sq"):
+                    state[key] = moments(state[key])
+                self.optimiser.state[tensor] = state
+
+
+def update_filter(scene: Scene, cameras: list[CropCamera]) -> torch.Tensor:
+    """Set the 3D smoothing filter (Mip-Splatting): the root of 0.2 of a pixel of the nearest photo that shows the
+    Gaussian; those that none shows get the largest. Returns (N,) that pixel's footprint, metres."""
+    means = scene.tensors["means"].detach()
+    nearest = torch.full((len(means),), torch.inf, device=means.device)
+    for camera in cameras:
+        turn = torch.as_tensor(camera.rotation, dtype=means.dtype, device=means.device)
+        local = means @ turn.T + torch.as_tensor(camera.translation, dtype=means.dtype, device=means.device)
+        z = local[:, 2].clamp_min(1e-6)
+        u, v = camera.fx * local[:, 0] / z + camera.cx, camera.fy * local[:, 1] / z + camera.cy
+        # A margin, because an ellipse reaches further than its centre.
+        near_u, near_v = 0.15 * camera.width, 0.15 * camera.height
+        inside = (local[:, 2] > 0) & (u > -near_u) & (u < camera.width + near_u)
+        inside = inside & (v > -near_v) & (v < camera.height + near_v)
+        nearest = torch.where(inside, torch.minimum(nearest, z / camera.fx), nearest)
+    known = torch.isfinite(nearest)
+    most = nearest[known].max() if bool(known.any()) else torch.tensor(0.0, device=means.device)
+    footprint = torch.where(known, nearest, most)
+    scene.filter_m = footprint * 0.2**0.5
+    return footprint
+
+
+def make_scene_rasteriser(device: str) -> Any:
+    """One thread of the CPU (the same bits on any machine), or the GPU."""
+    from ..devices import make_rasteriser
+
+    return Rasteriser(1) if device == "cpu" else make_rasteriser(device)
