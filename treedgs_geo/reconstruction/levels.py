@@ -10,6 +10,8 @@ from ..core.progress import Reporter
 
 #: Photos that each photo is matched with at most where geotags and gimbals guide the matching.
 GUIDED_NEIGHBOURS = 12
+#: Places described in a photo at most there (:mod:`.sift`).
+GUIDED_FEATURES = 5000
 #: A block of the first level is good enough when its photos are this sure at the stems, pixels: the median, and the
 #: least sure of them (:func:`.posterior.posterior_of`). From ``plot_a`` and ``plot_e`` (0.03, 0.10), which are as true
 #: as at the last level, and ``plot_h`` (0.09, 0.31), where a photo is 30 cm off.
@@ -22,19 +24,22 @@ TIED_POINTS, TIED_TRACK = 100, 3.0
 
 @dataclass(frozen=True)
 class Level:
-    """name: in ``run.json`` and the report. neighbours: photos that each photo is matched with. guided: matched where
-    geotags and gimbals say, and placed by them; otherwise every feature with every other, and placed by a mapper."""
+    """name: in ``run.json`` and the report. neighbours: photos that each photo is matched with. guided: own features,
+    ``features`` a photo at most, matched where geotags and gimbals say, and placed by them; otherwise COLMAP's, every
+    feature with every other, and placed by a mapper."""
 
     name: str
     neighbours: int
     guided: bool
+    features: int = 0
 
 
 def levels_of(neighbours: int, can_guide: bool) -> list[Level]:
     """The levels that a block may take, the cheapest first. can_guide: geotags and gimbals are good enough to say where
     a feature lies in another photo."""
     full = Level("full", neighbours, False)
-    return [Level("guided", min(neighbours, GUIDED_NEIGHBOURS), True), full] if can_guide else [full]
+    guided = Level("guided", min(neighbours, GUIDED_NEIGHBOURS), True, GUIDED_FEATURES)
+    return [guided, full] if can_guide else [full]
 
 
 def not_enough(report: dict[str, Any]) -> str:

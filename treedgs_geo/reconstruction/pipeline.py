@@ -37,9 +37,8 @@ from .pairs import ground_below, select_pairs
 from .poses import rotation_from_gimbal
 from .sensor import Sensor
 from .shutter import free_shutter, lens_sd, sensor_of
+from .sift import SMALL_PHOTO_PX, extract
 
-#: Photos with fewer pixels give too few features at their own size.
-SMALL_PHOTO_PX = 900_000
 #: Share of the photos that must have geotag and gimbal angles for those to say where features are looked for.
 GUIDED_SHARE = 0.9
 #: Part of the work that the guided level is where it is not enough; only the progress bar depends on it.
@@ -233,20 +232,24 @@ def _at_level(work: _Work, level: Level, reporter: Reporter) -> tuple[Joined, di
         timing[name] = round(time.monotonic() - began - sum(timing.values()), 1)
 
     with reporter.stage("features", 0.0, 0.30):
-        extract_features(database, cache, stations, survey.calibration, options, work.threads, reporter)
+        if level.guided:
+            most = min(options.max_features, level.features)
+            found = extract(stations.paths, most, options.max_image_size, work.threads, cache / "own", reporter)
+            store = FeatureStore([each.keypoints for each in found], [each.described for each in found])
+        else:
+            extract_features(database, cache, stations, survey.calibration, options, work.threads, reporter)
     timed("features")
     camera = survey.calibration.camera
     half_field = 0.5 * max(camera.width, camera.height) / survey.calibration.focal_px
     pairs = select_pairs(survey.known.xyz, survey.rotations, survey.ground, half_field, level.neighbours)
     with reporter.stage("matching", 0.30, 0.75):
         if level.guided:
-            store = FeatureStore(database, stations.names)
             match_guided(store, pairs, _guide(survey), options.seed, work.threads, reporter)
         else:
             match_pairs(database, cache, stations.names, pairs, work.threads, options.seed, reporter)
             if work.plugin is not None:
                 database = _match_learned(database, stations, pairs, work.plugin, work.matcher, reporter)
-            store = FeatureStore(database, stations.names)
+            store = FeatureStore.read(database, stations.names)
     timed("matching")
     with reporter.stage("mapping", 0.75, 0.85):
         if level.guided:
