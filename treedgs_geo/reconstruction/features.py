@@ -15,6 +15,7 @@ from ..core.children import python_command, was_killed
 from ..core.errors import ReconstructionError
 from ..core.files import write_json
 from ..core.progress import Reporter
+from .sift import PhotoFeatures
 
 
 def run_task(
@@ -89,13 +90,20 @@ class FeatureStore:
 
     keypoints: per photo (K, 2) float64 pixels. descriptors: per photo (K, 128) uint8. matches: (i, j) with i < j -> (M,
     2) numbers of their keypoints. image_ids: numbers of the photos in the database that they were read from, -1 where
-    it has none.
+    it has none. own: the photos' features as they were found, with direction and sign, where they are our own.
     """
 
-    def __init__(self, keypoints: list[np.ndarray], descriptors: list[np.ndarray]) -> None:
-        self.keypoints, self.descriptors = keypoints, descriptors
+    def __init__(
+        self, keypoints: list[np.ndarray], descriptors: list[np.ndarray], own: list[PhotoFeatures] | None = None
+    ) -> None:
+        self.keypoints, self.descriptors, self.own = keypoints, descriptors, own or []
         self.image_ids = [-1] * len(keypoints)
         self.matches: dict[tuple[int, int], np.ndarray] = {}
+
+    @classmethod
+    def of(cls, own: list[PhotoFeatures]) -> FeatureStore:
+        """Our own features, not matched yet."""
+        return cls([each.keypoints for each in own], [each.described for each in own], own)
 
     @classmethod
     def read(cls, database: Path, names: list[str]) -> FeatureStore:

@@ -235,7 +235,7 @@ def _at_level(work: _Work, level: Level, reporter: Reporter) -> tuple[Joined, di
         if level.guided:
             most = min(options.max_features, level.features)
             found = extract(stations.paths, most, options.max_image_size, work.threads, cache / "own", reporter)
-            store = FeatureStore([each.keypoints for each in found], [each.described for each in found])
+            store = FeatureStore.of(found)
         else:
             extract_features(database, cache, stations, survey.calibration, options, work.threads, reporter)
     timed("features")

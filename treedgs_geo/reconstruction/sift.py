@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import cv2
@@ -37,10 +37,16 @@ _SMALLEST_PX = 32
 
 @dataclass(frozen=True)
 class PhotoFeatures:
-    """keypoints: (K, 2) float64 pixels, the first pixel's centre at 0.5, 0.5. described: (K, 128) uint8."""
+    """keypoints: (K, 2) float64 pixels, the first pixel's centre at 0.5, 0.5. described: (K, 128) uint8. turned: (K,)
+    float32 directions, radians from the first axis to the second. bright: (K,) bool, brighter than what is around."""
 
     keypoints: np.ndarray
     described: np.ndarray
+    turned: np.ndarray
+    bright: np.ndarray
+
+
+_NAMES = tuple(field.name for field in fields(PhotoFeatures))
 
 
 def features_of(grey: np.ndarray, most: int, own_sigma: float = OWN_SIGMA) -> PhotoFeatures:
@@ -53,7 +59,7 @@ def features_of(grey: np.ndarray, most: int, own_sigma: float = OWN_SIGMA) -> Ph
         octaves.append((octave, found[:count], gaussians))
     chosen = _chosen([(octave, found) for octave, found, _ in octaves], grey.shape, most)
     decay = np.exp(-np.arange(16 * 16) / 16).astype(np.float32)
-    keypoints, described = [np.empty((0, 2))], [np.empty((0, 128), np.uint8)]
+    parts = [PhotoFeatures(np.empty((0, 2)), np.empty((0, 128), np.uint8), np.empty(0, np.float32), np.empty(0, bool))]
     for (octave, found, gaussians), own in zip(octaves, chosen, strict=True):
         size, turn = np.zeros(gaussians.shape[1:], np.float32), np.zeros(gaussians.shape[1:], np.float32)
         for level in range(1, LEVELS + 1):
@@ -61,11 +67,21 @@ def features_of(grey: np.ndarray, most: int, own_sigma: float = OWN_SIGMA) -> Ph
             if not len(rows):
                 continue
             kernels.gradients(gaussians[level], size, turn)
-            kept, out = np.empty(2 * len(rows), np.int64), np.empty((2 * len(rows), 128), np.uint8)
-            count = kernels.describe_level(size, turn, np.ascontiguousarray(rows[:, :3]), SIGMA, decay, kept, out)
-            keypoints.append(rows[kept[:count], :2].astype(float) * 2**octave + 0.5)
-            described.append(out[:count])
-    return PhotoFeatures(np.vstack(keypoints), np.vstack(described))
+            most_rows = 2 * len(rows)
+            kept, turned = np.empty(most_rows, np.int64), np.empty(most_rows, np.float32)
+            out = np.empty((most_rows, 128), np.uint8)
+            places = np.ascontiguousarray(rows[:, :3])
+            count = kernels.describe_level(size, turn, places, SIGMA, decay, kept, turned, out)
+            kept = kept[:count]
+            # A difference of Gaussians is low where the photo is bright.
+            bright = rows[kept, 3] < 0
+            keypoints = rows[kept, :2].astype(float) * 2**octave + 0.5
+            parts.append(PhotoFeatures(keypoints, out[:count], turned[:count], bright))
+    return PhotoFeatures(*(np.concatenate(each) for each in zip(*map(_arrays, parts), strict=True)))
+
+
+def _arrays(features: PhotoFeatures) -> tuple[np.ndarray, ...]:
+    return features.keypoints, features.described, features.turned, features.bright
 
 
 def _octaves(image: np.ndarray, own_sigma: float) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
@@ -89,7 +105,7 @@ def _octaves(image: np.ndarray, own_sigma: float) -> Iterator[tuple[int, np.ndar
 def _chosen(octaves: list[tuple[int, np.ndarray]], shape: tuple[int, ...], most: int) -> list[np.ndarray]:
     """By octave which of its extrema (N, 5) are described: the clearest of each part of the photo, in turns."""
     xy = np.vstack([found[:, :2] * 2**octave for octave, found in octaves])
-    value = np.concatenate([found[:, 3] for _, found in octaves])
+    value = np.abs(np.concatenate([found[:, 3] for _, found in octaves]))
     if len(value) <= most:
         return [np.ones(len(found), bool) for _, found in octaves]
     column, row = (np.clip((xy[:, k] * PARTS[k] / shape[1 - k]).astype(int), 0, PARTS[k] - 1) for k in range(2))
@@ -121,10 +137,10 @@ def extract(
         file = kept / f"{number}-{most}.npz"
         if file.exists():
             with np.load(file) as there:
-                return PhotoFeatures(there["keypoints"], there["described"])
+                return PhotoFeatures(*(there[name] for name in _NAMES))
         found = _of_file(path, most, largest_px)
         with atomic_path(file) as temporary, open(temporary, "wb") as target:
-            np.savez(target, keypoints=found.keypoints, described=found.described)
+            np.savez(target, **dict(zip(_NAMES, _arrays(found), strict=True)))
         return found
 
     room = free_memory() / (2 * _BYTES_A_PIXEL * largest_px**2)
@@ -150,4 +166,4 @@ def _of_file(path: Path, most: int, largest_px: int) -> PhotoFeatures:
     resized = cv2.resize(grey, (round(width * factor), round(height * factor)), interpolation=how)
     found = features_of(resized, most, max(factor, 1.0) * OWN_SIGMA)
     back = np.array([width / resized.shape[1], height / resized.shape[0]])
-    return PhotoFeatures(found.keypoints * back, found.described)
+    return replace(found, keypoints=found.keypoints * back)

@@ -46,7 +46,7 @@ def extrema(layers, least, most_edge, found):
 
     Args:
         layers: (5, H, W) float32. least: of the value at the extremum. most_edge: ratio of the curvatures. found: (N,
-            5) float32 for x, y, level, value and the level's number; as many as fit.
+            5) float32 for x, y, level, value (with its sign) and the level's number; as many as fit.
 
     Returns:
         How many there are.
@@ -130,7 +130,7 @@ def extrema(layers, least, most_edge, found):
                     continue
                 if count < len(found):
                     found[count, 0], found[count, 1], found[count, 2] = x + dx, y + dy, s + ds
-                    found[count, 3], found[count, 4] = abs(peak), s
+                    found[count, 3], found[count, 4] = peak, s
                     count += 1
     return count
 
@@ -271,7 +271,7 @@ def describe(size, turn, feature, scale, angle, decay, cells, out):
 
 
 @njit(**_FAST)
-def describe_level(size, turn, features, sigma0, decay, kept, described):
+def describe_level(size, turn, features, sigma0, decay, kept, turned, described):
     """Orientations and descriptors of the features of one level.
 
     features: (K, 3) float32 x, y in pixels of the octave, level with its fraction. sigma0: scale of level 0. kept: (2
@@ -288,6 +288,6 @@ def describe_level(size, turn, features, sigma0, decay, kept, described):
         count = orientations(size, turn, features[n], scale, decay, histogram, found)
         for which in range(count):
             describe(size, turn, features[n], scale, found[which], decay, cells, described[rows])
-            kept[rows] = n
+            kept[rows], turned[rows] = n, found[which]
             rows += 1
     return rows
