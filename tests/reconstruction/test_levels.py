@@ -12,10 +12,12 @@ from synthetic_block import CAMERA, LENS, block_of, known_of, ring
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.reconstruction.adjustment import _problem, adjust
 from treedgs_geo.reconstruction.bundle_kernels import N_POSE
+from treedgs_geo.reconstruction.features import FeatureStore
 from treedgs_geo.reconstruction.guided_pairs import Guide, match_guided
 from treedgs_geo.reconstruction.levels import LEFT_PX, SURE_WORST_PX, Held, levels_of, not_enough
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
 from treedgs_geo.reconstruction.posterior import SYSTEMATIC, posterior_of
+from treedgs_geo.reconstruction.sift import PhotoFeatures
 
 GOOD = {
     "photos": 62,
@@ -32,17 +34,28 @@ def _store(seed: int, views, points: np.ndarray, clutter: int) -> SimpleNamespac
     """Features of points that all photos describe nearly alike, in any order among others that belong to nothing."""
     rng = np.random.default_rng(seed)
     looks = _described(rng, len(points))
-    keypoints, descriptors, numbers = [], [], []
+    angle, bright = rng.uniform(0, 2 * np.pi, len(points)), rng.uniform(size=len(points)) < 0.5
+    along = 0.05 * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(len(points))])
+    found, numbers = [], []
     for view in views:
         pixels, _ = view.project(points)
+        step = view.project(points + along)[0] - pixels
+        turned = np.arctan2(step[:, 1], step[:, 0]) + rng.normal(0, 0.1, len(points))
         seen = np.flatnonzero(view.contains(pixels))
         own = np.clip(looks[seen] + rng.normal(0, 6, (len(seen), 128)), 0, 255).astype(np.uint8)
         order = rng.permutation(len(seen) + clutter)
         anywhere = rng.uniform([0, 0], [CAMERA.width, CAMERA.height], (clutter, 2))
-        keypoints.append(np.vstack([pixels[seen] + rng.normal(0, 0.3, (len(seen), 2)), anywhere])[order])
-        descriptors.append(np.vstack([own, _described(rng, clutter)])[order])
+        found.append(
+            PhotoFeatures(
+                np.vstack([pixels[seen] + rng.normal(0, 0.3, (len(seen), 2)), anywhere])[order],
+                np.vstack([own, _described(rng, clutter)])[order],
+                (np.concatenate([turned[seen], rng.uniform(0, 2 * np.pi, clutter)])[order] % (2 * np.pi)).astype("f4"),
+                np.concatenate([bright[seen], rng.uniform(size=clutter) < 0.5])[order],
+            )
+        )
         numbers.append(np.concatenate([seen, np.full(clutter, -1)])[order])
-    return SimpleNamespace(keypoints=keypoints, descriptors=descriptors, matches={}, numbers=numbers)
+    store = FeatureStore.of(found)
+    return SimpleNamespace(**vars(store), numbers=numbers)
 
 
 def _described(rng: np.random.Generator, count: int) -> np.ndarray:
@@ -83,7 +96,7 @@ def test_gimbals_that_are_wrong_or_photos_that_share_nothing_give_no_matches() -
     guide.rotations[1] = rotation_from_gimbal(20, 0, 0) @ rotation_from_gimbal(0, 0, 0).T @ guide.rotations[1]
     match_guided(store, pairs, guide, 1, 1, Reporter())
     assert list(store.matches) == [(2, 3)]
-    store.keypoints[3], store.descriptors[3] = other.keypoints[3], other.descriptors[3]
+    store.own[3] = other.own[3]
     match_guided(store, pairs, guide, 1, 1, Reporter())
     assert not store.matches
 

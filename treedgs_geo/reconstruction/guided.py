@@ -54,18 +54,9 @@ def find_points(
     )
     # The observation from the nearest direction describes the point best.
     centre = -rotation.T @ translation
-    rays = block.points - centre
-    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-    seen = block.points[block.point] - block.centres[block.image]
-    seen /= np.linalg.norm(seen, axis=1, keepdims=True)
-    closeness = np.sum(seen * rays[block.point], axis=1)
-    closeness[block.image == i] = -1
-    order = np.lexsort((closeness, block.point))
-    last = np.flatnonzero(np.diff(block.point[order], append=-1))
-    source = np.full(len(block.points), -1)
-    source[block.point[order[last]]] = order[last]
+    source, closeness = _nearest_seen(block.points, block.centres, block.image, block.point, i, centre)
     usable = np.flatnonzero(inside & (source >= 0))
-    usable = usable[closeness[source[usable]] > np.cos(np.radians(max_angle_deg))]
+    usable = usable[closeness[usable] > np.cos(np.radians(max_angle_deg))]
     keypoints = block.keypoints[i]
     if not len(usable) or not len(keypoints):
         empty = np.empty(0, np.int64)
@@ -223,6 +214,27 @@ def one_to_one(best: np.ndarray, distance: np.ndarray) -> np.ndarray:
     found = found[np.argsort(distance[found], kind="stable")]
     _, first = np.unique(best[found], return_index=True)
     return np.sort(found[first])
+
+
+@njit(nogil=True, cache=True)
+def _nearest_seen(points, centres, image, point, photo, centre):
+    """(P,) number of the observation by another photo that saw a point from the direction nearest to ``centre``, -1
+    for none, and the cosine between the two directions."""
+    source, closeness = np.full(len(points), -1, np.int64), np.full(len(points), -1.0)
+    for m in range(len(point)):
+        if image[m] == photo:
+            continue
+        p, i = point[m], image[m]
+        along = seen = away = 0.0
+        for d in range(3):
+            one, other = points[p, d] - centres[i, d], points[p, d] - centre[d]
+            along += one * other
+            seen += one * one
+            away += other * other
+        cosine = along / np.sqrt(seen * away)
+        if cosine >= closeness[p]:
+            source[p], closeness[p] = m, cosine
+    return source, closeness
 
 
 @njit(nogil=True, cache=True)

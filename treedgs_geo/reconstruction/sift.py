@@ -157,9 +157,7 @@ def _of_file(path: Path, most: int, largest_px: int) -> PhotoFeatures:
     if grey is None:
         raise InputError(f"{path}: cannot be decoded as a photo; copy it again or remove it.")
     height, width = grey.shape
-    factor = min(largest_px / max(height, width), 1.0)
-    if height * width < SMALL_PHOTO_PX:
-        factor = 2.0
+    factor = min(largest_px / max(height, width), 2.0 if height * width < SMALL_PHOTO_PX else 1.0)
     if factor == 1:
         return features_of(grey, most)
     how = cv2.INTER_AREA if factor < 1 else cv2.INTER_LINEAR
