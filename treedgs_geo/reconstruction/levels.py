@@ -16,6 +16,8 @@ GUIDED_FEATURES = 5000
 #: least sure of them (:func:`.posterior.posterior_of`). From ``plot_a`` and ``plot_e`` (0.03, 0.10), which are as true
 #: as at the last level, and ``plot_h`` (0.09, 0.31), where a photo is 30 cm off.
 SURE_MEDIAN_PX, SURE_WORST_PX = 0.08, 0.15
+#: The next level starts from the photos that are as sure as the worst may be, where they are this share; else anew.
+KEPT_SHARE = 0.5
 #: And when what is left in the photos is no more than this, pixels (0.17, 0.19 and 0.46 on the same plots).
 LEFT_PX = 0.3
 #: And when so many points tie each photo (median), seen in so many photos each (mean).
