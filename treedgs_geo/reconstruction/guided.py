@@ -95,18 +95,20 @@ class Features:
         turned: np.ndarray | None = None,
         bright: np.ndarray | None = None,
     ) -> None:
-        sorted_ = turned is not None and bright is not None
-        size = max(WIDE_CELL_PX, -(-width // MOST_COLUMNS)) if sorted_ else CELL_PX
-        columns, rows, sectors = width // size + 1, height // size + 1, SECTORS if sorted_ else 1
+        if turned is not None and bright is not None:
+            size, sectors, of_all = max(WIDE_CELL_PX, -(-width // MOST_COLUMNS)), SECTORS, 2 * SECTORS
+            self.kind = kinds(turned, bright)
+        else:
+            size, sectors, of_all = CELL_PX, 1, 1
+            self.kind = np.zeros(len(keypoints), np.int64)
+        columns, rows = width // size + 1, height // size + 1
         self.grid = columns, rows, size, sectors
         row = np.clip(keypoints[:, 1] // size, 0, rows - 1)
         cell = (row * columns + np.clip(keypoints[:, 0] // size, 0, columns - 1)).astype(np.int64)
-        self.kind = kinds(turned, bright) if sorted_ else np.zeros(len(keypoints), np.int64)
         cell += self.kind * (columns * rows)
         self.order = np.argsort(cell, kind="stable")
         self.kind = self.kind[self.order]
-        last = columns * rows * (2 * SECTORS if sorted_ else 1)
-        self.starts = np.searchsorted(cell[self.order], np.arange(last + 1))
+        self.starts = np.searchsorted(cell[self.order], np.arange(columns * rows * of_all + 1))
         self.xy = np.ascontiguousarray(keypoints[self.order])
         self.described = np.ascontiguousarray(descriptors[self.order])
         self.square = squares(self.described)

@@ -140,7 +140,8 @@ def extract(
                 return PhotoFeatures(*(there[name] for name in _NAMES))
         found = _of_file(path, most, largest_px)
         with atomic_path(file) as temporary, open(temporary, "wb") as target:
-            np.savez(target, **dict(zip(_NAMES, _arrays(found), strict=True)))
+            keypoints, described, turned, bright = _arrays(found)
+            np.savez(target, keypoints=keypoints, described=described, turned=turned, bright=bright)
         return found
 
     room = free_memory() / (2 * _BYTES_A_PIXEL * largest_px**2)

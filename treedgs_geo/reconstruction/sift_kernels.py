@@ -41,6 +41,47 @@ def _is_extremum(layers, s, y, x, value):
 
 
 @njit(**_FAST)
+def _settled(layers, s, y, x):
+    """An extremum moved to a fraction of a pixel by a parabola through its neighbours.
+
+    Returns:
+        Whether it comes to rest; level, row and column; how far off them it lies (x, y, level); its value; trace and
+        determinant of its curvature in the photo.
+    """
+    height, width = layers.shape[1], layers.shape[2]
+    half, quarter, two, zero = np.float32(0.5), np.float32(0.25), np.float32(2), np.float32(0)
+    for _ in range(_STEPS):
+        one, here, next_ = layers[s - 1], layers[s], layers[s + 1]
+        gx = half * (here[y, x + 1] - here[y, x - 1])
+        gy = half * (here[y + 1, x] - here[y - 1, x])
+        gs = half * (next_[y, x] - one[y, x])
+        twice = two * here[y, x]
+        hxx = here[y, x + 1] + here[y, x - 1] - twice
+        hyy = here[y + 1, x] + here[y - 1, x] - twice
+        hss = next_[y, x] + one[y, x] - twice
+        hxy = quarter * (here[y + 1, x + 1] - here[y + 1, x - 1] - here[y - 1, x + 1] + here[y - 1, x - 1])
+        hxs = quarter * (next_[y, x + 1] - next_[y, x - 1] - one[y, x + 1] + one[y, x - 1])
+        hys = quarter * (next_[y + 1, x] - next_[y - 1, x] - one[y + 1, x] + one[y - 1, x])
+        a, b, c = hyy * hss - hys * hys, hxs * hys - hxy * hss, hxy * hys - hxs * hyy
+        determinant = hxx * a + hxy * b + hxs * c
+        if determinant == 0:
+            break
+        d, e, f = hxx * hss - hxs * hxs, hxy * hxs - hxx * hys, hxx * hyy - hxy * hxy
+        dx = -(a * gx + b * gy + c * gs) / determinant
+        dy = -(b * gx + d * gy + e * gs) / determinant
+        ds = -(c * gx + e * gy + f * gs) / determinant
+        if abs(dx) < 0.6 and abs(dy) < 0.6 and abs(ds) < 0.6:
+            peak = here[y, x] + half * (gx * dx + gy * dy + gs * ds)
+            return True, s, y, x, dx, dy, ds, peak, hxx + hyy, f
+        if abs(dx) > 5 or abs(dy) > 5 or abs(ds) > 5:
+            break
+        x, y, s = x + int(np.round(dx)), y + int(np.round(dy)), s + int(np.round(ds))
+        if s < 1 or s > LEVELS or x < _BORDER or y < _BORDER or x >= width - _BORDER or y >= height - _BORDER:
+            break
+    return False, s, y, x, zero, zero, zero, zero, zero, zero
+
+
+@njit(**_FAST)
 def extrema(layers, least, most_edge, found):
     """Extrema of the differences of Gaussians, moved to a fraction of a pixel (Lowe 2004, section 4).
 
@@ -69,64 +110,8 @@ def extrema(layers, least, most_edge, found):
                     continue
                 if not _is_extremum(layers, level, row, column, value):
                     continue
-                s, y, x = level, row, column
-                settled = False
-                dx = dy = ds = np.float32(0)
-                gx = gy = gs = hxx = hyy = hxy = np.float32(0)
-                for _ in range(_STEPS):
-                    gx = np.float32(0.5) * (layers[s, y, x + 1] - layers[s, y, x - 1])
-                    gy = np.float32(0.5) * (layers[s, y + 1, x] - layers[s, y - 1, x])
-                    gs = np.float32(0.5) * (layers[s + 1, y, x] - layers[s - 1, y, x])
-                    twice = np.float32(2) * layers[s, y, x]
-                    hxx = layers[s, y, x + 1] + layers[s, y, x - 1] - twice
-                    hyy = layers[s, y + 1, x] + layers[s, y - 1, x] - twice
-                    hss = layers[s + 1, y, x] + layers[s - 1, y, x] - twice
-                    hxy = np.float32(0.25) * (
-                        layers[s, y + 1, x + 1]
-                        - layers[s, y + 1, x - 1]
-                        - layers[s, y - 1, x + 1]
-                        + layers[s, y - 1, x - 1]
-                    )
-                    hxs = np.float32(0.25) * (
-                        layers[s + 1, y, x + 1]
-                        - layers[s + 1, y, x - 1]
-                        - layers[s - 1, y, x + 1]
-                        + layers[s - 1, y, x - 1]
-                    )
-                    hys = np.float32(0.25) * (
-                        layers[s + 1, y + 1, x]
-                        - layers[s + 1, y - 1, x]
-                        - layers[s - 1, y + 1, x]
-                        + layers[s - 1, y - 1, x]
-                    )
-                    a, b, c = hyy * hss - hys * hys, hxs * hys - hxy * hss, hxy * hys - hxs * hyy
-                    determinant = hxx * a + hxy * b + hxs * c
-                    if determinant == 0:
-                        break
-                    d, e, f = hxx * hss - hxs * hxs, hxy * hxs - hxx * hys, hxx * hyy - hxy * hxy
-                    dx = -(a * gx + b * gy + c * gs) / determinant
-                    dy = -(b * gx + d * gy + e * gs) / determinant
-                    ds = -(c * gx + e * gy + f * gs) / determinant
-                    if abs(dx) < 0.6 and abs(dy) < 0.6 and abs(ds) < 0.6:
-                        settled = True
-                        break
-                    if abs(dx) > 5 or abs(dy) > 5 or abs(ds) > 5:
-                        break
-                    x, y, s = x + int(np.round(dx)), y + int(np.round(dy)), s + int(np.round(ds))
-                    if (
-                        s < 1
-                        or s > LEVELS
-                        or x < _BORDER
-                        or y < _BORDER
-                        or x >= width - _BORDER
-                        or y >= height - _BORDER
-                    ):
-                        break
-                if not settled:
-                    continue
-                peak = layers[s, y, x] + np.float32(0.5) * (gx * dx + gy * dy + gs * ds)
-                trace, area = hxx + hyy, hxx * hyy - hxy * hxy
-                if abs(peak) < least or area <= 0 or trace * trace > worst * area:
+                settled, s, y, x, dx, dy, ds, peak, trace, area = _settled(layers, level, row, column)
+                if not settled or abs(peak) < least or area <= 0 or trace * trace > worst * area:
                     continue
                 if count < len(found):
                     found[count, 0], found[count, 1], found[count, 2] = x + dx, y + dy, s + ds
