@@ -10,10 +10,12 @@ import pytest
 from synthetic_block import CAMERA, LENS, block_of, known_of, ring
 
 from treedgs_geo.core.progress import Reporter
+from treedgs_geo.reconstruction import pipeline
 from treedgs_geo.reconstruction.adjustment import _problem, adjust
 from treedgs_geo.reconstruction.bundle_kernels import N_POSE
 from treedgs_geo.reconstruction.features import FeatureStore
 from treedgs_geo.reconstruction.guided_pairs import Guide, match_guided
+from treedgs_geo.reconstruction.joining import Joined
 from treedgs_geo.reconstruction.levels import LEFT_PX, SURE_WORST_PX, Held, levels_of, not_enough
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
 from treedgs_geo.reconstruction.posterior import SYSTEMATIC, posterior_of
@@ -199,3 +201,28 @@ def test_a_photo_that_few_points_tie_is_less_sure() -> None:
     known = known_of(many.centres, 0.02)
     sure, unsure = (posterior_of(adjust(block, known, LENS)).poses_px for block in (many, few))
     assert unsure[4] > 2 * sure[4] and unsure[1] < 1.3 * sure[1]
+
+
+def test_the_next_level_starts_from_the_sure_poses(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(11)
+    block = block_of(ring(10), rng.uniform([-15, -15, 0], [15, 15, 6], (200, 3)), 0.3, rng)
+    weak = np.flatnonzero(block.image == 3)[9:]
+    kept = np.ones(len(block.image), bool)
+    kept[weak] = False
+    block.keep(kept)
+    known = known_of(block.centres, 0.02)
+    joined = Joined(block, adjust(block, known, LENS, final=True), known, LENS, False)
+    survey = SimpleNamespace(known=known, rotations=block.rotations.copy())
+    pixels = posterior_of(joined.adjusted).poses_px
+    others = np.delete(pixels, 3)
+    assert pixels[3] > 1.5 * others.max()
+    monkeypatch.setattr(pipeline, "SURE_WORST_PX", 0.5 * (pixels[3] + others.max()))
+    placement = pipeline._kept(joined, survey)
+    assert placement is not None and placement.mapped.tolist() == [k != 3 for k in range(10)]
+    np.testing.assert_array_equal(placement.translations[placement.mapped], block.translations[placement.mapped])
+    # The weak one stands at its geotag, not where the block had it.
+    centre = -placement.rotations[3].T @ placement.translations[3]
+    np.testing.assert_allclose(centre, known.xyz[3], atol=1e-9)
+    monkeypatch.setattr(pipeline, "SURE_WORST_PX", 0.5 * np.sort(pixels)[3])
+    assert pipeline._kept(joined, survey) is None
+    assert pipeline._kept(None, survey) is None
