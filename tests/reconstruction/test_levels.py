@@ -10,7 +10,7 @@ import pytest
 from synthetic_block import CAMERA, LENS, block_of, known_of, ring
 
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.reconstruction import pipeline
+from treedgs_geo.reconstruction import pipeline, strays
 from treedgs_geo.reconstruction.adjustment import _problem, adjust
 from treedgs_geo.reconstruction.bundle_kernels import N_POSE
 from treedgs_geo.reconstruction.features import FeatureStore
@@ -226,3 +226,33 @@ def test_the_next_level_starts_from_the_sure_poses(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(pipeline, "SURE_WORST_PX", 0.5 * np.sort(pixels)[3])
     assert pipeline._kept(joined, survey) is None
     assert pipeline._kept(None, survey) is None
+
+
+def test_a_photo_that_hangs_on_few_points_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(12)
+    block = block_of(ring(10), rng.uniform([-15, -15, 0], [15, 15, 6], (200, 3)), 0.3, rng)
+    kept = np.ones(len(block.image), bool)
+    kept[np.flatnonzero(block.image == 3)[8:]] = False
+    block.keep(kept)
+    known = known_of(block.centres, 0.02)
+    pixels = posterior_of(adjust(block, known, LENS, final=True)).poses_px
+    names, told = [f"{k}.jpg" for k in range(10)], Collector()
+    monkeypatch.setattr(strays, "UNSURE_PX", 1.1 * pixels[3])
+    assert not strays.leave_out_unsure(block, pixels, names, told) and block.is_posed.all()
+    monkeypatch.setattr(strays, "UNSURE_PX", 0.9 * pixels[3])
+    monkeypatch.setattr(strays, "UNSURE_TIMES", 0.9 * pixels[3] / np.median(pixels))
+    assert strays.leave_out_unsure(block, pixels, names, told)
+    assert block.is_posed.tolist() == [k != 3 for k in range(10)]
+    assert "3.jpg" in told.said[0] and 3 not in block.image
+    assert not strays.leave_out_unsure(block, np.full(10, np.nan), names, told)
+
+
+class Collector(Reporter):
+    """Keeps warnings."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.said: list[str] = []
+
+    def warn(self, message: str) -> None:
+        self.said.append(message)
