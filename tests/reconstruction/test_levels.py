@@ -10,12 +10,16 @@ import pytest
 from synthetic_block import CAMERA, LENS, block_of, known_of, ring
 
 from treedgs_geo.core.progress import Reporter
+from treedgs_geo.reconstruction import pipeline, strays
 from treedgs_geo.reconstruction.adjustment import _problem, adjust
 from treedgs_geo.reconstruction.bundle_kernels import N_POSE
+from treedgs_geo.reconstruction.features import FeatureStore
 from treedgs_geo.reconstruction.guided_pairs import Guide, match_guided
+from treedgs_geo.reconstruction.joining import Joined
 from treedgs_geo.reconstruction.levels import LEFT_PX, SURE_WORST_PX, Held, levels_of, not_enough
 from treedgs_geo.reconstruction.poses import rotation_from_gimbal
 from treedgs_geo.reconstruction.posterior import SYSTEMATIC, posterior_of
+from treedgs_geo.reconstruction.sift import PhotoFeatures
 
 GOOD = {
     "photos": 62,
@@ -32,17 +36,28 @@ def _store(seed: int, views, points: np.ndarray, clutter: int) -> SimpleNamespac
     """Features of points that all photos describe nearly alike, in any order among others that belong to nothing."""
     rng = np.random.default_rng(seed)
     looks = _described(rng, len(points))
-    keypoints, descriptors, numbers = [], [], []
+    angle, bright = rng.uniform(0, 2 * np.pi, len(points)), rng.uniform(size=len(points)) < 0.5
+    along = 0.05 * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(len(points))])
+    found, numbers = [], []
     for view in views:
         pixels, _ = view.project(points)
+        step = view.project(points + along)[0] - pixels
+        turned = np.arctan2(step[:, 1], step[:, 0]) + rng.normal(0, 0.1, len(points))
         seen = np.flatnonzero(view.contains(pixels))
         own = np.clip(looks[seen] + rng.normal(0, 6, (len(seen), 128)), 0, 255).astype(np.uint8)
         order = rng.permutation(len(seen) + clutter)
         anywhere = rng.uniform([0, 0], [CAMERA.width, CAMERA.height], (clutter, 2))
-        keypoints.append(np.vstack([pixels[seen] + rng.normal(0, 0.3, (len(seen), 2)), anywhere])[order])
-        descriptors.append(np.vstack([own, _described(rng, clutter)])[order])
+        found.append(
+            PhotoFeatures(
+                np.vstack([pixels[seen] + rng.normal(0, 0.3, (len(seen), 2)), anywhere])[order],
+                np.vstack([own, _described(rng, clutter)])[order],
+                (np.concatenate([turned[seen], rng.uniform(0, 2 * np.pi, clutter)])[order] % (2 * np.pi)).astype("f4"),
+                np.concatenate([bright[seen], rng.uniform(size=clutter) < 0.5])[order],
+            )
+        )
         numbers.append(np.concatenate([seen, np.full(clutter, -1)])[order])
-    return SimpleNamespace(keypoints=keypoints, descriptors=descriptors, matches={}, numbers=numbers)
+    store = FeatureStore.of(found)
+    return SimpleNamespace(**vars(store), numbers=numbers)
 
 
 def _described(rng: np.random.Generator, count: int) -> np.ndarray:
@@ -83,7 +98,7 @@ def test_gimbals_that_are_wrong_or_photos_that_share_nothing_give_no_matches() -
     guide.rotations[1] = rotation_from_gimbal(20, 0, 0) @ rotation_from_gimbal(0, 0, 0).T @ guide.rotations[1]
     match_guided(store, pairs, guide, 1, 1, Reporter())
     assert list(store.matches) == [(2, 3)]
-    store.keypoints[3], store.descriptors[3] = other.keypoints[3], other.descriptors[3]
+    store.own[3] = other.own[3]
     match_guided(store, pairs, guide, 1, 1, Reporter())
     assert not store.matches
 
@@ -186,3 +201,58 @@ def test_a_photo_that_few_points_tie_is_less_sure() -> None:
     known = known_of(many.centres, 0.02)
     sure, unsure = (posterior_of(adjust(block, known, LENS)).poses_px for block in (many, few))
     assert unsure[4] > 2 * sure[4] and unsure[1] < 1.3 * sure[1]
+
+
+def test_the_next_level_starts_from_the_sure_poses(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(11)
+    block = block_of(ring(10), rng.uniform([-15, -15, 0], [15, 15, 6], (200, 3)), 0.3, rng)
+    weak = np.flatnonzero(block.image == 3)[9:]
+    kept = np.ones(len(block.image), bool)
+    kept[weak] = False
+    block.keep(kept)
+    known = known_of(block.centres, 0.02)
+    joined = Joined(block, adjust(block, known, LENS, final=True), known, LENS, False)
+    survey = SimpleNamespace(known=known, rotations=block.rotations.copy())
+    pixels = posterior_of(joined.adjusted).poses_px
+    others = np.delete(pixels, 3)
+    assert pixels[3] > 1.5 * others.max()
+    monkeypatch.setattr(pipeline, "SURE_WORST_PX", 0.5 * (pixels[3] + others.max()))
+    placement = pipeline._kept(joined, survey)
+    assert placement is not None and placement.mapped.tolist() == [k != 3 for k in range(10)]
+    np.testing.assert_array_equal(placement.translations[placement.mapped], block.translations[placement.mapped])
+    # The weak one stands at its geotag, not where the block had it.
+    centre = -placement.rotations[3].T @ placement.translations[3]
+    np.testing.assert_allclose(centre, known.xyz[3], atol=1e-9)
+    monkeypatch.setattr(pipeline, "SURE_WORST_PX", 0.5 * np.sort(pixels)[3])
+    assert pipeline._kept(joined, survey) is None
+    assert pipeline._kept(None, survey) is None
+
+
+def test_a_photo_that_hangs_on_few_points_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    rng = np.random.default_rng(12)
+    block = block_of(ring(10), rng.uniform([-15, -15, 0], [15, 15, 6], (200, 3)), 0.3, rng)
+    kept = np.ones(len(block.image), bool)
+    kept[np.flatnonzero(block.image == 3)[8:]] = False
+    block.keep(kept)
+    known = known_of(block.centres, 0.02)
+    pixels = posterior_of(adjust(block, known, LENS, final=True)).poses_px
+    names, told = [f"{k}.jpg" for k in range(10)], Collector()
+    monkeypatch.setattr(strays, "UNSURE_PX", 1.1 * pixels[3])
+    assert not strays.leave_out_unsure(block, pixels, names, told) and block.is_posed.all()
+    monkeypatch.setattr(strays, "UNSURE_PX", 0.9 * pixels[3])
+    monkeypatch.setattr(strays, "UNSURE_TIMES", 0.9 * pixels[3] / np.median(pixels))
+    assert strays.leave_out_unsure(block, pixels, names, told)
+    assert block.is_posed.tolist() == [k != 3 for k in range(10)]
+    assert "3.jpg" in told.said[0] and 3 not in block.image
+    assert not strays.leave_out_unsure(block, np.full(10, np.nan), names, told)
+
+
+class Collector(Reporter):
+    """Keeps warnings."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.said: list[str] = []
+
+    def warn(self, message: str) -> None:
+        self.said.append(message)

@@ -75,12 +75,12 @@ def test_matches_are_added_to_those_that_are_there(block):
     matcher = load_matcher(plugin)
     # What is there: one pair, in the other order than it is asked for below.
     import_matches(folder / "d.db", [("1.png", "0.png")], photos.__getitem__, matcher)
-    before = FeatureStore(folder / "d.db", list(photos))
+    before = FeatureStore.read(folder / "d.db", list(photos))
     target = folder / "learned.db"
     report = match_photos(
         folder / "d.db", target, [("0.png", "1.png"), ("1.png", "2.png")], photos.__getitem__, matcher, plugin
     )
-    after = FeatureStore(target, list(photos))
+    after = FeatureStore.read(target, list(photos))
     assert report.pairs == report.verified == 2 and report.added > 300
     assert set(before.matches) == {(0, 1)} and set(after.matches) == {(0, 1), (1, 2)}
     for old, new, described in zip(before.keypoints, after.keypoints, after.descriptors, strict=True):
@@ -108,7 +108,7 @@ def test_matches_against_a_known_geometry_stay_out(block):
     folder, photos = block
     plugin = Plugin(folder / "orb.py", folder / "orb.json")
     import_matches(folder / "d.db", [("0.png", "1.png")], photos.__getitem__, load_matcher(plugin))
-    before = FeatureStore(folder / "d.db", list(photos))
+    before = FeatureStore.read(folder / "d.db", list(photos))
     rng = np.random.default_rng(1)
 
     def wrong(first, second):
@@ -118,7 +118,7 @@ def test_matches_against_a_known_geometry_stay_out(block):
 
     target = folder / "wrong.db"
     match_photos(folder / "d.db", target, [("0.png", "1.png"), ("1.png", "2.png")], photos.__getitem__, wrong, plugin)
-    after = FeatureStore(target, list(photos))
+    after = FeatureStore.read(target, list(photos))
     added = len(after.matches[0, 1]) - len(before.matches[0, 1])
     assert added < 20  # of 200, those that lie near the lines by chance
     assert set(after.matches) == {(0, 1)}  # and a pair that only they connect is not one

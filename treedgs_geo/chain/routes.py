@@ -30,12 +30,14 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Preset:
     """How much of the scene is modelled. second: stems that are measured again with a primitive among Gaussians, where
-    the route is ``auto``: ``none``, those of ``low confidence``, or ``all``. sheets: trees that get an evidence sheet:
+    the route is ``auto``: ``none``, those of ``low confidence``, or ``all``; second_views: in so many photos at most,
+    spread over the directions. sheets: trees that get an evidence sheet:
     ``all``, or those to ``check`` and not measured. heights: whether tree heights are measured in the photos."""
 
     reconstruct: ReconstructOptions
     stems: PhotoStemOptions
     second: str = "low confidence"
+    second_views: int = 32
     sheets: str = "all"
     heights: bool = True
 
@@ -54,12 +56,12 @@ CHAIN_PRESETS = {
     "fast": Preset(
         ReconstructOptions(max_features=4000, neighbours=12),
         PhotoStemOptions(max_views=48, max_lean_deg=10.0),
-        "none",
-        "check",
-        False,
+        second="none",
+        sheets="check",
+        heights=False,
     ),
     "balanced": Preset(ReconstructOptions(), PhotoStemOptions()),
-    "best": Preset(ReconstructOptions(max_features=16000, neighbours=30), PhotoStemOptions(max_views=200), "all"),
+    "best": Preset(ReconstructOptions(max_features=16000, neighbours=30), PhotoStemOptions(max_views=200), "all", 60),
     "paper": Preset(ReconstructOptions(), PhotoStemOptions()),
     "paper-crops": Preset(ReconstructOptions(), PhotoStemOptions()),
 }
@@ -110,7 +112,7 @@ def measured_again(
     chosen = stems_to_measure_again(fits, inside, preset.second == "all")
     if not chosen:
         return found
-    options = GaussianOptions(seed=seed, bh_m=bh_m, threads=available_threads())
+    options = GaussianOptions(seed=seed, bh_m=bh_m, threads=available_threads(), max_views=preset.second_views)
     _, report = fit_with_report(site.views, site.frame, site.ground, places[chosen], None, options, reporter)
     primitives = {chosen[at]: stem for at, stem in report.primitives.items()}
     trees, again = with_second_measurements(found.trees, fits, primitives, bh_m)

@@ -295,28 +295,35 @@ def ring_of(outline, inner, outer):
 
 @njit(parallel=True, **_FAST)
 def grid_contrasts(outline, offsets, radii, score):
-    """``contrast_of`` of upright stems at every pair of offsets and radius: (Y, X, R). Places run innermost."""
+    """``contrast_of`` of upright stems at every pair of offsets and radius: (Y, X, R).
+
+    A photo sees of a place only how far it lies across the view: its contrast is tabled along that line, one entry a
+    sample, and read between the entries.
+    """
     total, u0, qs, normal, widen, blind, taper = outline
     n = offsets.size
     last = total.shape[2] - 1
+    reach = 0.0
+    for p in range(n):
+        reach = max(reach, abs(offsets[p]))
+    entries = int(np.ceil(2 * reach * np.sqrt(2.0) / STEP_M)) + 3
+    first = -0.5 * STEP_M * (entries - 1)
     for k in prange(radii.size):
-        line = np.zeros(n * n)
-        middle = np.empty(n * n)
+        line, table = np.zeros(n * n), np.empty(entries)
         for v in range(total.shape[0]):
             if blind[v]:
                 continue
-            for p in range(n * n):
-                c = offsets[p % n] * normal[v, 0] + offsets[p // n] * normal[v, 1]
-                middle[p] = (c - u0) / STEP_M + 0.5
+            table[:] = 0.0
             for b in range(total.shape[1]):
                 sums = total[v, b]
                 half = widen[v] * max(radii[k] + taper * qs[b], 0.015) / STEP_M
                 inside = 2 * half
                 if inside < 1.0:
                     continue
-                for p in range(n * n):
-                    left = middle[p] - half
-                    right = middle[p] + half
+                for p in range(entries):
+                    middle = (first + STEP_M * p - u0) / STEP_M + 0.5
+                    left = middle - half
+                    right = middle + half
                     low = max(left - BESIDE_M / STEP_M, 0.0)
                     high = min(right + BESIDE_M / STEP_M, last - 1e-6)
                     beside = high - low - inside
@@ -337,6 +344,11 @@ def grid_contrasts(outline, offsets, radii, score):
                     within = s2 - s1
                     step = (s3 - s0 - within) / beside - within / inside
                     value = inside * beside / (inside + beside) * step * abs(step)
-                    line[p] += value if valid else 0.0
+                    table[p] += value if valid else 0.0
+            for p in range(n * n):
+                across = offsets[p % n] * normal[v, 0] + offsets[p // n] * normal[v, 1]
+                at = (across - first) / STEP_M
+                i = min(max(int(at), 0), entries - 2)
+                line[p] += table[i] + (table[i + 1] - table[i]) * (at - i)
         for p in range(n * n):
             score[p // n, p % n, k] = line[p]

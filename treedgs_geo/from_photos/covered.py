@@ -17,7 +17,7 @@ from .fit import PhotoFit
 from .plumb import PlumbMap
 from .stack import PhotoStack
 from .stem_evidence import covered_share
-from .stem_net import NetworkMaps, class_odds, network_scores, normalised, plumb_colours, quantised, together
+from .stem_net import NetworkMaps, class_odds, network_scores, normalised, plumb_colours, quantised, together, tone_of
 
 #: Photos that are looked at for each stem, and how probable it is that they show it, at least.
 MOST_PHOTOS, LEAST_SEEN = 8, 0.5
@@ -51,10 +51,10 @@ def without_covered(fits: list[PhotoFit], stack: PhotoStack, plumbs: Plumbs) -> 
     shown: dict[int, list[tuple[_Piece, np.ndarray]]] = {}
     for view in sorted({piece.view for piece in pieces}):
         colour, good = plumb_colours(stack.arrays, view, plumbs[view])
-        image = normalised(colour, good)
+        tone = tone_of(colour, good)
         for piece in (each for each in pieces if each.view == view):
             part = np.s_[piece.top : piece.top + PIECE, piece.left : piece.left + PIECE]
-            scores = network_scores(np.ascontiguousarray(image[(slice(None), *part)]))
+            scores = network_scores(normalised(colour[part], good[part], tone))
             odds = [quantised(class_odds(scores, *wanted), good[part]) for wanted in (("ivy",), ("stem", "ivy"))]
             shown.setdefault(piece.fit, []).append((piece, np.stack(odds)))
     return [_judged(fit, _share(fit, shown[k], stack)) if k in shown else fit for k, fit in enumerate(fits)]

@@ -92,15 +92,45 @@ def plumb_colours(photos: PhotoArrays, view: int, plumb: PlumbMap) -> tuple[np.n
     return colour, good
 
 
-def normalised(colour: np.ndarray, good: np.ndarray) -> np.ndarray:
+@njit(**_FAST)
+def _tone(colour, good):
+    """Mean of each channel over a photo, 0..1, and the spread of the brightness; from whole numbers, so exact."""
+    sums, square, count = np.zeros(4, np.int64), np.int64(0), 0
+    for i in range(good.shape[0]):
+        for j in range(good.shape[1]):
+            if good[i, j]:
+                both = np.int64(0)
+                for channel in range(3):
+                    value = np.int64(colour[i, j, channel])
+                    sums[channel] += value
+                    both += value
+                sums[3] += both
+                square += both * both
+                count += 1
+    mean = sums[3] / max(count, 1)
+    spread = np.sqrt(max(square / max(count, 1) - mean * mean, 0.0)) / (3 * 255)
+    return sums[:3] / (255 * max(count, 1)), spread
+
+
+class Tone(NamedTuple):
+    """Of one photo's part that is looked at. mean: (3,) of each channel, 0..1. spread: of the brightness."""
+
+    mean: np.ndarray
+    spread: float
+
+
+def tone_of(colour: np.ndarray, good: np.ndarray) -> Tone:
+    """Tone of (rows, columns, 3) uint8 where it shows something, (rows, columns) bool."""
+    mean, spread = _tone(colour, good)
+    return Tone(mean.astype(np.float32), max(float(spread), 0.02))
+
+
+def normalised(colour: np.ndarray, good: np.ndarray, tone: Tone | None = None) -> np.ndarray:
     """(rows, columns, 3) uint8 -> (3, rows, columns) float32 that exposure and white balance hardly change: each
-    channel about its mean, over the spread of the brightness; 0 outside."""
-    image = colour.astype(np.float32) / 255
-    inside = image[good]
-    if not len(inside):
-        return np.zeros((3, *good.shape), np.float32)
-    spread = max(float(inside.mean(axis=1).std()), 0.02)
-    image = (image - inside.mean(axis=0)) / spread
+    channel about its mean, over the spread of the brightness; 0 outside. tone: of the whole photo, if this is a part.
+    """
+    tone = tone or tone_of(colour, good)
+    image = (colour.astype(np.float32) / 255 - tone.mean) / np.float32(tone.spread)
     image[~good] = 0
     return np.ascontiguousarray(image.transpose(2, 0, 1))
 

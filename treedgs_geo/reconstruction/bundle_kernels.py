@@ -289,35 +289,47 @@ def _write_rows(blocks, common, down, at, matrix, right):
                         matrix[row, at + h * N_POSE + 3 * other + n] += blocks[h, side + 2 * other, d, n]
 
 
-@njit(**_FAST)
+#: Sums over all observations or points are made in so many parts, whatever the number of threads.
+PARTS = 16
+
+
+@njit(parallel=True, **_FAST)
 def reduce_shared(linear, weight, normals, matrix, right):
     """The shared parameters' rows: their own normal equations less what the points take up."""
     residual, _, by_shared, _ = linear
     inverse, point_right, mixed = normals
     size = by_shared.shape[2]
-    at = len(right) - size
-    for m in range(len(residual)):
-        w = weight[m]
-        for k in range(2):
+    squares, pulls = np.zeros((PARTS, size, size)), np.zeros((PARTS, size))
+    rows, points = len(residual), len(inverse)
+    for part in prange(PARTS):
+        square, pull, lean = squares[part], pulls[part], np.empty((size, 3))
+        for m in range(rows * part // PARTS, rows * (part + 1) // PARTS):
+            for k in range(2):
+                for n in range(size):
+                    g = weight[m] * by_shared[m, k, n]
+                    if g != 0.0:
+                        pull[n] -= g * residual[m, k]
+                        for j in range(size):
+                            square[n, j] += g * by_shared[m, k, j]
+        for p in range(points * part // PARTS, points * (part + 1) // PARTS):
             for n in range(size):
-                g = w * by_shared[m, k, n]
-                if g != 0.0:
-                    right[at + n] -= g * residual[m, k]
-                    for j in range(n, size):
-                        matrix[at + n, at + j] += g * by_shared[m, k, j]
-    lean = np.empty(3)
-    for p in range(len(inverse)):
+                for j in range(3):
+                    lean[n, j] = (
+                        mixed[p, 0, n] * inverse[p, 0, j]
+                        + mixed[p, 1, n] * inverse[p, 1, j]
+                        + mixed[p, 2, n] * inverse[p, 2, j]
+                    )
+            for n in range(size):
+                a, b, c = lean[n, 0], lean[n, 1], lean[n, 2]
+                pull[n] -= a * point_right[p, 0] + b * point_right[p, 1] + c * point_right[p, 2]
+                for k in range(size):
+                    square[n, k] -= a * mixed[p, 0, k] + b * mixed[p, 1, k] + c * mixed[p, 2, k]
+    at = len(right) - size
+    for part in range(PARTS):
         for n in range(size):
-            for j in range(3):
-                lean[j] = (
-                    mixed[p, 0, n] * inverse[p, 0, j]
-                    + mixed[p, 1, n] * inverse[p, 1, j]
-                    + mixed[p, 2, n] * inverse[p, 2, j]
-                )
-            for j in range(3):
-                right[at + n] -= lean[j] * point_right[p, j]
+            right[at + n] += pulls[part, n]
             for k in range(n, size):
-                matrix[at + n, at + k] -= lean[0] * mixed[p, 0, k] + lean[1] * mixed[p, 1, k] + lean[2] * mixed[p, 2, k]
+                matrix[at + n, at + k] += squares[part, n, k]
 
 
 @njit(parallel=True, **_FAST)

@@ -15,6 +15,7 @@ from ..core.children import python_command, was_killed
 from ..core.errors import ReconstructionError
 from ..core.files import write_json
 from ..core.progress import Reporter
+from .sift import PhotoFeatures
 
 
 def run_task(
@@ -85,34 +86,51 @@ def count_rows(database: Path, table: str, total: int) -> Callable[[], float]:
 
 
 class FeatureStore:
-    """Keypoints, descriptors and verified matches of the photos ``names``, read from the database.
+    """Keypoints, descriptors and verified matches of N photos.
 
-    keypoints: per photo (K, 2) float64 pixels. descriptors: per photo (K, 128) uint8.
+    keypoints: per photo (K, 2) float64 pixels. descriptors: per photo (K, 128) uint8. matches: (i, j) with i < j -> (M,
+    2) numbers of their keypoints. image_ids: numbers of the photos in the database that they were read from, -1 where
+    it has none. own: the photos' features as they were found, with direction and sign, where they are our own.
     """
 
-    def __init__(self, database: Path, names: list[str]) -> None:
+    def __init__(
+        self, keypoints: list[np.ndarray], descriptors: list[np.ndarray], own: list[PhotoFeatures] | None = None
+    ) -> None:
+        self.keypoints, self.descriptors, self.own = keypoints, descriptors, own or []
+        self.image_ids = [-1] * len(keypoints)
+        self.matches: dict[tuple[int, int], np.ndarray] = {}
+
+    @classmethod
+    def of(cls, own: list[PhotoFeatures]) -> FeatureStore:
+        """Our own features, not matched yet."""
+        return cls([each.keypoints for each in own], [each.described for each in own], own)
+
+    @classmethod
+    def read(cls, database: Path, names: list[str]) -> FeatureStore:
+        """What a database holds of the photos ``names``."""
         import pycolmap
 
         source = pycolmap.Database.open(str(database))
         try:
             ids = {image.name: image.image_id for image in source.read_all_images()}
-            self.image_ids = [ids.get(name, -1) for name in names]
-            self.keypoints: list[np.ndarray] = []
-            self.descriptors: list[np.ndarray] = []
-            for key in self.image_ids:
+            image_ids = [ids.get(name, -1) for name in names]
+            keypoints, descriptors = [], []
+            for key in image_ids:
                 points = source.read_keypoints(key) if key >= 0 else np.empty((0, 4))
                 data = source.read_descriptors(key) if key >= 0 else np.empty((0, 128), np.uint8)
                 data = np.asarray(getattr(data, "data", data))
-                self.keypoints.append(np.asarray(points, float).reshape(len(points), -1 if len(points) else 2)[:, :2])
-                self.descriptors.append(np.ascontiguousarray(data, np.uint8).reshape(-1, 128))
-            place = {key: i for i, key in enumerate(self.image_ids) if key >= 0}
-            self.matches: dict[tuple[int, int], np.ndarray] = {}
+                keypoints.append(np.asarray(points, float).reshape(len(points), -1 if len(points) else 2)[:, :2])
+                descriptors.append(np.ascontiguousarray(data, np.uint8).reshape(-1, 128))
+            store = cls(keypoints, descriptors)
+            store.image_ids = image_ids
+            place = {key: i for i, key in enumerate(image_ids) if key >= 0}
             pair_ids, geometries = source.read_two_view_geometries()
             for pair_id, geometry in zip(pair_ids, geometries, strict=True):
                 first, second = pycolmap.pair_id_to_image_pair(pair_id)
                 if first in place and second in place and len(geometry.inlier_matches):
                     i, j = place[first], place[second]
                     matches = np.asarray(geometry.inlier_matches, np.int64)
-                    self.matches[(i, j) if i < j else (j, i)] = matches if i < j else matches[:, ::-1]
+                    store.matches[(i, j) if i < j else (j, i)] = matches if i < j else matches[:, ::-1]
         finally:
             source.close()
+        return store

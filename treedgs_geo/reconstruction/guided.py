@@ -54,18 +54,9 @@ def find_points(
     )
     # The observation from the nearest direction describes the point best.
     centre = -rotation.T @ translation
-    rays = block.points - centre
-    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
-    seen = block.points[block.point] - block.centres[block.image]
-    seen /= np.linalg.norm(seen, axis=1, keepdims=True)
-    closeness = np.sum(seen * rays[block.point], axis=1)
-    closeness[block.image == i] = -1
-    order = np.lexsort((closeness, block.point))
-    last = np.flatnonzero(np.diff(block.point[order], append=-1))
-    source = np.full(len(block.points), -1)
-    source[block.point[order[last]]] = order[last]
+    source, closeness = _nearest_seen(block.points, block.centres, block.image, block.point, i, centre)
     usable = np.flatnonzero(inside & (source >= 0))
-    usable = usable[closeness[source[usable]] > np.cos(np.radians(max_angle_deg))]
+    usable = usable[closeness[usable] > np.cos(np.radians(max_angle_deg))]
     keypoints = block.keypoints[i]
     if not len(usable) or not len(keypoints):
         empty = np.empty(0, np.int64)
@@ -82,19 +73,51 @@ def find_points(
     return PointMatches(usable[found], features.order[best[found]], distance[found])
 
 
+#: Sectors of the circle by which features are sorted that have a direction, and so many on each side of the expected
+#: one are looked in: up to 20 to 30 degrees. Of right matches on ``plot_a`` 98 % lie within 17.
+SECTORS, BESIDE = 36, 2
+#: Cells of features sorted by direction, pixels; at most so many columns.
+WIDE_CELL_PX, MOST_COLUMNS = 32, 48
+
+
 class Features:
     """The features of one photo in the order of cells. order (K,): their numbers as they were given. xy (K, 2) pixels,
-    described (K, 128), square (K,): of the descriptors. starts: where each cell begins; columns, rows of cells."""
+    described (K, 128), square (K,): of the descriptors. starts: where each cell of each kind begins. grid: columns,
+    rows, pixels of a cell, sectors. Where ``turned`` and ``bright`` (:class:`.sift.PhotoFeatures`) are given, features
+    of other directions and of the other sign are of other kinds."""
 
-    def __init__(self, keypoints: np.ndarray, descriptors: np.ndarray, width: int, height: int) -> None:
-        self.columns, self.rows = width // CELL_PX + 1, height // CELL_PX + 1
-        row = np.clip(keypoints[:, 1] // CELL_PX, 0, self.rows - 1)
-        cell = (row * self.columns + np.clip(keypoints[:, 0] // CELL_PX, 0, self.columns - 1)).astype(np.int64)
+    def __init__(
+        self,
+        keypoints: np.ndarray,
+        descriptors: np.ndarray,
+        width: int,
+        height: int,
+        turned: np.ndarray | None = None,
+        bright: np.ndarray | None = None,
+    ) -> None:
+        if turned is not None and bright is not None:
+            size, sectors, of_all = max(WIDE_CELL_PX, -(-width // MOST_COLUMNS)), SECTORS, 2 * SECTORS
+            self.kind = kinds(turned, bright)
+        else:
+            size, sectors, of_all = CELL_PX, 1, 1
+            self.kind = np.zeros(len(keypoints), np.int64)
+        columns, rows = width // size + 1, height // size + 1
+        self.grid = columns, rows, size, sectors
+        row = np.clip(keypoints[:, 1] // size, 0, rows - 1)
+        cell = (row * columns + np.clip(keypoints[:, 0] // size, 0, columns - 1)).astype(np.int64)
+        cell += self.kind * (columns * rows)
         self.order = np.argsort(cell, kind="stable")
-        self.starts = np.searchsorted(cell[self.order], np.arange(self.columns * self.rows + 1))
+        self.kind = self.kind[self.order]
+        self.starts = np.searchsorted(cell[self.order], np.arange(columns * rows * of_all + 1))
         self.xy = np.ascontiguousarray(keypoints[self.order])
         self.described = np.ascontiguousarray(descriptors[self.order])
         self.square = squares(self.described)
+
+
+def kinds(turned: np.ndarray, bright: np.ndarray) -> np.ndarray:
+    """(K,) sector of directions (K,), radians, and sign (K,) of features as one number."""
+    sector = (np.nan_to_num(turned) * (SECTORS / (2 * np.pi))).astype(np.int64) % SECTORS
+    return bright.astype(np.int64) * SECTORS + sector
 
 
 def squares(described: np.ndarray) -> np.ndarray:
@@ -103,28 +126,25 @@ def squares(described: np.ndarray) -> np.ndarray:
 
 
 def search(
-    ends: np.ndarray, described: np.ndarray, square: np.ndarray, features: Features, reach_px: float, ratio: float
+    ends: np.ndarray,
+    described: np.ndarray,
+    square: np.ndarray,
+    features: Features,
+    reach_px: float,
+    ratio: float,
+    kind: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Best of a photo's features for each of K descriptors: its number in the order of cells or -1, and their squared
     distance.
 
     ends: (K, 4) pixels x, y, x, y: a line on which it lies, to within ``reach_px``; NaN: nowhere. described (K, 128),
-    square (K,) as :func:`squares`. ratio: of descriptor distances, best to second best along the line.
+    square (K,) as :func:`squares`. ratio: of descriptor distances, best to second best along the line. kind: (K,) of
+    :func:`kinds`, as expected in that photo; ``None`` where its features are not sorted so.
     """
-    return _search(
-        ends,
-        described,
-        square,
-        features.xy,
-        features.described,
-        features.square,
-        features.starts,
-        features.columns,
-        features.rows,
-        float(reach_px),
-        ratio * ratio,
-        MAX_SQUARED,
-    )
+    if kind is None:
+        kind = np.zeros(len(ends), np.int64)
+    others = features.xy, features.described, features.square, features.starts
+    return _search(ends, described, square, kind, others, features.grid, float(reach_px), ratio * ratio, MAX_SQUARED)
 
 
 def turn_to_points(
@@ -199,6 +219,27 @@ def one_to_one(best: np.ndarray, distance: np.ndarray) -> np.ndarray:
 
 
 @njit(nogil=True, cache=True)
+def _nearest_seen(points, centres, image, point, photo, centre):
+    """(P,) number of the observation by another photo that saw a point from the direction nearest to ``centre``, -1
+    for none, and the cosine between the two directions."""
+    source, closeness = np.full(len(points), -1, np.int64), np.full(len(points), -1.0)
+    for m in range(len(point)):
+        if image[m] == photo:
+            continue
+        p, i = point[m], image[m]
+        along = seen = away = 0.0
+        for d in range(3):
+            one, other = points[p, d] - centres[i, d], points[p, d] - centre[d]
+            along += one * other
+            seen += one * one
+            away += other * other
+        cosine = along / np.sqrt(seen * away)
+        if cosine >= closeness[p]:
+            source[p], closeness[p] = m, cosine
+    return source, closeness
+
+
+@njit(nogil=True, cache=True)
 def _dot(a, k, b, q):
     total = np.int32(0)
     for d in range(128):
@@ -208,9 +249,12 @@ def _dot(a, k, b, q):
 
 
 @njit(nogil=True, cache=True)
-def _search(ends, described, square, points, others, other_square, starts, columns, rows, reach, ratio2, limit):
+def _search(ends, described, square, kind, features, grid, reach, ratio2, limit):
     """As :func:`search`, on plain arrays."""
-    count = len(ends)
+    points, others, other_square, starts = features
+    columns, rows, size, sectors = grid
+    count, cells = len(ends), columns * rows
+    beside = BESIDE if sectors > 1 else 0
     best = np.full(count, -1, np.int64)
     distance = np.full(count, limit, np.int64)
     for k in range(count):
@@ -218,35 +262,38 @@ def _search(ends, described, square, points, others, other_square, starts, colum
         if not (np.isfinite(x0) and np.isfinite(y0) and np.isfinite(x1) and np.isfinite(y1)):
             continue
         top, bottom = min(y0, y1) - reach, max(y0, y1) + reach
-        if bottom < 0 or top >= rows * CELL_PX:
+        if bottom < 0 or top >= rows * size:
             continue
         dx, dy = x1 - x0, y1 - y0
         per_length2 = 1 / max(dx * dx + dy * dy, 1e-9)
         first, second, who = limit, limit, -1
-        for r in range(max(int(top // CELL_PX), 0), min(int(bottom // CELL_PX), rows - 1) + 1):
+        sign, sector = kind[k] // sectors, kind[k] % sectors
+        for r in range(max(int(top // size), 0), min(int(bottom // size), rows - 1) + 1):
             # The part of the line that is within reach of this row of cells.
             begin, end = 0.0, 1.0
             if abs(dy) > 1e-6:
-                one, two = (r * CELL_PX - reach - y0) / dy, ((r + 1) * CELL_PX + reach - y0) / dy
+                one, two = (r * size - reach - y0) / dy, ((r + 1) * size + reach - y0) / dy
                 begin, end = max(min(one, two), 0.0), min(max(one, two), 1.0)
                 if begin > end:
                     continue
             left, right = min(x0 + begin * dx, x0 + end * dx) - reach, max(x0 + begin * dx, x0 + end * dx) + reach
-            if right < 0 or left >= columns * CELL_PX:
+            if right < 0 or left >= columns * size:
                 continue
-            c0, c1 = max(int(left // CELL_PX), 0), min(int(right // CELL_PX), columns - 1)
-            for q in range(starts[r * columns + c0], starts[r * columns + c1 + 1]):
-                u, v = points[q, 0] - x0, points[q, 1] - y0
-                along = min(max((u * dx + v * dy) * per_length2, 0.0), 1.0)
-                u -= along * dx
-                v -= along * dy
-                if u * u + v * v > reach * reach:
-                    continue
-                away = square[k] + other_square[q] - 2 * np.int64(_dot(described, k, others, q))
-                if away < first:
-                    first, second, who = away, first, q
-                elif away < second:
-                    second = away
+            c0, c1 = max(int(left // size), 0), min(int(right // size), columns - 1)
+            for turn in range(-beside, beside + 1):
+                at = (sign * sectors + (sector + turn) % sectors) * cells + r * columns
+                for q in range(starts[at + c0], starts[at + c1 + 1]):
+                    u, v = points[q, 0] - x0, points[q, 1] - y0
+                    along = min(max((u * dx + v * dy) * per_length2, 0.0), 1.0)
+                    u -= along * dx
+                    v -= along * dy
+                    if u * u + v * v > reach * reach:
+                        continue
+                    away = square[k] + other_square[q] - 2 * np.int64(_dot(described, k, others, q))
+                    if away < first:
+                        first, second, who = away, first, q
+                    elif away < second:
+                        second = away
         if who >= 0 and first < ratio2 * second:
             best[k] = who
             distance[k] = first

@@ -17,7 +17,7 @@ from numba import njit
 from ..core.progress import Reporter
 from .cameras import Camera, View
 from .features import FeatureStore
-from .guided import Features, one_to_one, search
+from .guided import Features, kinds, one_to_one, search
 
 #: A gimbal's angles and their mounting, both photos', are believed to this, degrees.
 REACH_DEG = 1.2
@@ -25,6 +25,8 @@ REACH_DEG = 1.2
 _RATIO = 0.8
 #: Matches that a verified pair has; so many standard deviations more than chance would give.
 _LEAST, _CHANCE_SD = 15, 6.0
+#: The direction of a feature in the other photo is that of a step of so many pixels along the ground.
+_STEP_PX = 8.0
 #: Verification: distance from the epipolar line, trials, and the least distance between two photos.
 _TOLERANCE_PX, _TRIALS, _LEAST_BASELINE_M = 4.0, 400, 0.3
 #: How far the direction from one photo to the other may be off, as the first photo's rays have it (radians).
@@ -42,19 +44,6 @@ class Guide:
     low_m: float
     high_m: float
 
-    def ends(self, i: int, j: int, pixels: np.ndarray) -> np.ndarray:
-        """(K, 4) where pixels (K, 2) of photo i lie in photo j when they are as high as may be, and as low; NaN where
-        photo j cannot show them."""
-        rays = self.view(i).rays(pixels)
-        found = []
-        for height in (self.high_m, self.low_m):
-            with np.errstate(divide="ignore", invalid="ignore"):
-                away = (height - self.centres[i, 2]) / rays[:, 2]
-            away = np.where((rays[:, 2] < -0.05) & (away > 0), away, np.nan)
-            places = self.centres[i] + away[:, None] * rays
-            found.append(self.view(j).project(places)[0])
-        return np.hstack(found)
-
     def view(self, j: int) -> View:
         """Photo j as gimbal and geotag have it."""
         rotation = self.rotations[j]
@@ -63,18 +52,27 @@ class Guide:
 
 @dataclass(frozen=True)
 class _Photo:
-    """One photo: rays (K, 3) of its features in the order of cells, world frame by its gimbal; where it stands."""
+    """One photo: rays (K, 3) of its features in the order of cells, world frame by its gimbal, and those of a step
+    along their directions; bright (K,); where it stands, and its camera as a row (:func:`_lens_row`)."""
 
     features: Features
     rays: np.ndarray
+    steps: np.ndarray
+    bright: np.ndarray
     centre: np.ndarray
+    row: np.ndarray
 
     @classmethod
     def of(cls, store: FeatureStore, guide: Guide, i: int) -> _Photo:
         """Photo i."""
-        camera = guide.camera
-        features = Features(store.keypoints[i], store.descriptors[i], camera.width, camera.height)
-        return cls(features, guide.view(i).rays(features.xy), guide.centres[i])
+        camera, own, view = guide.camera, store.own[i], guide.view(i)
+        features = Features(own.keypoints, own.described, camera.width, camera.height, own.turned, own.bright)
+        turned = own.turned[features.order]
+        along = _STEP_PX * np.column_stack([np.cos(turned), np.sin(turned)])
+        lens = [camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion]
+        row = np.concatenate([view.rotation.ravel(), guide.centres[i], lens]).astype(float)
+        rays, steps = view.rays(features.xy), view.rays(features.xy + along)
+        return cls(features, rays, steps, own.bright[features.order], guide.centres[i], row)
 
 
 def match_guided(
@@ -93,7 +91,9 @@ def match_guided(
     def work(pair: np.ndarray) -> np.ndarray:
         i, j = pair.tolist()
         one, other = photos[i].features, photos[j].features
-        best, distance = search(guide.ends(i, j, one.xy), one.described, one.square, other, reach_px, _RATIO)
+        first, second = photos[i], photos[j]
+        ends, turned = _expected(first.rays, first.steps, first.centre, second.row, guide.low_m, guide.high_m)
+        best, distance = search(ends, one.described, one.square, other, reach_px, _RATIO, kinds(turned, first.bright))
         found = one_to_one(best, distance)
         rows = np.column_stack([found, best[found]])
         return rows[_verified(photos[i], photos[j], rows, guide, reach_px, np.random.default_rng([seed, i, j]))]
@@ -129,6 +129,40 @@ def _verified(
     chance = min(_TOLERANCE_PX / reach_px, 1.0) * len(rows)
     enough = max(_LEAST, chance + _CHANCE_SD * np.sqrt(chance))
     return np.flatnonzero(agree) if agree.sum() >= enough else np.zeros(0, int)
+
+
+@njit(inline="always", nogil=True)
+def _shown(row, x, y, z):
+    """Pixel of a point, local metres, in a photo (``_Photo.row``); NaN behind it."""
+    dx, dy, dz = x - row[9], y - row[10], z - row[11]
+    c = row[6] * dx + row[7] * dy + row[8] * dz
+    if c <= 0.1:
+        return np.nan, np.nan
+    a, b = (row[0] * dx + row[1] * dy + row[2] * dz) / c, (row[3] * dx + row[4] * dy + row[5] * dz) / c
+    r2 = a * a + b * b
+    radial = 1 + r2 * (row[16] + r2 * (row[17] + r2 * row[20]))
+    u = a * radial + 2 * row[18] * a * b + row[19] * (r2 + 2 * a * a)
+    v = b * radial + row[18] * (r2 + 2 * b * b) + 2 * row[19] * a * b
+    return row[12] * u + row[14], row[13] * v + row[15]
+
+
+@njit(nogil=True, cache=True)
+def _expected(rays, steps, centre, row, low, high):
+    """Where the features of one photo lie in another when they are as high as may be and as low, (K, 4), NaN where it
+    cannot show them; and their directions there, 0 to 2 pi, if they lie on the ground, (K,)."""
+    ends, turned = np.full((len(rays), 4), np.nan), np.zeros(len(rays))
+    for k in range(len(rays)):
+        if rays[k, 2] > -0.05 or centre[2] <= high:
+            continue
+        for which, height in enumerate((high, low)):
+            away = (height - centre[2]) / rays[k, 2]
+            x, y = _shown(row, centre[0] + away * rays[k, 0], centre[1] + away * rays[k, 1], height)
+            ends[k, 2 * which], ends[k, 2 * which + 1] = x, y
+        away = (low - centre[2]) / steps[k, 2] if steps[k, 2] < 0 else np.nan
+        x, y = _shown(row, centre[0] + away * steps[k, 0], centre[1] + away * steps[k, 1], low)
+        turn = np.arctan2(y - ends[k, 3], x - ends[k, 2])
+        turned[k] = turn % (2 * np.pi) if np.isfinite(turn) else 0.0
+    return ends, turned
 
 
 @njit(nogil=True, cache=True)

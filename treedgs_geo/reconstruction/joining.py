@@ -18,7 +18,7 @@ from .georeference import Placement, as_stored
 from .posterior import posterior_of
 from .sensor import Sensor
 from .shutter import settle_lens, settle_shutter
-from .strays import leave_out, set_loose
+from .strays import leave_out, leave_out_unsure, set_loose
 from .ties import GreyPhotos
 from .tracks import Block, triangulate
 from .tying import GIMBAL_REACH_DEG, MIN_OBSERVATIONS, extend, from_matches, resect, retriangulate, strengthen, tie
@@ -91,6 +91,8 @@ def join_photos(
     known, free = _settle(block, known, free)
     adjusted = _refine(block, known, free, 2.0, strict=True)
     if leave_out(block, known, stations.names, reporter):
+        adjusted = adjust(block, known, free, final=True, tolerance=LAST)
+    if leave_out_unsure(block, posterior_of(adjusted).poses_px, stations.names, reporter):
         adjusted = adjust(block, known, free, final=True, tolerance=LAST)
     return Joined(block, adjusted, known, free, tested)
 

@@ -10,10 +10,14 @@ from ..core.progress import Reporter
 
 #: Photos that each photo is matched with at most where geotags and gimbals guide the matching.
 GUIDED_NEIGHBOURS = 12
+#: Places described in a photo at most there (:mod:`.sift`).
+GUIDED_FEATURES = 5000
 #: A block of the first level is good enough when its photos are this sure at the stems, pixels: the median, and the
 #: least sure of them (:func:`.posterior.posterior_of`). From ``plot_a`` and ``plot_e`` (0.03, 0.10), which are as true
 #: as at the last level, and ``plot_h`` (0.09, 0.31), where a photo is 30 cm off.
 SURE_MEDIAN_PX, SURE_WORST_PX = 0.08, 0.15
+#: The next level starts from the photos that are as sure as the worst may be, where they are this share; else anew.
+KEPT_SHARE = 0.5
 #: And when what is left in the photos is no more than this, pixels (0.17, 0.19 and 0.46 on the same plots).
 LEFT_PX = 0.3
 #: And when so many points tie each photo (median), seen in so many photos each (mean).
@@ -22,19 +26,22 @@ TIED_POINTS, TIED_TRACK = 100, 3.0
 
 @dataclass(frozen=True)
 class Level:
-    """name: in ``run.json`` and the report. neighbours: photos that each photo is matched with. guided: matched where
-    geotags and gimbals say, and placed by them; otherwise every feature with every other, and placed by a mapper."""
+    """name: in ``run.json`` and the report. neighbours: photos that each photo is matched with. guided: own features,
+    ``features`` a photo at most, matched where geotags and gimbals say, and placed by them; otherwise COLMAP's, every
+    feature with every other, and placed by a mapper."""
 
     name: str
     neighbours: int
     guided: bool
+    features: int = 0
 
 
 def levels_of(neighbours: int, can_guide: bool) -> list[Level]:
     """The levels that a block may take, the cheapest first. can_guide: geotags and gimbals are good enough to say where
     a feature lies in another photo."""
     full = Level("full", neighbours, False)
-    return [Level("guided", min(neighbours, GUIDED_NEIGHBOURS), True), full] if can_guide else [full]
+    guided = Level("guided", min(neighbours, GUIDED_NEIGHBOURS), True, GUIDED_FEATURES)
+    return [guided, full] if can_guide else [full]
 
 
 def not_enough(report: dict[str, Any]) -> str:

@@ -25,21 +25,21 @@ from .adjustment import Known, geotags_are_precise
 from .calibration import Calibration, calibration_of, calibration_record
 from .checks import check_block
 from .features import FeatureStore, count_rows, run_task
-from .georeference import place_by_gimbal, place_photos
+from .georeference import Placement, place_by_gimbal, place_photos
 from .guided_pairs import Guide, match_guided
 from .images import load_image
 from .joining import Joined, from_gimbal, join_photos
-from .levels import Held, Level, levels_of, not_enough
+from .levels import KEPT_SHARE, SURE_WORST_PX, Held, Level, levels_of, not_enough
 from .matchers import Matcher, Plugin, load_matcher, match_photos
 from .matching import match_pairs
 from .model import save_model
 from .pairs import ground_below, select_pairs
 from .poses import rotation_from_gimbal
+from .posterior import posterior_of
 from .sensor import Sensor
 from .shutter import free_shutter, lens_sd, sensor_of
+from .sift import SMALL_PHOTO_PX, extract
 
-#: Photos with fewer pixels give too few features at their own size.
-SMALL_PHOTO_PX = 900_000
 #: Share of the photos that must have geotag and gimbal angles for those to say where features are looked for.
 GUIDED_SHARE = 0.9
 #: Part of the work that the guided level is where it is not enough; only the progress bar depends on it.
@@ -118,13 +118,13 @@ def reconstruct_photos(
 
 def _climb(work: _Work, levels: list[Level], reporter: Reporter) -> tuple[Level, Joined, dict[str, Any], str]:
     """The first level whose block is good enough, or the last; its block and report; why the one before was not."""
-    climbed, at = "", 0.0
+    climbed, at, former = "", 0.0, None
     for level in levels[:-1]:
-        held = Held(reporter)
+        held, former = Held(reporter), None
         with reporter.stage("guided by geotags and gimbals", at, at + FIRST_PART):
             at += FIRST_PART
             try:
-                joined, report = _at_level(work, level, held)
+                former = joined, report = _at_level(work, level, held)
                 climbed = not_enough(report)
             except ReconstructionError as problem:
                 climbed = str(problem).rstrip(".")
@@ -133,7 +133,7 @@ def _climb(work: _Work, levels: list[Level], reporter: Reporter) -> tuple[Level,
             return level, joined, report, ""
         reporter.info(f"More pairs of photos are matched, without a guide: {climbed}.")
     with reporter.stage("without a guide", at, 1.0):
-        return levels[-1], *_at_level(work, levels[-1], reporter), climbed
+        return levels[-1], *_at_level(work, levels[-1], reporter, former[0] if former else None), climbed
 
 
 @dataclass(frozen=True)
@@ -218,8 +218,10 @@ class _Work:
         return self.cache_root / f"sfm-{key}"
 
 
-def _at_level(work: _Work, level: Level, reporter: Reporter) -> tuple[Joined, dict[str, Any]]:
-    """The block at one level, and its report.
+def _at_level(
+    work: _Work, level: Level, reporter: Reporter, former: Joined | None = None
+) -> tuple[Joined, dict[str, Any]]:
+    """The block at one level, and its report. former: of the level before, whose poses are kept where they are sure.
 
     Raises:
         ReconstructionError: as :func:`reconstruct_photos`.
@@ -233,25 +235,31 @@ def _at_level(work: _Work, level: Level, reporter: Reporter) -> tuple[Joined, di
         timing[name] = round(time.monotonic() - began - sum(timing.values()), 1)
 
     with reporter.stage("features", 0.0, 0.30):
-        extract_features(database, cache, stations, survey.calibration, options, work.threads, reporter)
+        if level.guided:
+            most = min(options.max_features, level.features)
+            found = extract(stations.paths, most, options.max_image_size, work.threads, cache / "own", reporter)
+            store = FeatureStore.of(found)
+        else:
+            extract_features(database, cache, stations, survey.calibration, options, work.threads, reporter)
     timed("features")
     camera = survey.calibration.camera
     half_field = 0.5 * max(camera.width, camera.height) / survey.calibration.focal_px
     pairs = select_pairs(survey.known.xyz, survey.rotations, survey.ground, half_field, level.neighbours)
     with reporter.stage("matching", 0.30, 0.75):
         if level.guided:
-            store = FeatureStore(database, stations.names)
             match_guided(store, pairs, _guide(survey), options.seed, work.threads, reporter)
         else:
             match_pairs(database, cache, stations.names, pairs, work.threads, options.seed, reporter)
             if work.plugin is not None:
                 database = _match_learned(database, stations, pairs, work.plugin, work.matcher, reporter)
-            store = FeatureStore(database, stations.names)
+            store = FeatureStore.read(database, stations.names)
     timed("matching")
     with reporter.stage("mapping", 0.75, 0.85):
         if level.guided:
             start = place_by_gimbal(camera, survey.known.xyz, survey.rotations)
             placement = from_gimbal(start, store, survey.known, survey.sensor)
+        elif (kept := _kept(former, survey)) is not None:
+            placement = kept
         else:
             placement = place_photos(
                 database,
@@ -271,6 +279,23 @@ def _at_level(work: _Work, level: Level, reporter: Reporter) -> tuple[Joined, di
     report = check_block(joined, stations, survey.calibration, survey.readout, reporter)
     matches = int(sum(len(m) for m in store.matches.values()))
     return joined, report | {"stage_seconds": timing, "pairs": len(pairs), "matches": matches}
+
+
+def _kept(former: Joined | None, survey: _Survey) -> Placement | None:
+    """The sure poses of a block, the other photos by geotag and gimbal; ``None`` where too few are sure for a start."""
+    if former is None:
+        return None
+    with np.errstate(invalid="ignore"):
+        sure = former.block.is_posed & (posterior_of(former.adjusted).poses_px <= SURE_WORST_PX)
+    if sure.sum() < max(3, KEPT_SHARE * len(sure)):
+        return None
+    start = place_by_gimbal(former.block.camera, survey.known.xyz, survey.rotations)
+    return replace(
+        start,
+        rotations=np.where(sure[:, None, None], former.block.rotations, start.rotations),
+        translations=np.where(sure[:, None], former.block.translations, start.translations),
+        mapped=sure,
+    )
 
 
 def _guide(survey: _Survey) -> Guide:

@@ -17,6 +17,8 @@ from .tying import MIN_OBSERVATIONS
 COMPASS_GATE_DEG = 15.0
 #: A photo farther from a good geotag than this many standard deviations, and this many metres, is placed again.
 STRAY_SD, STRAY_M, MOST_STRAYS = 5.0, 0.15, 1 / 3
+#: A photo is left out when it is less sure at the stems than this, pixels, and than so many times the median photo.
+UNSURE_PX, UNSURE_TIMES = 0.3, 4.0
 #: A geotag is good with a standard error (three axes) below this, metres: PPK fixes, not float solutions.
 GOOD_GEOTAG_M = 0.15
 
@@ -103,3 +105,22 @@ def leave_out(block: Block, known: Known, names: list[str], reporter: Reporter) 
             reporter.warn(f"{chosen.sum()} photos {why}: {shorten([names[i] for i in np.flatnonzero(chosen)])}.")
     block.unpose(weak | stray)
     return bool((weak | stray).any())
+
+
+def leave_out_unsure(block: Block, poses_px: np.ndarray, names: list[str], reporter: Reporter) -> bool:
+    """Take out photos that hang on so few points that they may stand anywhere; whether there were any.
+
+    poses_px: (N,) of :class:`.posterior.Posterior`. A geotag of half a metre does not tell that such a photo is 50 cm
+    off and turned by 3 degrees (``plot_h``).
+    """
+    if not np.isfinite(poses_px).any():
+        return False
+    with np.errstate(invalid="ignore"):
+        unsure = block.is_posed & (poses_px > max(UNSURE_PX, UNSURE_TIMES * float(np.nanmedian(poses_px))))
+    if unsure.any():
+        named = shorten([names[i] for i in np.flatnonzero(unsure)])
+        reporter.warn(
+            f"{unsure.sum()} photos hang on too few points to stand anywhere for sure and are left out: {named}."
+        )
+        block.unpose(unsure)
+    return bool(unsure.any())

@@ -193,17 +193,28 @@ def triangulate(block: Block, limit_px: float, min_angle_deg: float = 1.5, round
 def intersect(block: Block) -> None:
     """Place the block's points where their rays pass nearest, weighted with 1 / range."""
     centres, rays = block.rays()
-    count = len(block.points)
     weight = np.ones(len(rays))
     for _ in range(2):
-        projector = (np.eye(3) - rays[:, :, None] * rays[:, None, :]) * weight[:, None, None]
-        left = np.zeros((count, 3, 3))
-        right = np.zeros((count, 3))
-        np.add.at(left, block.point, projector)
-        np.add.at(right, block.point, np.einsum("mij,mj->mi", projector, centres))
+        left, right = _ray_normals(centres, rays, weight, block.point, len(block.points))
         left += 1e-9 * np.trace(left, axis1=1, axis2=2)[:, None, None] * np.eye(3)
         block.points = np.linalg.solve(left, right[:, :, None])[:, :, 0]
         weight = 1 / np.maximum(np.linalg.norm(block.points[block.point] - centres, axis=1), 1.0) ** 2
+
+
+@numba.njit(cache=True)
+def _ray_normals(
+    centres: np.ndarray, rays: np.ndarray, weight: np.ndarray, point: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Normal equations (P, 3, 3) and (P, 3) of the points that lie nearest to their weighted rays."""
+    left, right = np.zeros((count, 3, 3)), np.zeros((count, 3))
+    for m in range(len(rays)):
+        p = point[m]
+        for i in range(3):
+            for j in range(3):
+                value = weight[m] * ((1.0 if i == j else 0.0) - rays[m, i] * rays[m, j])
+                left[p, i, j] += value
+                right[p, i] += value * centres[m, j]
+    return left, right
 
 
 def widest_angle_deg(block: Block) -> np.ndarray:
