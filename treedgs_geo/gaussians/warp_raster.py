@@ -247,7 +247,7 @@ class WarpRasteriser:
 
 def draw(projected: Any, start: Any, items: Any, tiles_x: int, image: Any) -> None:
     """Composite into ``image`` (4 or 9, H, W), all arrays of one Warp device. projected: (17, n) float32, front to
-    back. start, items: int32, the Gaussians by tile (:func:`_lists`)."""
+    back. start, items: int32, the Gaussians by tile."""
     planes, height, width = image.shape
     full = int(planes == kernels.N_PLANES)
     given = [projected, start, items, tiles_x, full, image]

@@ -45,7 +45,7 @@ _GROWTH = 2.0
 
 @dataclass
 class SceneFit:
-    """A scene while it is fitted; one :class:`~..free.controllers.Phase` after the other."""
+    """A scene while it is fitted; one ``Phase`` of ``free/controllers.py`` after the other."""
 
     scene: Scene
     photos: WholePhotos
