@@ -15,6 +15,7 @@ from treedgs_geo.from_photos.stack import GroundGrid
 from treedgs_geo.from_photos.strips import StemAxis
 from treedgs_geo.from_photos.trees import trees_of_photo_fits
 from treedgs_geo.reconstruction.area import Area
+from treedgs_geo.trees.priors import SECTION_SD
 
 LEANING = Stem(-0.8, -0.6, 0.13, lx=0.30, ly=0.20)
 TWINS = [Stem(1.0, 0.8, 0.09), Stem(1.21, 0.95, 0.085)]
@@ -62,3 +63,8 @@ def test_the_layer_has_the_ground_of_the_foot(fits):
     frame = LocalFrame(pyproj.CRS.from_epsg(32615), np.array([5e5, 3.7e6, 40.0]))
     for tree in trees_of_photo_fits(fits, frame):
         assert tree.z_ground == pytest.approx(40.0, abs=0.01)
+
+
+def test_no_diameter_is_surer_than_one_section_lets_it_be(fits):
+    measured = [fit for fit in fits if fit.measured]
+    assert measured and all(fit.se_cm > SECTION_SD * fit.dbh_cm for fit in measured)

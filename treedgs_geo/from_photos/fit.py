@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..trees.findings import Flag
-from ..trees.priors import START_TAPER
+from ..trees.priors import SECTION_SD, START_TAPER
 from .above import averaged, reading_above
 from .backdrop import Backdrop, Silhouette, cut_silhouette
 from .chance import BREAST, Bands, coarse_strips
@@ -313,7 +313,7 @@ class Fitter:
         oval = oval_error_cm(thick_cm, azimuths, weight)
         if best.mate is None:
             oval = float(np.hypot(oval, seen_oval_error_cm(thick_cm, 200 * fine.view_r, azimuths, weight)))
-        parts = oval, LEAN_ERROR * thick_cm * lean, taper_error_cm(fine.r1)
+        parts = oval, LEAN_ERROR * thick_cm * lean, SECTION_SD * thick_cm, taper_error_cm(fine.r1)
         fine, se = averaged(fine, float(np.linalg.norm([se, *parts])), above_cm)
         dq, foot_z = breast_height(fine.axis, fine.r0, self.ground)
         axis, r0 = moved(fine.axis, dq), fine.r0 + fine.r1 * dq
