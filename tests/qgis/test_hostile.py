@@ -239,7 +239,7 @@ def test_the_real_engine_killed_by_the_kernel_is_explained(qgis, simulated_plot,
 
 
 def test_a_worker_of_the_engine_killed_by_the_kernel_is_explained(qgis, simulated_plot, tmp_path):
-    """The engine's own child (features, matching) is killed: the engine lives and says so."""
+    """The engine's own child (COLMAP's features, for want of good geotags) is killed: the engine lives and says so."""
     import time
 
     import psutil
@@ -249,7 +249,6 @@ def test_a_worker_of_the_engine_killed_by_the_kernel_is_explained(qgis, simulate
         "treedgs:photostodbh",
         "--",
         f"PHOTOS={simulated_plot / 'images'}",
-        f"GEOTAGS={simulated_plot}",
         "CRS=EPSG:6344",
         f"WORKSPACE={tmp_path / 'work'}",
         f"OUTPUT={tmp_path / 'trees.gpkg'}",
