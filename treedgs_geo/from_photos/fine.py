@@ -221,7 +221,7 @@ def refine(
 ) -> FineFit | None:
     """Refine a stem, in as many cuts as there are windows. band_m: heights above the ground that are fitted.
     offset_sd_px: prior of a view's sideways error. windows_px: edges are looked for this far from where they are
-    expected, cut by cut. oval: the section may be oval, as stems are (:data:`..trees.priors.OVAL_SD`).
+    expected, cut by cut. oval: the section may be oval, as stems are (``priors.OVAL_SD``).
 
     Returns None where too few edges are found.
     """
