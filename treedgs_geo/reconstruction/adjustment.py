@@ -94,8 +94,8 @@ def adjust(
 
     Args:
         free: names of :data:`PARTS`. tag_loss: standard deviations from which a geotag pulls no harder. final: the
-        matches are clean; what is left of large residuals hardly counts. tolerance: share of the cost that the last
-        step may still gain (:data:`.bundle.ROUGH` …).
+        matches are clean; what is left of large residuals hardly counts. tolerance: how far the last step may still
+        move the cameras (:data:`.bundle.ROUGH` …).
 
     Raises:
         ReconstructionError: no point is left that two photos see alike.
@@ -107,8 +107,9 @@ def adjust(
         )
     problem, state = _problem(block, known, free, final)
     sigma = max(typical_px(block) / _MEDIAN_OF_RAYLEIGH, least_sigma_px)
-    for rounds in (iterations // 3, iterations):
-        state = problem.solve(state, sigma, tag_loss, rounds, tolerance)
+    # The first time for the photos' standard error, which the last residuals decide.
+    for rounds, reached in ((iterations // 3, max(tolerance, ROUGH)), (iterations, tolerance)):
+        state = problem.solve(state, sigma, tag_loss, rounds, reached)
         sigma = max(_sigma_px(problem, state), least_sigma_px)
     _apply(block, state)
     return Adjusted(problem, state, sigma)
