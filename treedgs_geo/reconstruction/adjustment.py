@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core.errors import ReconstructionError
 from ..geotags.control import ControlPoints
-from ..geotags.stations import PRECISE_GEOTAG_M
+from ..geotags.stations import are_precise
 from .bundle import ROUGH, Observations, Priors, Problem, State, camera_of, shared_of
 from .bundle_kernels import CX, CY, K1, K2, K3, LOG_ASPECT, LOG_F, P1, P2, READOUT
 from .cameras import Camera
@@ -184,8 +184,7 @@ def _aimed(known: Known) -> np.ndarray:
 
 def geotags_are_precise(known: Known) -> bool:
     """Whether the geotags can level a block, or start one."""
-    placed = np.isfinite(known.xyz).all(axis=1)
-    return bool(placed.any() and np.median(np.linalg.norm(known.sd[placed], axis=1)) < PRECISE_GEOTAG_M)
+    return are_precise(known.xyz, known.sd)
 
 
 def _times_s(known: Known) -> np.ndarray:

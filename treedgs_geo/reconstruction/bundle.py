@@ -27,9 +27,9 @@ PIXEL_LOSS = 2.0
 #: The curvature of a loss along its residual counts with at least this share of its weight: above a half no step can
 #: raise the cost of a block that is otherwise linear, and the points of wrong matches do not run away.
 LEAST_BEND = 0.55
-#: An adjustment ends when a step moves the cameras (poses, lens, shutter) by less than this, in standard errors, squared
-#: and summed over all of their numbers: on the way, where a choice hangs on it, and the last one. The cost says less:
-#: single points that creep along their rays lower it for long, and move no camera.
+#: An adjustment ends when a step moves the cameras (poses, lens, shutter) by less than this, in standard errors,
+#: squared and summed over all of their numbers: on the way, where a choice hangs on it, and the last one. The cost says
+#: less: single points that creep along their rays lower it for long, and move no camera.
 ROUGH, GOOD, LAST = 1.0, 0.03, 1e-3
 #: A step that is damped more than this says nothing about how far the end is.
 _HARDLY_DAMPED = 1e-3
