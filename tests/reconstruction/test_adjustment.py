@@ -13,7 +13,7 @@ from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags.control import ControlPoints
 from treedgs_geo.reconstruction import bundle_kernels as kernels
 from treedgs_geo.reconstruction.adjustment import PHOTO_GAP_S, adjust
-from treedgs_geo.reconstruction.bundle import State, camera_of, shared_of
+from treedgs_geo.reconstruction.bundle import LAST, State, _cauchy, _soft_l1, camera_of, shared_of
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.control import align_to_control, control_residuals, rms_of
 from treedgs_geo.reconstruction.georeference import _turned_to_gimbals, as_stored
@@ -441,3 +441,44 @@ def test_flights_keep_focal_lengths_of_their_own_where_these_clearly_differ(chan
     adjusted = adjust(block, known, free, final=True, iterations=30)
     assert ("drift" in settle_lens(block, known, free, posterior_of(adjusted))) == (change > 0)
     assert np.expm1(block.sensor.drift[1]) == pytest.approx(change, abs=4e-4)
+
+
+@pytest.mark.parametrize("final", [False, True])
+def test_an_adjustment_ends_where_many_more_steps_would(final: bool) -> None:
+    """With one match in ten wrong by up to 8 pixels: cameras within a hundredth of their standard errors."""
+    found = []
+    for tolerance in (LAST, 0.0):
+        rng = np.random.default_rng(41)
+        block, truth = _scene(41, 0.3)
+        wrong = rng.random(len(block.image)) < 0.1
+        for i, key in zip(block.image[wrong], block.key[wrong], strict=True):
+            block.keypoints[i][key] += rng.uniform(-8, 8, 2)
+        known = known_of(truth + rng.normal(0, 0.02, truth.shape), 0.02)
+        adjusted = adjust(block, known, LENS, final=final, iterations=300, tolerance=tolerance)
+        found.append((block.centres.copy(), block.camera.fx, posterior_of(adjusted)))
+    (centres, focal, posterior), (last, last_focal, _) = found
+    assert np.abs(centres - last).max() < 2e-4, "a hundredth of the geotags' error"
+    assert abs(np.log(focal / last_focal)) < 0.02 * posterior.shared_sd[kernels.LOG_F]
+
+
+def test_a_bent_residual_has_the_slope_and_the_curvature_of_its_loss() -> None:
+    rng = np.random.default_rng(42)
+    residual, by = rng.normal(0, 2, (1, 2)), rng.normal(size=(1, 2, 4))
+    square = float((residual**2).sum())
+    for loss in (_soft_l1, _cauchy):
+        _, weight, share = (each[0] for each in loss(np.array([square]), 3.0))
+        assert 0 < share < 1
+
+        def cost(step: np.ndarray, loss=loss) -> float:
+            moved = residual[0] + by[0] @ step
+            return float(loss(np.array([moved @ moved]), 3.0)[0][0])
+
+        bent, parts = residual.copy(), [by[:, :, :2].copy(), by[:, :, 2:].copy(), by[:, :, :1].copy()]
+        kernels.bend(bent, *parts, np.array([share]))
+        whole = np.concatenate(parts[:2], axis=2)[0]
+        unit = 1e-4 * np.eye(4)
+        slope = [(cost(u) - cost(-u)) / 2e-4 for u in unit]
+        np.testing.assert_allclose(2 * weight * whole.T @ bent[0], slope, rtol=1e-5)
+        curve = [[(cost(u + v) - cost(u - v) - cost(v - u) + cost(-u - v)) / 4e-8 for v in unit] for u in unit]
+        np.testing.assert_allclose(2 * weight * whole.T @ whole, curve, rtol=1e-3, atol=1e-3)
+        np.testing.assert_array_equal(parts[2], parts[0][:, :, :1])
