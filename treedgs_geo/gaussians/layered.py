@@ -10,6 +10,7 @@ pulls at the edge; what the stem explains, no Gaussian is paid for.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 
 import cv2
@@ -249,16 +250,18 @@ def fit_with_primitive(
     around: list[Crop],
     joint: JointSettings,
     bark: int,
+    spread: Callable[..., Iterable] = map,
 ) -> BandFit | None:
     """One stem: primitive first, then primitive and ``settings.gaussians`` Gaussians together for
     at most ``settings.fine_epochs``, fewer where diameter and held-out photos have settled. bark: most Gaussians that
-    the stem itself is written with (0: none).
+    the stem itself is written with (0: none). spread: as :func:`~.primitive.fit.fit_primitive` takes it.
 
     None where no stem stands out at all.
     """
     began = time.perf_counter()
     taught, held = hold_out(crops)
-    primitive = fit_primitive(taught, plane, ground_textures(plane, around, {crop.flight for crop in crops}), joint)
+    ground = ground_textures(plane, around, {crop.flight for crop in crops})
+    primitive = fit_primitive(taught, plane, ground, joint, spread=spread)
     if primitive is None:
         return None
     rng = np.random.default_rng(settings.seed)

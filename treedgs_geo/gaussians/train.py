@@ -8,7 +8,7 @@ side, and time and memory grow linearly with their number.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field, replace
 
@@ -144,10 +144,13 @@ def _fit_all(bands: CutPhotos, options: GaussianOptions, dense: Dense, reporter:
 
     def work(stem: int) -> tuple[int, BandFit | None]:
         band = bands.band(stem)
-        return stem, None if band is None else _fit_one(bands.origins[stem], band, settings, options, dense, share)
+        origin = bands.origins[stem]
+        return stem, None if band is None else _fit_one(origin, band, settings, options, dense, share, spread)
 
     fits: dict[int, BandFit] = {}
-    with ThreadPoolExecutor(options.threads) as pool:
+    # Explanations of one stem run side by side as well: a last stem alone would leave all but one core idle.
+    with ThreadPoolExecutor(options.threads) as parts, ThreadPoolExecutor(options.threads) as pool:
+        spread = parts.map if options.threads > 1 else map
         waiting = [pool.submit(work, stem) for stem in bands.origins]
         try:
             for done, future in enumerate(as_completed(waiting), start=1):
@@ -227,6 +230,7 @@ def _fit_one(
     options: GaussianOptions,
     dense: Dense,
     budget: int,
+    spread: Callable[..., Iterable],
 ) -> BandFit | None:
     points = None
     if dense is not None and len(dense[0]):
@@ -242,5 +246,6 @@ def _fit_one(
         budget = min(budget, options.gaussians or MOST_BARK)
         few = replace(settings, gaussians=min(options.stem_gaussians, budget // 2), fine_epochs=options.stem_epochs)
         bark = max(budget - few.gaussians, 0)
-        return fit_with_primitive(band.crops, band.plane, band.volume, few, band.pixel_m, band.around, joint, bark)
+        crops, near = band.crops, band.around
+        return fit_with_primitive(crops, band.plane, band.volume, few, band.pixel_m, near, joint, bark, spread)
     return fit_stem(band.crops, band.plane, band.volume, settings, band.pixel_m, points, around=band.around)

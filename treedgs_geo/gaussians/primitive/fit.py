@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -146,11 +146,13 @@ def fit_primitive(
     settings: JointSettings | None = None,
     reach_m: float = 0.3,
     finalists: int = 3,
+    spread: Callable[..., Iterable] = map,
 ) -> PrimitiveFit | None:
     """Find and fit the stem within ``reach_m`` of the seed.
 
     crops: full resolution, stem frame. ground: ground texture of each flight; or what a crop shows without the stem,
-    where more than the ground is known (Gaussians of the whole scene). None where nothing stands out at all.
+    where more than the ground is known (Gaussians of the whole scene). spread: ``map``, or one like it that tries
+    several explanations at once. None where nothing stands out at all.
     """
     settings = settings or JointSettings()
     began = time.process_time()
@@ -163,11 +165,12 @@ def fit_primitive(
         bare = front + through[..., None] * behind
         unlike.append(1 - np.sqrt(robust_weight(bare - crop.image, 0.12)))
     evidence = gather_evidence(half, unlike, settings.bh_m)
-    tried = []
-    for shape in starts(evidence, reach_m, np.arange(0.04, 0.36, 0.02), 5):
-        for sight in sights:
-            sight.gain = np.ones(3, np.float32)
-        tried.append(fit_shape(sights, PrimitiveExplanation(shape, np.zeros(len(sights))), settings, _COARSE_BLURS))
+
+    def rough(shape: np.ndarray) -> PrimitiveExplanation:
+        own = [sight.again() for sight in sights]
+        return fit_shape(own, PrimitiveExplanation(shape, np.zeros(len(own))), settings, _COARSE_BLURS)
+
+    tried = list(spread(rough, starts(evidence, reach_m, np.arange(0.04, 0.36, 0.02), 5)))
     kept: list[PrimitiveExplanation] = []
     for item in sorted(tried, key=lambda e: e.loss):
         if all(different(item, other) for other in kept):
@@ -175,16 +178,15 @@ def fit_primitive(
     if not kept:
         return None
     fine = [Sight.between(crop, *look(crop)) for crop in crops]
-    ended = []
-    for item in kept[:finalists]:
-        for sight in fine:
-            sight.gain = np.ones(3, np.float32)
-        ended.append(fit_shape(fine, PrimitiveExplanation(item.shape, 2 * item.shifts), settings, _FINE_BLURS))
+
+    def closer(item: PrimitiveExplanation) -> PrimitiveExplanation:
+        own = [sight.again() for sight in fine]
+        return fit_shape(own, PrimitiveExplanation(item.shape, 2 * item.shifts), settings, _FINE_BLURS)
+
+    ended = list(spread(closer, kept[:finalists]))
     ended.sort(key=lambda e: e.loss)
     best = ended[0]
     rivals = [e.loss for e in ended[1:] if abs(e.dbh_cm - best.dbh_cm) > _SAME_CM]
-    for sight in fine:
-        sight.gain = np.ones(3, np.float32)
     nothing = PrimitiveExplanation(np.array([0, 0, 0, 0, 0, 0, 1e-4, 0.0]), np.zeros(len(fine)))
     bare = _loss_of(fine, nothing, settings)
     loss, texture = _loss_of(fine, best, settings), textures(fine, settings, False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -94,6 +94,13 @@ class Sight:
             coverage=empty_coverage(crop.image.shape[:2]),
             composite=Composite(np.empty_like(crop.image), crop.weight.copy(), np.zeros((2, 64))),
         )
+
+    def again(self) -> Sight:
+        """The same with nothing drawn yet, for another explanation beside this one."""
+        shape = self.crop.image.shape[:2]
+        composite = Composite(np.empty_like(self.crop.image), self.crop.weight.copy(), np.zeros((2, 64)))
+        gain = np.ones(3, np.float32)
+        return replace(self, gain=gain, coverage=empty_coverage(shape), composite=composite, drawn=False)
 
     @property
     def scene(self) -> Surroundings:
