@@ -18,7 +18,7 @@ COMPASS_GATE_DEG = 15.0
 #: A photo farther from a good geotag than this many standard deviations, and this many metres, is placed again.
 STRAY_SD, STRAY_M, MOST_STRAYS = 5.0, 0.15, 1 / 3
 #: A photo is left out when it is less sure at the stems than this, pixels, and than so many times the median photo.
-UNSURE_PX, UNSURE_TIMES = 0.3, 3.0
+UNSURE_PX, UNSURE_TIMES = 0.3, 4.0
 #: A geotag is good with a standard error (three axes) below this, metres: PPK fixes, not float solutions.
 GOOD_GEOTAG_M = 0.15
 
