@@ -165,9 +165,12 @@ def test_pose_errors_at_the_stems_are_those_of_repeated_adjustments() -> None:
 def test_more_is_spent_where_a_block_is_not_sure_enough() -> None:
     assert not_enough(GOOD) == ""
     assert not_enough(GOOD | {"registered": 60}) == "2 of 62 photos are not placed"
+    assert not_enough(GOOD | {"registered": 61}) == ""
+    assert not_enough(GOOD | {"photos": 24, "registered": 23}) == "1 of 24 photos are not placed"
     assert "0.31 px" in not_enough(GOOD | {"poses_px_worst": 0.31})
+    assert "0.16 px" in not_enough(GOOD | {"poses_px_median": 0.16})
     assert not_enough(GOOD | {"poses_px_worst": SURE_WORST_PX, "reprojection_rms_px": LEFT_PX}) == ""
-    assert "0.46 px are left" in not_enough(GOOD | {"reprojection_rms_px": 0.46})
+    assert "0.66 px are left" in not_enough(GOOD | {"reprojection_rms_px": 0.66})
     assert "92 points" in not_enough(GOOD | {"points_per_photo_median": 92.0})
     assert not_enough(GOOD | {"poses_px_median": None, "poses_px_worst": None})
     assert [level.name for level in levels_of(20, True)] == ["guided", "full"]
@@ -216,14 +219,14 @@ def test_the_next_level_starts_from_the_sure_poses(monkeypatch: pytest.MonkeyPat
     pixels = posterior_of(joined.adjusted).poses_px
     others = np.delete(pixels, 3)
     assert pixels[3] > 1.5 * others.max()
-    monkeypatch.setattr(pipeline, "SURE_WORST_PX", 0.5 * (pixels[3] + others.max()))
+    monkeypatch.setattr(pipeline, "KEPT_SURE_PX", 0.5 * (pixels[3] + others.max()))
     placement = pipeline._kept(joined, survey)
     assert placement is not None and placement.mapped.tolist() == [k != 3 for k in range(10)]
     np.testing.assert_array_equal(placement.translations[placement.mapped], block.translations[placement.mapped])
     # The weak one stands at its geotag, not where the block had it.
     centre = -placement.rotations[3].T @ placement.translations[3]
     np.testing.assert_allclose(centre, known.xyz[3], atol=1e-9)
-    monkeypatch.setattr(pipeline, "SURE_WORST_PX", 0.5 * np.sort(pixels)[3])
+    monkeypatch.setattr(pipeline, "KEPT_SURE_PX", 0.5 * np.sort(pixels)[3])
     assert pipeline._kept(joined, survey) is None
     assert pipeline._kept(None, survey) is None
 

@@ -29,7 +29,7 @@ from .georeference import Placement, place_by_gimbal, place_photos
 from .guided_pairs import Guide, match_guided
 from .images import load_image
 from .joining import Joined, from_gimbal, join_photos
-from .levels import KEPT_SHARE, SURE_WORST_PX, Held, Level, can_guide, levels_of, not_enough
+from .levels import KEPT_SHARE, KEPT_SURE_PX, Held, Level, can_guide, levels_of, not_enough
 from .matchers import Matcher, Plugin, load_matcher, match_photos
 from .matching import match_pairs
 from .model import save_model
@@ -282,7 +282,7 @@ def _kept(former: Joined | None, survey: _Survey) -> Placement | None:
     if former is None:
         return None
     with np.errstate(invalid="ignore"):
-        sure = former.block.is_posed & (posterior_of(former.adjusted).poses_px <= SURE_WORST_PX)
+        sure = former.block.is_posed & (posterior_of(former.adjusted).poses_px <= KEPT_SURE_PX)
     if sure.sum() < max(3, KEPT_SHARE * len(sure)):
         return None
     start = place_by_gimbal(former.block.camera, survey.known.xyz, survey.rotations)
