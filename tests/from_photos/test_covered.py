@@ -62,12 +62,20 @@ def test_a_refused_stem_learns_it_too_so_that_nothing_measures_it_again():
     assert stems_to_measure_again([replace(judged, reasons=("disagree",), contrast=2.0)], np.array([True])) == [0]
 
 
-def test_certain_stems_are_the_ok_and_the_small_ones_of_the_area():
-    far = replace(FIT, axis=replace(FIT.axis, p=np.array([30.0, 0.0])))
-    unsure = replace(FIT, flag="check", reasons=("ambiguous",))
-    small = replace(FIT, flag="reject", reasons=("too_small",))
-    assert certain_stems([FIT, far, unsure, small, replace(FIT, flag="reject")], Area.circle(0, 0, 5.0)) == (2, 4)
-    assert certain_stems([], Area.circle(0, 0, 5.0)) == (0, 0)
+def test_certain_stems_are_the_ok_and_the_small_ones_of_the_area_each_once():
+    def at(x: float, **changes) -> PhotoFit:
+        return replace(FIT, axis=replace(FIT.axis, p=np.array([x, 0.0])), **changes)
+
+    unsure = at(-2.0, flag="check", reasons=("ambiguous",))
+    small = at(2.0, flag="reject", reasons=("too_small", "occluded"), dbh_cm=6.0, r0=0.03)
+    hardly = replace(small, axis=replace(FIT.axis, p=np.array([3.0, 0.0])), dbh_cm=7.0)
+    refused = at(-4.0, flag="reject", reasons=("disagree",))
+    # A refused look at the first stem is not another stem.
+    again = at(0.1, flag="reject", reasons=("few_views",), llr=30.0)
+    fits, circle = [FIT, at(30.0), unsure, small, hardly, refused, again], Area.circle(0, 0, 5.0)
+    assert certain_stems(fits, circle, 7.5) == (2, 5)
+    assert certain_stems(fits, circle, 9.0) == (3, 5)
+    assert certain_stems([], circle, 7.5) == (0, 0)
 
 
 def test_stems_under_ivy_are_refused_and_the_others_measured_as_before(tmp_path):

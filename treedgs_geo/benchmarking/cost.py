@@ -13,12 +13,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from ..chain.routes import CHAIN_PRESETS
 from ..chain.second_measurement import MOST_MEASURED_AGAIN
 from ..core.errors import InputError
 from ..core.files import atomic_path, write_json
 from ..core.progress import Reporter
 from ..core.tables import safe_frame
 from ..evaluation.charts import close, render
+from ..reconstruction.levels import GUIDED_NEIGHBOURS
 from . import chart
 from .jobs import run_job
 from .plot import TruePlot
@@ -36,7 +38,7 @@ GROWTH = {
     "second measurement": ("stems measured again x photos", (0.8, 1.2)),
     "lidar": ("points", (0.8, 1.2)),
 }
-MOST_FEATURE_MP, NEIGHBOURS, MOST_VIEWS = 12.0, 20, 96
+MOST_FEATURE_MP, MOST_VIEWS = 12.0, 96
 
 
 def run_cost(output: Path, plots: Path | None, budget_min: float, reporter: Reporter) -> dict[str, Any]:
@@ -208,9 +210,9 @@ def fit_memory(table: pd.DataFrame) -> dict[str, float]:
 
 def predict(fits: dict[str, dict], memory: dict[str, float], case: dict[str, float]) -> dict[str, Any]:
     """Seconds a stage and in all, and peak memory, for a case: photos, megapixels each, stems, radius_m of the plot;
-    1.84 cm on the ground. Every stem that may be measured a second time is (at most
-    :data:`~treedgs_geo.chain.second_measurement.MOST_MEASURED_AGAIN`), and every photo shows it: more than a plot
-    usually takes.
+    1.84 cm on the ground, and the guided level of reconstruction is enough. Every stem that may be measured a second
+    time is (at most :data:`~treedgs_geo.chain.second_measurement.MOST_MEASURED_AGAIN`), and as many photos as are used
+    show it: more than a plot usually takes.
     """
     gsd_m = 0.0184
     again = min(case["stems"], MOST_MEASURED_AGAIN)
@@ -218,12 +220,12 @@ def predict(fits: dict[str, dict], memory: dict[str, float], case: dict[str, flo
     crop = min(case["megapixels"], (2 * case["radius_m"] + 6) ** 2 / gsd_m**2 / 1e6)
     sizes = {
         "features": case["photos"] * min(case["megapixels"], MOST_FEATURE_MP),
-        "matching": case["photos"] * NEIGHBOURS / 2,
+        "matching": case["photos"] * GUIDED_NEIGHBOURS / 2,
         "mapping": case["photos"],
         "adjustment": case["photos"],
         "reducing": case["photos"] * max(case["megapixels"] - MOST_FEATURE_MP, 0.0),
         "stems": np.pi * case["radius_m"] ** 2 * used,
-        "second measurement": again * case["photos"],
+        "second measurement": again * min(case["photos"], CHAIN_PRESETS["balanced"].second_views),
     }
     known = {name: size for name, size in sizes.items() if name in fits and size > 0}
     stages = {name: round(fits[name]["a"] * size ** fits[name]["b"], 1) for name, size in known.items()}

@@ -246,7 +246,7 @@ def run_subset_sfm(job: dict[str, Any]) -> dict[str, Any]:
     photos = len(chosen)
     return {
         "stages": report["stage_seconds"],
-        "facts": {"photos": photos, "megapixels": megapixels},
+        "facts": {"photos": photos, "megapixels": megapixels, "level": report["level"]},
         "sizes": {
             "features": photos * megapixels,
             "matching": report["pairs"],
@@ -257,14 +257,13 @@ def run_subset_sfm(job: dict[str, Any]) -> dict[str, Any]:
 
 
 def run_features_cost(job: dict[str, Any]) -> dict[str, Any]:
-    """Cost of the features of a few photos enlarged to many megapixels."""
+    """Cost of the guided level's features in a few photos enlarged to many megapixels."""
     import shutil
 
     from ..core.machine import available_threads
-    from ..geotags.photos import read_photo
-    from ..geotags.reading import read_stations
-    from ..reconstruction.calibration import calibration_of
-    from ..reconstruction.pipeline import ReconstructOptions, extract_features
+    from ..reconstruction.levels import GUIDED_FEATURES
+    from ..reconstruction.pipeline import ReconstructOptions
+    from ..reconstruction.sift import extract
     from .enlarge import enlarge
 
     plot, scratch = Path(job["plot"]), Path(job["scratch"])
@@ -274,19 +273,11 @@ def run_features_cost(job: dict[str, Any]) -> dict[str, Any]:
     camera = TruePlot.load(plot).views()[0].camera
     width = round(np.sqrt(job["megapixels"] * 1e6 * camera.width / camera.height))
     try:
-        megapixels = sum(enlarge(photos_there[k], scratch / "images" / photos_there[k].name, width) for k in chosen)
-        stations = read_stations(scratch / "images", plot, TruePlot.load(plot).frame.crs.to_string())
-        calibration = calibration_of([read_photo(stations.paths[0])])
+        paths = [scratch / "images" / photos_there[k].name for k in chosen]
+        megapixels = sum(enlarge(plot / "images" / path.name, path, width) for path in paths)
+        largest_px = ReconstructOptions().max_image_size
         began = time.perf_counter()
-        extract_features(
-            scratch / "features.db",
-            scratch,
-            stations,
-            calibration,
-            ReconstructOptions(),
-            available_threads(),
-            Reporter(),
-        )
+        extract(paths, GUIDED_FEATURES, largest_px, available_threads(), scratch / "own", Reporter())
         seconds = time.perf_counter() - began
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
@@ -299,6 +290,7 @@ def run_features_cost(job: dict[str, Any]) -> dict[str, Any]:
 
 def run_second_cost(job: dict[str, Any]) -> dict[str, Any]:
     """Cost of asking some stems again (true cameras and places), in photos at a multiple of their size."""
+    from ..chain.routes import CHAIN_PRESETS
     from ..core.machine import available_threads
     from ..gaussians.options import GaussianOptions
     from ..gaussians.train import fit_with_report
@@ -306,7 +298,7 @@ def run_second_cost(job: dict[str, Any]) -> dict[str, Any]:
     plot = TruePlot.load(Path(job["plot"]))
     inside = plot.trees[plot.trees["in_plot"].astype(str).str.lower() == "true"].head(job["stems"])
     places = plot.frame.to_local(inside[["E_bh", "N_bh", "h_base"]].to_numpy(float))[:, :2]
-    views = plot.views()
+    views, most = plot.views(), CHAIN_PRESETS["balanced"].second_views
     if job["scale"] != 1:
         views = reduced(views, job["scale"], Path(job["scratch"]))
     began = time.perf_counter()
@@ -316,11 +308,11 @@ def run_second_cost(job: dict[str, Any]) -> dict[str, Any]:
         plot.dtm.local(plot.frame).height,
         places,
         None,
-        GaussianOptions(threads=available_threads()),
+        GaussianOptions(threads=available_threads(), max_views=most),
         Reporter(),
     )
     seconds = time.perf_counter() - began
-    size = len(places) * len(views) * job["scale"] ** 2
+    size = len(places) * min(len(views), most) * job["scale"] ** 2
     return {
         "stages": {"second measurement": seconds},
         "sizes": {"second measurement": size},

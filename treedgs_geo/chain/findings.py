@@ -57,16 +57,18 @@ class Findings:
 
 @dataclass(frozen=True)
 class Needs:
-    """seconds on this machine, memory and disk in GB, and where the disk is needed."""
+    """seconds on this machine, memory and disk in GB, and where the disk is needed. more_s: seconds that come on top
+    where the cheap way turns out not to be good enough."""
 
     seconds: float
     memory_gb: float
     disk_gb: float
     folder: Path
+    more_s: float = 0.0
 
     def time_text(self) -> str:
         """A range: the estimate is good to a factor of two at best."""
-        low, high = self.seconds / 1.6, self.seconds * 1.6
+        low, high = self.seconds / 1.6, max(self.seconds * 1.6, (self.seconds + self.more_s) * 1.2)
         if high < 90:
             return f"about {max(low, 1):.0f} to {max(high, 2):.0f} seconds"
         if high < 5400:

@@ -27,9 +27,11 @@ if TYPE_CHECKING:
     from .planned import PlannedSearch
     from .settings import PhotosToDbhSettings, PointcloudToDbhSettings
 
-#: Core-seconds on the machines of docs/results: per megapixel of features, per matched pair (8000 features each), per
-#: photo of mapping and adjustment; of the search, see :mod:`.planned`.
-FEATURES_S_MP, PAIR_S, ADJUST_S_PHOTO = 0.34, 0.10, 1.1
+#: Core-seconds on the machines of docs/results: per megapixel of features, per matched pair, per photo of mapping and
+#: adjustment; of the search, see :mod:`.planned`.
+GUIDED_S_MP, GUIDED_S_PAIR, GUIDED_S_PHOTO = 0.18, 0.02, 0.17
+#: The same where every feature is matched with every other, 8000 of a photo.
+FULL_S_MP, FULL_S_PAIR, FULL_S_PHOTO = 0.34, 0.10, 0.4
 #: Core-seconds per million cloud points: reading, ground, stems.
 CLOUD_S_MILLION = 9.0
 #: A stem needs about this many photos of its breast height; below this overlap photos may not join.
@@ -206,6 +208,7 @@ def _photo_needs(
     from ..core.errors import ReconstructionError
     from ..geotags.photos import read_photo
     from ..reconstruction.calibration import calibration_of
+    from ..reconstruction.levels import GUIDED_NEIGHBOURS, can_guide
     from ..reconstruction.pairs import select_pairs
     from ..reconstruction.pipeline import gimbal_rotations
     from .planned import SEARCH_S
@@ -220,7 +223,17 @@ def _photo_needs(
         half_field = 0.5 * longer / camera.fx
     except ReconstructionError:
         half_field = 0.6
-    pairs = len(select_pairs(stations.xyz, gimbal_rotations(stations), ground, half_field, options.neighbours))
+    rotations = gimbal_rotations(stations)
+    full_s, guided_s = (
+        each_mp * used_mp * number
+        + each_pair * len(select_pairs(stations.xyz, rotations, ground, half_field, neighbours))
+        + each_photo * number
+        for each_mp, each_pair, each_photo, neighbours in (
+            (FULL_S_MP, FULL_S_PAIR * (options.max_features / 8000) ** 1.5, FULL_S_PHOTO, options.neighbours),
+            (GUIDED_S_MP, GUIDED_S_PAIR, GUIDED_S_PHOTO, GUIDED_NEIGHBOURS),
+        )
+    )
+    guided = settings.matcher is None and can_guide(stations.xyz, stations.sd, rotations, ground)
     hectare_part = sum(np.pi * p.radius_m**2 for p in plots) / 100 if plots else 20.0
     search = SEARCH_S * min(number, {"fast": 48, "best": 200}.get(settings.preset, 100)) * hectare_part
     if ahead is not None and not plots:
@@ -230,15 +243,11 @@ def _photo_needs(
     if is_published(settings):
         # Stereo, sampling and segmentation beside the fit.
         search = 60 * settings.time_limit * 1.3 + 120
-    core_seconds = (
-        FEATURES_S_MP * used_mp * number
-        + PAIR_S * pairs * (options.max_features / 8000) ** 1.5
-        + ADJUST_S_PHOTO * number
-        + search
-    )
+    at_once = max(min(cores(), 16) ** 0.9, 1)
     full_mp = photo.width * photo.height / 1e6
     return Needs(
-        seconds=core_seconds / max(min(cores(), 16) ** 0.9, 1) * 1.1 + 5,
+        seconds=((guided_s if guided else full_s) + search) / at_once * 1.1 + 5,
+        more_s=full_s / at_once if guided else 0.0,
         # A photo's features need about 0.1 GB a megapixel in each thread; the search keeps its photos open.
         memory_gb=0.8 + 0.08 * used_mp * min(cores(), 16) + 0.004 * full_mp * min(number, 100),
         disk_gb=0.2 + number * (0.004 + 0.001 * full_mp),

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..core.intervals import HALF_WIDTH_SE
 from ..core.progress import Reporter
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
@@ -95,11 +96,13 @@ def search_photos(
     return Searched([without_open_diameter(fit) for fit in merge(found)], looks)
 
 
-def certain_stems(fits: list[PhotoFit], area: Area) -> tuple[int, int]:
-    """How many stems in an area are ``ok``, and how many are seen; too small ones count as certain."""
+def certain_stems(fits: list[PhotoFit], area: Area, min_dbh_cm: float) -> tuple[int, int]:
+    """How many stems in an area are ``ok``, and how many are seen, one entry a stem; those whose whole interval lies
+    below ``min_dbh_cm`` count as certain."""
     places = np.array([fit.axis.p for fit in fits]).reshape(-1, 2)
-    within = [fit for fit, inside in zip(fits, area.contains(places, 0.0), strict=True) if inside]
-    return sum(fit.flag == "ok" or fit.reasons == ("too_small",) for fit in within), len(within)
+    within = merge([fit for fit, inside in zip(fits, area.contains(places, 0.0), strict=True) if inside])
+    thin = [fit.dbh_cm + HALF_WIDTH_SE * fit.se_cm < min_dbh_cm for fit in within]
+    return sum(fit.flag == "ok" or small for fit, small in zip(within, thin, strict=True)), len(within)
 
 
 def _tile(
@@ -127,7 +130,7 @@ def _tile(
     with reporter.stage("fit stems", 0.55, 0.7):
         by_edges = fits = _fitted(fitter, [], seeds, beside, gate, reporter)
         if options.stem_network == "auto":
-            options = replace(options, stem_network=_asked(fits, tile, reporter))
+            options = replace(options, stem_network=_asked(fits, tile, options.min_dbh_cm, reporter))
             fitter = replace(fitter, options=options)
     if options.stem_network == "full":
         shown = network_maps(stack, detector.maps)
@@ -169,9 +172,9 @@ def _fitted(
     return fits + _companions(fitter, beside, seeds, gate, fits, reporter)
 
 
-def _asked(fits: list[PhotoFit], tile: Area, reporter: Reporter) -> str:
+def _asked(fits: list[PhotoFit], tile: Area, min_dbh_cm: float, reporter: Reporter) -> str:
     """What the network is asked on a piece of ground whose edges gave these fits (``auto``)."""
-    certain, seen = certain_stems(fits, tile)
+    certain, seen = certain_stems(fits, tile, min_dbh_cm)
     if certain >= ENOUGH_CERTAIN * seen:
         return "ivy"
     reporter.info(f"{certain} of {seen} stems are certain by their edges: the network is asked for stems as well.")

@@ -30,6 +30,12 @@ _VELOCITY = ("v_e_m_s", "v_n_m_s", "v_u_m_s")
 OWN_LAYERS = {LAYER: frozenset({"name", "path", "quality", "sd_e_m", "utc_unix"})}
 
 
+def are_precise(xyz: np.ndarray, sd: np.ndarray) -> bool:
+    """Whether (N, 3) geotags (NaN unknown) with standard errors (N, 3), metres, can level a block, or start one."""
+    placed = np.isfinite(xyz).all(axis=1)
+    return bool(placed.any() and np.median(np.linalg.norm(sd[placed], axis=1)) < PRECISE_GEOTAG_M)
+
+
 @dataclass(frozen=True)
 class Stations:
     """N photos, sorted by name.

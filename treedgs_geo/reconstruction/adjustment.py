@@ -9,7 +9,7 @@ import numpy as np
 
 from ..core.errors import ReconstructionError
 from ..geotags.control import ControlPoints
-from ..geotags.stations import PRECISE_GEOTAG_M
+from ..geotags.stations import are_precise
 from .bundle import ROUGH, Observations, Priors, Problem, State, camera_of, shared_of
 from .bundle_kernels import CX, CY, K1, K2, K3, LOG_ASPECT, LOG_F, P1, P2, READOUT
 from .cameras import Camera
@@ -94,8 +94,8 @@ def adjust(
 
     Args:
         free: names of :data:`PARTS`. tag_loss: standard deviations from which a geotag pulls no harder. final: the
-        matches are clean; what is left of large residuals hardly counts. tolerance: share of the cost that the last
-        step may still gain (:data:`.bundle.ROUGH` …).
+        matches are clean; what is left of large residuals hardly counts. tolerance: how far the last step may still
+        move the cameras (:data:`.bundle.ROUGH` …).
 
     Raises:
         ReconstructionError: no point is left that two photos see alike.
@@ -107,8 +107,9 @@ def adjust(
         )
     problem, state = _problem(block, known, free, final)
     sigma = max(typical_px(block) / _MEDIAN_OF_RAYLEIGH, least_sigma_px)
-    for rounds in (iterations // 3, iterations):
-        state = problem.solve(state, sigma, tag_loss, rounds, tolerance)
+    # The first time for the photos' standard error, which the last residuals decide.
+    for rounds, reached in ((iterations // 3, max(tolerance, ROUGH)), (iterations, tolerance)):
+        state = problem.solve(state, sigma, tag_loss, rounds, reached)
         sigma = max(_sigma_px(problem, state), least_sigma_px)
     _apply(block, state)
     return Adjusted(problem, state, sigma)
@@ -183,8 +184,7 @@ def _aimed(known: Known) -> np.ndarray:
 
 def geotags_are_precise(known: Known) -> bool:
     """Whether the geotags can level a block, or start one."""
-    placed = np.isfinite(known.xyz).all(axis=1)
-    return bool(placed.any() and np.median(np.linalg.norm(known.sd[placed], axis=1)) < PRECISE_GEOTAG_M)
+    return are_precise(known.xyz, known.sd)
 
 
 def _times_s(known: Known) -> np.ndarray:

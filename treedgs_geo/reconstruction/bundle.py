@@ -24,9 +24,17 @@ from .sensor import Sensor
 #: Standard deviations at which a pixel's loss turns from a parabola: soft L1 on the way, Cauchy at the end, where the
 #: wrong matches are out and what is left moves in the wind, each point as much as its plant.
 PIXEL_LOSS = 2.0
-#: Relative gain of the cost below which an adjustment ends: on the way, where a choice hangs on it, and the last one
-#: (with some ten thousand observations, a thousandth of what one standard error costs).
-ROUGH, GOOD, LAST = 1e-4, 1e-6, 1e-8
+#: The curvature of a loss along its residual counts with at least this share of its weight: above a half no step can
+#: raise the cost of a block that is otherwise linear, and the points of wrong matches do not run away.
+LEAST_BEND = 0.55
+#: An adjustment ends when a step moves the cameras (poses, lens, shutter) by less than this, in standard errors,
+#: squared and summed over all of their numbers: on the way, where a choice hangs on it, and the last one. The cost says
+#: less: single points that creep along their rays lower it for long, and move no camera.
+ROUGH, GOOD, LAST = 1.0, 0.03, 1e-3
+#: A step that is damped more than this says nothing about how far the end is.
+_HARDLY_DAMPED = 1e-3
+#: A step that is this short and still raises the cost is one of rounding.
+_NOTHING = 1e-8
 _CENTRE, _TRAVEL = slice(3, 6), slice(6, 9)
 _MOST_DAMPING = 1e4
 
@@ -83,11 +91,14 @@ class State:
 
 
 class Weights(NamedTuple):
-    """cost: twice the negative log posterior. pixels: (M,) 1/px2. tags: (N,) share of a geotag that is believed."""
+    """cost: twice the negative log posterior. pixels: (M,) 1/px2. tags: (N,) share of a geotag that is believed.
+    bend: (M,) curvature of a pixel's loss along its residual, as a share of that of its weight (Triggs et al. 2000,
+    section 4.3), not below :data:`LEAST_BEND`."""
 
     cost: float
     pixels: np.ndarray
     tags: np.ndarray
+    bend: np.ndarray
 
 
 class Linear(NamedTuple):
@@ -126,17 +137,18 @@ def _rows_of(index: np.ndarray, count: int, second: np.ndarray) -> tuple[np.ndar
     return np.searchsorted(index[order], np.arange(count + 1)), order
 
 
-def _soft_l1(square: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
-    """Loss and weight of squared normalised errors: linear far out, so that no error ever stops to pull."""
+def _soft_l1(square: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Loss, weight and bend of squared normalised errors: linear far out, so that no error ever stops to pull."""
     if not np.isfinite(scale):
-        return square, np.ones_like(square)
+        return square, np.ones_like(square), np.ones_like(square)
     root = np.sqrt(1 + square / scale**2)
-    return 2 * scale**2 * (root - 1), 1 / root
+    return 2 * scale**2 * (root - 1), 1 / root, 1 / root**2
 
 
-def _cauchy(square: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
-    """Loss and weight of squared normalised errors: what is far out hardly counts."""
-    return scale**2 * np.log1p(square / scale**2), 1 / (1 + square / scale**2)
+def _cauchy(square: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Loss, weight and bend of squared normalised errors: what is far out hardly counts."""
+    far = square / scale**2
+    return scale**2 * np.log1p(far), 1 / (1 + far), (1 - far) / (1 + far)
 
 
 def _damped(matrix: np.ndarray, right: np.ndarray, damping: float) -> np.ndarray:
@@ -205,7 +217,7 @@ class Problem:
         square = np.einsum("mk,mk->m", self.linear.residual, self.linear.residual) / variance
         lost = ~np.isfinite(square)
         square[lost] = 1e6
-        loss, weight = (_cauchy if self.final else _soft_l1)(square, PIXEL_LOSS)
+        loss, weight, bend = (_cauchy if self.final else _soft_l1)(square, PIXEL_LOSS)
         cost = float(loss.sum())
         pixels = np.where(lost, 0.0, weight / variance)
         self.linear.residual[lost] = 0
@@ -214,14 +226,14 @@ class Problem:
             shift = self._flight_shift(x, tags)
             off = (x.centres - shift[self.sensor.flight] - self.priors.centres) / self.priors.centre_sd
             square = np.where(self.tagged, np.einsum("nk,nk->n", off, off), 0.0)
-            loss, weight = _soft_l1(square, tag_loss)
+            loss, weight, _ = _soft_l1(square, tag_loss)
             tags = np.where(self.tagged, weight, 0.0)
         cost += float(loss.sum()) + float(np.sum((shift / self.flight_sd) ** 2))
         away, aim, _, mounting = self._aim(x)
         cost += float(np.einsum("ni,nij,nj->", away, aim, away) + np.sum((mounting / self.priors.mounting_sd) ** 2))
         cost += float(np.sum(self.weight * (self._numbers(x) - self.mean) ** 2))
         cost += float(np.sum(self.point_weight * (x.points - self.point_xyz) ** 2))
-        return Weights(cost, pixels, tags)
+        return Weights(cost, pixels, tags, np.maximum(bend, LEAST_BEND))
 
     def normal(self, x: State, weights: Weights, damping: float) -> tuple[np.ndarray, np.ndarray, PointNormals]:
         """Reduced normal equations (upper triangle), right side, and the points' own."""
@@ -318,11 +330,10 @@ class Problem:
                 yield own, axis, weight, np.diag(weight) - np.outer(weight, weight) * taken
 
     def solve(self, x: State, sigma_px: float, tag_loss: float, iterations: int, tolerance: float) -> State:
-        """Levenberg-Marquardt from ``x``; ends when a step gains too little of the cost (``tolerance``, its share)."""
+        """Levenberg-Marquardt from ``x``; ends when a step moves the cameras by less than ``tolerance``."""
         # Principal point, p1 and p2 form a long flat valley: strong damping would end on its side.
         damping = 1e-6
-        self.linearise(x)
-        weights = self.weigh(x, sigma_px, tag_loss)
+        weights = self._around(x, sigma_px, tag_loss)
         for _ in range(iterations):
             matrix, right, points = self.normal(x, weights, damping)
             step = np.zeros(len(right))
@@ -335,20 +346,27 @@ class Problem:
                     break
                 continue
             trial = self._moved(x, weights, points, step)
-            self.linearise(trial)
-            found = self.weigh(trial, sigma_px, tag_loss)
+            found = self._around(trial, sigma_px, tag_loss)
             if found.cost < weights.cost:
-                gain = weights.cost - found.cost
-                x, weights, damping = trial, found, max(damping / 10, 1e-10)
-                if gain < tolerance * found.cost:
+                x, weights = trial, found
+                if step @ right < tolerance and damping < _HARDLY_DAMPED:
                     break
+                damping = max(damping / 10, 1e-10)
             else:
+                if step @ right < _NOTHING:
+                    break
                 damping *= 10
-                self.linearise(x)
-                self.weigh(x, sigma_px, tag_loss)
                 if damping > _MOST_DAMPING:
                     break
+                weights = self._around(x, sigma_px, tag_loss)
         return x
+
+    def _around(self, x: State, sigma_px: float, tag_loss: float) -> Weights:
+        """Robust weights at ``x``, and ``linear`` with the losses' own curvature there."""
+        self.linearise(x)
+        weights = self.weigh(x, sigma_px, tag_loss)
+        kernels.bend(*self.linear, weights.bend)
+        return weights
 
     def _numbers(self, x: State) -> np.ndarray:
         """The unknowns that have a prior mean, in the order of the normal equations."""

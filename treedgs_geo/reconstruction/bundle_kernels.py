@@ -119,6 +119,30 @@ def linearise(model, seen, residual, by_pose, by_shared, by_point):
 
 
 @njit(parallel=True, **_FAST)
+def bend(residual, by_pose, by_shared, by_point, share):
+    """Residuals and derivatives, in place, so that their products have the loss's own curvature along each residual,
+    ``share`` (M,) of its weight, and the same slope (Triggs et al. 2000, equation 11)."""
+    for m in prange(len(residual)):
+        square = residual[m, 0] * residual[m, 0] + residual[m, 1] * residual[m, 1]
+        if share[m] < 1 and square > 0:
+            kept = np.sqrt(share[m])
+            _shrink(by_pose[m], residual[m], (1 - kept) / square)
+            _shrink(by_shared[m], residual[m], (1 - kept) / square)
+            _shrink(by_point[m], residual[m], (1 - kept) / square)
+            residual[m, 0] /= kept
+            residual[m, 1] /= kept
+
+
+@njit(inline="always")
+def _shrink(derivative, residual, factor):
+    """(2, n) derivatives less a share of their part along the residual."""
+    for n in range(derivative.shape[1]):
+        along = factor * (residual[0] * derivative[0, n] + residual[1] * derivative[1, n])
+        derivative[0, n] -= residual[0] * along
+        derivative[1, n] -= residual[1] * along
+
+
+@njit(parallel=True, **_FAST)
 def eliminate(linear, weight, by_point_rows, known, damping, inverse, right, mixed):
     """Normal equations of the points, into the arrays of a :class:`.bundle.PointNormals`.
 
@@ -218,7 +242,9 @@ def reduce_photos(linear, weight, seen, image_rows, point_rows, places, coupled,
     residual, by_pose, by_shared, _ = linear
     inverse, point_right, mixed = normals
     photos, size = len(image_starts) - 1, by_shared.shape[2]
-    for i in prange(photos):
+    for k in prange(photos):
+        # The first photos have most of the work (all later ones beside them): each thread gets as many of the last.
+        i = k // 2 if k % 2 == 0 else photos - 1 - k // 2
         at = i * N_POSE
         # By their own share, by that of the other photo, by both.
         blocks = np.zeros((photos - i, 4 if travels else 1, STILL, STILL))

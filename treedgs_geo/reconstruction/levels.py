@@ -6,8 +6,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ..core.progress import Reporter
+import numpy as np
 
+from ..core.progress import Reporter
+from ..geotags.stations import are_precise
+
+#: Share of the photos that must have geotag and gimbal angles for those to say where features are looked for.
+GUIDED_SHARE = 0.9
 #: Photos that each photo is matched with at most where geotags and gimbals guide the matching.
 GUIDED_NEIGHBOURS = 12
 #: Places described in a photo at most there (:mod:`.sift`).
@@ -36,12 +41,21 @@ class Level:
     features: int = 0
 
 
-def levels_of(neighbours: int, can_guide: bool) -> list[Level]:
-    """The levels that a block may take, the cheapest first. can_guide: geotags and gimbals are good enough to say where
-    a feature lies in another photo."""
+def can_guide(xyz: np.ndarray, sd: np.ndarray, rotations: np.ndarray, ground: float) -> bool:
+    """Whether geotags and gimbals say where to look for a feature of one photo in another.
+
+    xyz, sd: (N, 3) geotags and their standard errors, metres. rotations: (N, 3, 3) of the gimbals. ground: height,
+    metres. NaN is unknown.
+    """
+    known = np.isfinite(rotations).all(axis=(1, 2)) & np.isfinite(xyz).all(axis=1)
+    return bool(known.mean() >= GUIDED_SHARE) and are_precise(xyz, sd) and bool(np.isfinite(ground))
+
+
+def levels_of(neighbours: int, guidable: bool) -> list[Level]:
+    """The levels that a block may take, the cheapest first. guidable: :func:`can_guide`."""
     full = Level("full", neighbours, False)
     guided = Level("guided", min(neighbours, GUIDED_NEIGHBOURS), True, GUIDED_FEATURES)
-    return [guided, full] if can_guide else [full]
+    return [guided, full] if guidable else [full]
 
 
 def not_enough(report: dict[str, Any]) -> str:

@@ -21,7 +21,7 @@ from ..geotags.control import ControlPoints
 from ..geotags.photos import read_photo
 from ..geotags.readout import Readout, readout_of
 from ..geotags.stations import Stations
-from .adjustment import Known, geotags_are_precise
+from .adjustment import Known
 from .calibration import Calibration, calibration_of, calibration_record
 from .checks import check_block
 from .features import FeatureStore, count_rows, run_task
@@ -29,7 +29,7 @@ from .georeference import Placement, place_by_gimbal, place_photos
 from .guided_pairs import Guide, match_guided
 from .images import load_image
 from .joining import Joined, from_gimbal, join_photos
-from .levels import KEPT_SHARE, SURE_WORST_PX, Held, Level, levels_of, not_enough
+from .levels import KEPT_SHARE, SURE_WORST_PX, Held, Level, can_guide, levels_of, not_enough
 from .matchers import Matcher, Plugin, load_matcher, match_photos
 from .matching import match_pairs
 from .model import save_model
@@ -40,8 +40,6 @@ from .sensor import Sensor
 from .shutter import free_shutter, lens_sd, sensor_of
 from .sift import SMALL_PHOTO_PX, extract
 
-#: Share of the photos that must have geotag and gimbal angles for those to say where features are looked for.
-GUIDED_SHARE = 0.9
 #: Part of the work that the guided level is where it is not enough; only the progress bar depends on it.
 FIRST_PART = 0.4
 #: Features lie so high at most, metres, and so far below the take-off point, share of the flying height.
@@ -103,7 +101,7 @@ def reconstruct_photos(
     # A plug-in that cannot be loaded must not be found out after an hour of matching.
     matcher = load_matcher(plugin) if plugin else None
     work = _Work(stations, options, _survey(stations, control, calibration_file), plugin, matcher, sfm_folder)
-    levels = levels_of(options.neighbours, plugin is None and _can_guide(work.survey))
+    levels = levels_of(options.neighbours, plugin is None and _guided(work.survey))
     level, joined, report, climbed = _climb(work, levels, reporter)
     report |= {"seconds": round(time.monotonic() - began, 1), "level": level.name, "climbed_because": climbed}
     survey = work.survey
@@ -184,10 +182,8 @@ def _survey(stations: Stations, control: ControlPoints | None, calibration_file:
     return _Survey(frame, calibration, rotations, ground, known, sensor, free | shutter, "focal" in free, readout)
 
 
-def _can_guide(survey: _Survey) -> bool:
-    """Whether geotags and gimbals say where to look for a feature of one photo in another."""
-    known = np.isfinite(survey.rotations).all(axis=(1, 2)) & np.isfinite(survey.known.xyz).all(axis=1)
-    return bool(known.mean() >= GUIDED_SHARE) and geotags_are_precise(survey.known) and np.isfinite(survey.ground)
+def _guided(survey: _Survey) -> bool:
+    return can_guide(survey.known.xyz, survey.known.sd, survey.rotations, survey.ground)
 
 
 @dataclass(frozen=True)
