@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import resource
+import shutil
 from pathlib import Path
 
 from benchmarks.reconstruction.accuracy import score
@@ -42,6 +43,8 @@ def of_plot(plot: Path, work: Path) -> dict[str, dict]:
     """Figures of each level."""
     stations = read_stations(plot / "images", plot, TruePlot.load(plot).frame.crs.to_string())
     options, survey = ReconstructOptions(threads=1), _survey(stations, None, None)
+    # What an earlier run has kept would cost nothing.
+    shutil.rmtree(work / plot.name, ignore_errors=True)
     former, found = None, {}
     for level in levels_of(options.neighbours, True):
         own = _Work(stations, options, survey, None, None, work / plot.name / level.name / "sfm")

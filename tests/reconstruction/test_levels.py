@@ -196,7 +196,8 @@ def test_more_is_spent_where_a_block_is_not_sure_enough() -> None:
     assert not_enough(guided, GOOD | {"poses_px_median": None, "poses_px_worst": None})
     # What matches in the wind cannot give, matching without a guide does not give either.
     assert not_enough(fine, GOOD | {"poses_px_worst": 0.31, "reprojection_rms_px": 0.46}) == ""
-    assert not_enough(fine, GOOD | {"registered": 60})
+    assert not_enough(fine, GOOD | {"registered": 57}) == ""
+    assert not_enough(fine, GOOD | {"registered": 55}) == "7 of 62 photos are not placed"
     assert [level.name for level in (guided, fine, full)] == ["guided", "fine", "full"]
     assert [(level.name, level.neighbours) for level in levels_of(20, False)] == [("full", 20)]
     assert [level.neighbours for level in levels_of(6, True)] == [6, 6, 6]
@@ -207,14 +208,10 @@ def test_more_is_spent_where_a_block_is_not_sure_enough() -> None:
     [
         ([GOOD], "guided", 1, ""),
         ([GOOD | {"poses_px_worst": 0.3}, GOOD | {"poses_px_median": 0.02}], "fine", 2, "0.30 px"),
-        (
-            [GOOD | {"registered": 60}, GOOD | {"registered": 61}, GOOD],
-            "full",
-            3,
-            "2 of 62 photos are not placed; 1 of",
-        ),
-        ([GOOD | {"registered": 60}, GOOD | {"registered": 61}, GOOD | {"registered": 59}], "fine", 3, "; 1 of 62"),
-        ([GOOD | {"registered": 60}, GOOD | {"registered": 60}, None], "guided", 3, "; nothing there"),
+        ([GOOD | {"registered": 60}, GOOD | {"registered": 61}], "fine", 2, "2 of 62 photos are not placed"),
+        ([GOOD | {"registered": 40}, GOOD | {"registered": 50}, GOOD], "full", 3, "are not placed; 12 of 62"),
+        ([GOOD | {"registered": 40}, GOOD | {"registered": 50}, GOOD | {"registered": 49}], "fine", 3, "; 12 of 62"),
+        ([GOOD | {"registered": 40}, GOOD | {"registered": 40}, None], "guided", 3, "; 22 of 62"),
         ([None, GOOD], "full", 2, "nothing there"),
     ],
 )
@@ -293,8 +290,12 @@ def test_the_next_level_starts_from_the_sure_poses(monkeypatch: pytest.MonkeyPat
     # The weak one stands at its geotag, not where the block had it.
     centre = -placement.rotations[3].T @ placement.translations[3]
     np.testing.assert_allclose(centre, known.xyz[3], atol=1e-9)
+    every = pipeline._kept(joined, survey, all_poses=True)
+    assert every is not None and every.mapped.all()
+    np.testing.assert_array_equal(every.translations, block.translations)
     monkeypatch.setattr(pipeline, "SURE_WORST_PX", 0.5 * np.sort(pixels)[3])
     assert pipeline._kept(joined, survey) is None
+    assert pipeline._kept(joined, survey, all_poses=True) is None
     assert pipeline._kept(None, survey) is None
 
 

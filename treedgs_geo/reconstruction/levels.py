@@ -23,6 +23,8 @@ GUIDED_FEATURES = 5000
 SURE_MEDIAN_PX, SURE_WORST_PX = 0.08, 0.15
 #: The next level starts from the photos that are as sure as the worst may be, where they are this share; else anew.
 KEPT_SHARE = 0.5
+#: After the level that a block guides, every feature is matched with every other only where fewer photos are placed.
+PLACED_SHARE = 0.9
 #: And when what is left in the photos is no more than this, pixels (0.17, 0.19 and 0.46 on the same plots).
 LEFT_PX = 0.3
 #: And when so many points tie each photo (median), seen in so many photos each (mean).
@@ -73,11 +75,12 @@ def better(one: dict[str, Any], other: dict[str, Any]) -> bool:
 
 
 def not_enough(level: Level, report: dict[str, Any]) -> str:
-    """Why the block of this report is not good enough yet, empty where it is. Where photos move or are blurred, poses
-    do not become surer without a guide: after ``again`` only photos that are missing count."""
+    """Why the block of this report is not good enough yet, empty where it is. Where crowns move, poses do not become
+    surer without a guide, and single photos are not placed without one either: after ``again`` only the photos count,
+    and a few may be missing."""
     missing = report["photos"] - report["registered"]
     median, worst, left = report["poses_px_median"], report["poses_px_worst"], report["reprojection_rms_px"]
-    if missing:
+    if missing > (1 - PLACED_SHARE) * report["photos"] if level.again else missing:
         return f"{missing} of {report['photos']} photos are not placed"
     if level.again:
         return ""

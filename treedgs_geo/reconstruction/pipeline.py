@@ -266,7 +266,7 @@ def _at_level(
             store = FeatureStore.read(database, stations.names)
     timed("matching")
     with reporter.stage("mapping", 0.75, 0.85):
-        if (kept := _kept(former, survey)) is not None:
+        if (kept := _kept(former, survey, level.again)) is not None:
             placement = kept
         elif level.guided:
             start = place_by_gimbal(camera, survey.known.xyz, survey.rotations)
@@ -292,19 +292,21 @@ def _at_level(
     return joined, report | {"stage_seconds": timing, "pairs": len(pairs), "matches": matches}
 
 
-def _kept(former: Joined | None, survey: _Survey) -> Placement | None:
-    """The sure poses of a block, the other photos by geotag and gimbal; ``None`` where too few are sure for a start."""
+def _kept(former: Joined | None, survey: _Survey, all_poses: bool = False) -> Placement | None:
+    """The sure poses of a block, or all that it has, the other photos by geotag and gimbal; ``None`` where too few are
+    sure for a start."""
     if former is None:
         return None
     sure = _sure(former)
     if sure.sum() < max(3, KEPT_SHARE * len(sure)):
         return None
+    kept = former.block.is_posed if all_poses else sure
     start = place_by_gimbal(former.block.camera, survey.known.xyz, survey.rotations)
     return replace(
         start,
-        rotations=np.where(sure[:, None, None], former.block.rotations, start.rotations),
-        translations=np.where(sure[:, None], former.block.translations, start.translations),
-        mapped=sure,
+        rotations=np.where(kept[:, None, None], former.block.rotations, start.rotations),
+        translations=np.where(kept[:, None], former.block.translations, start.translations),
+        mapped=kept,
     )
 
 
