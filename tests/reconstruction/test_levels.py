@@ -207,11 +207,13 @@ def test_more_is_spent_where_a_block_is_not_sure_enough() -> None:
     ("blocks", "chosen", "asked", "reasons"),
     [
         ([GOOD], "guided", 1, ""),
-        ([GOOD | {"poses_px_worst": 0.3}, GOOD | {"poses_px_median": 0.02}], "fine", 2, "0.30 px"),
+        ([GOOD | {"poses_px_worst": 0.3}, GOOD | {"poses_px_median": 0.04}], "fine", 2, "0.30 px"),
+        ([GOOD | {"registered": 61}, GOOD | {"registered": 60}], "guided", 2, "1 of 62 photos are not placed"),
+        ([GOOD | {"registered": 40}, GOOD | {"registered": 50}, GOOD | {"registered": 50}], "fine", 3, "; 12 of 62"),
         ([GOOD | {"registered": 60}, GOOD | {"registered": 61}], "fine", 2, "2 of 62 photos are not placed"),
         ([GOOD | {"registered": 40}, GOOD | {"registered": 50}, GOOD], "full", 3, "are not placed; 12 of 62"),
         ([GOOD | {"registered": 40}, GOOD | {"registered": 50}, GOOD | {"registered": 49}], "fine", 3, "; 12 of 62"),
-        ([GOOD | {"registered": 40}, GOOD | {"registered": 40}, None], "guided", 3, "; 22 of 62"),
+        ([GOOD | {"registered": 40}, GOOD | {"registered": 39}, None], "guided", 3, "; 23 of 62"),
         ([None, GOOD], "full", 2, "nothing there"),
     ],
 )

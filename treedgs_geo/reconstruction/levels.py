@@ -65,13 +65,10 @@ def levels_of(neighbours: int, guidable: bool) -> list[Level]:
     return [guided, fine, full] if guidable else [full]
 
 
-def better(one: dict[str, Any], other: dict[str, Any]) -> bool:
-    """Whether the block of the first report is better than that of the second: more photos, or as many and surer."""
-    if one["registered"] != other["registered"]:
-        return one["registered"] > other["registered"]
-    if one["poses_px_median"] is None or other["poses_px_median"] is None:
-        return other["poses_px_median"] is None
-    return one["poses_px_median"] < other["poses_px_median"]
+def better(level: Level, report: dict[str, Any], former: dict[str, Any]) -> bool:
+    """Whether a level's block is better than the one of a level before: more photos, or as many from more matches of
+    the same kind. How sure it is of its poses does not tell: more matches in moving crowns are less alike."""
+    return report["registered"] >= former["registered"] + (not level.again)
 
 
 def not_enough(level: Level, report: dict[str, Any]) -> str:

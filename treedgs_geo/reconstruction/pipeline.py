@@ -136,7 +136,7 @@ def _climb(work: _Work, levels: list[Level], reporter: Reporter) -> tuple[Level,
                 reasons.append(str(problem).rstrip("."))
                 continue
         at = end
-        if found is None or better(report, found[2]):
+        if found is None or better(level, report, found[2]):
             found = level, joined, report, held
         if problem_left := "" if is_last else not_enough(level, report):
             reasons.append(problem_left)
