@@ -22,6 +22,7 @@ STAGES = {
     "photos and geotags": "Photos and their positions",
     "reconstruct": "Cameras from the photos",
     "guided by geotags and gimbals": "Photos matched where geotags and gimbal say",
+    "guided by the block so far": "Photos matched again, where the first cameras say",
     "without a guide": "All photos matched anew",
     "features": "Features in each photo",
     "matching": "Same points in several photos",

@@ -30,10 +30,12 @@ from treedgs_geo.evaluation.accuracy import score
 from treedgs_geo.from_points.measuring.cloud import measure_stems
 from treedgs_geo.from_points.measuring.options import MeasureOptions
 from treedgs_geo.gaussians.options import PAPER_SAMPLING, GaussianOptions, SampleOptions, SceneOptions
+from treedgs_geo.gaussians.ply import write_field
 from treedgs_geo.gaussians.sample import sample_surface
 from treedgs_geo.gaussians.train import fit_with_report
 from treedgs_geo.gaussians.trees import trees_of_primitives
 from treedgs_geo.pointcloud.cloud import PointCloud
+from treedgs_geo.pointcloud.files import write_cloud
 from treedgs_geo.reconstruction.model import load_points
 from treedgs_geo.trees.tree import Tree
 
@@ -44,8 +46,10 @@ class Arms:
     """The arms on one site. Each returns its trees and what it modelled; the stems of the photo search are found once,
     and their seconds count for each arm that needs them."""
 
-    def __init__(self, site: Site, sparse: np.ndarray, scene: SceneOptions, reporter: Reporter) -> None:
-        self.site, self.sparse, self.scene, self.reporter = site, sparse, scene, reporter
+    def __init__(
+        self, site: Site, sparse: np.ndarray, scene: SceneOptions, reporter: Reporter, keep: Path | None = None
+    ) -> None:
+        self.site, self.sparse, self.scene, self.reporter, self.keep = site, sparse, scene, reporter, keep
         self.found: list[Tree] = []
         self.search_s = 0.0
 
@@ -83,6 +87,10 @@ class Arms:
         """The published method over the whole plot; no photo search."""
         made = published_trees(self.site, self.sparse, Published(scene=self.scene), self.reporter)
         fit = made.facts["published_fit"]
+        if self.keep is not None:
+            self.keep.mkdir(parents=True, exist_ok=True)
+            write_field(self.keep / "field.ply", made.field, self.site.frame)
+            write_cloud(self.keep / "surface.laz", made.cloud.with_attribute("tree_id", made.tree_id))
         return made.trees, {
             "gaussians": len(made.field),
             "photos": fit["photos"],
@@ -115,6 +123,7 @@ def main() -> None:
     parser.add_argument("--arms", nargs="+", choices=ARMS, default=list(ARMS))
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--output", type=Path, help="JSON file")
+    parser.add_argument("--keep", type=Path, help="folder for the published method's Gaussians and points")
     arguments = parser.parse_args()
     reporter, work = make_reporter("plain"), arguments.work or arguments.plot / "arms"
     began = time.process_time()
@@ -132,7 +141,7 @@ def main() -> None:
         max_gaussians=MAX_GAUSSIANS,
         seed=arguments.seed,
     )
-    arms = Arms(Site(frame, views, dtm, area), load_points(work / "sfm").xyz, scene, reporter)
+    arms = Arms(Site(frame, views, dtm, area), load_points(work / "sfm").xyz, scene, reporter, arguments.keep)
     works: dict[str, Callable[[], tuple[list[Tree], dict]]] = {
         "photo fit": arms.photo_fit,
         "stem primitive": arms.stem_primitive,

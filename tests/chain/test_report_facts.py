@@ -65,6 +65,8 @@ def test_how_far_the_reconstruction_went():
     assert "more pairs would not show" in matched(sure)
     climbed = sure | {"level": "full", "pairs": 740, "climbed_because": "2 of 62 photos are not placed"}
     assert matched(climbed).endswith("(fewer pairs were tried first, but 2 of 62 photos are not placed)")
+    assert matched(climbed | {"level": "fine"}).startswith("where geotags, gimbals and a first block say, 740 pairs")
+    assert "more pairs gave no better block, but 2 of 62" in matched(climbed | {"level": "guided"})
 
 
 def test_a_flight_in_figures(space):

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from synthetic_block import CAMERA, LENS, block_of, known_of, ring
 
+from treedgs_geo.core.errors import ReconstructionError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.reconstruction import pipeline, strays
 from treedgs_geo.reconstruction.adjustment import _problem, adjust
@@ -89,6 +90,28 @@ def test_guided_matches_are_right_and_the_same_on_any_number_of_threads() -> Non
     assert right > 0.97 * total and total > 7 * 100
 
 
+def test_a_first_block_guides_to_more_matches_than_gimbals_and_only_where_it_is_sure() -> None:
+    """Twice as many features that belong to nothing, so that rivals are about."""
+    rng = np.random.default_rng(9)
+    views = ring(8)
+    store = _store(5, views, rng.uniform([-15, -15, 0], [15, 15, 6], (400, 3)), 1600)
+    coarse, pairs = _guide(views, rng, 0.5), np.array([[0, 1], [4, 5]])
+    match_guided(store, pairs, coarse, 1, 1, Reporter())
+    before = dict(store.matches)
+    rotations = np.array([view.rotation for view in views])
+    # Photos 4 to 7 are not sure, and the block has them where they are not.
+    rotations[4:] = rotation_from_gimbal(20, 0, 0)
+    fine = coarse.finer(rotations, coarse.centres, CAMERA, np.arange(8) < 4)
+    assert fine.reach(0, 1) < 0.2 * coarse.reach(0, 1) and fine.reach(0, 4) == coarse.reach(0, 4)
+    match_guided(store, pairs, fine, 1, 1, Reporter())
+    assert len(store.matches[0, 1]) > 1.1 * len(before[0, 1])
+    rows = store.matches[0, 1]
+    one, two = store.numbers[0][rows[:, 0]], store.numbers[1][rows[:, 1]]
+    assert ((one == two) & (one >= 0)).mean() > 0.97
+    # Where the gimbals' directions are still those of before, so are nearly all the matches.
+    assert len(set(map(tuple, store.matches[4, 5])) & set(map(tuple, before[4, 5]))) > 0.9 * len(before[4, 5])
+
+
 def test_gimbals_that_are_wrong_or_photos_that_share_nothing_give_no_matches() -> None:
     rng = np.random.default_rng(4)
     views = ring(8)
@@ -163,19 +186,65 @@ def test_pose_errors_at_the_stems_are_those_of_repeated_adjustments() -> None:
 
 
 def test_more_is_spent_where_a_block_is_not_sure_enough() -> None:
-    assert not_enough(GOOD) == ""
-    assert not_enough(GOOD | {"registered": 60}) == "2 of 62 photos are not placed"
-    assert not_enough(GOOD | {"registered": 61}) == ""
-    assert not_enough(GOOD | {"photos": 24, "registered": 23}) == "1 of 24 photos are not placed"
-    assert "0.31 px" in not_enough(GOOD | {"poses_px_worst": 0.31})
-    assert "0.16 px" in not_enough(GOOD | {"poses_px_median": 0.16})
-    assert not_enough(GOOD | {"poses_px_worst": SURE_WORST_PX, "reprojection_rms_px": LEFT_PX}) == ""
-    assert "0.66 px are left" in not_enough(GOOD | {"reprojection_rms_px": 0.66})
-    assert "92 points" in not_enough(GOOD | {"points_per_photo_median": 92.0})
-    assert not_enough(GOOD | {"poses_px_median": None, "poses_px_worst": None})
-    assert [level.name for level in levels_of(20, True)] == ["guided", "full"]
+    guided, fine, full = levels_of(20, True)
+    assert not_enough(guided, GOOD) == ""
+    assert not_enough(guided, GOOD | {"registered": 60}) == "2 of 62 photos are not placed"
+    assert not_enough(guided, GOOD | {"registered": 61}) == ""
+    assert not_enough(guided, GOOD | {"photos": 24, "registered": 23}) == "1 of 24 photos are not placed"
+    assert "0.31 px" in not_enough(guided, GOOD | {"poses_px_worst": 0.31})
+    assert "0.16 px" in not_enough(guided, GOOD | {"poses_px_median": 0.16})
+    assert not_enough(guided, GOOD | {"poses_px_worst": SURE_WORST_PX, "reprojection_rms_px": LEFT_PX}) == ""
+    assert "0.66 px are left" in not_enough(guided, GOOD | {"reprojection_rms_px": 0.66})
+    assert "92 points" in not_enough(guided, GOOD | {"points_per_photo_median": 92.0})
+    assert not_enough(guided, GOOD | {"poses_px_median": None, "poses_px_worst": None})
+    # What matches in the wind cannot give, matching without a guide does not give either.
+    assert not_enough(fine, GOOD | {"poses_px_worst": 0.31, "reprojection_rms_px": 0.66}) == ""
+    assert not_enough(fine, GOOD | {"registered": 57}) == ""
+    assert not_enough(fine, GOOD | {"registered": 55}) == "7 of 62 photos are not placed"
+    assert [level.name for level in (guided, fine, full)] == ["guided", "fine", "full"]
     assert [(level.name, level.neighbours) for level in levels_of(20, False)] == [("full", 20)]
-    assert levels_of(6, True)[0].neighbours == 6
+    assert [level.neighbours for level in levels_of(6, True)] == [6, 6, 6]
+
+
+@pytest.mark.parametrize(
+    ("blocks", "chosen", "asked", "reasons"),
+    [
+        ([GOOD], "guided", 1, ""),
+        ([GOOD | {"poses_px_worst": 0.4}, GOOD | {"poses_px_median": 0.04}], "fine", 2, "0.40 px"),
+        ([GOOD | {"registered": 60}, GOOD | {"registered": 59}], "guided", 2, "2 of 62 photos are not placed"),
+        ([GOOD | {"registered": 40}, GOOD | {"registered": 50}, GOOD | {"registered": 50}], "fine", 3, "; 12 of 62"),
+        ([GOOD | {"registered": 60}, GOOD | {"registered": 61}], "fine", 2, "2 of 62 photos are not placed"),
+        ([GOOD | {"registered": 40}, GOOD | {"registered": 50}, GOOD], "full", 3, "are not placed; 12 of 62"),
+        ([GOOD | {"registered": 40}, GOOD | {"registered": 50}, GOOD | {"registered": 49}], "fine", 3, "; 12 of 62"),
+        ([GOOD | {"registered": 40}, GOOD | {"registered": 39}, None], "guided", 3, "; 23 of 62"),
+        ([None, GOOD], "full", 2, "nothing there"),
+    ],
+)
+def test_the_best_block_of_the_levels_is_taken(monkeypatch, blocks, chosen, asked, reasons) -> None:
+    left, tried, said = list(blocks), [], []
+
+    class Ear(Reporter):
+        def _emit(self, kind, body):
+            if kind == "warn":
+                said.append(body["message"])
+
+    def at_level(work, level, held, former=None):
+        tried.append(level.name)
+        report = left.pop(0)
+        held.warn(f"of {level.name}")
+        if report is None:
+            raise ReconstructionError("nothing there.")
+        return SimpleNamespace(level=level.name), report
+
+    monkeypatch.setattr(pipeline, "_at_level", at_level)
+    monkeypatch.setattr(pipeline, "_kept", lambda former, survey: former)
+    level, joined, report, because = pipeline._climb(SimpleNamespace(survey=None), levels_of(20, True), Ear())
+    assert (level.name, joined.level, len(tried)) == (chosen, chosen, asked)
+    assert reasons in because and bool(because) == bool(reasons)
+    assert said == [f"of {chosen}"]
+    monkeypatch.setattr(pipeline, "_at_level", lambda *_: (_ for _ in ()).throw(ReconstructionError("no photo.")))
+    with pytest.raises(ReconstructionError, match="no photo"):
+        pipeline._climb(SimpleNamespace(survey=None), levels_of(20, True), Ear())
 
 
 def test_messages_of_work_that_is_not_used_are_not_passed_on() -> None:
@@ -226,8 +295,12 @@ def test_the_next_level_starts_from_the_sure_poses(monkeypatch: pytest.MonkeyPat
     # The weak one stands at its geotag, not where the block had it.
     centre = -placement.rotations[3].T @ placement.translations[3]
     np.testing.assert_allclose(centre, known.xyz[3], atol=1e-9)
+    every = pipeline._kept(joined, survey, all_poses=True)
+    assert every is not None and every.mapped.all()
+    np.testing.assert_array_equal(every.translations, block.translations)
     monkeypatch.setattr(pipeline, "KEPT_SURE_PX", 0.5 * np.sort(pixels)[3])
     assert pipeline._kept(joined, survey) is None
+    assert pipeline._kept(joined, survey, all_poses=True) is None
     assert pipeline._kept(None, survey) is None
 
 

@@ -78,11 +78,14 @@ def positions(stations: Stations) -> str:
 
 def matched(sfm: dict[str, Any]) -> str:
     """How far the reconstruction went, why, and how sure its photos are at the stems."""
-    text = "where geotags and gimbals say, " if sfm["level"] == "guided" else "without a guide, "
+    ways = {"guided": "where geotags and gimbals say, ", "fine": "where geotags, gimbals and a first block say, "}
+    text = ways.get(sfm["level"], "without a guide, ")
     text += f"{sfm['pairs']} pairs"
     if sfm.get("poses_px_median") is not None:
         text += f"; sure to {sfm['poses_px_median']:.2f} px at the stems, the worst to {sfm['poses_px_worst']:.2f} px"
-    if sfm.get("climbed_because"):
+    if sfm.get("climbed_because") and sfm["level"] == "guided":
+        text += f" (more pairs gave no better block, but {sfm['climbed_because']})"
+    elif sfm.get("climbed_because"):
         text += f" (fewer pairs were tried first, but {sfm['climbed_because']})"
     elif sfm["level"] == "guided":
         text += " (sure enough: more pairs would not show in the diameters)"

@@ -63,7 +63,7 @@ def measure(run: Run, site: Site, aligned: Aligned) -> list[Tree]:
     inputs = []
     if fit == "paper":
         used |= {"time_limit": settings.time_limit, "segmenter": [settings.segmenter, settings.segmenter_command]}
-        inputs = [settings.dense] if settings.dense else []
+        inputs = [path for path in (settings.dense, settings.segmenter_model) if path is not None]
     run.steps.run("measure", used, inputs, outputs, work)
     return read_kept_trees(kept)
 

@@ -18,6 +18,7 @@ from ..from_photos.kept import KeptFits
 from ..from_points.measuring.cloud import measure_stems
 from ..from_points.measuring.options import MeasureOptions
 from ..from_points.segmentation.options import SegmentOptions
+from ..from_points.segmentation.others import check_segmenter, segment_other
 from ..from_points.segmentation.segment import StemMap, find_stems, label_points
 from ..gaussians.options import PUBLISHED_STEPS, SceneOptions
 from ..terrain.ground import height_above_ground
@@ -53,6 +54,7 @@ def check_published(settings: PhotosToDbhSettings) -> None:
     if not is_published(settings):
         used = {"dense": settings.dense is not None, "segmenter": settings.segmenter != "own"}
         used["segmenter_command"] = settings.segmenter_command is not None
+        used["segmenter_model"] = settings.segmenter_model is not None
         for name, given in used.items():
             if given:
                 raise InputError(
@@ -65,23 +67,20 @@ def check_published(settings: PhotosToDbhSettings) -> None:
             "--field-stems: the published method looks for no stem in the photos, so it cannot look at a given place; "
             "leave it out, or use --preset balanced."
         )
-    if settings.segmenter != "own" and not settings.segmenter_command:
-        raise InputError(
-            f"--segmenter {settings.segmenter}: needs its command line, give --segmenter-command "
-            "(docs/analyst/measuring.md has one)."
-        )
+    check_segmenter(settings.segmenter, settings.segmenter_command, settings.segmenter_model)
     from ..gaussians import on_torch  # noqa: F401  (says what to install)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Published:
     """What a run of the published method is asked for. scene: of the fit. dense: points to start from, else our own
-    stereo. segmenter, segmenter_command: as ``segment-stems`` has them. bh_m: breast height."""
+    stereo. segmenter, segmenter_command, segmenter_model: as ``segment-stems`` has them. bh_m: breast height."""
 
     scene: SceneOptions
     dense: Path | None = None
     segmenter: str = "own"
     segmenter_command: str | None = None
+    segmenter_model: Path | None = None
     bh_m: float = BREAST_HEIGHT_M
 
     @classmethod
@@ -98,6 +97,7 @@ class Published:
             dense=settings.dense,
             segmenter=settings.segmenter,
             segmenter_command=settings.segmenter_command,
+            segmenter_model=settings.segmenter_model,
             bh_m=settings.bh_m,
         )
 
@@ -222,9 +222,7 @@ def _segmented(
     """(P,) stem of each point, 0 = none; the stems where our own segmenter found them; (P,) height above ground."""
     height = height_above_ground(cloud.xyz, site.dtm)
     if asked.segmenter != "own":
-        from ..from_points.segmentation.external import segment_external
-
-        found = segment_external(cloud, asked.segmenter, asked.segmenter_command or "", reporter)
+        found = segment_other(cloud, asked.segmenter, asked.segmenter_command, asked.segmenter_model, reporter)
         return found.tree_id, None, height
     stems = find_stems(cloud, site.dtm, SegmentOptions(source="splat"), reporter, height=height)
     return label_points(cloud.xyz, height, stems), stems, height

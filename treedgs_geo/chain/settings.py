@@ -8,7 +8,7 @@ from typing import Any
 
 from ..core.settings import param
 from ..from_points.measuring.options import MeasureOptions
-from ..from_points.segmentation.options import segmenter_command_option, segmenter_option
+from ..from_points.segmentation.options import segmenter_command_option, segmenter_model_option, segmenter_option
 from ..reconstruction.options import calibration_option, gcp_option, matcher_option, matcher_weights_option
 from ..trees.priors import BREAST_HEIGHT_M, HIGHEST_BREAST_HEIGHT_M, LOWEST_BREAST_HEIGHT_M
 
@@ -116,6 +116,7 @@ class PhotosToDbhSettings:
     )
     segmenter: str = segmenter_option()
     segmenter_command: str | None = segmenter_command_option()
+    segmenter_model: Path | None = segmenter_model_option()
     bh_m: float = param(
         BREAST_HEIGHT_M,
         kind="number",

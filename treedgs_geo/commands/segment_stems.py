@@ -12,7 +12,12 @@ from ..core.command import Command
 from ..core.files import ensure_writable
 from ..core.progress import Reporter
 from ..core.settings import param
-from ..from_points.segmentation.options import SegmentOptions, segmenter_command_option, segmenter_option
+from ..from_points.segmentation.options import (
+    SegmentOptions,
+    segmenter_command_option,
+    segmenter_model_option,
+    segmenter_option,
+)
 
 #: Points this near the terrain are ground in ``stem_class``, metres.
 GROUND_M = 0.12
@@ -33,11 +38,13 @@ class SegmentStemsSettings(SegmentOptions, CloudSettings):
     )
     segmenter: str = segmenter_option()
     segmenter_command: str | None = segmenter_command_option()
+    segmenter_model: Path | None = segmenter_model_option()
 
 
 def run(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
     """Read, find the ground, find stems, write: a large cloud tile by tile."""
     from ..core.errors import InputError
+    from ..from_points.segmentation.others import check_segmenter
     from ..pointcloud.files import check_cloud_output
     from ..pointcloud.tiles import is_large
 
@@ -45,15 +52,11 @@ def run(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, Any]:
     check_cloud_output(settings.output)
     if settings.output.resolve() == settings.input.resolve():
         raise InputError(f"{settings.output}: is the input itself; give another name for the stem points.")
+    check_segmenter(settings.segmenter, settings.segmenter_command, settings.segmenter_model)
     if settings.segmenter != "own":
         if settings.field_stems is not None:
             raise InputError(
                 f"--field-stems guides our own segmenter, not {settings.segmenter}; leave one of the two out."
-            )
-        if not settings.segmenter_command:
-            raise InputError(
-                f"--segmenter {settings.segmenter}: needs its command line, give --segmenter-command "
-                "(docs/analyst/measuring.md has one)."
             )
         return _run_whole(settings, reporter)
     return _run_tiled(settings, reporter) if is_large(settings.input) else _run_whole(settings, reporter)
@@ -74,11 +77,10 @@ def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
     answers: dict[str, Any] = {}
     with reporter.stage("find stems", 0.3, 0.85):
         if settings.segmenter != "own":
-            from ..from_points.segmentation.external import segment_external
+            from ..from_points.segmentation.others import segment_other
 
-            found = segment_external(cloud, settings.segmenter, settings.segmenter_command or "", reporter)
-            if found.reordered:
-                reporter.warn(f"{settings.segmenter} returned the points in another order; they were matched by place.")
+            command, model = settings.segmenter_command, settings.segmenter_model
+            found = segment_other(cloud, settings.segmenter, command, model, reporter)
             tree_id, count, source = found.tree_id, found.n_trees, settings.segmenter
         else:
             field = _field_stems(

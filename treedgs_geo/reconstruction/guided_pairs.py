@@ -1,4 +1,5 @@
-"""Matching of photo pairs where geotags and gimbals say which part of the one can show a feature of the other.
+"""Matching of photo pairs where geotags and gimbals say which part of the one can show a feature of the other, or,
+from coarse to fine, where poses do that came from such matches.
 
 Flat ground and the tops of the crowns bound where along its ray a feature may lie; half a degree of gimbal error and
 what the mounting adds bound how far beside. Among the few features there a descriptor has little to decide: more right
@@ -21,6 +22,8 @@ from .guided import Features, kinds, one_to_one, search
 
 #: A gimbal's angles and their mounting, both photos', are believed to this, degrees.
 REACH_DEG = 1.2
+#: The same of poses that matches have made sure: 10 px of a narrow lens, for what moves and for a shutter that rolls.
+FINE_REACH_DEG = 0.15
 #: A match is believed when the second best in its reach is this much farther, as COLMAP's matcher does.
 _RATIO = 0.8
 #: Matches that a verified pair has; so many standard deviations more than chance would give.
@@ -29,6 +32,8 @@ _LEAST, _CHANCE_SD = 15, 6.0
 _STEP_PX = 8.0
 #: Verification: distance from the epipolar line, trials, and the least distance between two photos.
 _TOLERANCE_PX, _TRIALS, _LEAST_BASELINE_M = 4.0, 400, 0.3
+#: The tolerance of a guide that is finer: a crown that moves stays nearer to its line than a wrong match, but not near.
+FINE_TOLERANCE_PX = 2.0
 #: How far the direction from one photo to the other may be off, as the first photo's rays have it (radians).
 _ALONG_SD = 0.02
 
@@ -36,13 +41,33 @@ _ALONG_SD = 0.02
 @dataclass(frozen=True)
 class Guide:
     """What is known before features are matched. rotations (N, 3, 3), centres (N, 3): world -> camera by gimbals and
-    geotags, local metres. low_m, high_m: between which heights features lie, local."""
+    geotags, local metres. low_m, high_m: between which heights features lie, local. reach_deg: (N,) how far a photo's
+    direction may be off, ``None``: :data:`REACH_DEG` all. tolerance_px: of matches that agree on a turn."""
 
     rotations: np.ndarray
     centres: np.ndarray
     camera: Camera
     low_m: float
     high_m: float
+    reach_deg: np.ndarray | None = None
+    tolerance_px: float = _TOLERANCE_PX
+
+    def finer(self, rotations: np.ndarray, centres: np.ndarray, camera: Camera, sure: np.ndarray) -> Guide:
+        """The guide that a block gives. rotations (N, 3, 3), centres (N, 3), camera: of the block. sure: (N,) bool,
+        whose poses are believed; the others stay as they were."""
+        return Guide(
+            np.where(sure[:, None, None], rotations, self.rotations),
+            np.where(sure[:, None], centres, self.centres),
+            camera,
+            self.low_m,
+            self.high_m,
+            np.where(sure, FINE_REACH_DEG, REACH_DEG),
+            FINE_TOLERANCE_PX,
+        )
+
+    def reach(self, i: int, j: int) -> float:
+        """Of a pair of photos, radians."""
+        return float(np.radians(REACH_DEG if self.reach_deg is None else max(self.reach_deg[i], self.reach_deg[j])))
 
     def view(self, j: int) -> View:
         """Photo j as gimbal and geotag have it."""
@@ -86,17 +111,18 @@ def match_guided(
     photos: dict[int, _Photo] = {}
     for i in np.unique(pairs).tolist():
         photos[i] = _Photo.of(store, guide, i)
-    reach_px = float(np.tan(np.radians(REACH_DEG)) * guide.camera.fx)
 
     def work(pair: np.ndarray) -> np.ndarray:
         i, j = pair.tolist()
+        reach_px = float(np.tan(guide.reach(i, j)) * guide.camera.fx)
         one, other = photos[i].features, photos[j].features
         first, second = photos[i], photos[j]
         ends, turned = _expected(first.rays, first.steps, first.centre, second.row, guide.low_m, guide.high_m)
         best, distance = search(ends, one.described, one.square, other, reach_px, _RATIO, kinds(turned, first.bright))
         found = one_to_one(best, distance)
         rows = np.column_stack([found, best[found]])
-        return rows[_verified(photos[i], photos[j], rows, guide, reach_px, np.random.default_rng([seed, i, j]))]
+        rng = np.random.default_rng([seed, i, j])
+        return rows[_verified(photos[i], photos[j], rows, guide, guide.reach(i, j), rng)]
 
     with ThreadPoolExecutor(max_workers=threads) as workers:
         for count, (pair, rows) in enumerate(zip(pairs, workers.map(work, pairs), strict=True)):
@@ -109,7 +135,7 @@ def match_guided(
 
 
 def _verified(
-    first: _Photo, second: _Photo, rows: np.ndarray, guide: Guide, reach_px: float, rng: np.random.Generator
+    first: _Photo, second: _Photo, rows: np.ndarray, guide: Guide, reach: float, rng: np.random.Generator
 ) -> np.ndarray:
     """Those of the matches (K, 2) that agree on how the two photos are turned; none where so many may by chance."""
     baseline = second.centre - first.centre
@@ -121,12 +147,12 @@ def _verified(
         second.rays[rows[:, 1]],
         baseline / np.linalg.norm(baseline),
         guide.camera.fx,
-        _TOLERANCE_PX,
-        np.radians(2 * REACH_DEG),
+        guide.tolerance_px,
+        2 * reach,
         picks,
     )
     # Wrong matches lie anywhere in the reach, some of them near the line.
-    chance = min(_TOLERANCE_PX / reach_px, 1.0) * len(rows)
+    chance = min(guide.tolerance_px / (np.tan(reach) * guide.camera.fx), 1.0) * len(rows)
     enough = max(_LEAST, chance + _CHANCE_SD * np.sqrt(chance))
     return np.flatnonzero(agree) if agree.sum() >= enough else np.zeros(0, int)
 

@@ -1,5 +1,5 @@
-"""How much is spent on a block: guided matching of a few pairs first, every pair and feature only where poses are not
-sure enough with that."""
+"""How much is spent on a block: guided matching of a few pairs first, more pairs guided by what that gave, and every
+feature with every other only where photos are still missing."""
 
 from __future__ import annotations
 
@@ -27,20 +27,25 @@ KEPT_SURE_PX, KEPT_SHARE = 0.15, 0.5
 LEFT_PX = 0.6
 #: And when no more than this share of the photos is not placed: one of 62 is not worth three times the time.
 MISSING_SHARE = 0.03
+#: After the level that a block guides, every feature is matched with every other only where fewer photos are placed.
+PLACED_SHARE = 0.9
 #: And when so many points tie each photo (median), seen in so many photos each (mean).
 TIED_POINTS, TIED_TRACK = 100, 3.0
 
 
 @dataclass(frozen=True)
 class Level:
-    """name: in ``run.json`` and the report. neighbours: photos that each photo is matched with. guided: own features,
-    ``features`` a photo at most, matched where geotags and gimbals say, and placed by them; otherwise COLMAP's, every
-    feature with every other, and placed by a mapper."""
+    """name: in ``run.json`` and the report. stage: what progress calls it. neighbours: photos that a photo is matched
+    with. guided: own features, ``features`` a photo at most, matched where geotags and gimbals say, and placed by
+    them; otherwise COLMAP's, every feature with every other, and placed by a mapper. again: guided by the block of
+    the level before."""
 
     name: str
+    stage: str
     neighbours: int
-    guided: bool
+    guided: bool = False
     features: int = 0
+    again: bool = False
 
 
 def can_guide(xyz: np.ndarray, sd: np.ndarray, rotations: np.ndarray, ground: float) -> bool:
@@ -55,17 +60,30 @@ def can_guide(xyz: np.ndarray, sd: np.ndarray, rotations: np.ndarray, ground: fl
 
 def levels_of(neighbours: int, guidable: bool) -> list[Level]:
     """The levels that a block may take, the cheapest first. guidable: :func:`can_guide`."""
-    full = Level("full", neighbours, False)
-    guided = Level("guided", min(neighbours, GUIDED_NEIGHBOURS), True, GUIDED_FEATURES)
-    return [guided, full] if guidable else [full]
+    full = Level("full", "without a guide", neighbours)
+    fewer = min(neighbours, GUIDED_NEIGHBOURS)
+    guided = Level("guided", "guided by geotags and gimbals", fewer, True, GUIDED_FEATURES)
+    fine = Level("fine", "guided by the block so far", neighbours, True, GUIDED_FEATURES, True)
+    return [guided, fine, full] if guidable else [full]
 
 
-def not_enough(report: dict[str, Any]) -> str:
-    """Why the block of this report is not good enough yet, empty where it is."""
+def better(level: Level, report: dict[str, Any], former: dict[str, Any]) -> bool:
+    """Whether a level's block is better than the one of a level before: more photos, or as many from more matches of
+    the same kind. How sure it is of its poses does not tell: more matches in moving crowns are less alike."""
+    return report["registered"] >= former["registered"] + (not level.again)
+
+
+def not_enough(level: Level, report: dict[str, Any]) -> str:
+    """Why the block of this report is not good enough yet, empty where it is. Where crowns move, poses do not become
+    surer without a guide, and single photos are not placed without one either: after ``again`` only the photos count,
+    and a few may be missing."""
     missing = report["photos"] - report["registered"]
     median, worst, left = report["poses_px_median"], report["poses_px_worst"], report["reprojection_rms_px"]
-    if missing > MISSING_SHARE * report["photos"]:
+    few = (1 - PLACED_SHARE) if level.again else MISSING_SHARE
+    if missing > few * report["photos"]:
         return f"{missing} of {report['photos']} photos are not placed"
+    if level.again:
+        return ""
     if median is None or worst is None:
         return "how sure the poses are is not known"
     if median > SURE_MEDIAN_PX or worst > SURE_WORST_PX:

@@ -29,7 +29,7 @@ from .georeference import Placement, place_by_gimbal, place_photos
 from .guided_pairs import Guide, match_guided
 from .images import load_image
 from .joining import Joined, from_gimbal, join_photos
-from .levels import KEPT_SHARE, KEPT_SURE_PX, Held, Level, can_guide, levels_of, not_enough
+from .levels import KEPT_SHARE, KEPT_SURE_PX, Held, Level, better, can_guide, levels_of, not_enough
 from .matchers import Matcher, Plugin, load_matcher, match_photos
 from .matching import match_pairs
 from .model import save_model
@@ -40,7 +40,7 @@ from .sensor import Sensor
 from .shutter import free_shutter, lens_sd, sensor_of
 from .sift import SMALL_PHOTO_PX, extract
 
-#: Part of the work that the guided level is where it is not enough; only the progress bar depends on it.
+#: Part of the work left that a level is where it is not enough; only the progress bar depends on it.
 FIRST_PART = 0.4
 #: Features lie so high at most, metres, and so far below the take-off point, share of the flying height.
 CROWNS_M, LOW_SHARE = 25.0, 0.07
@@ -115,23 +115,37 @@ def reconstruct_photos(
 
 
 def _climb(work: _Work, levels: list[Level], reporter: Reporter) -> tuple[Level, Joined, dict[str, Any], str]:
-    """The first level whose block is good enough, or the last; its block and report; why the one before was not."""
-    climbed, at, former = "", 0.0, None
-    for level in levels[:-1]:
-        held, former = Held(reporter), None
-        with reporter.stage("guided by geotags and gimbals", at, at + FIRST_PART):
-            at += FIRST_PART
+    """The first level whose block is good enough, or else the best; its block and report; why others were not."""
+    found: tuple[Level, Joined, dict[str, Any], Held] | None = None
+    reasons, at = list[str](), 0.0
+    for level in levels:
+        former = found[1] if found else None
+        if level.again and _kept(former, work.survey) is None:
+            continue
+        if reasons:
+            reporter.info(f"Photos are matched anew, {level.stage}: {reasons[-1]}.")
+        held, is_last = Held(reporter), level is levels[-1]
+        end = 1.0 if is_last else at + FIRST_PART * (1 - at)
+        with reporter.stage(level.stage, at, end):
             try:
-                former = joined, report = _at_level(work, level, held)
-                climbed = not_enough(report)
+                joined, report = _at_level(work, level, held, former)
             except ReconstructionError as problem:
-                climbed = str(problem).rstrip(".")
-        if not climbed:
-            held.release()
-            return level, joined, report, ""
-        reporter.info(f"More pairs of photos are matched, without a guide: {climbed}.")
-    with reporter.stage("without a guide", at, 1.0):
-        return levels[-1], *_at_level(work, levels[-1], reporter, former[0] if former else None), climbed
+                if is_last and found is None:
+                    held.release()
+                    raise
+                reasons.append(str(problem).rstrip("."))
+                continue
+        at = end
+        if found is None or better(level, report, found[2]):
+            found = level, joined, report, held
+        if problem_left := "" if is_last else not_enough(level, report):
+            reasons.append(problem_left)
+        else:
+            break
+    assert found is not None  # the last level raises where no level has found anything
+    level, joined, report, held = found
+    held.release()
+    return level, joined, report, "; ".join(reasons)
 
 
 @dataclass(frozen=True)
@@ -243,7 +257,8 @@ def _at_level(
     pairs = select_pairs(survey.known.xyz, survey.rotations, survey.ground, half_field, level.neighbours)
     with reporter.stage("matching", 0.30, 0.75):
         if level.guided:
-            match_guided(store, pairs, _guide(survey), options.seed, work.threads, reporter)
+            guide = _guide(survey, former if level.again else None)
+            match_guided(store, pairs, guide, options.seed, work.threads, reporter)
         else:
             match_pairs(database, cache, stations.names, pairs, work.threads, options.seed, reporter)
             if work.plugin is not None:
@@ -251,11 +266,11 @@ def _at_level(
             store = FeatureStore.read(database, stations.names)
     timed("matching")
     with reporter.stage("mapping", 0.75, 0.85):
-        if level.guided:
+        if (kept := _kept(former, survey, level.again)) is not None:
+            placement = kept
+        elif level.guided:
             start = place_by_gimbal(camera, survey.known.xyz, survey.rotations)
             placement = from_gimbal(start, store, survey.known, survey.sensor)
-        elif (kept := _kept(former, survey)) is not None:
-            placement = kept
         else:
             placement = place_photos(
                 database,
@@ -277,28 +292,39 @@ def _at_level(
     return joined, report | {"stage_seconds": timing, "pairs": len(pairs), "matches": matches}
 
 
-def _kept(former: Joined | None, survey: _Survey) -> Placement | None:
-    """The sure poses of a block, the other photos by geotag and gimbal; ``None`` where too few are sure for a start."""
+def _kept(former: Joined | None, survey: _Survey, all_poses: bool = False) -> Placement | None:
+    """The sure poses of a block, or all that it has, the other photos by geotag and gimbal; ``None`` where too few are
+    sure for a start."""
     if former is None:
         return None
-    with np.errstate(invalid="ignore"):
-        sure = former.block.is_posed & (posterior_of(former.adjusted).poses_px <= KEPT_SURE_PX)
+    sure = _sure(former)
     if sure.sum() < max(3, KEPT_SHARE * len(sure)):
         return None
+    kept = former.block.is_posed if all_poses else sure
     start = place_by_gimbal(former.block.camera, survey.known.xyz, survey.rotations)
     return replace(
         start,
-        rotations=np.where(sure[:, None, None], former.block.rotations, start.rotations),
-        translations=np.where(sure[:, None], former.block.translations, start.translations),
-        mapped=sure,
+        rotations=np.where(kept[:, None, None], former.block.rotations, start.rotations),
+        translations=np.where(kept[:, None], former.block.translations, start.translations),
+        mapped=kept,
     )
 
 
-def _guide(survey: _Survey) -> Guide:
-    """Features lie between somewhat below the take-off point and the tops of the crowns."""
+def _sure(joined: Joined) -> np.ndarray:
+    """(N,) bool: photos whose poses are sure enough to guide the next level."""
+    with np.errstate(invalid="ignore"):
+        return joined.block.is_posed & (posterior_of(joined.adjusted).poses_px <= KEPT_SURE_PX)
+
+
+def _guide(survey: _Survey, former: Joined | None = None) -> Guide:
+    """Features lie between somewhat below the take-off point and the tops of the crowns. former: a block whose sure
+    poses say more than gimbals do."""
     low = survey.ground - LOW_SHARE * survey.height
     high = survey.ground + min(CROWNS_M, 0.5 * survey.height)
-    return Guide(survey.rotations, survey.known.xyz, survey.calibration.camera, low, high)
+    guide = Guide(survey.rotations, survey.known.xyz, survey.calibration.camera, low, high)
+    if former is None:
+        return guide
+    return guide.finer(former.block.rotations, former.block.centres, former.block.camera, _sure(former))
 
 
 def gimbal_rotations(stations: Stations) -> np.ndarray:

@@ -709,6 +709,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Fotos verglichen, wo Geotags und Gimbal es sagen</translation>
     </message>
     <message>
+      <source>Photos matched again, where the first cameras say</source>
+      <translation>Fotos noch einmal verglichen, wo die ersten Kameras es sagen</translation>
+    </message>
+    <message>
       <source>All photos matched anew</source>
       <translation>Alle Fotos neu verglichen</translation>
     </message>
@@ -1829,8 +1833,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Segmentierer</translation>
     </message>
     <message>
-      <source>who finds the trees: own needs nothing; the others are programs that you installed yourself (docs/analyst/measuring.md)</source>
-      <translation>wer die Bäume findet: own braucht nichts; die anderen sind Programme, die Sie selbst installiert haben (docs/analyst/measuring.md)</translation>
+      <source>who finds the trees: own needs nothing; forestformer3d and segmentanytree are programs that you installed yourself, model is a network in a file of yours (docs/analyst/measuring.md)</source>
+      <translation>wer die Bäume findet: own braucht nichts; forestformer3d und segmentanytree sind Programme, die Sie selbst installiert haben, model ist ein Netz in einer Datei von Ihnen (docs/analyst/measuring.md)</translation>
     </message>
     <message>
       <source>Segmenter command</source>
@@ -1839,6 +1843,14 @@ beginnen von vorn.&lt;/p&gt;
     <message>
       <source>command line of that program, with {input} and {output} for its folders</source>
       <translation>Befehlszeile dieses Programms, mit {input} und {output} für seine Ordner</translation>
+    </message>
+    <message>
+      <source>Segmenter model</source>
+      <translation>Netz des Segmentierers</translation>
+    </message>
+    <message>
+      <source>of --segmenter model: the network, TorchScript or ONNX; points (N, 3) in, tree numbers (N,) out</source>
+      <translation>zu --segmenter model: das Netz, TorchScript oder ONNX; Punkte (N, 3) hinein, Baumnummern (N,) heraus</translation>
     </message>
     <message>
       <source>Breast height [m]</source>

@@ -707,6 +707,10 @@ cero.&lt;/p&gt;
       <translation>Fotos comparadas donde indican los geotags y el gimbal</translation>
     </message>
     <message>
+      <source>Photos matched again, where the first cameras say</source>
+      <translation>Fotos comparadas otra vez, donde lo indican las primeras cámaras</translation>
+    </message>
+    <message>
       <source>All photos matched anew</source>
       <translation>Todas las fotos comparadas de nuevo</translation>
     </message>
@@ -1827,8 +1831,8 @@ cero.&lt;/p&gt;
       <translation>Segmentador</translation>
     </message>
     <message>
-      <source>who finds the trees: own needs nothing; the others are programs that you installed yourself (docs/analyst/measuring.md)</source>
-      <translation>quién busca los árboles: own no necesita nada; los demás son programas que usted instaló (docs/analyst/measuring.md)</translation>
+      <source>who finds the trees: own needs nothing; forestformer3d and segmentanytree are programs that you installed yourself, model is a network in a file of yours (docs/analyst/measuring.md)</source>
+      <translation>quién encuentra los árboles: own no necesita nada; forestformer3d y segmentanytree son programas que usted mismo instaló, model es una red en un archivo suyo (docs/analyst/measuring.md)</translation>
     </message>
     <message>
       <source>Segmenter command</source>
@@ -1837,6 +1841,14 @@ cero.&lt;/p&gt;
     <message>
       <source>command line of that program, with {input} and {output} for its folders</source>
       <translation>línea de órdenes de ese programa, con {input} y {output} para sus carpetas</translation>
+    </message>
+    <message>
+      <source>Segmenter model</source>
+      <translation>Red del segmentador</translation>
+    </message>
+    <message>
+      <source>of --segmenter model: the network, TorchScript or ONNX; points (N, 3) in, tree numbers (N,) out</source>
+      <translation>de --segmenter model: la red, TorchScript u ONNX; puntos (N, 3) de entrada, números de árbol (N,) de salida</translation>
     </message>
     <message>
       <source>Breast height [m]</source>

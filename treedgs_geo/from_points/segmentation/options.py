@@ -13,9 +13,9 @@ def segmenter_option() -> Any:
     return param(
         "own",
         kind="choice",
-        help="who finds the trees: own needs nothing; the others are programs "
-        "that you installed yourself (docs/analyst/measuring.md)",
-        choices=("own", "forestformer3d", "segmentanytree"),
+        help="who finds the trees: own needs nothing; forestformer3d and segmentanytree are programs that you "
+        "installed yourself, model is a network in a file of yours (docs/analyst/measuring.md)",
+        choices=("own", "forestformer3d", "segmentanytree", "model"),
         advanced=True,
     )
 
@@ -24,6 +24,17 @@ def segmenter_command_option() -> Any:
     """How a program that is not ours is started."""
     return param(
         None, kind="text", help="command line of that program, with {input} and {output} for its folders", advanced=True
+    )
+
+
+def segmenter_model_option() -> Any:
+    """A network that is run in this process."""
+    return param(
+        None,
+        kind="file",
+        help="of --segmenter model: the network, TorchScript or ONNX; points (N, 3) in, tree numbers (N,) out",
+        suffixes=(".pt", ".pth", ".ts", ".onnx"),
+        advanced=True,
     )
 
 
