@@ -54,8 +54,11 @@ def holds(inside: int, of: int) -> str:
 
 
 def by_chance(of: int) -> tuple[int, int]:
-    """How many of ``of`` intervals of 90 % hold the truth, nine times in ten, were they right and the trees strangers
-    to each other. (The levels of a factor share their stand: what one stem has of its own counts at each of them.)"""
+    """Fewest and most of ``of`` right intervals of 90 % that hold the truth, nine times in ten.
+
+    Were the trees strangers to each other: the levels of a factor share their stand, and what one stem has of its own
+    counts at each of them.
+    """
     low, high = binom.interval(LEVEL, of, LEVEL)
     return int(low), int(high)
 

@@ -76,7 +76,7 @@ class StemShown:
 
     @property
     def worst(self) -> int | None:
-        """Index of the photo that counts and reads the farthest from the result; ``None`` where none can be read."""
+        """Index of the photo that counts and reads the farthest from the outline; ``None`` where none can be read."""
         off = np.where(self.sees, np.abs(self.edges.radius_m), np.nan)
         return int(np.nanargmax(off)) if np.isfinite(off).any() else None
 

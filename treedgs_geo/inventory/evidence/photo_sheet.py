@@ -40,7 +40,7 @@ def photo_sheet(evidence: PhotoEvidence) -> Canvas:
     """Draw the sheet."""
     tree = evidence.tree
     below = _TOP + _HIGH + 52
-    canvas = Canvas(WIDTH, max(below + 300, below + 24 + reason_lines(tree, 300)))
+    canvas = Canvas(WIDTH, max(below + 308, below + 24 + reason_lines(tree, 300)))
     headline(canvas, tree)
     photos, half_m, px_m = _layout(evidence)
     _photo_row(canvas, evidence, photos, half_m, px_m)
