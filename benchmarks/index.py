@@ -74,7 +74,7 @@ WRITERS = {
     "side_by_side.json": "benchmarks.clouds.side_by_side",
     "speed-accuracy.*": "benchmarks.evidence",
     "stability*": "benchmarks.evidence",
-    "hard_stands.json": "benchmarks.photos.hard_stands",
+    "hard_stands*.json": "benchmarks.photos.hard_stands",
     "stem_network*.json": "benchmarks.photos.stem_network",
     "taping.json": "benchmarks.inventory.taping",
     "two_dates.json": "benchmarks.inventory.two_dates",

@@ -5,7 +5,7 @@
 
 Plots are rendered, with truth; one called ``hard_SEED`` that is not there is simulated
 (:func:`.stem_network.hard_options`). Cameras and ground are the renderer's, in both codes: this is about stems. Each
-code runs with what its own chain asks the network by default (``--asked``).
+code runs with what its own chain asks the network by default (``--asked``). ``thin``: measured stems below 20 cm.
 """
 
 from __future__ import annotations
@@ -22,6 +22,9 @@ import numpy as np
 from benchmarks.records import ROOT, write_record
 from benchmarks.verbs import environment
 from treedgs_geo.core.files import read_json
+
+#: Stems below this are counted by themselves, cm: dense stands hide them most.
+THIN_CM = 20.0
 
 
 def measured_by(code: Path, asked: str, plots: list[Path]) -> dict[str, dict[str, Any]]:
@@ -41,7 +44,9 @@ def pooled(plots: dict[str, dict[str, Any]]) -> dict[str, Any]:
     kept = [tree for tree in trees if tree.get("flag") in ("ok", "check")]
     sure = [tree for tree in kept if tree["flag"] == "ok"]
     error = np.array([tree["error_cm"] for tree in kept])
-    inside = np.abs(error) <= 1.645 * np.array([tree["se_cm"] for tree in kept])
+    off = np.abs(error) / np.array([tree["se_cm"] for tree in kept])
+    inside = off <= 1.645
+    thin = np.array([tree["dbh_cm"] < THIN_CM for tree in kept])
     return {
         "stems": len(trees),
         "in_layer": sum("flag" in tree for tree in trees),
@@ -52,6 +57,9 @@ def pooled(plots: dict[str, dict[str, Any]]) -> dict[str, Any]:
         "rmse_cm": round(float(np.sqrt((error**2).mean())), 2),
         "me_cm": round(float(error.mean()), 2),
         "in_90": round(float(inside.mean()), 3),
+        "error_over_se_rms": round(float(np.sqrt((off**2).mean())), 2),
+        "thin": int(thin.sum()),
+        "thin_in_90": int(inside[thin].sum()),
         "ok": len(sure),
         "ok_off_by_2_cm": sum(abs(tree["error_cm"]) > 2 for tree in sure),
         "ok_max_cm": max((abs(tree["error_cm"]) for tree in sure), default=None),

@@ -108,7 +108,7 @@ def test_files_are_written_and_name_the_lie(tmp_path):
     assert json.loads((tmp_path / "stability.json").read_text())["verdict"]["lidar"]["lies"] == 0
     for name in ("stability-photos.svg", "stability-curves.png", "stability.csv", "stability-trees.csv"):
         assert (tmp_path / name).stat().st_size > 100
-    assert "| lean | photos | 0 of 2 | 0 % | missed | 0 % of 3 |" in text
+    assert "| lean | photos | 0 of 2 | 1 to 2 | 0 % | missed | 0 % of 3 |" in text
     with pytest.raises(TreeDGSError, match="No case"):
         write_stability(tmp_path, [], 5)
 
@@ -140,6 +140,7 @@ def test_cases_are_kept_and_resumed(tmp_path):
     first = list(run_cases(cases[:1], tmp_path))
     kept = tmp_path / "cases" / f"{cases[0].name}.json"
     stamp = kept.stat().st_mtime_ns
+    assert list(run_cases(cases[::-1], tmp_path, seconds=-1)) == first  # out of time: what is kept is said
     both = list(run_cases(cases, tmp_path))
     assert kept.stat().st_mtime_ns == stamp and both[0] == first[0] and len(both) == 2
     assert len(list((tmp_path / "plots").iterdir())) == 1

@@ -70,6 +70,30 @@ def test_a_wrong_outline_shows_as_one(stack):
     assert np.nanmedian(wrong.reading_cm) < 200 * fit.r0 - 1.5
 
 
+def test_an_oval_is_drawn_as_wide_as_each_side_shows_it(stack, shown):
+    """What each photo reads is what it shows, whatever oval is drawn; how far it is off is counted from the oval."""
+    fit = fitted(STEM.r, tuple(view.name for view in stack.views), oval=(0.006, -0.008))
+    drawn = DrawnStem(fit.axis, fit.r0, fit.r1, fit.oval)
+    oval = look_at(stack, fit, drawn, NO_STEMS, OPTIONS)
+    both = np.isfinite(oval.reading_cm) & np.isfinite(shown.reading_cm)
+    assert both.sum() >= 8 and np.abs(oval.reading_cm - shown.reading_cm)[both].max() < 0.5
+    beside_cm = 200 * drawn.beside(oval.edges.normal)
+    assert np.ptp(beside_cm) > 3.0
+    off_cm = 200 * oval.edges.radius_m
+    assert np.abs(off_cm + beside_cm)[both].mean() < 0.5 < np.abs(off_cm)[both].mean()
+
+
+def test_a_section_is_as_wide_as_its_oval_and_as_long_round_as_its_radius():
+    drawn = DrawnStem(StemAxis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37), 0.15, -0.005, (0.006, -0.008))
+    outline = drawn.section()
+    assert np.linalg.norm(np.diff(outline, axis=0), axis=1).sum() == pytest.approx(2 * np.pi * 0.15, rel=2e-3)
+    for turn in np.radians([0, 30, 75, 120]):
+        across = np.array([np.cos(turn), np.sin(turn)])
+        wide = 0.15 + drawn.beside(across)[0]
+        assert np.ptp(outline @ across) == pytest.approx(2 * wide, abs=5e-4)
+    assert np.hypot(*DrawnStem(drawn.axis, 0.15, -0.005).section().T) == pytest.approx(0.15)
+
+
 def test_photos_are_known_by_name(stack):
     """Photos in another order, and some that were not looked at, are told apart by their names."""
     names = tuple(view.name for view in stack.views)
@@ -130,6 +154,8 @@ def test_a_sheet_is_small_and_takes_any_text(stack, shown, flag):
         qc_reason=reasons, n_views=12, arc_deg=300.0, taper_cm_m=-1.0, lean_deg=0.0,
     ).finish()  # fmt: skip
     sheet = photo_sheet(PhotoEvidence(tree, fitted(STEM.r, names), shown, stack, 29.0))
+    oval = replace(shown, shape=replace(shown.shape, oval=(0.003, 0.004)))
+    assert len(photo_sheet(PhotoEvidence(tree, fitted(STEM.r, names), oval, stack)).jpeg()) <= MOST_BYTES
     data = sheet.jpeg()
     assert len(data) <= MOST_BYTES
     picture = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)

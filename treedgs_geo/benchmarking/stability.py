@@ -147,7 +147,7 @@ def run_cases(
     cases: list[Case], folder: Path, reporter: Reporter | None = None, fresh: bool = False, seconds: float = np.inf
 ) -> Iterator[dict]:
     """Records of the cases; what is kept in ``folder`` is not run again. ``fresh``: measured again where the measuring
-    code has changed since. Stops (without error) before a case that would begin after ``seconds``; a case whose process
+    code has changed since. Begins no case after ``seconds``, and goes on with those that are kept; a case whose process
     crashes is left out with a warning."""
     reporter, began, code = reporter or Reporter(), time.monotonic(), code_digest()
     same: dict[tuple, dict] = {}
@@ -161,7 +161,7 @@ def run_cases(
             yield record
             continue
         if time.monotonic() - began > seconds:
-            return
+            continue  # what is kept of the later ones is still said
         reporter.progress(number / len(cases), case.name)
         if key in same:
             record = {**same[key], "factor": case.factor.key, "level": case.level}

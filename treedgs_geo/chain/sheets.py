@@ -104,10 +104,10 @@ def shape_of(tree: Tree, fit: PhotoFit, site: Site) -> DrawnStem:
     """The stem to draw: the diameter in the layer at the place in the layer, along the axis that the photos gave;
     what was tried where there is no diameter."""
     if tree.dbh_cm is None:
-        return DrawnStem(fit.axis, fit.r0, fit.r1)
+        return DrawnStem(fit.axis, fit.r0, fit.r1, fit.oval)
     place = site.frame.to_local(np.array([[tree.x, tree.y, tree.z_ground or 0.0]]))[0, :2]
     slope = fit.r1 if tree.taper_cm_m is None else tree.taper_cm_m / 200
-    return DrawnStem(replace(fit.axis, p=place), tree.dbh_cm / 200, slope)
+    return DrawnStem(replace(fit.axis, p=place), tree.dbh_cm / 200, slope, fit.oval)
 
 
 def _others(fits: dict[int, PhotoFit], own: int) -> np.ndarray:

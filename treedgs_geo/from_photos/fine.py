@@ -276,8 +276,11 @@ def edges_near(
     band_m: tuple[float, float],
     offset_sd_px: float,
     window_px: float,
+    oval: tuple[float, float] = (0.0, 0.0),
 ) -> EdgesFound:
-    """The edges that :func:`refine` weighs about a shape that stays as it is, and how probably each is the stem's."""
+    """The edges that :func:`refine` weighs about a shape that stays as it is, and how probably each is the stem's.
+
+    oval: as of :class:`FineFit`."""
     layout = StripLayout(*band_m, 0.10, 0.025, r0 + 0.14, 0.005, sigma_px=0.8, linear=True)
     strips = cut_strips(stack, axis, layout, wanted=sighting.seen > 0.04)
     hide_known(strips, stack, axis, sighting.known, 0.01)
@@ -288,7 +291,7 @@ def edges_near(
         nothing, whole = np.empty(0), np.empty(0, int)
         none = np.full(n, np.nan)
         return EdgesFound(whole, nothing, nothing, whole, nothing, np.zeros(n), none, strips.normal, strips.widen)
-    shape = np.array([0, 0, 0, 0, 0, 0, r0, r1, 0, 0], float)
+    shape = np.array([0, 0, 0, 0, 0, 0, r0, r1, *oval], float)
     damping = _Damping(np.full(10, _FIXED), 1 / (offset_sd_px * strips.px_m) ** 2, shape)
     state = _State(shape.copy(), np.zeros(n), np.zeros(len(edges.u)), np.zeros(len(edges.none)), np.zeros((10, 10)))
     _expectation(edges, damping, ROUNDS, state)
@@ -298,6 +301,12 @@ def edges_near(
     return EdgesFound(
         edges.v, height, edges.u, edges.group % 2, state.post, state.offset, view_r, strips.normal, strips.widen
     )
+
+
+def doubled(normal: np.ndarray) -> np.ndarray:
+    """(N, 2) cosine and sine of twice the angle of directions (N, 2): times :attr:`FineFit.oval` what an oval section
+    shows across them beside its mean half width."""
+    return np.column_stack([normal[:, 0] ** 2 - normal[:, 1] ** 2, 2 * normal[:, 0] * normal[:, 1]])
 
 
 def _radii(strips: Strips, edges: _EdgePoints, state: _State) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -328,8 +337,8 @@ def _gathered(
     sign = 2.0 * s - 1.0
     q, n, px, f = strips.q[b], strips.normal[v], strips.px_m[v], strips.widen[v]
     # Unknowns: dp, ds, dc (2 each), r0, r1, oval (2).
-    side, turned = sign * f, np.column_stack([n[:, 0] ** 2 - n[:, 1] ** 2, 2 * n[:, 0] * n[:, 1]])
-    design = np.column_stack([n, n * q[:, None], n * (q * q)[:, None], side, side * q, side[:, None] * turned])
+    side = sign * f
+    design = np.column_stack([n, n * q[:, None], n * (q * q)[:, None], side, side * q, side[:, None] * doubled(n)])
     n_views, n_blocks = strips.coherence.shape[:2]
     group = (v * n_blocks + b) * 2 + s
     none = np.zeros(n_views * n_blocks * 2)

@@ -52,7 +52,8 @@ class PhotoFit:
     probable this diameter is among the explanations tried. outline_cm: diameter of the silhouette alone.
     foot_z: ground on the uphill side of the foot, local metres. gain: of "another stem touches it" over one stem.
     lo_cm, hi_cm: 90 % interval where se_cm is that of a mixture over the explanations (:mod:`.mixture`), NaN elsewhere.
-    carried: measured above breast height (:mod:`.hidden`). photos: names of the V photos looked at.
+    carried: measured above breast height (:mod:`.hidden`). oval: of the section, metres (:class:`.fine.FineFit`).
+    photos: names of the V photos looked at.
     """
 
     axis: StemAxis
@@ -79,6 +80,7 @@ class PhotoFit:
     lo_cm: float = np.nan
     hi_cm: float = np.nan
     carried: bool = False
+    oval: tuple[float, float] = (0.0, 0.0)
     photos: tuple[str, ...] = field(default=(), repr=False)
 
     @property
@@ -371,6 +373,7 @@ class Fitter:
             outline_cm=outline_cm,
             foot_z=foot_z,
             gain=gain,
+            oval=(float(fine.oval[0]), float(fine.oval[1])),
         )
 
 

@@ -35,7 +35,7 @@ def fit_record(fit: PhotoFit) -> dict[str, Any]:
         "bh_m": float(axis.bh_m),
     }
     plain["seen"] = np.round(fit.seen, _SEEN_DECIMALS).tolist()
-    plain["reasons"], plain["photos"] = list(fit.reasons), list(fit.photos)
+    plain |= {name: list(getattr(fit, name)) for name in ("reasons", "photos", "oval")}
     return plain
 
 
@@ -51,6 +51,8 @@ def fit_of_record(record: dict[str, Any]) -> PhotoFit:
     plain["axis"] = StemAxis(p, s, c, float(axis["ground_z"]), float(axis["bh_m"]))
     plain["seen"] = np.array(record["seen"], float)
     plain["reasons"], plain["photos"] = tuple(record["reasons"]), tuple(record["photos"])
+    east, other = record.get("oval", (0.0, 0.0))
+    plain["oval"] = float(east), float(other)
     return PhotoFit(**plain)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .chance import ABOVE, BREAST
-from .fine import EdgesFound, Sighting, edges_near
+from .fine import EdgesFound, Sighting, doubled, edges_near
 from .fit import WINDOWS_PX, PhotoFit
 from .options import PhotoStemOptions
 from .stack import PhotoStack
@@ -24,11 +24,27 @@ _BLOCK_M, _LEAST_PAIRS = 0.1, 2
 
 @dataclass(frozen=True)
 class DrawnStem:
-    """The stem that is drawn: axis, radius at breast height r0 (m) and its slope r1 (m/m), local frame."""
+    """The stem that is drawn: axis, radius at breast height r0 (m) and its slope r1 (m/m), local frame. oval: what its
+    section shows beside the radius, m (:class:`.fine.FineFit`)."""
 
     axis: StemAxis
     r0: float
     r1: float
+    oval: tuple[float, float] = (0.0, 0.0)
+
+    def beside(self, normal: np.ndarray) -> np.ndarray:
+        """(N,) by how much the section is wider than its mean across directions (N, 2), half of it, metres."""
+        return doubled(np.reshape(normal, (-1, 2))) @ np.array(self.oval)
+
+    def section(self, times: float = 1.0) -> np.ndarray:
+        """(73, 2) closed outline of the section at breast height, metres east and north of the axis; its oval ``times``
+        as large."""
+        turn = np.linspace(0.0, 2 * np.pi, 73)
+        normal = np.column_stack([np.cos(turn), np.sin(turn)])
+        along = np.column_stack([-normal[:, 1], normal[:, 0]])
+        cosine, sine = doubled(normal).T
+        grows = 2 * times * (self.oval[1] * cosine - self.oval[0] * sine)
+        return (self.r0 + times * self.beside(normal))[:, None] * normal + grows[:, None] * along
 
     def radius(self, height_m: np.ndarray) -> np.ndarray:
         """(N,) radius at heights above the axis' ground, metres."""
@@ -56,16 +72,17 @@ class StemShown:
     @property
     def reading_cm(self) -> np.ndarray:
         """(V,) the diameter at breast height that each photo alone reads, NaN without both edges."""
-        return 200 * (self.shape.r0 + self.edges.radius_m)
+        return 200 * (self.shape.r0 + self.shape.beside(self.edges.normal) + self.edges.radius_m)
 
     @property
     def worst(self) -> int | None:
-        """Index of the photo that counts and reads the farthest from the result; ``None`` where none can be read."""
+        """Index of the photo that counts and reads the farthest from the outline; ``None`` where none can be read."""
         off = np.where(self.sees, np.abs(self.edges.radius_m), np.nan)
         return int(np.nanargmax(off)) if np.isfinite(off).any() else None
 
     def diameters(self) -> np.ndarray:
-        """(K, 4) height above the ground (m), median diameter there over the photos, and its quartiles (cm)."""
+        """(K, 4) height above the ground (m), median diameter there over the photos, and its quartiles (cm); less what
+        the oval shows to each photo."""
         e = self.edges
         rows = []
         used = (e.used >= USED) & self.sees[e.view]
@@ -77,7 +94,7 @@ class StemShown:
                 place = np.full(len(self.seen), np.nan)
                 place[e.view[here]] = e.across_m[here] - e.offset_m[e.view[here]]
                 sides.append(place)
-            found = 100 * (sides[1] - sides[0]) / e.widen
+            found = 100 * (sides[1] - sides[0]) / e.widen - 200 * self.shape.beside(e.normal)
             found = found[np.isfinite(found)]
             if len(found) >= _LEAST_PAIRS:
                 low, middle, high = np.percentile(found, [25, 50, 75])
@@ -94,7 +111,15 @@ def look_at(
     seen = np.array([of_name.get(view.name, 0.0) for view in stack.views])
     band = (ABOVE if fit.carried else BREAST).fine
     edges = edges_near(
-        stack, shape.axis, shape.r0, shape.r1, Sighting(seen, known), band, options.offset_sd_px, WINDOWS_PX[-1]
+        stack,
+        shape.axis,
+        shape.r0,
+        shape.r1,
+        Sighting(seen, known),
+        band,
+        options.offset_sd_px,
+        WINDOWS_PX[-1],
+        shape.oval,
     )
     mass = np.bincount(edges.view * 2 + edges.side, edges.used, 2 * len(stack)).reshape(-1, 2)
     offset = stack.centre[:, :2] - shape.axis.p

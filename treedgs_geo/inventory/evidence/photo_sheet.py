@@ -19,6 +19,8 @@ MOST_PHOTOS, FEWEST_PHOTOS = 9, 6
 _GAP, _LEFT, _TOP, _HIGH = 6, 44, 92, 384
 #: Around a stem as much is shown: its diameters on either side, at least (m).
 _BESIDE_RADII, _BESIDE_M = 2.4, 0.45
+#: Radius of the section on the plan, pixels, and how many times its oval is drawn, at most.
+_SECTION_PX, _OVAL_TIMES = 20.0, 5.0
 #: Colours on the photos: edges that count, edges left out, the outline.
 _USED, _LEFT_OUT, _OUTLINE = (0, 230, 255), (255, 120, 200), (255, 235, 59)
 
@@ -38,7 +40,7 @@ def photo_sheet(evidence: PhotoEvidence) -> Canvas:
     """Draw the sheet."""
     tree = evidence.tree
     below = _TOP + _HIGH + 52
-    canvas = Canvas(WIDTH, max(below + 300, below + 24 + reason_lines(tree, 300)))
+    canvas = Canvas(WIDTH, max(below + 308, below + 24 + reason_lines(tree, 300)))
     headline(canvas, tree)
     photos, half_m, px_m = _layout(evidence)
     _photo_row(canvas, evidence, photos, half_m, px_m)
@@ -131,7 +133,8 @@ def _on_photo(
     edges, axis = shown.edges, shown.shape.axis
     here = edges.view == v
     heights = np.arange(0.2, top_m - 0.05, 0.1)
-    half = edges.widen[v] * shown.shape.radius(heights)
+    beside = float(shown.shape.beside(edges.normal[v])[0])
+    half = edges.widen[v] * (shown.shape.radius(heights) + beside)
     for side in (-1.0, 1.0):
         outline = np.column_stack([middle - (edges.offset_m[v] + side * half) / px_m, y_of(heights)])
         (canvas.line if measured else canvas.dashed)(outline, _OUTLINE)
@@ -140,7 +143,7 @@ def _on_photo(
         points = np.column_stack([middle - edges.across_m[chosen] / px_m, y_of(edges.height_m[chosen])])
         canvas.dots(points, colour, wide)
     for side in (-1.0, 1.0):
-        x = middle - (edges.offset_m[v] + side * edges.widen[v] * shown.shape.r0) / px_m
+        x = middle - (edges.offset_m[v] + side * edges.widen[v] * (shown.shape.r0 + beside)) / px_m
         y = float(y_of(axis.bh_m))
         canvas.line([(x, y), (x - 9 * side, y)], PAPER, 2)
 
@@ -195,7 +198,7 @@ def _directions(
         canvas.text(middle + 2, centre + reach * ring / far + 1, f"{ring:g} m", 9, FAINT, at="ls")
     canvas.line([(middle, centre - reach - 14), (middle, centre - reach - 2)], FAINT, 2)
     canvas.text(middle + 5, centre - reach - 14, "N", 12, FAINT, True)
-    canvas.circle(middle, centre, 5, FLAG_COLOURS[evidence.tree.qc_flag], -1)
+    _section(canvas, evidence, middle, centre, left, top)
     place = np.column_stack(
         [
             middle + reach * shown.away_m / far * np.cos(shown.azimuth),
@@ -214,6 +217,19 @@ def _directions(
     canvas.text(left + 16, top + 274, f"counts ({int(sees.sum())})", 11, INK, at="lm")
     canvas.circle(left + 106, top + 274, 4, (150, 150, 150))
     canvas.text(left + 116, top + 274, f"hidden or unclear ({looked - int(sees.sum())})", 11, INK, at="lm")
+
+
+def _section(canvas: Canvas, evidence: PhotoEvidence, x: float, y: float, left: float, top: float) -> None:
+    """The stem on the plan: a dot, or its oval section with the oval drawn larger."""
+    colour, shape = FLAG_COLOURS[evidence.tree.qc_flag], evidence.shown.shape
+    canvas.circle(x, y, 5, colour, -1)
+    if shape.oval == (0.0, 0.0):
+        return
+    # So much larger that it is seen, as long as no side caves in.
+    times = float(np.clip(0.25 * shape.r0 / np.hypot(*shape.oval), 1.0, _OVAL_TIMES))
+    outline = shape.section(times) * (_SECTION_PX / shape.r0)
+    canvas.line(np.column_stack([x + outline[:, 0], y - outline[:, 1]]), colour, 2)
+    canvas.text(left, top + 292, f"round the dot: the section, its oval {times:.0f} times as large", 11, INK, at="lm")
 
 
 def _diameters(canvas: Canvas, evidence: PhotoEvidence, box: tuple[float, float, float, float]) -> None:
@@ -262,6 +278,9 @@ def _rows(evidence: PhotoEvidence) -> list[tuple[str, str]]:
     for name, value in _others(evidence).items():
         label = {"silhouette": "silhouette alone", "second": "second measurement (bark)"}[name]
         rows.append((label, f"{value:.1f} cm"))
+    oval_cm = 200 * float(np.hypot(*shown.shape.oval))
+    if oval_cm > 0 and tree.dbh_cm is not None:
+        rows.append(("widest, narrowest", f"{tree.dbh_cm + oval_cm:.1f}, {tree.dbh_cm - oval_cm:.1f} cm"))
     if tree.lean_deg is not None:
         rows.append(("lean", f"{tree.lean_deg:.1f}°"))
     if tree.taper_cm_m is not None:
