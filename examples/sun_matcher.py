@@ -100,7 +100,7 @@ class Matcher:
 
     def described(self, photo: np.ndarray, turn_deg: float) -> tuple[np.ndarray, np.ndarray]:
         """(K, 2) pixels of a photo and (K, WIDTH) float32 descriptions of the photo turned about its middle."""
-        key = (zlib.crc32(np.ascontiguousarray(photo[::16, ::16])), photo.shape, turn_deg)
+        key = (zlib.crc32(photo[::16, ::16].tobytes()), photo.shape, turn_deg)
         if key in self._kept:
             self._kept.move_to_end(key)
             return self._kept[key]

@@ -51,6 +51,8 @@ def load_photos(folder: Path) -> tuple[list[Photo], Dtm]:
     photos = []
     for view in plot.views():
         grey = cv2.imread(str(view.path), cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION)
+        if grey is None:
+            raise SystemExit(f"{view.path}: cannot be decoded as a photo; simulate the plot again.")
         shares = read_labels(folder / "truth" / "labels" / f"{Path(view.name).stem}.png")
         ground = shares.astype(int).sum(axis=2) < 64
         share = cv2.blur(ground.astype(np.float32), (OPEN_PX, OPEN_PX), borderType=cv2.BORDER_CONSTANT)
@@ -110,8 +112,8 @@ def step_of(network: Descriptor, batch: list[tuple]) -> tuple[torch.Tensor, floa
         alike = one @ two.T
         # Near places are neither the same nor wrong.
         near = [np.linalg.norm(each[:, None] - each[None], axis=2) < 1.5 * STRIDE for each in (here, there)]
-        near = torch.from_numpy((near[0] | near[1]) & ~np.eye(len(here), dtype=bool))
-        scores = (alike / SHARPNESS).masked_fill(near, -1e4)
+        neither = torch.from_numpy((near[0] | near[1]) & ~np.eye(len(here), dtype=bool))
+        scores = (alike / SHARPNESS).masked_fill(neither, -1e4)
         target = torch.arange(len(here))
         losses.append(
             0.5
@@ -174,7 +176,7 @@ def patches(plot: tuple[list[Photo], Dtm], rng: np.random.Generator) -> tuple:
 
 def _patch_of(pixel: np.ndarray, turn_deg: float, size: float) -> np.ndarray:
     """(2, 3) affine from a photo to a patch around a pixel, turned by ``turn_deg``."""
-    move = cv2.getRotationMatrix2D((float(pixel[0]), float(pixel[1])), -turn_deg, size)
+    move = np.asarray(cv2.getRotationMatrix2D((float(pixel[0]), float(pixel[1])), -turn_deg, size), float)
     move[:, 2] += PATCH_PX / 2 - pixel
     return move
 

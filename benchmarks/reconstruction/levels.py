@@ -10,9 +10,10 @@ children included, one thread. Features of the fine level are those of the guide
 from __future__ import annotations
 
 import argparse
-import resource
+import os
 import shutil
 from pathlib import Path
+from typing import Any
 
 from benchmarks.reconstruction.accuracy import score
 from benchmarks.records import write_record
@@ -36,7 +37,7 @@ _SCORED = (
 
 
 def _seconds() -> float:
-    return sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(os.times()[:4])
 
 
 def of_plot(plot: Path, work: Path) -> dict[str, dict]:
@@ -45,7 +46,8 @@ def of_plot(plot: Path, work: Path) -> dict[str, dict]:
     options, survey = ReconstructOptions(threads=1), _survey(stations, None, None)
     # What an earlier run has kept would cost nothing.
     shutil.rmtree(work / plot.name, ignore_errors=True)
-    former, found = None, {}
+    former = None
+    found: dict[str, dict[str, Any]] = {}
     for level in levels_of(options.neighbours, True):
         own = _Work(stations, options, survey, None, None, work / plot.name / level.name / "sfm")
         if level.again:  # the guided level's features
