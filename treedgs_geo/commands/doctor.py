@@ -50,6 +50,7 @@ OPTIONAL = {
     "reportlab": "reportlab",
     "warp": "warp-lang",
     "torch": "torch",
+    "onnxruntime": "onnxruntime",
 }
 
 _BASE = (

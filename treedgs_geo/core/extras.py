@@ -9,6 +9,7 @@ EXTRAS: dict[str, tuple[str, ...]] = {
     "reports": ("openpyxl", "reportlab"),
     "gpu": ("warp",),
     "torch": ("torch",),
+    "onnx": ("onnxruntime",),
 }
 
 
