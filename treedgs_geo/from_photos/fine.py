@@ -304,7 +304,7 @@ def edges_near(
 
 
 def doubled(normal: np.ndarray) -> np.ndarray:
-    """(N, 2) cosine and sine of twice the angle of directions (N, 2): times :attr:`FineFit.oval` what an oval section
+    """(N, 2) cosine and sine of twice the angle of directions (N, 2): times ``FineFit.oval`` what an oval section
     shows across them beside its mean half width."""
     return np.column_stack([normal[:, 0] ** 2 - normal[:, 1] ** 2, 2 * normal[:, 0] * normal[:, 1]])
 
