@@ -86,9 +86,8 @@ class Matcher:
         for turn in TURNS_DEG:
             _, others = self.described(second, turn)
             alike = described[::2] @ others[::4].T
-            likely = int((alike.max(axis=1) > np.quantile(alike.max(axis=1), 0.5)).sum())
             agreeing = _mutual(alike)
-            score = int((alike[agreeing[:, 0], agreeing[:, 1]] > LEAST_ALIKE).sum()) if likely else 0
+            score = int((alike[agreeing[:, 0], agreeing[:, 1]] > LEAST_ALIKE).sum())
             if score > best[0]:
                 best = score, turn
         there, others = self.described(second, best[1])

@@ -19,13 +19,13 @@ GUIDED_NEIGHBOURS = 12
 GUIDED_FEATURES = 5000
 #: A block of the first level is good enough when its photos are this sure at the stems, pixels: the median, and the
 #: least sure of them (:func:`.posterior.posterior_of`). A stem's edges are fitted with a sideways error of 0.3 px for
-#: each photo: what is sure to that costs no diameter (``docs/evidence/reconstruction.md``).
+#: each photo: what is sure to that costs no diameter (``docs/evidence/speed-accuracy.md``).
 SURE_MEDIAN_PX, SURE_WORST_PX = 0.15, 0.3
 #: The next level starts from the photos that are this sure at the stems, pixels, where they are this share; else anew.
 KEPT_SURE_PX, KEPT_SHARE = 0.15, 0.5
 #: And when what is left in the photos is no more than this, pixels: swaying shrubs leave 0.54 on ``plot_h``.
 LEFT_PX = 0.6
-#: And when no more than this share of the photos is not placed: one of 62 is not worth three times the time.
+#: And when no more than this share of the photos is not placed: one of 62 is not worth another level.
 MISSING_SHARE = 0.03
 #: After the level that a block guides, every feature is matched with every other only where fewer photos are placed.
 PLACED_SHARE = 0.9

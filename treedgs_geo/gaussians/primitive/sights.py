@@ -92,20 +92,27 @@ class Sight:
                 np.ascontiguousarray(camera.rotation, float), np.asarray(camera.centre, float), camera.intrinsics
             ),
             coverage=empty_coverage(crop.image.shape[:2]),
-            composite=Composite(np.empty_like(crop.image), crop.weight.copy(), np.zeros((2, 64))),
+            composite=_empty_composite(crop),
         )
 
     def again(self) -> Sight:
         """The same with nothing drawn yet, for another explanation beside this one."""
-        shape = self.crop.image.shape[:2]
-        composite = Composite(np.empty_like(self.crop.image), self.crop.weight.copy(), np.zeros((2, 64)))
-        gain = np.ones(3, np.float32)
-        return replace(self, gain=gain, coverage=empty_coverage(shape), composite=composite, drawn=False)
+        return replace(
+            self,
+            gain=np.ones(3, np.float32),
+            coverage=empty_coverage(self.crop.image.shape[:2]),
+            composite=_empty_composite(self.crop),
+            drawn=False,
+        )
 
     @property
     def scene(self) -> Surroundings:
         """What the crop shows besides the stem, as the kernels take it."""
         return Surroundings(self.behind, self.front, self.through, self.gain, self.crop.image, self.crop.weight)
+
+
+def _empty_composite(crop: Crop) -> Composite:
+    return Composite(np.empty_like(crop.image), crop.weight.copy(), np.zeros((2, 64)))
 
 
 def empty_coverage(shape: tuple[int, ...]) -> Coverage:
