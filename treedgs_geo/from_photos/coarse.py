@@ -18,7 +18,6 @@ from .coarse_kernels import (
     null_scores,
     objective,
     polish_many,
-    polish_one,
     score_many,
     sum_scores,
     table_scores,
@@ -162,18 +161,12 @@ class Search:
         ]
 
     def polish_all(self, modes: list[Mode], r_low: list[float] | None = None) -> list[Mode]:
-        """:meth:`polish` of several modes at once, in parallel; ``r_low`` for each."""
+        """Modes refined on the continuous score, in parallel; their radii stay above ``r_low``."""
         starts = np.array([mode.vector for mode in modes]).reshape(-1, 5)
         low = np.maximum(np.zeros(len(modes)) if r_low is None else np.array(r_low), float(self.null.radii[0]))
         best = np.empty(len(modes))
         polish_many(self.edges, self.null, self.prior.row, starts, low, float(self.null.radii[-1]), best)
         return [Mode(*[*map(float, p), float(score)]) for p, score in zip(starts, best, strict=True)]
-
-    def polish(self, mode: Mode, r_low: float = 0.0) -> Mode:
-        """Refine a mode on the continuous score; the radius stays above ``r_low``."""
-        p = mode.vector
-        best = polish_one(self.data, p, max(float(self.null.radii[0]), r_low), float(self.null.radii[-1]))
-        return Mode(*[*map(float, p), float(best)])
 
     def wholes(self, mode: Mode, share: float = 0.45, most: int = 2) -> list[Mode]:
         """Larger explanations that keep one edge of ``mode`` and score at least ``share`` of it, polished.

@@ -193,13 +193,68 @@ def _derivative(sigma, half, rise):
 
 
 @njit(inline="always", **_FAST)
-def _read_row(photos, v, axis, h, across, lut, colour, line):
+def _opponent(pixels, k, lut):
+    """Three channels of the pixel whose blue lies at ``k``."""
+    blue, green, red = lut[pixels[k]], lut[pixels[k + 1]], lut[pixels[k + 2]]
+    return (
+        np.float32(0.299) * red + np.float32(0.587) * green + np.float32(0.114) * blue,
+        np.float32(0.5) * (red - green),
+        np.float32(0.5) * (blue - green),
+    )
+
+
+@njit(inline="always", **_FAST)
+def _between(start, end, size, at, share):
+    """Whole pixels before evenly spaced places from ``start`` to ``end``, (wide,) int32, and the share of a pixel
+    beyond them, (wide,) float32; edges are clamped."""
+    # Small numbers: float32 to some 1e-5 pixels.
+    base = np.floor(min(start, end))
+    low, high = np.float32(-base), np.float32(size - 1.001 - base)
+    first, step = np.float32(start - base), np.float32((end - start) / (at.size - 1))
+    whole = np.int32(base)
+    for i in range(at.size):
+        place = min(max(first + np.float32(np.int32(i)) * step, low), high)
+        before = np.int32(np.floor(place))
+        share[i] = place - np.float32(before)
+        at[i] = before + whole
+
+
+@njit(inline="always", **_FAST)
+def _read_line(pixels, start, shape, ends, lut, line, at, share):
+    """:func:`fetch` at evenly spaced places between the ends (u, v, u, v), (3, wide). Several places lie between the
+    same four pixels, which are looked up once. at, share: (2, wide) int32 and float32 to work with."""
+    rows, columns = shape
+    _between(ends[0], ends[2], columns, at[0], share[0])
+    _between(ends[1], ends[3], rows, at[1], share[1])
+    wide = line.shape[1]
+    i = 0
+    while i < wide:
+        column, row = at[0, i], at[1, i]
+        k = start + (np.int64(row) * columns + column) * 3
+        m = k + columns * 3
+        # Of each channel: the upper left pixel, and what rightwards, downwards and both add.
+        a0, a1, a2 = _opponent(pixels, k, lut)
+        b0, b1, b2 = _opponent(pixels, k + 3, lut)
+        c0, c1, c2 = _opponent(pixels, m, lut)
+        d0, d1, d2 = _opponent(pixels, m + 3, lut)
+        d0, d1, d2 = d0 + a0 - b0 - c0, d1 + a1 - b1 - c1, d2 + a2 - b2 - c2
+        b0, b1, b2 = b0 - a0, b1 - a1, b2 - a2
+        c0, c1, c2 = c0 - a0, c1 - a1, c2 - a2
+        while i < wide and at[0, i] == column and at[1, i] == row:
+            x, y = share[0, i], share[1, i]
+            line[0, i] = a0 + x * b0 + y * (c0 + x * d0)
+            line[1, i] = a1 + x * b1 + y * (c1 + x * d1)
+            line[2, i] = a2 + x * b2 + y * (c2 + x * d2)
+            i += 1
+
+
+@njit(inline="always", **_FAST)
+def _read_row(photos, v, axis, h, across, lut, line, at, share):
     """One row of a strip, (3, wide), at height ``h``; False where the crop ends earlier. across: direction across the
     view, first place and length, metres."""
     nx, ny, first, reach = across
     cam, corner = photos.camera[v], photos.corner[v]
     rows, columns = photos.shape[v, 0], photos.shape[v, 1]
-    wide = line.shape[1]
     q = h - axis[BH_M]
     x = axis[P_X] + axis[S_X] * q + axis[C_X] * q * q
     y = axis[P_Y] + axis[S_Y] * q + axis[C_Y] * q * q
@@ -215,26 +270,32 @@ def _read_row(photos, v, axis, h, across, lut, colour, line):
     vm = 0.5 * (va + vb)
     if um < 2 or vm < 2 or um > columns - 3 or vm > rows - 3:
         return False
-    for i in range(wide):
-        t = i / (wide - 1)
-        fetch(photos.pixels, photos.start[v], rows, columns, ua + t * (ub - ua), va + t * (vb - va), lut, colour)
-        line[0, i] = colour[0]
-        line[1, i] = colour[1]
-        line[2, i] = colour[2]
+    _read_line(photos.pixels, photos.start[v], (rows, columns), (ua, va, ub, vb), lut, line, at, share)
     return True
 
 
 @njit(inline="always", **_FAST)
 def _add_slopes(line, taps, slope, mean, power):
-    """Derivative of a row: added to (3, U) mean, its square to (U,) power."""
-    n_u = slope.size
+    """Derivative of a row: added to (3, U) mean, its square to (U,) power. The taps are odd: one multiplication for two
+    samples, three taps at a time."""
+    n_u, half = slope.size, taps.size // 2
     for ch in range(3):
+        row = line[ch]
         slope[:] = np.float32(0.0)
-        for m in range(taps.size):
-            tap = taps[m]
-            shifted = line[ch, m : m + n_u]
+        m = 1
+        while m + 2 <= half:
+            t0, t1, t2 = taps[half + m], taps[half + m + 1], taps[half + m + 2]
+            p0, q0 = row[half + m : half + m + n_u], row[half - m : half - m + n_u]
+            p1, q1 = row[half + m + 1 : half + m + 1 + n_u], row[half - m - 1 : half - m - 1 + n_u]
+            p2, q2 = row[half + m + 2 : half + m + 2 + n_u], row[half - m - 2 : half - m - 2 + n_u]
             for i in range(n_u):
-                slope[i] += tap * shifted[i]
+                slope[i] += t0 * (p0[i] - q0[i]) + t1 * (p1[i] - q1[i]) + t2 * (p2[i] - q2[i])
+            m += 3
+        while m <= half:
+            tap, p, q = taps[half + m], row[half + m : half + m + n_u], row[half - m : half - m + n_u]
+            for i in range(n_u):
+                slope[i] += tap * (p[i] - q[i])
+            m += 1
         for i in range(n_u):
             mean[ch, i] += slope[i]
             power[i] += slope[i] * slope[i]
@@ -264,7 +325,7 @@ def _strips_kernel(photos, wanted, axis, sampling, strips):
         taps = _derivative(sigma, half, px / du)
         wide = n_u + 2 * half
         line = np.empty((3, wide), np.float32)
-        colour = np.empty(3, np.float32)
+        at, share = np.empty((2, wide), np.int32), np.empty((2, wide), np.float32)
         mean = np.empty((3, n_u), np.float32)
         power = np.empty(n_u, np.float32)
         slope = np.empty(n_u, np.float32)
@@ -276,7 +337,7 @@ def _strips_kernel(photos, wanted, axis, sampling, strips):
             seen = True
             for k in range(per_block):
                 h = heights[b * per_block + k]
-                seen = _read_row(photos, v, axis, h, (nx, ny, first, reach), lut, colour, line)
+                seen = _read_row(photos, v, axis, h, (nx, ny, first, reach), lut, line, at, share)
                 if not seen:
                     break
                 _add_slopes(line, taps, slope, mean, power)

@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
+from numba import njit, prange
 
 from .backdrop import Silhouette
 from .backdrop_kernels import step_contrast
@@ -158,6 +158,23 @@ def _pair_polish(data, p, low, high, scales):
     return pattern_search(_pair_objective, data, _pair_step, _PAIR_MOVES, p, low, high, scales, 6)
 
 
+@njit(parallel=True, **_FAST)
+def _pair_scores(edges, valid, null, prior, upright, pairs, scores):
+    """:func:`_pair_objective` of (M, 10) pairs -> (M,) scores."""
+    for m in prange(len(pairs)):
+        z = np.empty(valid.shape[0])
+        scores[m] = _pair_objective((edges, valid, null, prior, upright, z), pairs[m])
+
+
+@njit(parallel=True, **_FAST)
+def _pair_polish_many(edges, valid, null, prior, upright, pairs, limits, scales, scores):
+    """:func:`_pair_polish` of (M, 10) pairs, side by side; pairs and (M,) scores are changed in place."""
+    low, high = limits
+    for m in prange(len(pairs)):
+        z = np.empty(valid.shape[0])
+        scores[m] = _pair_polish((edges, valid, null, prior, upright, z), pairs[m], low, high, scales)
+
+
 @dataclass(frozen=True)
 class Pair:
     """A stem and its companion. vector: (10,) x, y, lx, ly, r of the stem, then of the companion, relative to the
@@ -176,13 +193,42 @@ class Pair:
 
 def find_companion(search: Search, start: StemAxis, stems: list[np.ndarray]) -> Pair | None:
     """The best pair made of one of ``stems`` ((5,) vectors) and a companion; None where no companion helps."""
-    data, upright = _data(search, start), -start.s
-    turns = np.arange(TURNS) * (2 * np.pi / TURNS)
-    singles = [search.polish(Mode(*[*map(float, stem), search.score(stem)])) for stem in stems]
+    data = _data(search, start)
+    singles = search.polish_all([Mode(*[*map(float, stem), 0.0]) for stem in stems])
     singles = distinct(sorted(singles, key=lambda mode: -mode.score), 0.015, 0.008)[:MOST_STEMS]
     single = max((mode.score for mode in singles), default=0.0)
-    grid: list[tuple[float, int, np.ndarray]] = []
-    for owner, stem in enumerate(mode.vector for mode in singles):
+    owners, pairs = _beside([mode.vector for mode in singles], -start.s)
+    scores = np.empty(len(pairs))
+    _pair_scores(*data[:5], pairs, scores)
+    starts: list[tuple[int, np.ndarray]] = []
+    for at in np.argsort(-scores, kind="stable"):
+        owner, p = owners[at], pairs[at]
+        if len(starts) == MOST_STARTS or scores[at] < WORTH * single:
+            break
+        # Each single disc gets its turn, from different sides.
+        near = [np.hypot(*(p[5:7] - k[5:7])) < 0.05 and abs(p[4] - k[4]) < 0.01 for _, k in starts]
+        if any(near) or sum(other == owner for other, _ in starts) == STARTS_EACH:
+            continue
+        starts.append((owner, p))
+    if not starts:
+        return None
+    limits = float(search.null.radii[0]), float(search.null.radii[-1])
+    begun, reached = np.array([p for _, p in starts]), np.empty(len(starts))
+    _pair_polish_many(*data[:5], begun, limits, np.array([1.0]), reached)
+    best = int(np.argmax(reached))
+    if reached[best] < single + LEAST_GAIN:
+        return None
+    vector = begun[best]
+    score = float(_pair_polish(data, vector, *limits, np.array([0.5, 0.25])))
+    return Pair(vector, score, score - single)
+
+
+def _beside(stems: list[np.ndarray], upright: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Companions all round stems ((5,) vectors): number of the stem, (M,), and both, (M, 10). upright: (2,) lean of an
+    upright stem."""
+    owners, pairs = [], []
+    turns = np.arange(TURNS) * (2 * np.pi / TURNS)
+    for owner, stem in enumerate(stems):
         for angle, radius in ((a, r) for a in turns for r in MATE_RADII_M):
             away = np.array([np.cos(angle), np.sin(angle)])
             # Beside the disc, or split off from it: the disc itself may be the sum of both.
@@ -193,29 +239,9 @@ def find_companion(search: Search, start: StemAxis, stems: list[np.ndarray]) -> 
                 place = stem[:2] - shrink * away
                 mate = place + (thick + radius) * away
                 for lean in (upright, stem[2:4]):
-                    p = np.concatenate([place, stem[2:4], [thick], mate, lean, [radius]])
-                    grid.append((float(_pair_objective(data, p)), owner, p))
-    grid.sort(key=lambda item: -item[0])
-    limits = float(search.null.radii[0]), float(search.null.radii[-1])
-    begun: list[tuple[float, np.ndarray]] = []
-    starts: list[tuple[int, np.ndarray]] = []
-    for value, owner, p in grid:
-        if len(begun) == MOST_STARTS or value < WORTH * single:
-            break
-        # Each single disc gets its turn, from different sides.
-        near = [np.hypot(*(p[5:7] - k[5:7])) < 0.05 and abs(p[4] - k[4]) < 0.01 for _, k in starts]
-        if any(near) or sum(other == owner for other, _ in starts) == STARTS_EACH:
-            continue
-        starts.append((owner, p))
-        vector = p.copy()
-        begun.append((float(_pair_polish(data, vector, *limits, np.array([1.0]))), vector))
-    if not begun:
-        return None
-    score, vector = max(begun, key=lambda item: item[0])
-    if score < single + LEAST_GAIN:
-        return None
-    score = float(_pair_polish(data, vector, *limits, np.array([0.5, 0.25])))
-    return Pair(vector, score, score - single)
+                    owners.append(owner)
+                    pairs.append(np.concatenate([place, stem[2:4], [thick], mate, lean, [radius]]))
+    return np.array(owners, int), np.array(pairs).reshape(-1, 10)
 
 
 def crowded(vector: np.ndarray, normal: np.ndarray) -> np.ndarray:

@@ -41,6 +41,14 @@ class Crop:
         """How many it has."""
         return self.camera.width * self.camera.height
 
+    def part(self, box: tuple[slice, slice]) -> Crop:
+        """Its pixels in a box, rows and columns."""
+        rows, columns = box
+        image = np.ascontiguousarray(self.image[box])
+        camera = self.camera.part(columns.start, rows.start, image.shape[1], image.shape[0])
+        weight, texels, ground = (np.ascontiguousarray(v[box]) for v in (self.weight, self.texels, self.ground))
+        return replace(self, camera=camera, image=image, weight=weight, texels=texels, ground=ground)
+
 
 def band_outline(radius_m: float, low_m: float, high_m: float) -> np.ndarray:
     """(48, 3) points on the rims and the middle of the stem's cylinder, around the origin."""

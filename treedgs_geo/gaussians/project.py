@@ -18,7 +18,7 @@ Kernels are scalar per Gaussian, float64 inside; ``reference.py`` holds the NumP
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numba
 import numpy as np
@@ -71,6 +71,10 @@ class CropCamera:
             self.rotation,
             self.translation,
         )
+
+    def part(self, left: int, top: int, width: int, height: int) -> CropCamera:
+        """A piece of the view, given in its pixels."""
+        return replace(self, width=width, height=height, cx=self.cx - left, cy=self.cy - top)
 
     def moved(self, origin: np.ndarray) -> CropCamera:
         """The same view in a world frame whose origin is ``origin`` (3,) of the present one."""

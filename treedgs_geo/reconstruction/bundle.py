@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.spatial.transform import Rotation
+from threadpoolctl import threadpool_limits
 
 from . import bundle_kernels as kernels
 from .bundle_kernels import CX, FIRST_FLIGHT, LOG_ASPECT, LOG_F, N_POSE, READOUT
@@ -37,6 +38,9 @@ _HARDLY_DAMPED = 1e-3
 _NOTHING = 1e-8
 _CENTRE, _TRAVEL = slice(3, 6), slice(6, 9)
 _MOST_DAMPING = 1e4
+#: Up to so many unknowns BLAS gets one thread: its others wait busily for the next matrix, on the cores that the
+#: compiled loops between need.
+_FEW_UNKNOWNS = 1500
 
 
 @dataclass(frozen=True)
@@ -331,6 +335,10 @@ class Problem:
 
     def solve(self, x: State, sigma_px: float, tag_loss: float, iterations: int, tolerance: float) -> State:
         """Levenberg-Marquardt from ``x``; ends when a step moves the cameras by less than ``tolerance``."""
+        with threadpool_limits(1 if len(self.free) <= _FEW_UNKNOWNS else None, "blas"):
+            return self._solve(x, sigma_px, tag_loss, iterations, tolerance)
+
+    def _solve(self, x: State, sigma_px: float, tag_loss: float, iterations: int, tolerance: float) -> State:
         # Principal point, p1 and p2 form a long flat valley: strong damping would end on its side.
         damping = 1e-6
         weights = self._around(x, sigma_px, tag_loss)

@@ -81,6 +81,17 @@ def _settled(layers, s, y, x):
     return False, s, y, x, zero, zero, zero, zero, zero, zero
 
 
+@njit(inline="always", **_FAST)
+def _candidates(line, least, out):
+    """Pixels of a row (W,) that may be extrema, (W - 2,) bool: high or low enough, and beyond both neighbours."""
+    left, here, right = line[:-2], line[1:-1], line[2:]
+    for x in range(out.size):
+        value = here[x]
+        above = (value > least) & (left[x] <= value) & (right[x] <= value)
+        below = (value < -least) & (left[x] >= value) & (right[x] >= value)
+        out[x] = above | below
+
+
 @njit(**_FAST)
 def extrema(layers, least, most_edge, found):
     """Extrema of the differences of Gaussians, moved to a fraction of a pixel (Lowe 2004, section 4).
@@ -95,19 +106,14 @@ def extrema(layers, least, most_edge, found):
     count, height, width = 0, layers.shape[1], layers.shape[2]
     first = np.float32(0.8 * least)
     worst = (most_edge + 1) ** 2 / most_edge
+    likely = np.empty(width - 2, np.bool_)
     for level in range(1, LEVELS + 1):
         for row in range(_BORDER, height - _BORDER):
+            _candidates(layers[level, row], first, likely)
             for column in range(_BORDER, width - _BORDER):
+                if not likely[column - 1]:
+                    continue
                 value = layers[level, row, column]
-                if abs(value) <= first:
-                    continue
-                # Most fall at the first neighbours along the row.
-                left, right = layers[level, row, column - 1], layers[level, row, column + 1]
-                if value > 0:
-                    if left > value or right > value:
-                        continue
-                elif left < value or right < value:
-                    continue
                 if not _is_extremum(layers, level, row, column, value):
                     continue
                 settled, s, y, x, dx, dy, ds, peak, trace, area = _settled(layers, level, row, column)
@@ -171,8 +177,10 @@ def orientations(size, turn, feature, scale, decay, histogram, found):
             low = int(np.floor(at))
             share = at - np.float32(low)
             value = size[y, x] * decay[min(int(square * per), len(decay) - 1)]
-            histogram[low % TURNS] += (np.float32(1) - share) * value
-            histogram[(low + 1) % TURNS] += share * value
+            low = low + TURNS if low < 0 else low
+            high = low + 1 if low < TURNS - 1 else 0
+            histogram[low] += (np.float32(1) - share) * value
+            histogram[high] += share * value
     for _ in range(6):
         first, before = histogram[0], histogram[TURNS - 1]
         for k in range(TURNS):

@@ -20,7 +20,7 @@ from ..crops import Crop, GroundPlane, halved
 from ..loss import robust_weight
 from .model import CELL_M, N_SHAPE, StemView, normal_equations
 from .search import gather_evidence, starts
-from .sights import JointSettings, Layers, Sight, compare, draw, expose, ground_layers, textures
+from .sights import NO_STEM, JointSettings, Layers, Sight, compare, draw, expose, ground_layers, textures
 
 #: Prior means and sds of the shape: place, slope, bend, radius, taper.
 PRIOR = np.array([0, 0, 0, 0, 0, 0, 0, START_TAPER])
@@ -161,7 +161,7 @@ def fit_primitive(
     sights, unlike = [], []
     for crop in half:
         front, through, behind = look(crop)
-        sights.append(Sight.between(crop, front, through, behind))
+        sights.append(Sight.between(crop, front, through, behind).compared(settings))
         bare = front + through[..., None] * behind
         unlike.append(1 - np.sqrt(robust_weight(bare - crop.image, 0.12)))
     evidence = gather_evidence(half, unlike, settings.bh_m)
@@ -177,7 +177,7 @@ def fit_primitive(
             kept.append(item)
     if not kept:
         return None
-    fine = [Sight.between(crop, *look(crop)) for crop in crops]
+    fine = [Sight.between(crop, *look(crop)).compared(settings) for crop in crops]
 
     def closer(item: PrimitiveExplanation) -> PrimitiveExplanation:
         own = [sight.again() for sight in fine]
@@ -187,7 +187,7 @@ def fit_primitive(
     ended.sort(key=lambda e: e.loss)
     best = ended[0]
     rivals = [e.loss for e in ended[1:] if abs(e.dbh_cm - best.dbh_cm) > _SAME_CM]
-    nothing = PrimitiveExplanation(np.array([0, 0, 0, 0, 0, 0, 1e-4, 0.0]), np.zeros(len(fine)))
+    nothing = PrimitiveExplanation(NO_STEM, np.zeros(len(fine)))
     bare = _loss_of(fine, nothing, settings)
     loss, texture = _loss_of(fine, best, settings), textures(fine, settings, False)
     return PrimitiveFit(

@@ -68,7 +68,7 @@ class Sight:
     lens: Lens
     coverage: Coverage
     composite: Composite
-    drawn: bool = False
+    drawn: bool = False  # the coverage's window is known
 
     @classmethod
     def of(cls, crop: Crop, ground: np.ndarray, gain: np.ndarray | None = None) -> Sight:
@@ -96,13 +96,37 @@ class Sight:
         )
 
     def again(self) -> Sight:
-        """The same with nothing drawn yet, for another explanation beside this one."""
+        """The same for another explanation beside this one."""
+        coverage = self.coverage
+        if self.drawn:  # which pixels are looked at hangs on no shape
+            alpha, edge, angle, level, window = coverage
+            coverage = Coverage(alpha.copy(), edge.copy(), angle.copy(), level.copy(), window)
+        else:
+            coverage = empty_coverage(self.crop.image.shape[:2])
+        return replace(self, gain=np.ones(3, np.float32), coverage=coverage, composite=_empty_composite(self.crop))
+
+    def compared(self, settings: JointSettings) -> Sight:
+        """The same with only those rows and columns that hold compared pixels: a fit that reads no others takes a
+        third of the time."""
+        none = StemView(NO_STEM, settings.bh_m, 0.0, settings.blur_px)
+        cover(none, self.lens, settings.region, self.coverage)
+        rows, columns = np.nonzero(self.coverage.window)
+        if not len(rows):
+            return replace(self, drawn=True)
+        top, left = int(rows.min()), int(columns.min())
+        box = np.s_[top : rows.max() + 1, left : columns.max() + 1]
+        crop = self.crop.part(box)
         return replace(
             self,
-            gain=np.ones(3, np.float32),
-            coverage=empty_coverage(self.crop.image.shape[:2]),
-            composite=_empty_composite(self.crop),
-            drawn=False,
+            crop=crop,
+            linear=np.ascontiguousarray(self.linear[box]),
+            behind=np.ascontiguousarray(self.behind[box]),
+            front=np.ascontiguousarray(self.front[box]),
+            through=np.ascontiguousarray(self.through[box]),
+            lens=self.lens._replace(intrinsics=crop.camera.intrinsics),
+            coverage=Coverage(*[np.ascontiguousarray(values[box]) for values in self.coverage]),
+            composite=_empty_composite(crop),
+            drawn=True,
         )
 
     @property
@@ -121,6 +145,8 @@ def empty_coverage(shape: tuple[int, ...]) -> Coverage:
     return Coverage(alpha, edge, np.zeros(shape, np.int16), np.zeros(shape, np.int16), np.zeros(shape, np.bool_))
 
 
+#: A stem too thin to be seen.
+NO_STEM = np.array([0, 0, 0, 0, 0, 0, 1e-4, 0.0])
 #: What a photo shows without the stem: before it (H, W, 3), the light that this lets pass (H, W), and behind it
 #: (H, W, 3); gamma space, float32.
 Layers = tuple[np.ndarray, np.ndarray, np.ndarray]
