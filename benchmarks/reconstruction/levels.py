@@ -22,9 +22,11 @@ from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags.photos import read_photo
 from treedgs_geo.geotags.reading import read_stations
 from treedgs_geo.reconstruction.calibration import calibration_record
+from treedgs_geo.reconstruction.climbing import Work, at_level, kept_poses
 from treedgs_geo.reconstruction.levels import levels_of
 from treedgs_geo.reconstruction.model import save_model
-from treedgs_geo.reconstruction.pipeline import ReconstructOptions, _at_level, _kept, _survey, _Work
+from treedgs_geo.reconstruction.options import ReconstructOptions
+from treedgs_geo.reconstruction.survey import survey_of
 
 _REPORTED = (
     "photos", "registered", "points", "track_length", "reprojection_rms_px", "poses_px_median", "poses_px_worst",
@@ -43,20 +45,20 @@ def _seconds() -> float:
 def of_plot(plot: Path, work: Path) -> dict[str, dict]:
     """Figures of each level."""
     stations = read_stations(plot / "images", plot, TruePlot.load(plot).frame.crs.to_string())
-    options, survey = ReconstructOptions(threads=1), _survey(stations, None, None)
+    options, survey = ReconstructOptions(threads=1), survey_of(stations, None, None)
     # What an earlier run has kept would cost nothing.
     shutil.rmtree(work / plot.name, ignore_errors=True)
     former = None
     found: dict[str, dict[str, Any]] = {}
     for level in levels_of(options.neighbours, True):
-        own = _Work(stations, options, survey, None, None, work / plot.name / level.name / "sfm")
+        own = Work(stations, options, survey, None, None, work / plot.name / level.name / "sfm")
         if level.again:  # the guided level's features
-            own = _Work(stations, options, survey, None, None, work / plot.name / "guided" / "sfm")
-        if level.again and _kept(former, survey) is None:
+            own = Work(stations, options, survey, None, None, work / plot.name / "guided" / "sfm")
+        if level.again and kept_poses(former, survey) is None:
             found[level.name] = {"left_out": "too few poses of the guided block are sure"}
             continue
         began = _seconds()
-        joined, report = _at_level(own, level, Reporter(), former)
+        joined, report = at_level(own, level, Reporter(), former)
         seconds = _seconds() - began
         lens = calibration_record(read_photo(stations.paths[0]).model, joined.block.sensor, report["lens_sd"])
         target = work / plot.name / level.name / "sfm"

@@ -24,12 +24,14 @@ from treedgs_geo.benchmarking.plot import TruePlot
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags.reading import read_stations
 from treedgs_geo.reconstruction.cameras import View
+from treedgs_geo.reconstruction.climbing import extract_features
 from treedgs_geo.reconstruction.features import FeatureStore
 from treedgs_geo.reconstruction.images import load_image
 from treedgs_geo.reconstruction.matchers import import_matches, load_matcher, plugin_of
 from treedgs_geo.reconstruction.matching import match_pairs
+from treedgs_geo.reconstruction.options import ReconstructOptions
 from treedgs_geo.reconstruction.pairs import select_pairs
-from treedgs_geo.reconstruction.pipeline import ReconstructOptions, _survey, extract_features
+from treedgs_geo.reconstruction.survey import survey_of
 
 NEAR_PX, RIGHT_SHARE, SEED = 4.0, 0.9, 1
 
@@ -81,7 +83,7 @@ def main() -> int:
     assert plugin is not None
     truth = TruePlot.load(args.plot)
     stations = read_stations(args.plot / "images", args.plot, truth.frame.crs.to_string())
-    options, survey = ReconstructOptions(threads=1), _survey(stations, None, None)
+    options, survey = ReconstructOptions(threads=1), survey_of(stations, None, None)
     by_name = {Path(view.name).name: view for view in truth.views()}
     views = [by_name[Path(name).name] for name in stations.names]
     camera = survey.calibration.camera

@@ -22,7 +22,8 @@ from treedgs_geo.reconstruction.calibration import Calibration, calibration_of
 from treedgs_geo.reconstruction.checks import check_block
 from treedgs_geo.reconstruction.joining import Joined
 from treedgs_geo.reconstruction.model import load_points, load_views
-from treedgs_geo.reconstruction.pipeline import ReconstructOptions, reconstruct_photos
+from treedgs_geo.reconstruction.options import ReconstructOptions
+from treedgs_geo.reconstruction.pipeline import reconstruct_photos
 from treedgs_geo.reconstruction.sensor import Sensor
 from treedgs_geo.reconstruction.shutter import free_shutter
 from treedgs_geo.reconstruction.tracks import Block

@@ -61,7 +61,8 @@ def run_job(job: dict[str, Any], result: Path) -> dict[str, Any]:
 def run_sfm(job: dict[str, Any]) -> dict[str, Any]:
     """Geotags and structure from motion of a plot into ``job["sfm"]``."""
     from ..geotags.reading import read_stations
-    from ..reconstruction.pipeline import ReconstructOptions, reconstruct_photos
+    from ..reconstruction.options import ReconstructOptions
+    from ..reconstruction.pipeline import reconstruct_photos
 
     plot = Path(job["plot"])
     stations = read_stations(plot / "images", plot, TruePlot.load(plot).frame.crs.to_string())
@@ -93,7 +94,7 @@ def run_photos(job: dict[str, Any]) -> dict[str, Any]:
     from ..chain.routes import CHAIN_PRESETS, Preset, auto_route
     from ..chain.run import Site
     from ..from_photos.options import PhotoStemOptions
-    from ..reconstruction.pipeline import ReconstructOptions
+    from ..reconstruction.options import ReconstructOptions
 
     plot, frame, views, dtm, area = _scene(job)
     if job["scale"] != 1:
@@ -226,7 +227,8 @@ def run_subset_sfm(job: dict[str, Any]) -> dict[str, Any]:
 
     from ..core.files import ensure_writable
     from ..geotags.reading import read_stations
-    from ..reconstruction.pipeline import ReconstructOptions, reconstruct_photos
+    from ..reconstruction.options import ReconstructOptions
+    from ..reconstruction.pipeline import reconstruct_photos
 
     plot, scratch = Path(job["plot"]), Path(job["scratch"])
     photos_there = sorted((plot / "images").iterdir())
@@ -262,7 +264,7 @@ def run_features_cost(job: dict[str, Any]) -> dict[str, Any]:
 
     from ..core.machine import available_threads
     from ..reconstruction.levels import GUIDED_FEATURES
-    from ..reconstruction.pipeline import ReconstructOptions
+    from ..reconstruction.options import ReconstructOptions
     from ..reconstruction.sift import extract
     from .enlarge import enlarge
 

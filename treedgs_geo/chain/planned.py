@@ -19,7 +19,7 @@ from ..reconstruction.area import Area, area_seen
 from ..reconstruction.calibration import calibration_of
 from ..reconstruction.cameras import OBLIQUE_DEG, View
 from ..reconstruction.pairs import ground_below
-from ..reconstruction.pipeline import gimbal_rotations
+from ..reconstruction.survey import gimbal_rotations
 from ..terrain.dtm import Dtm
 
 #: A stem needs so many photos that look at it from the side.

@@ -210,7 +210,7 @@ def _photo_needs(
     from ..reconstruction.calibration import calibration_of
     from ..reconstruction.levels import GUIDED_NEIGHBOURS, can_guide
     from ..reconstruction.pairs import select_pairs
-    from ..reconstruction.pipeline import gimbal_rotations
+    from ..reconstruction.survey import gimbal_rotations
     from .planned import SEARCH_S
     from .published_plot import is_published
 

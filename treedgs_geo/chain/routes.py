@@ -16,7 +16,7 @@ from ..from_photos.given import GivenStems
 from ..from_photos.kept import KeptFits
 from ..from_photos.options import PhotoStemOptions
 from ..from_photos.trees import trees_of_photo_fits
-from ..reconstruction.pipeline import ReconstructOptions
+from ..reconstruction.options import ReconstructOptions
 from ..trees.tree import Tree
 from .run import Run, Site
 from .second_measurement import stems_to_measure_again, with_second_measurements

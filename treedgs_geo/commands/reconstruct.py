@@ -64,7 +64,8 @@ def _run(settings: ReconstructSettings, workspace: Workspace, reporter: Reporter
     from ..geotags.control import read_control
     from ..reconstruction.matchers import plugin_of
     from ..reconstruction.model import FRAME, MODEL_FILES, REPORT
-    from ..reconstruction.pipeline import ReconstructOptions, reconstruct_photos
+    from ..reconstruction.options import ReconstructOptions
+    from ..reconstruction.pipeline import reconstruct_photos
 
     sfm = workspace.path(SFM)
     with reporter.stage("geotags", 0.0, 0.05):
