@@ -11,7 +11,7 @@ from synthetic_block import CAMERA, LENS, block_of, known_of, ring
 
 from treedgs_geo.core.errors import ReconstructionError
 from treedgs_geo.core.progress import Reporter
-from treedgs_geo.reconstruction import pipeline, strays
+from treedgs_geo.reconstruction import climbing, strays
 from treedgs_geo.reconstruction.adjustment import _problem, adjust
 from treedgs_geo.reconstruction.bundle_kernels import N_POSE
 from treedgs_geo.reconstruction.features import FeatureStore
@@ -236,15 +236,15 @@ def test_the_best_block_of_the_levels_is_taken(monkeypatch, blocks, chosen, aske
             raise ReconstructionError("nothing there.")
         return SimpleNamespace(level=level.name), report
 
-    monkeypatch.setattr(pipeline, "_at_level", at_level)
-    monkeypatch.setattr(pipeline, "_kept", lambda former, survey: former)
-    level, joined, report, because = pipeline._climb(SimpleNamespace(survey=None), levels_of(20, True), Ear())
+    monkeypatch.setattr(climbing, "at_level", at_level)
+    monkeypatch.setattr(climbing, "kept_poses", lambda former, survey: former)
+    level, joined, report, because = climbing.climb(SimpleNamespace(survey=None), levels_of(20, True), Ear())
     assert (level.name, joined.level, len(tried)) == (chosen, chosen, asked)
     assert reasons in because and bool(because) == bool(reasons)
     assert said == [f"of {chosen}"]
-    monkeypatch.setattr(pipeline, "_at_level", lambda *_: (_ for _ in ()).throw(ReconstructionError("no photo.")))
+    monkeypatch.setattr(climbing, "at_level", lambda *_: (_ for _ in ()).throw(ReconstructionError("no photo.")))
     with pytest.raises(ReconstructionError, match="no photo"):
-        pipeline._climb(SimpleNamespace(survey=None), levels_of(20, True), Ear())
+        climbing.climb(SimpleNamespace(survey=None), levels_of(20, True), Ear())
 
 
 def test_messages_of_work_that_is_not_used_are_not_passed_on() -> None:
@@ -288,20 +288,20 @@ def test_the_next_level_starts_from_the_sure_poses(monkeypatch: pytest.MonkeyPat
     pixels = posterior_of(joined.adjusted).poses_px
     others = np.delete(pixels, 3)
     assert pixels[3] > 1.5 * others.max()
-    monkeypatch.setattr(pipeline, "KEPT_SURE_PX", 0.5 * (pixels[3] + others.max()))
-    placement = pipeline._kept(joined, survey)
+    monkeypatch.setattr(climbing, "KEPT_SURE_PX", 0.5 * (pixels[3] + others.max()))
+    placement = climbing.kept_poses(joined, survey)
     assert placement is not None and placement.mapped.tolist() == [k != 3 for k in range(10)]
     np.testing.assert_array_equal(placement.translations[placement.mapped], block.translations[placement.mapped])
     # The weak one stands at its geotag, not where the block had it.
     centre = -placement.rotations[3].T @ placement.translations[3]
     np.testing.assert_allclose(centre, known.xyz[3], atol=1e-9)
-    every = pipeline._kept(joined, survey, all_poses=True)
+    every = climbing.kept_poses(joined, survey, all_poses=True)
     assert every is not None and every.mapped.all()
     np.testing.assert_array_equal(every.translations, block.translations)
-    monkeypatch.setattr(pipeline, "KEPT_SURE_PX", 0.5 * np.sort(pixels)[3])
-    assert pipeline._kept(joined, survey) is None
-    assert pipeline._kept(joined, survey, all_poses=True) is None
-    assert pipeline._kept(None, survey) is None
+    monkeypatch.setattr(climbing, "KEPT_SURE_PX", 0.5 * np.sort(pixels)[3])
+    assert climbing.kept_poses(joined, survey) is None
+    assert climbing.kept_poses(joined, survey, all_poses=True) is None
+    assert climbing.kept_poses(None, survey) is None
 
 
 def test_a_photo_that_hangs_on_few_points_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:

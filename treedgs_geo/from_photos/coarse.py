@@ -7,6 +7,7 @@ views' evidence is summed as a mixture "sees the stem / does not see it", so tha
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -104,12 +105,13 @@ class Search:
     prior: Prior
     taper: float = START_TAPER
 
-    @property
+    @cached_property
     def edges(self) -> Edges:
         """What the compiled kernels take."""
         s, u = self.strips, self.strips.u
         place = float(u[0]), float(u[1] - u[0])
-        return Edges(self.ridge, self.unit, s.q, s.widen, s.normal, self.terminator, *place, self.taper)
+        filled = self.ridge[:, :, ::4].max(axis=2) > 0
+        return Edges(self.ridge, self.unit, filled, s.q, s.widen, s.normal, self.terminator, *place, self.taper)
 
     @property
     def data(self) -> tuple[Edges, Null, np.ndarray, np.ndarray]:

@@ -24,13 +24,15 @@ SINGLE_WEIGHT = 0.1
 class Edges(NamedTuple):
     """Edges in V views, B blocks and U places, as the kernels take them.
 
-    ridge: (V, B, U) float32, how clear; unit: (V, B, U, 3) float32, their colour direction. q, widen, normal: as
-    :class:`.strips.Strips` has them. terminator: (V,) border of light and shade (:func:`.coarse.terminators`). u0, du:
-    first place and step, m. taper: change of a disc's radius with height, m/m.
+    ridge: (V, B, U) float32, how clear; unit: (V, B, U, 3) float32, their colour direction; filled: (V, B) bool, which
+    blocks show anything. q, widen, normal: as :class:`.strips.Strips` has them. terminator: (V,) border of light and
+    shade (:func:`.coarse.terminators`). u0, du: first place and step, m. taper: change of a disc's radius with height,
+    m/m.
     """
 
     ridge: np.ndarray
     unit: np.ndarray
+    filled: np.ndarray
     q: np.ndarray
     widen: np.ndarray
     normal: np.ndarray
@@ -140,26 +142,21 @@ def table_scores(edges, null, leans, offsets, gain, table):
 
     gain: ``GAIN``, the mixture over z. Pairs of samples are scored once a block and looked up from then on.
     """
-    ridge, unit, q, widen, normal, terminator, u0, du, taper = edges
+    ridge, unit, valid, q, widen, normal, terminator, u0, du, taper = edges
     radii, mean, sd = null
     n_views, n_blocks, n_u = ridge.shape
     n_r = radii.size
     for v in prange(n_views):
-        valid = np.zeros(n_blocks, np.bool_)
         n_valid = 0
         for b in range(n_blocks):
-            for i in range(0, n_u, 4):
-                if ridge[v, b, i] > 0:
-                    valid[b] = True
-                    break
-            n_valid += valid[b]
+            n_valid += valid[v, b]
         if n_valid < max(2, n_blocks // 3):
             continue
         total = np.zeros((leans.shape[0], offsets.size, n_r), np.float32)
         pairs = np.zeros((n_u, n_u), np.float32)
         half = np.empty(n_r)
         for b in range(n_blocks):
-            if not valid[b]:
+            if not valid[v, b]:
                 continue
             for r in range(n_r):
                 half[r] = widen[v] * (radii[r] + taper * q[b]) / du
@@ -236,7 +233,7 @@ def pair_at(ridge, unit, v, b, i, j, terminator):
 @njit(**_FAST)
 def view_z(edges, null, p, z):
     """z-score of one explanation, (5,) x, y, lx, ly, r, in every view; a view without data gets -9."""
-    ridge, unit, q, widen, normal, terminator, u0, du, taper = edges
+    ridge, unit, valid, q, widen, normal, terminator, u0, du, taper = edges
     radii, mean, sd = null
     x, y, lx, ly, radius = p[0], p[1], p[2], p[3], p[4]
     n_views, n_blocks, n_u = ridge.shape
@@ -256,14 +253,7 @@ def view_z(edges, null, p, z):
             right = c + w
             i = int(left)
             j = int(right)
-            if left < 0 or j >= n_u - 1 or right <= left:
-                continue
-            filled = False
-            for k in range(0, n_u, 4):
-                if ridge[v, b, k] > 0:
-                    filled = True
-                    break
-            if not filled:
+            if left < 0 or j >= n_u - 1 or right <= left or not valid[v, b]:
                 continue
             n_valid += 1
             a = left - i

@@ -21,8 +21,9 @@ from .stem_net import NetworkMaps, class_odds, network_scores, normalised, plumb
 
 #: Photos that are looked at for each stem, and how probable it is that they show it, at least.
 MOST_PHOTOS, LEAST_SEEN = 8, 0.5
-#: Rows and columns of a piece: breast height -+ 0.6 m and what the network needs around it.
-PIECE = 192
+#: Rows and columns of a piece: breast height -+ 0.6 m and so many pixels that the network needs around it; the smaller
+#: one where that is enough (shares of ivy to 0.015 the same on ``plot_a`` and ``plot_h``, half the time).
+PIECES, ABOUT_M, AROUND_PX = (128, 192), 0.6, 24
 #: Standard error for each unit of ivy's share, cm: leaves stand 3 to 8 cm off the bark on both sides.
 COVER_CM = 15.0
 
@@ -32,10 +33,11 @@ Plumbs = Sequence[PlumbMap] | Mapping[int, PlumbMap]
 
 @dataclass(frozen=True)
 class _Piece:
-    """A part of a photo's plumb map about a stem. grid: as in :class:`.stem_net.OddsMaps`."""
+    """A part of a photo's plumb map about a stem, ``size`` rows and columns; grid as in :class:`.stem_net.OddsMaps`."""
 
     view: int
     fit: int
+    size: int
     top: int
     left: int
     grid: tuple[float, float, float, float]
@@ -53,7 +55,7 @@ def without_covered(fits: list[PhotoFit], stack: PhotoStack, plumbs: Plumbs) -> 
         colour, good = plumb_colours(stack.arrays, view, plumbs[view])
         tone = tone_of(colour, good)
         for piece in (each for each in pieces if each.view == view):
-            part = np.s_[piece.top : piece.top + PIECE, piece.left : piece.left + PIECE]
+            part = np.s_[piece.top : piece.top + piece.size, piece.left : piece.left + piece.size]
             scores = network_scores(normalised(colour[part], good[part], tone))
             odds = [quantised(class_odds(scores, *wanted), good[part]) for wanted in (("ivy",), ("stem", "ivy"))]
             shown.setdefault(piece.fit, []).append((piece, np.stack(odds)))
@@ -70,13 +72,16 @@ def _pieces(number: int, fit: PhotoFit, stack: PhotoStack, plumbs: Plumbs) -> li
         dx, dy = fit.axis.p - stack.centre[view, :2]
         below = stack.centre[view, 2] - (fit.axis.ground_z + fit.axis.bh_m)
         swing = (np.arctan2(dy, dx) - plumb.azimuth0 + 0.2) % (2 * np.pi) - 0.2
-        column, row = swing / plumb.step_a, (np.arctan2(np.hypot(dx, dy), below) - plumb.nadir0) / plumb.step_n
+        nadir, slant = np.arctan2(np.hypot(dx, dy), below), np.sqrt(dx * dx + dy * dy + below * below)
+        column, row = swing / plumb.step_a, (nadir - plumb.nadir0) / plumb.step_n
         rows, columns = plumb.ridge.shape
         if not (0 <= row < rows and 0 <= column < columns):
             continue
-        top, left = (max(min(int(at) - PIECE // 2, n - PIECE), 0) for at, n in ((row, rows), (column, columns)))
+        tall = 2 * (ABOUT_M * np.sin(nadir) / (slant * plumb.step_n) + AROUND_PX)
+        size = PIECES[0] if tall <= PIECES[0] else PIECES[1]
+        top, left = (max(min(int(at) - size // 2, n - size), 0) for at, n in ((row, rows), (column, columns)))
         grid = plumb.azimuth0 + left * plumb.step_a, plumb.step_a, plumb.nadir0 + top * plumb.step_n, plumb.step_n
-        out.append(_Piece(int(view), number, top, left, grid))
+        out.append(_Piece(int(view), number, size, top, left, grid))
     return out
 
 

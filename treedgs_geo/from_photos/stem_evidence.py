@@ -19,14 +19,25 @@ SHARE_WEIGHT = 4.0
 
 
 @njit(inline="always", **_FAST)
-def odds_at(maps, v, x, y, z):
-    """Log odds at a point, bilinear; NaN where the photo shows nothing."""
-    dx, dy, dz = x - maps.centre[v, 0], y - maps.centre[v, 1], z - maps.centre[v, 2]
-    flat = np.sqrt(dx * dx + dy * dy)
+def _column(maps, v, x, y):
+    """Column of a place in a photo's map, and its horizontal distance from the camera, metres."""
+    dx, dy = x - maps.centre[v, 0], y - maps.centre[v, 1]
     swing = np.arctan2(dy, dx) - maps.grid[v, 0]
     swing -= 2 * np.pi * np.floor((swing + 0.2) / (2 * np.pi))
-    column = swing / maps.grid[v, 1]
-    row = (np.arctan2(flat, -dz) - maps.grid[v, 2]) / maps.grid[v, 3]
+    return swing / maps.grid[v, 1], np.sqrt(dx * dx + dy * dy)
+
+
+@njit(inline="always", **_FAST)
+def odds_at(maps, v, x, y, z):
+    """Log odds at a point, bilinear; NaN where the photo shows nothing."""
+    column, flat = _column(maps, v, x, y)
+    return _odds(maps, v, column, flat, z)
+
+
+@njit(inline="always", **_FAST)
+def _odds(maps, v, column, flat, z):
+    """:func:`odds_at` a height above a place (:func:`_column`)."""
+    row = (np.arctan2(flat, maps.centre[v, 2] - z) - maps.grid[v, 2]) / maps.grid[v, 3]
     rows, columns = maps.shape[v, 0], maps.shape[v, 1]
     if row < 0 or column < 0 or row > rows - 1 or column > columns - 1:
         return np.nan
@@ -125,15 +136,18 @@ def covered_share(maps: NetworkMaps, axis: StemAxis, r0: float, r1: float) -> fl
 @njit(parallel=True, **_FAST)
 def _sum_layers(maps, shifts, x0, y0, cell, z, heights, total):
     for i in prange(total.shape[1]):
+        found = np.empty(heights.size)
         for j in range(total.shape[2]):
             x, y = x0 + j * cell, y0 + i * cell
-            for m in range(heights.size):
-                found = 0.0
-                for v in range(maps.centre.shape[0]):
-                    value = odds_at(maps, v, x + shifts[v, 0], y + shifts[v, 1], z[i, j] + heights[m])
+            found[:] = 0.0
+            for v in range(maps.centre.shape[0]):
+                column, flat = _column(maps, v, x + shifts[v, 0], y + shifts[v, 1])
+                for m in range(heights.size):
+                    value = _odds(maps, v, column, flat, z[i, j] + heights[m])
                     if value > -99.0:
-                        found += np.log(1.0 - SEEN + SEEN * np.exp(value - PRIOR_ODDS))
-                total[m, i, j] = found
+                        found[m] += np.log(1.0 - SEEN + SEEN * np.exp(value - PRIOR_ODDS))
+            for m in range(heights.size):
+                total[m, i, j] = found[m]
 
 
 def bark_layers(maps: OddsMaps, shifts: np.ndarray, cells: GroundGrid, heights: np.ndarray) -> np.ndarray:

@@ -42,10 +42,9 @@ _PAIR_MOVES = 52
 
 
 @njit(**_FAST)
-def _pair_z(edges, valid, null, p, z):
-    """z-score of a stem and its companion in every view. p: (10,) x, y, lx, ly, r of the one, then of the other.
-    valid: (V, B) blocks that show something."""
-    ridge, unit, q, widen, normal, terminator, u0, du, taper = edges
+def _pair_z(edges, null, p, z):
+    """z-score of a stem and its companion in every view. p: (10,) x, y, lx, ly, r of the one, then of the other."""
+    ridge, unit, valid, q, widen, normal, terminator, u0, du, taper = edges
     radii, mean, sd = null
     n_views, n_blocks, n_u = ridge.shape
     step = radii[1] - radii[0]
@@ -93,10 +92,10 @@ def _pair_z(edges, valid, null, p, z):
 @njit(**_FAST)
 def _pair_objective(data, p):
     """Summed log likelihood ratio of a pair, (10,)."""
-    edges, valid, null, prior, upright, z = data
+    edges, null, prior, upright, z = data
     if p[9] < THINNEST_M or p[9] > THICKEST_M or p[9] > MOST_SHARE * p[4]:
         return -1e9
-    _pair_z(edges, valid, null, p, z)
+    _pair_z(edges, null, p, z)
     total = 0.0
     for v in range(z.size):
         if z[v] > -8.9:
@@ -159,20 +158,20 @@ def _pair_polish(data, p, low, high, scales):
 
 
 @njit(parallel=True, **_FAST)
-def _pair_scores(edges, valid, null, prior, upright, pairs, scores):
+def _pair_scores(edges, null, prior, upright, pairs, scores):
     """:func:`_pair_objective` of (M, 10) pairs -> (M,) scores."""
     for m in prange(len(pairs)):
-        z = np.empty(valid.shape[0])
-        scores[m] = _pair_objective((edges, valid, null, prior, upright, z), pairs[m])
+        z = np.empty(edges.ridge.shape[0])
+        scores[m] = _pair_objective((edges, null, prior, upright, z), pairs[m])
 
 
 @njit(parallel=True, **_FAST)
-def _pair_polish_many(edges, valid, null, prior, upright, pairs, limits, scales, scores):
+def _pair_polish_many(edges, null, prior, upright, pairs, limits, scales, scores):
     """:func:`_pair_polish` of (M, 10) pairs, side by side; pairs and (M,) scores are changed in place."""
     low, high = limits
     for m in prange(len(pairs)):
-        z = np.empty(valid.shape[0])
-        scores[m] = _pair_polish((edges, valid, null, prior, upright, z), pairs[m], low, high, scales)
+        z = np.empty(edges.ridge.shape[0])
+        scores[m] = _pair_polish((edges, null, prior, upright, z), pairs[m], low, high, scales)
 
 
 @dataclass(frozen=True)
@@ -199,7 +198,7 @@ def find_companion(search: Search, start: StemAxis, stems: list[np.ndarray]) -> 
     single = max((mode.score for mode in singles), default=0.0)
     owners, pairs = _beside([mode.vector for mode in singles], -start.s)
     scores = np.empty(len(pairs))
-    _pair_scores(*data[:5], pairs, scores)
+    _pair_scores(*data[:4], pairs, scores)
     starts: list[tuple[int, np.ndarray]] = []
     for at in np.argsort(-scores, kind="stable"):
         owner, p = owners[at], pairs[at]
@@ -214,7 +213,7 @@ def find_companion(search: Search, start: StemAxis, stems: list[np.ndarray]) -> 
         return None
     limits = float(search.null.radii[0]), float(search.null.radii[-1])
     begun, reached = np.array([p for _, p in starts]), np.empty(len(starts))
-    _pair_polish_many(*data[:5], begun, limits, np.array([1.0]), reached)
+    _pair_polish_many(*data[:4], begun, limits, np.array([1.0]), reached)
     best = int(np.argmax(reached))
     if reached[best] < single + LEAST_GAIN:
         return None
@@ -254,19 +253,14 @@ def crowded(vector: np.ndarray, normal: np.ndarray) -> np.ndarray:
 def pair_z(search: Search, vector: np.ndarray) -> np.ndarray:
     """(V,) z-scores of a (10,) pair; -9 where a view shows nothing."""
     out = np.empty(len(search.ridge))
-    _pair_z(search.edges, _filled(search), search.null, vector, out)
+    _pair_z(search.edges, search.null, vector, out)
     return out
-
-
-def _filled(search: Search) -> np.ndarray:
-    """(V, B) blocks that show something."""
-    return search.ridge[:, :, ::4].max(axis=2) > 0
 
 
 def _data(search: Search, start: StemAxis) -> tuple:
     """What :func:`_pair_objective` scores a pair by."""
     edges, null, prior, scratch = search.data
-    return edges, _filled(search), null, prior, -start.s, scratch
+    return edges, null, prior, -start.s, scratch
 
 
 def pair_contrast(outline: Silhouette, vector: np.ndarray) -> float:
