@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from treedgs_geo.benchmarking import chart, chart_pictures
+from treedgs_geo.benchmarking import chart, chart_pictures, cost
 from treedgs_geo.benchmarking.cost import PAPER, fit_power, predict, split_reducing
 from treedgs_geo.benchmarking.ladder import CONFIGS, SFM
 from treedgs_geo.chain.routes import CHAIN_PRESETS
@@ -185,6 +185,22 @@ def test_what_large_photos_take_longer_is_a_stage_of_its_own():
     assert more["size"] == pytest.approx(152) and more["seconds"] == pytest.approx(15.2)
     assert set(split_reducing(pd.DataFrame(rows[:3]))["stage"]) == {"features"}
     assert split_reducing(pd.DataFrame(rows[3:])).empty  # nothing to take off: no law from it
+
+
+def test_another_level_of_reconstruction_is_no_point_of_the_guided_law(simulated_plot, tmp_path, monkeypatch):
+    def measured(job, kept):
+        photos = int(100 * job.get("share", 1.0))
+        level = "full" if photos == 60 else "guided"
+        facts = {"photos": photos, "level": level} if job["kind"] == "subset_sfm" else {}
+        return {"stages": {"matching": 2.0}, "sizes": {"matching": photos}, "peak_memory_mb": 1, "facts": facts}
+
+    said = []
+    reporter = Reporter()
+    monkeypatch.setattr(reporter, "warn", said.append)
+    monkeypatch.setattr(cost, "run_job", measured)
+    points = cost._measure(simulated_plot, tmp_path, reporter, 0.0)
+    assert {point["photos"] for point in points if point["run"].startswith("sfm")} == {35, 50, 100}
+    assert len(said) == 1 and "sfm-0.6-1" in said[0] and "level full" in said[0]
 
 
 @pytest.mark.parametrize(

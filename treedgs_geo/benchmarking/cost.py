@@ -132,6 +132,11 @@ def _measure(plot: Path, output: Path, reporter: Reporter, budget_min: float) ->
         if "error" in record:
             reporter.warn(f"{name}: {record['error']}")
             continue
+        if record["facts"].get("level", "guided") != "guided":
+            reporter.warn(
+                f"{name}: reconstructed at the level {record['facts']['level']}; only the guided one is fitted."
+            )
+            continue
         for stage, seconds in record["stages"].items():
             points.append(
                 {
