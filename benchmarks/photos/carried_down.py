@@ -119,14 +119,18 @@ def figures(plot: Path, options: PhotoStemOptions) -> dict[str, Any]:
         for i, j in pairs.items()
     ]
     there = everything_there(plot, frame, places)
+    stem_of = {j: truth[i] for i, j in pairs.items()}
     shares = [
         {
             "stands": bool(np.linalg.norm(there - fit.axis.p, axis=1).min() <= MATCH_M),
+            "tree": stem_of[j]["tree_id"] if j in stem_of else None,
             "flag": fit.flag,
+            "reasons": ",".join(fit.reasons),
             "dbh_cm": round(fit.dbh_cm, 1),
+            "error_cm": round(fit.dbh_cm - float(stem_of[j]["dbh_cm"]), 2) if j in stem_of else None,
             "share": round(through(fit, fitter), 3),
         }
-        for fit in found.fits
+        for j, fit in enumerate(found.fits)
     ]
     return {"above": [row for row in rows if row is not None], "through": shares}
 
