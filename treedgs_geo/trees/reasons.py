@@ -30,7 +30,7 @@ REASONS: dict[str, tuple[str, str]] = {
     ),
     "wide_error": ("the estimated error is too large to be useful", "fly more photos or measure by hand"),
     "carried_down": (
-        "breast height is hidden: measured 2 to 5 m above the ground, and carried down by the taper of the plot's stems",
+        "breast height is hidden: measured 2 to 5 m above the ground, carried down by the taper of the plot's stems",
         "check, or measure by hand where the tenth of a centimetre counts",
     ),
     "disagree": ("two measuring methods disagree", "check this tree by hand"),

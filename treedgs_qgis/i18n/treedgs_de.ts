@@ -4745,7 +4745,7 @@ beginnen von vorn.&lt;/p&gt;
       <translation>mehr Fotos aufnehmen oder von Hand messen</translation>
     </message>
     <message>
-      <source>breast height is hidden: measured 2 to 5 m above the ground, and carried down by the taper of the plot's stems</source>
+      <source>breast height is hidden: measured 2 to 5 m above the ground, carried down by the taper of the plot's stems</source>
       <translation>Brusthöhe ist verdeckt: 2 bis 5 m über dem Boden gemessen und mit der Abholzigkeit der Stämme der Probefläche herabgeführt</translation>
     </message>
     <message>

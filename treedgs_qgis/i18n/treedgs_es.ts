@@ -4743,7 +4743,7 @@ cero.&lt;/p&gt;
       <translation>tome más fotos o mida a mano</translation>
     </message>
     <message>
-      <source>breast height is hidden: measured 2 to 5 m above the ground, and carried down by the taper of the plot's stems</source>
+      <source>breast height is hidden: measured 2 to 5 m above the ground, carried down by the taper of the plot's stems</source>
       <translation>la altura del pecho está oculta: medido de 2 a 5 m sobre el suelo y llevado hacia abajo con el ahusamiento de los troncos de la parcela</translation>
     </message>
     <message>
