@@ -22,6 +22,7 @@ WRITERS = {
     "bowed_stems.json": "benchmarks.clouds.bowed_stems",
     "campaign_costs.json": "benchmarks.campaign.costs",
     "campaign_*.json": "benchmarks.campaign.campaigns",
+    "carried_down*.json": "benchmarks.photos.carried_down",
     "cancel_time.json": "benchmarks.chain.cancel_time",
     "circle_stage.json": "benchmarks.clouds.circle_stage",
     "cold_start.json": "benchmarks.chain.cold_start",

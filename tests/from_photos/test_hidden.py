@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rendered_stems import Stem, oblique_views, render
@@ -11,8 +13,10 @@ from treedgs_geo.from_photos.find import search_photos
 from treedgs_geo.from_photos.fine import FineFit
 from treedgs_geo.from_photos.kept import fit_of_record, fit_record
 from treedgs_geo.from_photos.options import PhotoStemOptions
+from treedgs_geo.from_photos.stand_taper import stand_taper
 from treedgs_geo.from_photos.strips import StemAxis
 from treedgs_geo.reconstruction.area import Area
+from treedgs_geo.trees.priors import TAPER_SD, USUAL_TAPER
 
 #: The second stands in a thicket that is 3.2 m high and wider than any stem that is looked for.
 STEMS = [Stem(0.8, 0.9, 0.15), Stem(-0.9, -0.6, 0.13)]
@@ -54,6 +58,24 @@ def test_where_it_was_measured_is_kept(fits):
     hidden = of_stem(fits, STEMS[1])
     again = fit_of_record(fit_record(hidden))
     assert again.carried and again.reasons == hidden.reasons and again.dbh_cm == hidden.dbh_cm
+
+
+def test_without_other_stems_the_usual_taper_carries(fits):
+    alone = stand_taper([])
+    assert alone.slope == USUAL_TAPER and alone.sd == pytest.approx(np.sqrt(2) * TAPER_SD)
+    # Flagged and carried ones say nothing of the stand.
+    clear = of_stem(fits, STEMS[0])
+    odd = [replace(clear, r1=-0.001, flag="check"), replace(clear, r1=-0.001, flag="ok", carried=True)]
+    assert stand_taper(odd) == alone
+
+
+def test_the_stand_says_by_how_much_a_diameter_grows_on_the_way_down(fits):
+    clear = replace(of_stem(fits, STEMS[0]), flag="ok")
+    stand = stand_taper([replace(clear, r1=slope) for slope in (-0.0035, -0.0025) * 6])
+    assert stand.slope == pytest.approx((USUAL_TAPER - 12 * 0.003) / 13)
+    assert TAPER_SD < stand.sd < 1.05 * TAPER_SD
+    # Stems that differ much say less of the next one.
+    assert stand_taper([replace(clear, r1=slope) for slope in (-0.008, 0.002) * 6]).sd > stand.sd
 
 
 def test_readings_are_averaged_and_their_difference_is_in_the_error():

@@ -140,12 +140,28 @@ def across_view(axis, dx, dy, dz):
     return nx, ny, np.sqrt(a2 / max(a2 - across * across, 1e-9))
 
 
+@njit(inline="always", **_FAST)
+def behind_on_ground(ground, centre, start_z, x, y, z):
+    """x and y where the viewing ray through a point meets the ground behind it. start_z: a first guess of its height;
+    centre: (3,) of the camera."""
+    gx0, gy0, gcell, gz = ground
+    behind = 1.0 / (z - centre[2])
+    hx, hy, zg = x, y, start_z
+    for _ in range(2):
+        share = (zg - z) * behind
+        hx = x + share * (x - centre[0])
+        hy = y + share * (y - centre[1])
+        a = min(max(int((hy - gy0) / gcell + 0.5), 0), gz.shape[0] - 1)
+        b = min(max(int((hx - gx0) / gcell + 0.5), 0), gz.shape[1] - 1)
+        zg = gz[a, b]
+    return hx, hy
+
+
 @njit(parallel=True, **_FAST)
 def likelihoods(photos, ground, backdrop, tones, axis, heights, us, outline):
     """Fill ``outline`` (a :class:`.backdrop.Silhouette`) along an axis row, at (rows,) heights and (U,) places."""
     pixels, start, shape, corner, camera, centre = photos
     lut, floor, ceiling, ratio = tones.lut, tones.floor, tones.ceiling, tones.ratio
-    gx0, gy0, gcell, gz = ground
     bx0, by0, bcell, mean, spread, layer = backdrop
     total, normal, widen, blind = outline.total, outline.normal, outline.widen, outline.blind
     per_block = heights.size // total.shape[1]
@@ -166,7 +182,6 @@ def likelihoods(photos, ground, backdrop, tones, axis, heights, us, outline):
             ax = axis[P_X] + axis[S_X] * q + axis[C_X] * q * q
             ay = axis[P_Y] + axis[S_Y] * q + axis[C_Y] * q * q
             z = axis[GROUND_Z] + heights[i]
-            behind = 1.0 / (z - centre[v, 2])
             for j in range(us.size):
                 x = ax + us[j] * nx
                 y = ay + us[j] * ny
@@ -176,17 +191,7 @@ def likelihoods(photos, ground, backdrop, tones, axis, heights, us, outline):
                 if depth < 1.0 or u < 1.0 or w < 1.0 or u > shape[v, 1] - 2 or w > shape[v, 0] - 2:
                     blind[v] = True
                     break
-                # The viewing ray goes on behind the axis down to the ground.
-                zg = axis[GROUND_Z]
-                hx = x
-                hy = y
-                for _ in range(2):
-                    share = (zg - z) * behind
-                    hx = x + share * (x - centre[v, 0])
-                    hy = y + share * (y - centre[v, 1])
-                    a = min(max(int((hy - gy0) / gcell + 0.5), 0), gz.shape[0] - 1)
-                    b = min(max(int((hx - gx0) / gcell + 0.5), 0), gz.shape[1] - 1)
-                    zg = gz[a, b]
+                hx, hy = behind_on_ground(ground, centre[v], axis[GROUND_Z], x, y, z)
                 a = int((hy - by0) / bcell + 0.5)
                 b = int((hx - bx0) / bcell + 0.5)
                 if a < 0 or b < 0 or a >= rows or b >= columns:

@@ -68,6 +68,16 @@ class Sighting:
     skip: np.ndarray | None = None
 
 
+class TaperPrior(NamedTuple):
+    """What the slope of a stem's radius is expected to be, and its standard deviation, m/m."""
+
+    slope: float = USUAL_TAPER
+    sd: float = TAPER_SD
+
+
+USUAL = TaperPrior()
+
+
 class _EdgePoints(NamedTuple):
     """N candidate edges. v: view. group: view, block and side. u: place, m. p: coherence times the probability that
     the view sees the stem. design: (N, 10) row of the linear model. sd: of an inlier, m. none: (groups,) density of
@@ -218,10 +228,11 @@ def refine(
     offset_sd_px: float,
     windows_px: tuple[float, ...],
     oval: bool = False,
+    taper: TaperPrior = USUAL,
 ) -> FineFit | None:
     """Refine a stem, in as many cuts as there are windows. band_m: heights above the ground that are fitted.
     offset_sd_px: prior of a view's sideways error. windows_px: edges are looked for this far from where they are
-    expected, cut by cut. oval: the section may be oval, as stems are (``priors.OVAL_SD``).
+    expected, cut by cut. oval: the section may be oval, as stems are (``priors.OVAL_SD``). taper: prior of ``r1``.
 
     Returns None where too few edges are found.
     """
@@ -237,7 +248,7 @@ def refine(
         solved = (
             None
             if edges is None
-            else _solve(strips, edges, r0, r1, _damping(strips, axis, offset_sd_px, r0, oval), axis)
+            else _solve(strips, edges, r0, r1, _damping(strips, axis, offset_sd_px, r0, oval, taper), axis)
         )
         if solved is None:
             return None
@@ -346,12 +357,12 @@ def _gathered(
     return _EdgePoints(v, group, u, p, design, EDGE_SD_PX * px, none)
 
 
-def _damping(strips: Strips, axis: StemAxis, offset_sd_px: float, r0: float, oval: bool) -> _Damping:
+def _damping(strips: Strips, axis: StemAxis, offset_sd_px: float, r0: float, oval: bool, taper: TaperPrior) -> _Damping:
     lam = np.zeros(10)
     lam[0:2], lam[2:4], lam[4:6] = 1 / 0.3**2, 1 / 0.05**2, 1 / CURVATURE_SD**2
-    lam[7] = 1 / TAPER_SD**2
+    lam[7] = 1 / taper.sd**2
     lam[8:10] = 1 / (OVAL_SD * r0) ** 2 if oval else _FIXED
-    rest = np.array([0, 0, 0, 0, -axis.c[0], -axis.c[1], 0, USUAL_TAPER, 0, 0])
+    rest = np.array([0, 0, 0, 0, -axis.c[0], -axis.c[1], 0, taper.slope, 0, 0])
     return _Damping(lam, 1 / (offset_sd_px * strips.px_m) ** 2, rest)
 
 
@@ -374,7 +385,7 @@ def _solve(
     view_r, weight, two_sided = _radii(strips, edges, state)
     there = none > 0
     evidence = float(np.log((total[there] + none[there]) / none[there]).sum())
-    evidence -= 0.5 * ((x[7] - USUAL_TAPER) / TAPER_SD) ** 2
+    evidence -= 0.5 * damping.unknowns[7] * (x[7] - damping.rest[7]) ** 2
     best = np.zeros(n_groups)
     np.maximum.at(best, edges.group, post)
     pairs = best.reshape(n_views, -1, 2).min(axis=2)

@@ -22,6 +22,7 @@ from .foot import breast_height, moved
 from .mixture import PAIR_SE_CM, UNSURE, Others
 from .options import PhotoStemOptions
 from .outline import moved_to_edges
+from .see_through import ground_correlation, share_through
 from .stack import FX, GroundGrid, PhotoStack
 from .stem_evidence import cut_bark, with_bark
 from .stem_net import NetworkMaps
@@ -321,6 +322,11 @@ class Fitter:
         axis, r0 = moved(fine.axis, dq), fine.r0 + fine.r1 * dq
         dbh = 200 * r0
         contrast = np.nan if outline is None else best.contrast / self.chance
+        through = 0.0
+        if outline is not None and self.backdrop is not None:
+            shape, band = (r0, fine.r1), self.bands.fine
+            correlation = ground_correlation(self.stack, self.ground, self.backdrop, axis, shape, band)
+            through = share_through(correlation, int(clear.sum()))
         outline_cm = np.nan if outline is None or best.mate is not None else 200 * widest(outline, best.vector)
         quality = FitQuality(
             dbh_cm=dbh,
@@ -337,6 +343,7 @@ class Fitter:
             gain=gain,
             contrast=contrast,
             outline_cm=outline_cm,
+            through=through,
             network=self.shown is not None,
             against_cm=0.0 if others is None else others.choice.against_cm,
         )

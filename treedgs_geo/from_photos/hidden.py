@@ -1,4 +1,5 @@
-"""Stems that nothing shows at breast height: measured farther up, and the diameter carried down by the usual taper."""
+"""Stems that nothing shows at breast height: measured farther up, and the diameter carried down by a taper that is the
+plot's own (:mod:`.stand_taper`) more than the stem's."""
 
 from __future__ import annotations
 
@@ -10,8 +11,11 @@ from ..core.progress import Reporter
 from ..trees.limits import judge
 from .chance import ABOVE
 from .detect import Seed
-from .fit import Fitter, PhotoFit
+from .errors import SE_FORMAL
+from .fine import USUAL, FineFit, Sighting, TaperPrior, refine
+from .fit import WINDOWS_PX, Fitter, PhotoFit
 from .settle import known_rows
+from .stand_taper import stand_taper
 
 #: What refuses a stem for good: farther up it is no other.
 _FOR_GOOD = frozenset({"too_small", "too_large", "lean", "covered"})
@@ -24,23 +28,26 @@ _NEAR_M = 0.3
 def carried_down(fits: list[PhotoFit], fitter: Fitter, reporter: Reporter) -> list[PhotoFit]:
     """The fits; refused ones that can be measured 2 to 5 m above the ground are measured there.
 
-    Their diameters are those at breast height by the taper that is usual for stems, their errors larger; they are
-    flagged (``carried_down``). fitter: as the fits were made.
+    Their diameters are those at breast height by the taper of the plot's stems, their errors larger; they are flagged
+    (``carried_down``). fitter: as the fits were made.
     """
     known, above, out = known_rows(fits), replace(fitter, bands=ABOVE), []
+    taper = stand_taper(fits)
     for done, fit in enumerate(fits):
         reporter.progress(done / len(fits))
-        found = None if fit.measured or set(fit.reasons) <= _FOR_GOOD else _above(fit, above, known)
+        found = None if fit.measured or set(fit.reasons) <= _FOR_GOOD else measured_above(fit, above, known)
         if found is None:
             out.append(fit)
             continue
+        found = held_to(taper, found, above, known)
         out.append(found)
         known = np.vstack([known, found.row])
     return out
 
 
-def _above(fit: PhotoFit, above: Fitter, known: np.ndarray) -> PhotoFit | None:
-    """The refused stem as its upper part shows it; ``None`` where that is refused too."""
+def measured_above(fit: PhotoFit, above: Fitter, known: np.ndarray) -> PhotoFit | None:
+    """The stem as its upper part shows it, carried down by its own taper; ``None`` where that is refused too. above:
+    the fitter at the heights of :data:`.chance.ABOVE`. known: (K, 10) other stems."""
     (x, y), (lx, ly) = fit.axis.p, fit.axis.s
     found = above.fit(Seed(float(x), float(y), float(lx), float(ly), fit.r0, fit.seed_score, True), known)
     if found is None or not found.measured or np.hypot(*(found.axis.p - fit.axis.p)) > _NEAR_M:
@@ -49,3 +56,30 @@ def _above(fit: PhotoFit, above: Fitter, known: np.ndarray) -> PhotoFit | None:
         return None
     far = judge("photos", {"carried_m": sum(ABOVE.fine) / 2 - found.axis.bh_m})
     return replace(found, flag="check", reasons=(*found.reasons, *far.reasons), carried=True)
+
+
+def held_to(taper: TaperPrior, found: PhotoFit, above: Fitter, known: np.ndarray) -> PhotoFit:
+    """What :func:`measured_above` found, with its slope held to ``taper``, and its error for that.
+
+    Formal errors are :data:`.errors.SE_FORMAL` times too small, since edges of one stem err together: so is what its
+    few edges say of the slope, and the spread of the prior is divided by as much. The error of the diameter is then
+    that of both, over the 2.2 m that it is carried.
+    """
+    free, held = (_refined(found, above, known, prior) for prior in (USUAL, _as_formal(taper)))
+    if free is None or held is None:
+        return found
+    formal = (200 * SE_FORMAL) ** 2 * (held.fit_sd_m**2 - free.fit_sd_m**2)
+    moved_m = held.r0 - free.r0
+    se_cm = float(np.sqrt(max(found.se_cm**2 + formal, (200 * SE_FORMAL * held.fit_sd_m) ** 2)))
+    dbh_cm = found.dbh_cm + 200 * moved_m
+    return replace(found, r0=found.r0 + moved_m, r1=held.r1, dbh_cm=dbh_cm, se_cm=se_cm)
+
+
+def _as_formal(taper: TaperPrior) -> TaperPrior:
+    return taper._replace(sd=taper.sd / SE_FORMAL)
+
+
+def _refined(found: PhotoFit, above: Fitter, known: np.ndarray, taper: TaperPrior) -> FineFit | None:
+    sighting, sd_px = Sighting(found.seen, known), above.options.offset_sd_px
+    window = WINDOWS_PX[2:]
+    return refine(above.stack, found.axis, found.r0, found.r1, sighting, ABOVE.fine, sd_px, window, True, taper)

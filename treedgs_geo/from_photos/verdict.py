@@ -36,7 +36,8 @@ OUTVOTED_GAP = -10.0
 class FitQuality:
     """What a fit is judged by; fields as in :class:`.fit.PhotoFit`. sure, contrast, outline_cm: NaN where no silhouette
     is to be had. kish: infinite for one of a pair, which hardly any photo shows whole. network: it was asked.
-    against_cm: as in :class:`.choice.Choice`."""
+    through: share of photos that show the ground through it (:mod:`.see_through`). against_cm: as in
+    :class:`.choice.Choice`."""
 
     dbh_cm: float
     polish_cm: float
@@ -51,6 +52,7 @@ class FitQuality:
     sure: float = np.nan
     contrast: float = np.nan
     outline_cm: float = np.nan
+    through: float = 0.0
     gain: float = 0.0
     network: bool = False
     against_cm: float = 0.0
@@ -85,6 +87,7 @@ class FitQuality:
             "slope": self.r1,
             "gain": self.gain,
             "lean_deg": self.lean_deg,
+            "through": self.through,
             "pair_se_cm" if self.pair else "se_cm": self.se_cm,
         }
         if self.outvoted:

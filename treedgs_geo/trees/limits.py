@@ -66,6 +66,7 @@ _CLOUDS = "rendered and simulated drone LiDAR, terrestrial clouds (docs/evidence
 _SPARSE = "simulated drone LiDAR of 250 to 1,400 points/m² (docs/evidence/point-clouds.md)"
 _BOWED = "bowed stems of the stability suite (docs/results/bowed_stems.json)"
 _GROUND = "clouds cut above their ground (docs/results/ground_cut.json)"
+_THROUGH = "stems and a place without one, rendered and simulated plots (docs/evidence/photos.md)"
 _BLOCK = "litter, grass and shrubs look like ground in photos, and a block stands some decimetres off its DTM"
 _SPLATS = "development runs on rendered stems (docs/evidence/gaussians.md)"
 _SHORT = "rendered plots a, e and h, drone LiDAR, 127 trees (docs/evidence/point-clouds.md)"
@@ -160,6 +161,14 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
             _HARDER,
         ),
         Limit("carried_down", "carried_m", "measured above breast height by", "m", *_above(0.5, None), _HARDER),
+        Limit(
+            "see_through",
+            "through",
+            "photos that show the ground through the stem, share of these and the clear ones",
+            "",
+            *_above(0.25, 0.4),
+            _THROUGH,
+        ),
         Limit("merged", "gain", "gain of a pair over one stem (log likelihood)", "", *_above(38, None), _TOUCHED),
         Limit("lean", "lean_deg", "lean", "°", *_above(None, 27), _LEANING),
         Limit("wide_error", "se_cm", "standard error", "cm", *_above(Bound(share=0.06), Bound(share=0.25)), _RENDERED),

@@ -11,6 +11,10 @@ REASONS: dict[str, tuple[str, str]] = {
         "ivy or other growth covers the bark at breast height",
         "measure under it by hand; what is seen is thicker than the stem",
     ),
+    "see_through": (
+        "photos show the ground where the stem should stand: other stems may line up there",
+        "look at its photos or on site; there may be no stem",
+    ),
     "short_arc": ("the points cover too little of the stem's circumference", "scan or fly from more sides"),
     "few_points": ("too few stem points at the lower stem", "raise the point density"),
     "few_slices": ("too few slices of the stem gave a circle", "raise the point density"),
@@ -26,7 +30,7 @@ REASONS: dict[str, tuple[str, str]] = {
     ),
     "wide_error": ("the estimated error is too large to be useful", "fly more photos or measure by hand"),
     "carried_down": (
-        "breast height is hidden: measured 2 to 5 m above the ground, and carried down by the usual taper",
+        "breast height is hidden: measured 2 to 5 m above the ground, carried down by the taper of the plot's stems",
         "check, or measure by hand where the tenth of a centimetre counts",
     ),
     "disagree": ("two measuring methods disagree", "check this tree by hand"),

@@ -4657,6 +4657,14 @@ beginnen von vorn.&lt;/p&gt;
       <translation>darunter von Hand messen; was zu sehen ist, ist dicker als der Stamm</translation>
     </message>
     <message>
+      <source>photos show the ground where the stem should stand: other stems may line up there</source>
+      <translation>Fotos zeigen den Boden, wo der Stamm stehen müsste: dort liegen wohl andere Stämme in einer Linie</translation>
+    </message>
+    <message>
+      <source>look at its photos or on site; there may be no stem</source>
+      <translation>in seinen Fotos oder vor Ort nachsehen; vielleicht steht dort kein Stamm</translation>
+    </message>
+    <message>
       <source>the points cover too little of the stem's circumference</source>
       <translation>die Punkte decken zu wenig vom Umfang des Stamms ab</translation>
     </message>
@@ -4737,8 +4745,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>mehr Fotos aufnehmen oder von Hand messen</translation>
     </message>
     <message>
-      <source>breast height is hidden: measured 2 to 5 m above the ground, and carried down by the usual taper</source>
-      <translation>Brusthöhe ist verdeckt: 2 bis 5 m über dem Boden gemessen und mit der üblichen Abholzigkeit herabgeführt</translation>
+      <source>breast height is hidden: measured 2 to 5 m above the ground, carried down by the taper of the plot's stems</source>
+      <translation>Brusthöhe ist verdeckt: 2 bis 5 m über dem Boden gemessen und mit der Abholzigkeit der Stämme der Probefläche herabgeführt</translation>
     </message>
     <message>
       <source>check, or measure by hand where the tenth of a centimetre counts</source>

@@ -4655,6 +4655,14 @@ cero.&lt;/p&gt;
       <translation>mida a mano por debajo; lo que se ve es más grueso que el fuste</translation>
     </message>
     <message>
+      <source>photos show the ground where the stem should stand: other stems may line up there</source>
+      <translation>las fotos muestran el suelo donde debería estar el tronco: puede que otros troncos queden alineados allí</translation>
+    </message>
+    <message>
+      <source>look at its photos or on site; there may be no stem</source>
+      <translation>mírelo en sus fotos o en el terreno; puede que no haya ningún tronco</translation>
+    </message>
+    <message>
       <source>the points cover too little of the stem's circumference</source>
       <translation>los puntos cubren muy poco de la circunferencia del tronco</translation>
     </message>
@@ -4735,8 +4743,8 @@ cero.&lt;/p&gt;
       <translation>tome más fotos o mida a mano</translation>
     </message>
     <message>
-      <source>breast height is hidden: measured 2 to 5 m above the ground, and carried down by the usual taper</source>
-      <translation>la altura del pecho está oculta: medido de 2 a 5 m sobre el suelo y llevado hacia abajo con el ahusamiento habitual</translation>
+      <source>breast height is hidden: measured 2 to 5 m above the ground, carried down by the taper of the plot's stems</source>
+      <translation>la altura del pecho está oculta: medido de 2 a 5 m sobre el suelo y llevado hacia abajo con el ahusamiento de los troncos de la parcela</translation>
     </message>
     <message>
       <source>check, or measure by hand where the tenth of a centimetre counts</source>
