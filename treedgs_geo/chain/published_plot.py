@@ -124,9 +124,9 @@ def published_route(run: Run, site: Site, aligned: Aligned, reporter: Reporter) 
 
     made = published_trees(site, aligned.points, Published.of(run.settings), reporter)
     write_field(run.path(names.FIELD), made.field, site.frame)
-    write_cloud(run.path(names.SURFACE), made.cloud)
-    stems = made.cloud.with_attribute("tree_id", made.tree_id)
-    write_cloud(run.path(names.STEMS), stems.select(made.tree_id > 0))
+    cloud = made.cloud.with_attribute("tree_id", made.tree_id)
+    write_cloud(run.path(names.SURFACE), cloud)
+    write_cloud(run.path(names.STEMS), cloud.select(made.tree_id > 0))
     return Found(made.trees, KeptFits([]), made.facts)
 
 

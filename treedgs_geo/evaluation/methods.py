@@ -167,19 +167,26 @@ def choose_power(
     sweep = []
     for power in POWERS:
         read = measure(stems, fit, PublishedOptions(circle=SolidCircle(power=power)), bh_m, seed, held)
-        error = (read - reference.dbh_cm)[held]
-        done = np.isfinite(error)
-        sweep.append(
-            {
-                "p": power,
-                "measured": int(done.sum()),
-                "held_out": int(held.sum()),
-                "rmse_cm": float(np.sqrt(np.mean(error[done] ** 2))) if done.any() else None,
-                "mae_cm": float(np.mean(np.abs(error[done]))) if done.any() else None,
-            }
-        )
+        sweep.append(power_row(power, (read - reference.dbh_cm)[held]))
+    return best_power(sweep), sweep
+
+
+def power_row(power: float, error_cm: np.ndarray) -> dict:
+    """One exponent on the held-out stems; error_cm: (H,), NaN = no diameter."""
+    done = np.isfinite(error_cm)
+    return {
+        "p": power,
+        "measured": int(done.sum()),
+        "held_out": len(error_cm),
+        "rmse_cm": float(np.sqrt(np.mean(error_cm[done] ** 2))) if done.any() else None,
+        "mae_cm": float(np.mean(np.abs(error_cm[done]))) if done.any() else None,
+    }
+
+
+def best_power(sweep: list[dict]) -> float:
+    """The exponent with the fewest failures, then the least RMSE, then the smallest."""
     worth = [(-int(row["measured"] or 0), np.inf if row["rmse_cm"] is None else row["rmse_cm"]) for row in sweep]
-    return POWERS[worth.index(min(worth))], sweep
+    return float(sweep[worth.index(min(worth))]["p"])
 
 
 def compare_methods(
