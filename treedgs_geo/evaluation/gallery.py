@@ -65,7 +65,8 @@ def chosen(fits: list[Fitted], reference: Reference) -> list[tuple[str, Fitted]]
     missing = [fit for fit in fits if not np.isfinite(fit.dbh_cm)]
     measured = [fit for fit in fits if np.isfinite(fit.dbh_cm)]
     measured.sort(key=lambda fit: abs(fit.dbh_cm - reference.dbh_cm[fit.number]))
-    best, rest = measured[:EACH], measured[EACH:]
+    best = measured[: min(EACH, -(-len(measured) // 2))]
+    rest = measured[len(best) :]
     return [
         *(("no diameter", fit) for fit in missing[:EACH]),
         *(("largest error", fit) for fit in rest[::-1][:EACH]),

@@ -64,8 +64,9 @@ def _from_above(axes: Any, xyz: np.ndarray, label: np.ndarray, title: str) -> No
     import matplotlib
 
     stem = label > 0
-    # Neighbouring numbers get colours far apart.
-    colour = matplotlib.colormaps["tab20"](label[stem] * 7 % 20)
+    # Neighbouring numbers get colours far apart; grey means no stem.
+    colours = np.delete(matplotlib.colormaps["tab20"](np.arange(20)), (14, 15), axis=0)
+    colour = colours[label[stem] * 7 % len(colours)]
     axes.scatter(*xyz[~stem, :2].T, s=1.5, color="0.8", linewidths=0, rasterized=True)
     axes.scatter(*xyz[stem, :2].T, s=2.5, c=colour, linewidths=0, rasterized=True)
     axes.set_aspect("equal")
