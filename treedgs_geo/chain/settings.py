@@ -110,8 +110,8 @@ class PhotosToDbhSettings:
         "cpu",
         kind="choice",
         choices=("cpu", "cuda"),
-        help="Of the published method and paper-crops: where the Gaussians are fitted; cuda = an NVIDIA GPU, through the "
-        "packages warp-lang and torch (its CUDA build); the time limit then counts by the clock.",
+        help="Of the published method and paper-crops: where the Gaussians are fitted; cuda = an NVIDIA GPU, through "
+        "the packages warp-lang and torch (its CUDA build); the time limit then counts by the clock.",
         advanced=True,
     )
     dense: Path | None = param(
