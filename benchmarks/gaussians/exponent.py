@@ -5,7 +5,8 @@
 Free Gaussians (nothing but Gaussians, our losses) at the true places + 10 cm, true poses; their samples with opacity,
 the published slices, circles and taper. Every exponent is read on every stem once (``errors_cm``: a stem's errors, in
 the order of the sweep); then, as published, 10 % of the stems choose p and the others say what it is worth, in many
-seeded splits. The reference are the stems with three clear photos of breast height and more. ``--lidar``: the same for the plot's LiDAR cloud, weighted by intensity.
+seeded splits. The reference are the stems with three clear photos of breast height and more. ``--lidar``: the same for
+the plot's LiDAR cloud, weighted by intensity.
 """
 
 from __future__ import annotations
