@@ -62,7 +62,7 @@ class EvaluateSettings:
     splats: Path | None = param(
         None,
         kind="file",
-        help="stems.laz of a photos-to-dbh workspace with splats: the same fits on surface points",
+        help="surface.laz (or stems.laz) of a photos-to-dbh workspace with splats: the same fits on surface points",
         suffixes=("laz", "las"),
     )
     dtm: Path | None = param(

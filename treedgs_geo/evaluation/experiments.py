@@ -193,7 +193,7 @@ def _segmented(path: Path, dtm_file: Path | None, name: str) -> tuple[PointCloud
     if "tree_id" in cloud.attributes:
         return cloud, dtm, np.asarray(cloud.attributes["tree_id"]).astype(int)
     if name == "splats":
-        raise InputError(f"{path}: has no tree_id; give the stems.laz of a workspace (photos-to-dbh --fit gaussians).")
+        raise InputError(f"{path}: has no tree_id; give the surface.laz of a workspace (photos-to-dbh --preset paper).")
     from ..from_points.segmentation.segment import find_stems, label_points
 
     stems = find_stems(cloud, dtm)
