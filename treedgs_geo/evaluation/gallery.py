@@ -98,7 +98,13 @@ def draw_fits(
         true = float(reference.dbh_cm[fit.number])
         middle = np.array(fit.circle[:2]) if fit.circle else np.median(fit.points, axis=0) if len(fit.points) else 0.0
         if len(fit.points):
-            axes.scatter(*(fit.points - middle).T, s=3, color="0.45", linewidths=0, rasterized=True)
+            axes.scatter(
+                *(fit.points - middle).T,
+                s=3 if len(fit.points) > 300 else 14,
+                color="0.45",
+                linewidths=0,
+                rasterized=True,
+            )
         if fit.circle is not None:
             axes.add_patch(_ring(fit.circle[2] / 200, VERMILION, "-"))
         axes.add_patch(_ring(true / 200, BLUE, "--"))
