@@ -91,7 +91,6 @@ WRITERS = {
 NOT_KEPT = {
     "ground_filters.json",
     "large_photos.json",
-    "lidar_exponent.json": "benchmarks.gaussians.exponent",
     "matching.json",
     "pointcloud_accuracy.json",
     "published.json",
