@@ -148,7 +148,8 @@ def _beside_samples(other: str, name: str) -> Callable[[PaperInputs], str | None
         if sets is None or found is None:
             return None
         words = (
-            f"<p>Points within {pictures.NEAR_M:g} m of {len(sets.stems)} stems, evenly over the diameters "
+            f"<p>{html.escape(sets.plot)}: points within {pictures.NEAR_M:g} m of {len(sets.stems)} stems, evenly over "
+            "the diameters "
             f"({html.escape(', '.join(sets.stems))}), {pictures.STEM_M[0]:g} to {pictures.STEM_M[1]:g} m above the "
             "ground, before any segmentation; covered height: 10 cm steps that hold a point.</p>"
         )
@@ -272,7 +273,8 @@ def _labeller(cloud: LabelledPoints, plots: list[PlotFiles]) -> str:
         return "stems found in the cloud, or its own tree_id"
     plot = next(plot for plot in plots if plot.name == cloud.plot)
     asked = {} if plot.workspace_in is None else read_json(plot.workspace_in / "run.json").get("parameters", {})
-    if "paper" in (asked.get("preset"), asked.get("fit")):
+    fit = asked.get("fit", "auto")
+    if fit == "paper" or (fit == "auto" and asked.get("preset") == "paper"):
         found = f"found in the surface points by the segmenter {html.escape(str(asked.get('segmenter', 'own')))}"
     else:
         found = (
@@ -321,7 +323,10 @@ def _slices(inputs: PaperInputs) -> list[str]:
 
 
 #: Why a picture of Gaussians may be missing.
-NO_GAUSSIANS = "no workspace of photos-to-dbh with Gaussians (--preset paper or paper-crops, --fit gaussians) is given"
+NO_GAUSSIANS = (
+    "no workspace of photos-to-dbh with Gaussians (--preset paper or paper-crops, --fit gaussians) is given, or none "
+    "of them is near a reference stem"
+)
 #: In the order of the paper.
 ITEMS = (
     Item("Figure 1", "Overview (errors: Figure 11)", _overview, NO_GAUSSIANS),

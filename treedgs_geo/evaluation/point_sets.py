@@ -33,6 +33,7 @@ class PointSets:
     """points: set -> (N, 3) of each compared stem: east and north of the stem, height above the ground, m. true: set ->
     (N,) whether a point lies in a true stem, of each stem; ``None`` without truth."""
 
+    plot: str
     stems: list[str]
     points: dict[str, list[np.ndarray]]
     true: dict[str, list[np.ndarray]] | None
@@ -87,7 +88,7 @@ def point_sets(plot: PlotFiles, reference: Reference) -> PointSets:
             points[name].append(own)
             true[name].append(inside)
     labelled = truth is not None and truth.exists()
-    return PointSets([str(reference.tree[k]) for k in stems], points, true if labelled else None)
+    return PointSets(plot.name, [str(reference.tree[k]) for k in stems], points, true if labelled else None)
 
 
 def _fused(field: GaussianField, views: Sequence[View], frame: LocalFrame, dtm: Dtm, xy: np.ndarray) -> np.ndarray:
