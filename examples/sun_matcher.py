@@ -27,7 +27,8 @@ SLOW_PX = 12.0
 TURNS_DEG = (0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)
 #: Least likeness of two places, how far from the plane they may lie, and how many must agree on it.
 LEAST_ALIKE, PLANE_PX, LEAST_MATCHES = 0.5, 12.0, 40
-_KEPT_PHOTOS = 48
+#: Descriptions that are kept, bytes: some 15 photos of a megapixel with all their turns.
+KEPT_BYTES = 500_000_000
 
 
 class Descriptor(nn.Module):
@@ -71,11 +72,12 @@ def load(weights: str):
 
 
 class Matcher:
-    """Matches photos; descriptions of the last photos are kept."""
+    """Matches photos; the last descriptions are kept, :data:`KEPT_BYTES` of them."""
 
     def __init__(self, network: Descriptor) -> None:
         self.network = network
         self._kept: OrderedDict[tuple, tuple[np.ndarray, np.ndarray]] = OrderedDict()
+        self._bytes = 0
 
     def match(self, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Two photos (H, W, 3) uint8 -> (K, 2) and (K, 2) pixels, (K,) how alike they are."""
@@ -119,8 +121,10 @@ class Matcher:
         inside = (places >= 0).all(axis=1) & (places < [width, height]).all(axis=1)
         kept = places[inside], np.ascontiguousarray(found.reshape(WIDTH, -1).T[inside])
         self._kept[key] = kept
-        while len(self._kept) > _KEPT_PHOTOS * len(TURNS_DEG):
-            self._kept.popitem(last=False)
+        self._bytes += sum(part.nbytes for part in kept)
+        while self._bytes > KEPT_BYTES and len(self._kept) > 1:
+            _, old = self._kept.popitem(last=False)
+            self._bytes -= sum(part.nbytes for part in old)
         return kept
 
 

@@ -102,7 +102,7 @@ class Algorithm(BaseAlgorithm):
         build.setHelp(
             self.tr(
                 "auto: with NVIDIA's library where a card and driver are found that it can use; cpu: without; cuda: "
-                "with it in any case. Only 'Fit Gaussians' uses the card."
+                "with it in any case. Only Gaussians that are fitted with the device cuda use the card."
             )
         )
         rebuild = QgsProcessingParameterBoolean("REBUILD", self.tr("Start from scratch"), False)

@@ -90,7 +90,10 @@ def test_a_painted_plot_runs_to_the_end_with_nothing_true_given(tmp_path, monkey
     assert any(kind == "warn" and "cut short by the time limit of 0.15 minutes" in text for kind, text in said.lines)
     for name in ("field.ply", "surface.laz"):
         assert (asked.workspace / name).stat().st_size > 1000
-    assert {"opacity", "n_views"} <= set(read_cloud(asked.workspace / "surface.laz").attributes)
+    surface = read_cloud(asked.workspace / "surface.laz")
+    assert {"opacity", "n_views", "tree_id"} <= set(surface.attributes)  # whole: what was called no stem is there, too
+    own = surface.attributes["tree_id"]
+    assert 0 < (own > 0).sum() == len(read_cloud(asked.workspace / "stems.laz")) < len(own)
     place = site.frame.to_project(np.array([[*STEM, GROUND]]))[0, :2]
     near = [tree for tree in found.trees if np.hypot(tree.x - place[0], tree.y - place[1]) < 0.3]
     assert len(near) == 1 and near[0].method == "points-paper-opacity"
@@ -129,6 +132,39 @@ def test_what_the_published_route_cannot_use_is_said_before_any_work(tmp_path):
         check_published(replace(settings(tmp_path, dense=tmp_path / "a.ply"), preset="balanced"))
     with pytest.raises(InputError, match="--segmenter: only the published method"):
         check_published(replace(settings(tmp_path, segmenter="forestformer3d"), preset="balanced"))
+
+
+def test_a_gpu_is_asked_for_where_it_is_used_and_there(tmp_path, monkeypatch):
+    pytest.importorskip("torch")
+    warp_raster = pytest.importorskip("treedgs_geo.gaussians.warp_raster")
+    monkeypatch.setattr(warp_raster, "available", lambda device: False)
+    for preset in ("paper", "paper-crops"):
+        with pytest.raises(InputError, match="'cuda': no such GPU was found here, .* use device cpu"):
+            check_published(replace(settings(tmp_path, device="cuda"), preset=preset))
+    for other in (
+        {"preset": "balanced"},
+        {"preset": "best", "fit": "gaussians"},
+        {"preset": "paper-crops", "fit": "photos"},
+    ):
+        with pytest.raises(InputError, match="--device cuda: only the published method fits its Gaussians there"):
+            check_published(replace(settings(tmp_path, device="cuda"), **other))
+    # A card alone is not enough for the fit of a whole plot: torch has to be able to use it.
+    monkeypatch.setattr(warp_raster, "available", lambda device: True)
+    monkeypatch.setattr("torch.cuda.is_available", lambda: False)
+    with pytest.raises(MissingComponentError, match="finds no CUDA, which the fit of a whole plot needs"):
+        check_published(settings(tmp_path, device="cuda"))
+    check_published(replace(settings(tmp_path, device="cuda"), preset="paper-crops"))
+    monkeypatch.setattr("torch.cuda.is_available", lambda: True)
+    check_published(settings(tmp_path, device="cuda"))
+    assert published_plot.Published.of(settings(tmp_path, device="cuda")).scene.device == "cuda"
+
+
+def test_without_warp_a_gpu_says_what_to_install(tmp_path, monkeypatch):
+    monkeypatch.delitem(sys.modules, "treedgs_geo.gaussians.warp_raster", raising=False)
+    monkeypatch.delattr("treedgs_geo.gaussians.warp_raster", raising=False)
+    monkeypatch.setitem(sys.modules, "warp", None)
+    with pytest.raises(MissingComponentError, match="pip install warp-lang"):
+        check_published(replace(settings(tmp_path, device="cuda"), preset="paper-crops"))
 
 
 def test_without_torch_the_chain_says_how_to_get_it(tmp_path, monkeypatch):

@@ -76,6 +76,18 @@ def test_the_exponent_is_chosen_on_held_out_stems_alone(stand):
     assert a == b and {row["held_out"] for row in a[1]} == {2}
 
 
+def test_a_circle_that_never_fails_and_is_never_right_is_not_chosen():
+    errors = {0.6: [3.0] * 9 + [np.nan], 0.7: [4.0] * 9 + [np.nan], 1.5: [16.0] * 10}
+    sweep = [methods.power_row(power, np.array(own)) for power, own in errors.items()]
+    assert [row["measured"] for row in sweep] == [9, 9, 10] and methods.best_power(sweep) == 0.6
+    # A failure is worse than a small error, and stems that all fail choose nothing better than the first.
+    assert (
+        methods.best_power([methods.power_row(0.6, np.array([1.0, np.nan])), methods.power_row(1, np.full(2, 5.0))])
+        == 1
+    )
+    assert methods.best_power([methods.power_row(p, np.full(3, np.nan)) for p in (0.4, 0.6)]) == 0.4
+
+
 def test_hold_out_keeps_one_on_each_side():
     assert methods.hold_out(3, 0.01, 0).sum() == 1 and methods.hold_out(3, 0.99, 0).sum() == 2
     assert (methods.hold_out(50, 0.1, 7) == methods.hold_out(50, 0.1, 7)).all()

@@ -58,3 +58,23 @@ def test_it_finds_nothing_where_two_photos_share_nothing(match, ground) -> None:
     other = np.clip(120 + 100 * cv2.GaussianBlur(noise, (0, 0), 1.5), 0, 255).astype(np.uint8)
     here, there, alike = match(photo(ground, one), photo(other, one))
     assert len(here) == len(there) == len(alike) == 0
+
+
+def test_it_keeps_no_more_descriptions_than_it_may(ground, monkeypatch) -> None:
+    from examples import sun_matcher
+
+    torch.manual_seed(0)
+    matcher = sun_matcher.Matcher(sun_matcher.Descriptor().eval())
+    photos = [photo(ground, np.array([[1.0, 0, -move], [0, 1.0, -move]])) for move in (10, 60, 110)]
+    first = matcher.described(photos[0], 0.0)
+    one = sum(part.nbytes for part in first)
+    assert matcher.described(photos[0], 0.0) is first
+    monkeypatch.setattr(sun_matcher, "KEPT_BYTES", int(2.5 * one))
+    for picture in photos[1:]:
+        matcher.described(picture, 0.0)
+    assert len(matcher._kept) == 2 and matcher._bytes == 2 * one
+    again = matcher.described(photos[0], 0.0)  # the oldest had to go, and is made anew, the same
+    assert again is not first and all((a == b).all() for a, b in zip(again, first, strict=True))
+    monkeypatch.setattr(sun_matcher, "KEPT_BYTES", 0)
+    matcher.described(photos[1], 45.0)
+    assert len(matcher._kept) == 1

@@ -61,6 +61,8 @@ def measure(run: Run, site: Site, aligned: Aligned) -> list[Tree]:
     if field is not None:
         used["field_stems"] = [np.round(field.xy, 3).tolist(), list(field.names), settings.field_error_m]
     inputs = []
+    if settings.device != "cpu":
+        used["device"] = settings.device
     if fit == "paper":
         used |= {"time_limit": settings.time_limit, "segmenter": [settings.segmenter, settings.segmenter_command]}
         inputs = [path for path in (settings.dense, settings.segmenter_model) if path is not None]

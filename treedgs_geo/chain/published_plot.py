@@ -49,8 +49,10 @@ def check_published(settings: PhotosToDbhSettings) -> None:
     """What the published route needs and cannot do, said before anything expensive starts.
 
     Raises:
-        InputError: an option that it has no use for. MissingComponentError: torch is not installed.
+        InputError: an option that it has no use for; no such GPU. MissingComponentError: torch, or what a GPU needs, is
+            not installed.
     """
+    _check_device(settings)
     if not is_published(settings):
         used = {"dense": settings.dense is not None, "segmenter": settings.segmenter != "own"}
         used["segmenter_command"] = settings.segmenter_command is not None
@@ -69,6 +71,21 @@ def check_published(settings: PhotosToDbhSettings) -> None:
         )
     check_segmenter(settings.segmenter, settings.segmenter_command, settings.segmenter_model)
     from ..gaussians import on_torch  # noqa: F401  (says what to install)
+
+
+def _check_device(settings: PhotosToDbhSettings) -> None:
+    """A GPU is there, and the route that is asked for uses it."""
+    if settings.device == "cpu":
+        return
+    crops = settings.fit == "paper-crops" or (settings.preset == "paper-crops" and settings.fit == "auto")
+    if not crops and not is_published(settings):
+        raise InputError(
+            f"--device {settings.device}: only the published method fits its Gaussians there (--preset paper or "
+            "paper-crops); leave it out, or add one of these."
+        )
+    from ..gaussians.devices import check_device
+
+    check_device(settings.device, tensors=not crops)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,6 +107,7 @@ class Published:
             time_limit_min=settings.time_limit,
             tried_every=TRIED_EVERY,
             max_gaussians=MAX_GAUSSIANS,
+            device=settings.device,
             seed=settings.seed,
         )
         return cls(
@@ -124,9 +142,9 @@ def published_route(run: Run, site: Site, aligned: Aligned, reporter: Reporter) 
 
     made = published_trees(site, aligned.points, Published.of(run.settings), reporter)
     write_field(run.path(names.FIELD), made.field, site.frame)
-    write_cloud(run.path(names.SURFACE), made.cloud)
-    stems = made.cloud.with_attribute("tree_id", made.tree_id)
-    write_cloud(run.path(names.STEMS), stems.select(made.tree_id > 0))
+    cloud = made.cloud.with_attribute("tree_id", made.tree_id)
+    write_cloud(run.path(names.SURFACE), cloud)
+    write_cloud(run.path(names.STEMS), cloud.select(made.tree_id > 0))
     return Found(made.trees, KeptFits([]), made.facts)
 
 

@@ -147,7 +147,9 @@ def splat_route(site: Site, run: Run, reporter: Reporter, paper: bool, given: Gi
         preset, threads = settings.preset, available_threads()
         if paper or preset in ("paper", "paper-crops"):
             preset = "paper-crops" if paper else "balanced"
-        options = GaussianOptions(preset=preset, seed=settings.seed, bh_m=settings.bh_m, threads=threads)
+        options = GaussianOptions(
+            preset=preset, seed=settings.seed, bh_m=settings.bh_m, threads=threads, device=settings.device
+        )
         field, report = fit_with_report(site.views, frame, site.ground, positions, None, options, reporter)
         write_field(run.path(names.FIELD), field, frame)
     with reporter.stage("sample surface", 0.8, 0.95):

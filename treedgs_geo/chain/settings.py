@@ -106,6 +106,14 @@ class PhotosToDbhSettings:
         maximum=10_000,
         advanced=True,
     )
+    device: str = param(
+        "cpu",
+        kind="choice",
+        choices=("cpu", "cuda"),
+        help="Of the published method and paper-crops: where the Gaussians are fitted; cuda = an NVIDIA GPU, through "
+        "the packages warp-lang and torch (its CUDA build); the time limit then counts by the clock.",
+        advanced=True,
+    )
     dense: Path | None = param(
         None,
         kind="file",

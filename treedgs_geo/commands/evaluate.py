@@ -62,7 +62,7 @@ class EvaluateSettings:
     splats: Path | None = param(
         None,
         kind="file",
-        help="stems.laz of a photos-to-dbh workspace with splats: the same fits on surface points",
+        help="surface.laz (or stems.laz) of a photos-to-dbh workspace with splats: the same fits on surface points",
         suffixes=("laz", "las"),
     )
     dtm: Path | None = param(
@@ -132,7 +132,9 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
         more = found.section
     if settings.paper:
         with reporter.stage("figures of the paper", 0.85, 0.9):
-            drawn = PaperInputs(evidence, metrics, plots, found.references, found.sources, settings.output)
+            drawn = PaperInputs(
+                evidence, metrics, plots, found.references, found.sources, settings.output, found.labelled
+            )
             paper = write_paper(drawn)
     for note in metrics["notes"]:
         reporter.warn(note)

@@ -18,6 +18,7 @@ from ..terrain.dtm import Dtm, read_dtm
 from ..terrain.ground import dtm_from_cloud
 from ..trees.priors import BREAST_HEIGHT_M
 from . import experiment_charts
+from .labelled import LabelledPoints
 from .methods import WEIGHTS, Reference, StemPoints, ablate, choose_power, compare_methods, measure, stem_points
 from .photo_experiments import photo_experiments
 from .plot_files import PlotFiles, pooled_reference
@@ -37,12 +38,13 @@ class ExperimentOptions:
 @dataclass(frozen=True)
 class Experiments:
     """found: for ``metrics.json``. section: of the page. references: stems of known DBH, plot by plot. sources: source
-    -> segmented points of all of them."""
+    -> segmented points of all of them. labelled: points about the stems with the stem that each was given."""
 
     found: dict[str, Any]
     section: str
     references: list[Reference]
     sources: dict[str, StemPoints]
+    labelled: list[LabelledPoints]
 
 
 def run_experiments(
@@ -58,26 +60,28 @@ def run_experiments(
     parts: list[str] = []
     references = [plot.reference() for plot in plots]
     sources: dict[str, StemPoints] = {}
+    labelled: list[LabelledPoints] = []
     if any(plot.lidar or plot.splats for plot in plots):
         with reporter.stage("methods", 0.0, 0.6):
             gathered = _gather(plots, references, reporter)
-            sources = gathered.sources
+            sources, labelled = gathered.sources, gathered.labelled
             found |= _methods(gathered, pooled_reference(references), options, folder, parts)
     seen = [(plot, ref) for plot, ref in zip(plots, references, strict=True) if plot.workspace_in is not None]
     if seen:
         with reporter.stage("visibility and runtime", 0.6, 1.0):
             found |= photo_experiments(seen, folder, parts, reporter)
-    return Experiments(found, "".join(parts), references, sources)
+    return Experiments(found, "".join(parts), references, sources, labelled)
 
 
 @dataclass(frozen=True)
 class _Gathered:
-    """Of each source: the segmented points of all reference stems, the same with true labels, and segmentation scores
-    (``source, plot, ...``)."""
+    """Of each source: the segmented points of all reference stems, the same with true labels, segmentation scores
+    (``source, plot, ...``), and the points that were scored."""
 
     sources: dict[str, StemPoints]
     oracle: dict[str, StemPoints]
     scores: list[dict[str, Any]]
+    labelled: list[LabelledPoints]
 
 
 def _gather(plots: list[PlotFiles], references: list[Reference], reporter: Reporter) -> _Gathered:
@@ -88,6 +92,7 @@ def _gather(plots: list[PlotFiles], references: list[Reference], reporter: Repor
     sources: dict[str, list[StemPoints]] = {name: [] for name in names}
     oracle: dict[str, list[StemPoints]] = {name: [] for name in names}
     scores: list[dict[str, Any]] = []
+    shown: list[LabelledPoints] = []
     for number, (plot, reference) in enumerate(zip(plots, references, strict=True)):
         reporter.progress(number / len(plots))
         for name in names:
@@ -99,15 +104,19 @@ def _gather(plots: list[PlotFiles], references: list[Reference], reporter: Repor
                 continue
             cloud, dtm, label = _segmented(path, plot.dtm, name)
             sources[name].append(stem_points(cloud, label, dtm, reference, WEIGHTS[name]))
+            height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
+            band = _near(cloud, reference) & (height > 0.3) & (height < 5.0)
+            place = np.column_stack([cloud.xyz[band, :2], height[band]])
+            whole = bool((label <= 0).any())
             if not labelled:
+                shown.append(LabelledPoints.thinned(name, plot.name, place, label[band], None, whole))
                 continue
             assert plot.truth is not None
             true, _ = true_labels(cloud.xyz, plot.truth.with_name("stems.json"))
-            height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
-            band = _near(cloud, reference) & (height > 0.3) & (height < 5.0)
-            scores.append({"source": name, "plot": plot.name, **score_segmentation(label[band], true[band])})
+            shown.append(LabelledPoints.thinned(name, plot.name, place, label[band], true[band], whole))
+            scores.append({"source": name, "plot": plot.name, **score_segmentation(label[band], true[band], whole)})
             oracle[name].append(stem_points(cloud, true, dtm, reference, WEIGHTS[name]))
-    return _Gathered(_joined(sources), _joined(oracle) if labelled else {}, scores)
+    return _Gathered(_joined(sources), _joined(oracle) if labelled else {}, scores, shown)
 
 
 def _joined(parts: dict[str, list[StemPoints]]) -> dict[str, StemPoints]:
@@ -184,7 +193,7 @@ def _segmented(path: Path, dtm_file: Path | None, name: str) -> tuple[PointCloud
     if "tree_id" in cloud.attributes:
         return cloud, dtm, np.asarray(cloud.attributes["tree_id"]).astype(int)
     if name == "splats":
-        raise InputError(f"{path}: has no tree_id; give the stems.laz of a workspace (photos-to-dbh --fit gaussians).")
+        raise InputError(f"{path}: has no tree_id; give the surface.laz of a workspace (photos-to-dbh --preset paper).")
     from ..from_points.segmentation.segment import find_stems, label_points
 
     stems = find_stems(cloud, dtm)

@@ -27,6 +27,8 @@ from .tables import COUNTED
 
 #: Exponents tried on the held-out stems.
 POWERS = (0.2, 0.4, 0.5, 0.6, 0.7, 0.85, 1.0, 1.2, 1.5, 2.0)
+#: A stem without a diameter counts as one that is so wrong when p is chosen, cm.
+FAILED_CM = 10.0
 #: Reliability of each source's points.
 WEIGHTS = {"lidar": "intensity", "splats": "opacity"}
 FITS = ("cylinder", "circle", "weighted circle")
@@ -163,23 +165,37 @@ def _points(stems: StemPoints, k: int) -> np.ndarray:
 def choose_power(
     stems: StemPoints, reference: Reference, held: np.ndarray, fit: str, bh_m: float, seed: int
 ) -> tuple[float, list[dict]]:
-    """The exponent with the fewest failures, then the least RMSE, on the held-out stems; and the whole sweep."""
+    """The exponent that the held-out stems choose (:func:`best_power`), and the whole sweep."""
     sweep = []
     for power in POWERS:
         read = measure(stems, fit, PublishedOptions(circle=SolidCircle(power=power)), bh_m, seed, held)
-        error = (read - reference.dbh_cm)[held]
-        done = np.isfinite(error)
-        sweep.append(
-            {
-                "p": power,
-                "measured": int(done.sum()),
-                "held_out": int(held.sum()),
-                "rmse_cm": float(np.sqrt(np.mean(error[done] ** 2))) if done.any() else None,
-                "mae_cm": float(np.mean(np.abs(error[done]))) if done.any() else None,
-            }
-        )
-    worth = [(-int(row["measured"] or 0), np.inf if row["rmse_cm"] is None else row["rmse_cm"]) for row in sweep]
-    return POWERS[worth.index(min(worth))], sweep
+        sweep.append(power_row(power, (read - reference.dbh_cm)[held]))
+    return best_power(sweep), sweep
+
+
+def power_row(power: float, error_cm: np.ndarray) -> dict:
+    """One exponent on the held-out stems; error_cm: (H,), NaN = no diameter."""
+    done = np.isfinite(error_cm)
+    return {
+        "p": power,
+        "measured": int(done.sum()),
+        "held_out": len(error_cm),
+        "rmse_cm": float(np.sqrt(np.mean(error_cm[done] ** 2))) if done.any() else None,
+        "mae_cm": float(np.mean(np.abs(error_cm[done]))) if done.any() else None,
+    }
+
+
+def best_power(sweep: list[dict]) -> float:
+    """The exponent with the least RMSE where a failure counts as :data:`FAILED_CM`, the smallest of equal ones.
+
+    Fewest failures alone would choose a circle so large that it never fails and is never right.
+    """
+    worth = []
+    for row in sweep:
+        failed = row["held_out"] - row["measured"]
+        square = row["measured"] * (row["rmse_cm"] or 0.0) ** 2 + failed * FAILED_CM**2
+        worth.append(square / row["held_out"])
+    return float(sweep[worth.index(min(worth))]["p"])
 
 
 def compare_methods(

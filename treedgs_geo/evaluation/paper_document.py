@@ -8,29 +8,29 @@ from __future__ import annotations
 import html
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from ..core.files import read_json
+from . import gallery, overview, point_sets
 from . import paper_pictures as pictures
+from .labelled import LabelledPoints, draw_labels
 from .methods import Reference, StemPoints
-from .plot_files import PlotFiles
+from .plot_files import PlotFiles, pooled_reference
+from .point_sets import PointSets
 from .sections import drawn, html_table, inline, methods_latex, plain_latex, write_text
 from .tables import PairsEvidence
-
-#: What a source's labels are, for the table of the segmentation.
-LABELS = {
-    "lidar": "stems found in the cloud, or its own tree_id",
-    "splats": "tree_id of the run: surface points near stems found in the photos; nothing is segmented anew",
-}
 
 
 @dataclass(frozen=True)
 class PaperInputs:
     """All that the document draws on. gathered: source -> segmented points of the reference stems. metrics: as in
-    ``metrics.json``. folder: with the charts that are drawn already."""
+    ``metrics.json``. folder: with the charts and tables that are written already. labelled: points whose segmentation
+    is shown."""
 
     evidence: PairsEvidence
     metrics: dict[str, Any]
@@ -38,11 +38,27 @@ class PaperInputs:
     references: list[Reference]
     gathered: dict[str, StemPoints]
     folder: Path
+    labelled: list[LabelledPoints]
 
     @property
     def workspace(self) -> PlotFiles | None:
         """The first plot with a workspace."""
         return next((plot for plot in self.plots if plot.workspace_in is not None), None)
+
+    @property
+    def gaussians(self) -> PlotFiles | None:
+        """The first plot whose workspace has Gaussians."""
+        return next((plot for plot in self.plots if point_sets.has_gaussians(plot)), None)
+
+    @cached_property
+    def sets(self) -> PointSets | None:
+        """Means, fused depth and samples of :attr:`gaussians`."""
+        plot = self.gaussians
+        return None if plot is None else point_sets.point_sets(plot, self.reference_of(plot))
+
+    def reference_of(self, plot: PlotFiles) -> Reference:
+        """The stems of known DBH of a plot."""
+        return self.references[self.plots.index(plot)]
 
 
 @dataclass(frozen=True)
@@ -103,13 +119,43 @@ def tables_latex(inputs: PaperInputs) -> str:
         parts.append(
             plain_latex(metrics["oracle"], ("source", "fit", "labels", "common", "mae_cm", "rmse_cm", "me_cm"))
         )
+    if inputs.sets is not None:
+        rows = point_sets.table(inputs.sets)
+        parts.append(plain_latex(rows, tuple(rows[0])))
     if "runtime" in metrics:
         parts.append(plain_latex(metrics["runtime"], ("plot", "stage", "seconds", "peak_memory_mb")))
     return "\n".join(parts)
 
 
-def _nothing(_: PaperInputs) -> None:
-    return None
+def _overview(inputs: PaperInputs) -> str | None:
+    plot = inputs.gaussians
+    found = None if plot is None else overview.draw_overview(plot)
+    return None if found is None else drawn(inputs.folder, "paper_overview", found)
+
+
+def _pipeline(inputs: PaperInputs) -> str | None:
+    plot = inputs.gaussians
+    found = None if plot is None else overview.draw_pipeline(plot, inputs.reference_of(plot))
+    return None if found is None else drawn(inputs.folder, "paper_pipeline", found)
+
+
+def _beside_samples(other: str, name: str) -> Callable[[PaperInputs], str | None]:
+    """The picture of another way from Gaussians to points beside the samples, and the table of all three."""
+
+    def make(inputs: PaperInputs) -> str | None:
+        sets = inputs.sets
+        found = None if sets is None else point_sets.draw_pair(sets, other)
+        if sets is None or found is None:
+            return None
+        words = (
+            f"<p>{html.escape(sets.plot)}: points within {pictures.NEAR_M:g} m of {len(sets.stems)} stems, evenly over "
+            "the diameters "
+            f"({html.escape(', '.join(sets.stems))}), {pictures.STEM_M[0]:g} to {pictures.STEM_M[1]:g} m above the "
+            "ground, before any segmentation; covered height: 10 cm steps that hold a point.</p>"
+        )
+        return words + html_table(point_sets.table(sets)) + drawn(inputs.folder, name, found)
+
+    return make
 
 
 def _summary(inputs: PaperInputs) -> str:
@@ -127,7 +173,7 @@ def _flight(inputs: PaperInputs) -> str | None:
 
 def _pixels(inputs: PaperInputs) -> str | None:
     plot = inputs.workspace
-    found = None if plot is None else pictures.draw_pixels(plot, inputs.references[inputs.plots.index(plot)])
+    found = None if plot is None else pictures.draw_pixels(plot, inputs.reference_of(plot))
     return None if found is None else drawn(inputs.folder, "paper_pixels", found)
 
 
@@ -149,7 +195,7 @@ def _sources(inputs: PaperInputs) -> str | None:
 
 def _density(inputs: PaperInputs) -> str | None:
     plot = inputs.workspace
-    sparse = {} if plot is None else pictures.sparse_near(plot, inputs.references[inputs.plots.index(plot)])
+    sparse = {} if plot is None else pictures.sparse_near(plot, inputs.reference_of(plot))
     first = 0 if plot is None else inputs.plots.index(plot)
     start = sum(len(ref) for ref in inputs.references[:first])
     here = slice(start, start + len(inputs.references[first]))
@@ -204,9 +250,44 @@ def _ablation(inputs: PaperInputs) -> str | None:
 def _labels(inputs: PaperInputs) -> str | None:
     rows = inputs.metrics.get("segmentation")
     if not rows:
-        return None
-    words = "".join(f"<li>{name}: {LABELS[name]}.</li>" for name in dict.fromkeys(row["source"] for row in rows))
-    return f"<p>Whose labels are scored:</p><ul>{words}</ul>" + html_table(rows)
+        picture = _label_picture(inputs)
+        whose = _whose(inputs)
+        return (
+            f"<p>No true labels, so nothing is scored. Whose labels are shown:</p>{whose}{picture}" if picture else None
+        )
+    words = _whose(inputs)
+    return f"<p>Whose labels are scored:</p>{words}" + html_table(rows) + _label_picture(inputs)
+
+
+def _whose(inputs: PaperInputs) -> str:
+    """Whose labels each source's are, by plot."""
+    words = [
+        f"<li>{html.escape(cloud.plot)}, {html.escape(cloud.source)}: {_labeller(cloud, inputs.plots)}.</li>"
+        for cloud in inputs.labelled
+    ]
+    return f"<ul>{''.join(words)}</ul>"
+
+
+def _labeller(cloud: LabelledPoints, plots: list[PlotFiles]) -> str:
+    if cloud.source == "lidar":
+        return "stems found in the cloud, or its own tree_id"
+    plot = next(plot for plot in plots if plot.name == cloud.plot)
+    asked = {} if plot.workspace_in is None else read_json(plot.workspace_in / "run.json").get("parameters", {})
+    fit = asked.get("fit", "auto")
+    if fit == "paper" or (fit == "auto" and asked.get("preset") == "paper"):
+        found = f"found in the surface points by the segmenter {html.escape(str(asked.get('segmenter', 'own')))}"
+    else:
+        found = (
+            "tree_id of the file (of a run without --preset paper: stems found in the photos, nothing segmented anew)"
+        )
+    return found + (
+        "" if cloud.whole else "; the file holds stem points only, so recall and what needs it are not known"
+    )
+
+
+def _label_picture(inputs: PaperInputs) -> str:
+    found = draw_labels(inputs.labelled)
+    return "" if found is None else drawn(inputs.folder, "paper_segmentation", found)
 
 
 def _oracle(inputs: PaperInputs) -> str | None:
@@ -218,25 +299,48 @@ def _runtime(inputs: PaperInputs) -> str | None:
 
 
 def _gallery(inputs: PaperInputs) -> str | None:
-    found = [pictures.sheets(plot, ref) for plot, ref in zip(inputs.plots, inputs.references, strict=True)]
+    found = [gallery.sheets(plot, ref) for plot, ref in zip(inputs.plots, inputs.references, strict=True)]
     shown = [sheet for own in found for sheet in own]
-    return "".join(shown) or None
+    return "".join([*_slices(inputs), *shown]) or None
 
 
+def _slices(inputs: PaperInputs) -> list[str]:
+    """Slices of stems that were and were not measured, one picture a source."""
+    methods, reference = inputs.metrics.get("methods"), pooled_reference(inputs.references)
+    if methods is None:
+        return []
+    path = inputs.folder / "visibility.csv"
+    seen = pd.read_csv(path) if "visibility" in inputs.metrics and path.exists() else None
+    parts = []
+    for source, stems in inputs.gathered.items():
+        fits = gallery.fitted_stems(stems, reference, methods["powers"][source], methods["split"]["seed"])
+        picture = gallery.draw_fits(source, gallery.chosen(fits, reference), reference, seen)
+        if picture is not None:
+            words = f"{sum(np.isfinite(fit.dbh_cm) for fit in fits)} of {len(fits)} stems have a diameter"
+            parts.append(f"<h3>Weighted circles, {source}: {words}</h3>")
+            parts.append(drawn(inputs.folder, f"paper_gallery_{source}", picture))
+    return parts
+
+
+#: Why a picture of Gaussians may be missing.
+NO_GAUSSIANS = (
+    "no workspace of photos-to-dbh with Gaussians (--preset paper or paper-crops, --fit gaussians) is given, or none "
+    "of them is near a reference stem"
+)
 #: In the order of the paper.
 ITEMS = (
-    Item("Figure 1", "Overview", _nothing, "a drawing of the method without data"),
+    Item("Figure 1", "Overview (errors: Figure 11)", _overview, NO_GAUSSIANS),
     Item("Figure 2", "A stem in distant photos", _pixels, "no workspace of photos-to-dbh is given"),
     Item("Table 1", "Plots and their trees", _summary, ""),
     Item("Figure 3", "Plot layout", _layout, ""),
     Item("Figure 4", "Flight pattern", _flight, "no workspace of photos-to-dbh is given"),
     Item("Figure 5", "Field and measured stems, paired", _matching, "no stem was paired"),
-    Item("Figure 6", "The pipeline", _nothing, "a drawing of the method without data"),
+    Item("Figure 6", "The pipeline: opacity, views, segmented stem", _pipeline, NO_GAUSSIANS),
     Item(
         "Figure 7",
         "Depth fusion beside surface samples",
-        _nothing,
-        "depth maps of the Gaussians are not kept by a run; surface samples are what is measured",
+        _beside_samples(point_sets.DEPTH, "paper_depth_fusion"),
+        NO_GAUSSIANS,
     ),
     Item("Figure 8", "Intensity and opacity as reliability", _sources, "no cloud shows breast height of a stem"),
     Item("Figure 9", "Points of each source", _density, "neither a workspace nor a cloud is given"),
@@ -246,17 +350,27 @@ ITEMS = (
     Item("Figure 12", "Error over DBH", _chart("trend"), "no cloud is given"),
     Item("Figure 13", "Error over visibility", _chart("visibility"), "no workspace of photos-to-dbh is given"),
     Item("Figure 14", "Breast height called free and hidden", _bands, "no workspace of photos-to-dbh is given"),
-    Item("Figure 15", "Means alone beside surface samples", _nothing, "the Gaussians of a run are not kept"),
+    Item(
+        "Figure 15",
+        "Means alone beside surface samples",
+        _beside_samples(point_sets.MEANS, "paper_means_only"),
+        NO_GAUSSIANS,
+    ),
     Item("Table 4", "Ablation", _ablation, "no cloud is given"),
     Item(
         "Figure 16 and Table 5",
         "Segmentation",
         _labels,
-        "it needs a cloud and the true stems of a simulated plot",
+        "no cloud is given",
     ),
     Item("Table 6", "With true labels instead", _oracle, "it needs a cloud and the true stems of a simulated plot"),
     Item("Table 7", "Runtime", _runtime, "no workspace of photos-to-dbh is given"),
-    Item("Figure 17", "Successes and failures", _gallery, "no workspace with evidence sheets is given"),
+    Item(
+        "Figure 17",
+        "Successes and failures",
+        _gallery,
+        "neither a cloud nor a workspace with evidence sheets is given",
+    ),
 )
 _PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>Tables and figures of the paper</title><style>

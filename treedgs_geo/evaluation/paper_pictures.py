@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import html
 from pathlib import Path
 from typing import Any
 
@@ -266,29 +264,3 @@ def draw_bands(plot: PlotFiles) -> Any | None:
         axes.set_title(f"{'free' if row.free else 'hidden'} ({100 * row.share:.0f} %)", fontsize=8)
     figure.tight_layout()
     return figure
-
-
-def sheets(plot: PlotFiles, reference: Reference) -> list[str]:
-    """Evidence sheets as HTML: the two best diameters of a plot, the two worst, and up to two stems without one."""
-    if plot.workspace_in is None:
-        return []
-    trees = read_trees(plot.workspace_in / "trees.gpkg")
-    partner = {int(j): int(i) for i, j in pair_by_position(reference.xy, trees[["x", "y"]].to_numpy(float))}
-    rows = []
-    for k, tree in trees.iterrows():
-        file = plot.workspace_in / "sheets" / str(tree.get("run_id")) / f"{tree['tree_id']}.jpg"
-        if k in partner and file.is_file():
-            rows.append((float(tree["dbh_cm"]) - reference.dbh_cm[partner[k]], tree["tree_id"], file))
-    measured = sorted((row for row in rows if np.isfinite(row[0])), key=lambda row: abs(row[0]))
-    refused = [row for row in rows if not np.isfinite(row[0])][:2]
-    worst = measured[2:][-2:]
-    return [
-        f"<h3>{html.escape(plot.name)}, tree {tree_id}: {words.format(error)}</h3><img alt='evidence sheet' "
-        f"src='data:image/jpeg;base64,{base64.b64encode(file.read_bytes()).decode()}'>"
-        for words, part in (
-            ("success, {:+.2f} cm", measured[:2]),
-            ("largest error, {:+.2f} cm", worst),
-            ("no diameter", refused),
-        )
-        for error, tree_id, file in part
-    ]

@@ -48,8 +48,9 @@ def true_labels(xyz: np.ndarray, stems_json: Path, top_m: float = 8.0) -> tuple[
     return label, list(profiles)
 
 
-def score_segmentation(predicted: np.ndarray, true: np.ndarray) -> dict:
-    """Stem or not, point by point. predicted, true: (N,) stem numbers, <= 0 = none.
+def score_segmentation(predicted: np.ndarray, true: np.ndarray, whole: bool = True) -> dict:
+    """Stem or not, point by point. predicted, true: (N,) stem numbers, <= 0 = none. whole: the cloud holds the points
+    that were called no stem; without them nothing can be missed, so what depends on that is ``None``.
 
     Returns:
         ``tp, fp, fn, tn, precision, recall, f1, iou, accuracy``; ``same_stem``: share of the points rightly called
@@ -69,12 +70,12 @@ def score_segmentation(predicted: np.ndarray, true: np.ndarray) -> dict:
     return {
         "tp": tp,
         "fp": fp,
-        "fn": fn,
-        "tn": tn,
+        "fn": fn if whole else None,
+        "tn": tn if whole else None,
         "precision": share(tp, tp + fp),
-        "recall": share(tp, tp + fn),
-        "f1": share(2 * tp, 2 * tp + fp + fn),
-        "iou": share(tp, tp + fp + fn),
-        "accuracy": share(tp + tn, len(p)),
+        "recall": share(tp, tp + fn) if whole else None,
+        "f1": share(2 * tp, 2 * tp + fp + fn) if whole else None,
+        "iou": share(tp, tp + fp + fn) if whole else None,
+        "accuracy": share(tp + tn, len(p)) if whole else None,
         "same_stem": share(right, tp),
     }

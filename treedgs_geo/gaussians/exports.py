@@ -20,13 +20,19 @@ def means_only(field: GaussianField, least_opacity: float = 0.0) -> tuple[np.nda
 
 
 def fuse_depth(
-    field: GaussianField, views: Sequence[View], least_alpha: float = 0.5, agree_m: float = 0.05, least_views: int = 2
+    field: GaussianField,
+    views: Sequence[View],
+    least_alpha: float = 0.5,
+    agree_m: float = 0.05,
+    least_views: int = 2,
+    about: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points of the median-depth maps of each stem in every view, kept where other views' maps agree.
 
     A pixel counts where the accumulated alpha is at least ``least_alpha`` (the median depth is then known). A point is
-    kept when at least ``least_views`` maps, its own included, show a depth within ``agree_m`` of it. Returns (P, 3)
-    local points, (P,) int32 groups, (P,) uint16 agreeing views.
+    kept when at least ``least_views`` maps, its own included, show a depth within ``agree_m`` of it. about: (M, 3)
+    local points; then the maps are cut out about these and show all Gaussians at once, as a whole scene is seen, and
+    the groups are all -1. Returns (P, 3) local points, (P,) int32 groups, (P,) uint16 agreeing views.
 
     Raises:
         InputError: empty field or no view.
@@ -35,9 +41,11 @@ def fuse_depth(
         raise InputError("Depth fusion needs a field with Gaussians and at least one photo; run fit-gaussians first.")
     found, groups, votes = [], [], []
     rasteriser = Rasteriser()
-    for group in np.unique(field.groups):
-        own = field.select(field.groups == group)
-        maps = [made for made in (_depth_map(own, view, rasteriser, least_alpha) for view in views) if made is not None]
+    for group in np.unique(field.groups) if about is None else (-1,):
+        own = field.select(field.groups == group) if about is None else field
+        place = (own.means if about is None else about).astype(float)
+        tried = (_depth_map(own, place, view, rasteriser, least_alpha) for view in views)
+        maps = [made for made in tried if made is not None]
         for camera, depth in maps:
             rows, columns = np.nonzero(np.isfinite(depth))
             if not len(rows):
@@ -55,15 +63,16 @@ def fuse_depth(
 
 
 def _depth_map(
-    field: GaussianField, view: View, rasteriser: Rasteriser, least_alpha: float
+    field: GaussianField, about: np.ndarray, view: View, rasteriser: Rasteriser, least_alpha: float
 ) -> tuple[CropCamera, np.ndarray] | None:
-    """Pinhole crop around the field and its median depth (H, W), NaN where it is not known; None where out of sight."""
-    pixels, depth = view.project(field.means.astype(float))
+    """Pinhole crop around the (M, 3) points and the field's median depth (H, W), NaN where it is not known; None where
+    the points are out of sight."""
+    pixels, depth = view.project(about)
     inside = view.contains(pixels) & (depth > 0)
     if inside.sum() < 3:
         return None
     camera = view.camera
-    local = field.means[inside].astype(float) @ view.rotation.T + view.translation
+    local = about[inside] @ view.rotation.T + view.translation
     u, v = (f * local[:, k] / local[:, 2] + c for k, f, c in ((0, camera.fx, camera.cx), (1, camera.fy, camera.cy)))
     x0, y0 = np.floor([u.min(), v.min()]) - 3
     x1, y1 = np.ceil([u.max(), v.max()]) + 3

@@ -201,8 +201,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Für welchen Prozessor</translation>
     </message>
     <message>
-      <source>auto: with NVIDIA's library where a card and driver are found that it can use; cpu: without; cuda: with it in any case. Only 'Fit Gaussians' uses the card.</source>
-      <translation>auto: mit NVIDIAs Bibliothek, wo eine dafür brauchbare Karte samt Treiber gefunden wird; cpu: ohne; cuda: in jedem Fall damit. Nur 'Gauß-Elemente anpassen' nutzt die Karte.</translation>
+      <source>auto: with NVIDIA's library where a card and driver are found that it can use; cpu: without; cuda: with it in any case. Only Gaussians that are fitted with the device cuda use the card.</source>
+      <translation>auto: mit NVIDIAs Bibliothek, wo eine dafür brauchbare Karte samt Treiber gefunden wird; cpu: ohne; cuda: in jedem Fall damit. Nur Gauß-Elemente, die mit dem Gerät cuda angepasst werden, nutzen die Karte.</translation>
     </message>
     <message>
       <source>Start from scratch</source>
@@ -1821,6 +1821,14 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Zum veröffentlichten Verfahren: Rechenzeit, die das Anpassen der Gauß-Elemente auf der ganzen Probefläche brauchen darf; eine kurze bedeutet weniger Schritte und kleinere Fotos, und der Bericht sagt, wie weit es kam.</translation>
     </message>
     <message>
+      <source>Device</source>
+      <translation>Gerät</translation>
+    </message>
+    <message>
+      <source>Of the published method and paper-crops: where the Gaussians are fitted; cuda = an NVIDIA GPU, through the packages warp-lang and torch (its CUDA build); the time limit then counts by the clock.</source>
+      <translation>Zum veröffentlichten Verfahren und zu paper-crops: wo die Gauß-Elemente angepasst werden; cuda = eine NVIDIA-GPU, über die Pakete warp-lang und torch (dessen CUDA-Fassung); die Zeitgrenze zählt dann nach der Uhr.</translation>
+    </message>
+    <message>
       <source>Dense</source>
       <translation>Verdichten</translation>
     </message>
@@ -2653,10 +2661,6 @@ beginnen von vorn.&lt;/p&gt;
       <translation>der freien Gauß-Elemente: fixed = jeder Durchgang der Voreinstellung; rlgs = eine gelernte Regel wählt die Schritte, wie veröffentlicht (mehrfach langsamer)</translation>
     </message>
     <message>
-      <source>Device</source>
-      <translation>Gerät</translation>
-    </message>
-    <message>
       <source>where Gaussians are drawn: cpu, or cuda = an NVIDIA GPU through the optional package warp-lang</source>
       <translation>wo Gauß-Elemente gezeichnet werden: cpu, oder cuda = eine NVIDIA-GPU über das optionale Paket warp-lang</translation>
     </message>
@@ -3121,8 +3125,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Splats</translation>
     </message>
     <message>
-      <source>stems.laz of a photos-to-dbh workspace with splats: the same fits on surface points</source>
-      <translation>stems.laz eines Arbeitsordners von photos-to-dbh mit Splats: dieselben Anpassungen auf Oberflächenpunkten</translation>
+      <source>surface.laz (or stems.laz) of a photos-to-dbh workspace with splats: the same fits on surface points</source>
+      <translation>surface.laz (oder stems.laz) eines Arbeitsordners von photos-to-dbh mit Splats: dieselben Anpassungen auf Oberflächenpunkten</translation>
     </message>
     <message>
       <source>terrain for both clouds; without it each finds its own</source>

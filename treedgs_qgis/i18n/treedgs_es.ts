@@ -199,8 +199,8 @@ cero.&lt;/p&gt;
       <translation>Para qué procesador</translation>
     </message>
     <message>
-      <source>auto: with NVIDIA's library where a card and driver are found that it can use; cpu: without; cuda: with it in any case. Only 'Fit Gaussians' uses the card.</source>
-      <translation>auto: con la biblioteca de NVIDIA donde se halle una tarjeta y un controlador que pueda usar; cpu: sin ella; cuda: con ella en todo caso. Solo 'Ajustar gaussianas' usa la tarjeta.</translation>
+      <source>auto: with NVIDIA's library where a card and driver are found that it can use; cpu: without; cuda: with it in any case. Only Gaussians that are fitted with the device cuda use the card.</source>
+      <translation>auto: con la biblioteca de NVIDIA donde se halle una tarjeta y un controlador que pueda usar; cpu: sin ella; cuda: con ella en todo caso. Solo las gaussianas que se ajustan con el dispositivo cuda usan la tarjeta.</translation>
     </message>
     <message>
       <source>Start from scratch</source>
@@ -1819,6 +1819,14 @@ cero.&lt;/p&gt;
       <translation>Del método publicado: tiempo de CPU que puede tomar el ajuste de gaussianas en toda la parcela; uno corto significa menos pasos y fotos más pequeñas, y el informe dice hasta dónde llegó.</translation>
     </message>
     <message>
+      <source>Device</source>
+      <translation>Dispositivo</translation>
+    </message>
+    <message>
+      <source>Of the published method and paper-crops: where the Gaussians are fitted; cuda = an NVIDIA GPU, through the packages warp-lang and torch (its CUDA build); the time limit then counts by the clock.</source>
+      <translation>Del método publicado y de paper-crops: dónde se ajustan las gaussianas; cuda = una GPU de NVIDIA, mediante los paquetes warp-lang y torch (en su versión CUDA); el límite de tiempo cuenta entonces por el reloj.</translation>
+    </message>
+    <message>
       <source>Dense</source>
       <translation>Densificar</translation>
     </message>
@@ -2651,10 +2659,6 @@ cero.&lt;/p&gt;
       <translation>de las gaussianas libres: fixed = todas las pasadas del preajuste; rlgs = una política aprendida elige los pasos, como se publicó (varias veces más lento)</translation>
     </message>
     <message>
-      <source>Device</source>
-      <translation>Dispositivo</translation>
-    </message>
-    <message>
       <source>where Gaussians are drawn: cpu, or cuda = an NVIDIA GPU through the optional package warp-lang</source>
       <translation>dónde se dibujan las gaussianas: cpu, o cuda = una GPU NVIDIA mediante el paquete opcional warp-lang</translation>
     </message>
@@ -3119,8 +3123,8 @@ cero.&lt;/p&gt;
       <translation>Splats</translation>
     </message>
     <message>
-      <source>stems.laz of a photos-to-dbh workspace with splats: the same fits on surface points</source>
-      <translation>stems.laz de una carpeta de trabajo de photos-to-dbh con splats: los mismos ajustes en puntos de superficie</translation>
+      <source>surface.laz (or stems.laz) of a photos-to-dbh workspace with splats: the same fits on surface points</source>
+      <translation>surface.laz (o stems.laz) de una carpeta de trabajo de photos-to-dbh con splats: los mismos ajustes en puntos de superficie</translation>
     </message>
     <message>
       <source>terrain for both clouds; without it each finds its own</source>

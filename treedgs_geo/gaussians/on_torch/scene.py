@@ -68,7 +68,9 @@ class Scene:
         log_opacity = log_opacity.clamp(-20.0, -1e-6)
         return 0.5 * torch.log(square + added), log_opacity - torch.log(-torch.expm1(log_opacity))
 
-    def render(self, camera: CropCamera, rasteriser: Any, degree: int, geometry: bool) -> Rendered:
+    def render(
+        self, camera: CropCamera, rasteriser: Any, degree: int, geometry: bool, absolute: bool = False
+    ) -> Rendered:
         """What a camera sees, with colours up to a degree of harmonics."""
         log_scales, logits = self.smoothed()
         colours = self.tensors["constant"]
@@ -76,7 +78,7 @@ class Scene:
             colours = torch.cat([colours, self.tensors["harmonics"][:, : COEFFICIENTS[degree] - 1]], dim=1)
         return rasterize(
             self.tensors["means"], self.tensors["quats"], log_scales, logits, colours, camera,
-            geometry=geometry, rasteriser=rasteriser,
+            geometry=geometry, absolute=absolute, rasteriser=rasteriser,
         )  # fmt: skip
 
     def keep(self, which: torch.Tensor) -> None:
