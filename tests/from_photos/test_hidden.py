@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from rendered_stems import Stem, oblique_views, render
@@ -11,6 +9,7 @@ from rendered_stems import Stem, oblique_views, render
 from treedgs_geo.from_photos.above import averaged, weight_above
 from treedgs_geo.from_photos.find import search_photos
 from treedgs_geo.from_photos.fine import FineFit
+from treedgs_geo.from_photos.fit import PhotoFit
 from treedgs_geo.from_photos.kept import fit_of_record, fit_record
 from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.from_photos.stand_taper import stand_taper
@@ -60,22 +59,26 @@ def test_where_it_was_measured_is_kept(fits):
     assert again.carried and again.reasons == hidden.reasons and again.dbh_cm == hidden.dbh_cm
 
 
-def test_without_other_stems_the_usual_taper_carries(fits):
+def clear_stem(slope, flag="ok", carried=False):
+    axis = StemAxis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37)
+    numbers = dict.fromkeys(("seed_score", "llr", "gap", "n_views", "kish", "arc_deg", "rms_px", "polish_cm"), 10)
+    shape = {"axis": axis, "r0": 0.15, "r1": slope, "dbh_cm": 30.0, "se_cm": 0.5}
+    return PhotoFit(**shape, flag=flag, reasons=(), seen=np.ones(3), carried=carried, **numbers)
+
+
+def test_without_other_stems_the_usual_taper_carries():
     alone = stand_taper([])
     assert alone.slope == USUAL_TAPER and alone.sd == pytest.approx(np.sqrt(2) * TAPER_SD)
     # Flagged and carried ones say nothing of the stand.
-    clear = of_stem(fits, STEMS[0])
-    odd = [replace(clear, r1=-0.001, flag="check"), replace(clear, r1=-0.001, flag="ok", carried=True)]
-    assert stand_taper(odd) == alone
+    assert stand_taper([clear_stem(-0.001, flag="check"), clear_stem(-0.001, carried=True)]) == alone
 
 
-def test_the_stand_says_by_how_much_a_diameter_grows_on_the_way_down(fits):
-    clear = replace(of_stem(fits, STEMS[0]), flag="ok")
-    stand = stand_taper([replace(clear, r1=slope) for slope in (-0.0035, -0.0025) * 6])
+def test_the_stand_says_by_how_much_a_diameter_grows_on_the_way_down():
+    stand = stand_taper([clear_stem(slope) for slope in (-0.0035, -0.0025) * 6])
     assert stand.slope == pytest.approx((USUAL_TAPER - 12 * 0.003) / 13)
     assert TAPER_SD < stand.sd < 1.05 * TAPER_SD
     # Stems that differ much say less of the next one.
-    assert stand_taper([replace(clear, r1=slope) for slope in (-0.008, 0.002) * 6]).sd > stand.sd
+    assert stand_taper([clear_stem(slope) for slope in (-0.008, 0.002) * 6]).sd > stand.sd
 
 
 def test_readings_are_averaged_and_their_difference_is_in_the_error():

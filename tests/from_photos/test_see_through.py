@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from clear_fit import CLEAR
 from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.from_photos.backdrop import make_backdrop
@@ -12,6 +13,7 @@ from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.from_photos.see_through import SEEN_CORRELATION, ground_correlation, share_through
 from treedgs_geo.from_photos.stack import GroundGrid, load_stack
 from treedgs_geo.from_photos.strips import StemAxis
+from treedgs_geo.from_photos.verdict import FitQuality, verdict
 from treedgs_geo.reconstruction.area import Area
 
 PHOTOS = 18
@@ -71,3 +73,9 @@ def test_stems_that_line_up_make_no_stem(scene):
     middle = min(fits, key=lambda fit: np.hypot(*fit.axis.p))
     assert np.hypot(*middle.axis.p) < 0.1 and "see_through" in middle.reasons
     assert not any(fit.measured for fit in fits)
+
+
+@pytest.mark.parametrize(("through", "flag"), [(0.0, "ok"), (0.2, "ok"), (0.3, "check"), (0.5, "reject")])
+def test_how_many_photos_show_the_ground_decides(through, flag):
+    found, reasons = verdict(FitQuality(**CLEAR, through=through), PhotoStemOptions())
+    assert found == flag and ("see_through" in reasons) == (flag != "ok")

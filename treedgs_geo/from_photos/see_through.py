@@ -22,7 +22,7 @@ from .strips import BH_M, C_X, C_Y, GROUND_Z, P_X, P_Y, S_X, S_Y, StemAxis, fetc
 _EXACT = {"nogil": True, "cache": True}
 #: Correlation from which the ground counts as seen. Of stems that stand, hardly a photo exceeds it.
 SEEN_CORRELATION = 0.7
-#: Share of the radius that is looked at (edges are blurred), and samples across and apart at most, metres.
+#: Share of the radius that is looked at (edges are blurred), and the widest step between samples across it, metres.
 INNER, ACROSS_M = 0.7, 0.02
 #: Share of the outline that a photo has to hold.
 LEAST_HELD = 0.8
