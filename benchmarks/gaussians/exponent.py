@@ -100,7 +100,10 @@ def chosen_on(errors: np.ndarray) -> float:
 
 def splits_of(errors: np.ndarray, share: float, splits: int, published: float) -> dict:
     """p chosen on ``share`` of the stems and judged on the others, split by split, beside the published one."""
-    powers, own, theirs, failures = [], [], [], [0, 0]
+    powers: list[float] = []
+    own: list[float] = []
+    theirs: list[float] = []
+    failures = [0, 0]
     for seed in range(splits):
         held = hold_out(errors.shape[1], share, seed)
         power = chosen_on(errors[:, held])
