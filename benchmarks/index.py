@@ -90,6 +90,7 @@ WRITERS = {
 }
 #: Of these, none is kept so far: no page quotes them.
 NOT_KEPT = {
+    "gaussian_absolute.json",
     "ground_filters.json",
     "large_photos.json",
     "matching.json",
