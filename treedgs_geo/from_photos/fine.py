@@ -357,7 +357,9 @@ def _gathered(
     return _EdgePoints(v, group, u, p, design, EDGE_SD_PX * px, none)
 
 
-def _damping(strips: Strips, axis: StemAxis, offset_sd_px: float, r0: float, oval: bool, taper: TaperPrior) -> _Damping:
+def _damping(
+    strips: Strips, axis: StemAxis, offset_sd_px: float, r0: float, oval: bool, taper: TaperPrior = USUAL
+) -> _Damping:
     lam = np.zeros(10)
     lam[0:2], lam[2:4], lam[4:6] = 1 / 0.3**2, 1 / 0.05**2, 1 / CURVATURE_SD**2
     lam[7] = 1 / taper.sd**2
