@@ -67,7 +67,7 @@ def compared_stems(reference: Reference) -> list[int]:
 
 
 def point_sets(plot: PlotFiles, reference: Reference) -> PointSets:
-    """The three sets within :data:`NEAR_M` of each compared stem; every Gaussian of the scene takes part.
+    """The three sets within ``NEAR_M`` of each compared stem; every Gaussian of the scene takes part.
 
     Raises:
         InputError: the Gaussians lie in another local frame than the photos.
@@ -132,7 +132,7 @@ def table(sets: PointSets) -> list[dict[str, Any]]:
 
 
 def covered(height_m: np.ndarray) -> float:
-    """Share of the 10 cm steps of :data:`STEM_M` that hold a point, 0 to 1."""
+    """Share of the 10 cm steps of ``STEM_M`` that hold a point, 0 to 1."""
     steps = np.arange(STEM_M[0], STEM_M[1] + 1e-9, 0.1)
     return float((np.histogram(height_m, steps)[0] > 0).mean())
 
