@@ -101,7 +101,7 @@ def draw_chart(table: pd.DataFrame, facts: dict[str, Any]) -> Any:
         axes.spines[side].set_visible(False)
     axes.set_xlabel("time for one plot, reconstruction included")
     axes.set_ylabel("RMSE of DBH, cm")
-    axes.set_title(f"{facts['plots_text']}; {facts['machine']['cores']} cores", fontsize=10, loc="left")
+    axes.set_title(f"{facts['plots_text']}; {_cores(facts)}", fontsize=10, loc="left")
     axes.legend(
         fontsize=8,
         frameon=False,
@@ -238,7 +238,7 @@ def markdown(table: pd.DataFrame, facts: dict[str, Any], knees: dict[str, str]) 
     advice = "; ".join(f"`{preset}`: {titles[key]}" for preset, key in knees.items())
     notes = "" if not facts["left_out"] else f" Left out for lack of time: {', '.join(facts['left_out'])}."
     return (
-        f"{facts['plots_text']}; {facts['machine']['cores']} cores of {facts['machine']['processor']}, "
+        f"{facts['plots_text']}; {_cores(facts)} of {facts['machine']['processor']}, "
         f"TreeDGS {facts['machine']['version']}; {facts['repeats']} run(s) each; seed 0. * = on the Pareto front. "
         f"Recommended by the rule of the page: {advice or 'nothing'}.{notes}\n\n{head}{body}\n{levels(table)}"
     )
@@ -336,3 +336,9 @@ def by_plot(tables: dict[str, pd.DataFrame]) -> str:
             )
         lines.append(f"| {titles[key]} | " + " | ".join(cells) + " |")
     return "\n".join(lines) + "\n"
+
+
+def _cores(facts: dict[str, Any]) -> str:
+    """``2 cores``."""
+    count = facts["machine"]["cores"]
+    return f"{count} core" if count == 1 else f"{count} cores"
