@@ -119,6 +119,9 @@ def test_a_photo_fit_meets_the_table_s_limits():
     assert of(rms_px=0.56, llr=99.0)[0] == "reject"
     assert of(llr=40.0) == ("reject", ("few_views",))
     assert of(llr=40.0, contrast=1.2, outline_cm=29.0)[0] == "ok"
+    # A section that no stem has is flagged, and with another reason refused.
+    assert of(oval=0.06) == ("check", ("not_round",)) and of(oval=0.05)[0] == "ok"
+    assert of(oval=0.06, n_views=4) == ("reject", ("few_views", "not_round"))
     # Two independent reasons refuse, in the table's order.
     assert of(gap=8.0, polish_cm=33.0) == ("reject", ("ambiguous", "disagree"))
 

@@ -344,12 +344,16 @@ class Fitter:
             contrast=contrast,
             outline_cm=outline_cm,
             through=through,
+            oval=float(np.hypot(*fine.oval)) / max(fine.r0, 1e-6),
             network=self.shown is not None,
             against_cm=0.0 if others is None else others.choice.against_cm,
         )
         flag, reasons = verdict(quality, self.options)
         if quality.network and "disagree" in reasons and np.isfinite(quality.outline_off_cm):
             se = float(np.hypot(se, DISAGREE_SHARE * quality.outline_off_cm))
+        if "not_round" in reasons:
+            # No stem's section is that oval: something beside it is taken for a part of it.
+            se = float(np.hypot(se, DISAGREE_SHARE * quality.oval * dbh))
         if quality.outvoted:
             se = float(np.hypot(se, DISAGREE_SHARE * quality.against_cm))
         low_cm = high_cm = np.nan

@@ -36,8 +36,8 @@ OUTVOTED_GAP = -10.0
 class FitQuality:
     """What a fit is judged by; fields as in :class:`.fit.PhotoFit`. sure, contrast, outline_cm: NaN where no silhouette
     is to be had. kish: infinite for one of a pair, which hardly any photo shows whole. network: it was asked.
-    through: share of photos that show the ground through it (:mod:`.see_through`). against_cm: as in
-    :class:`.choice.Choice`."""
+    through: share of photos that show the ground through it (:mod:`.see_through`). oval: by how much its section is off
+    a circle, share of the radius. against_cm: as in :class:`.choice.Choice`."""
 
     dbh_cm: float
     polish_cm: float
@@ -53,6 +53,7 @@ class FitQuality:
     contrast: float = np.nan
     outline_cm: float = np.nan
     through: float = 0.0
+    oval: float = 0.0
     gain: float = 0.0
     network: bool = False
     against_cm: float = 0.0
@@ -88,6 +89,7 @@ class FitQuality:
             "gain": self.gain,
             "lean_deg": self.lean_deg,
             "through": self.through,
+            "oval": self.oval,
             "pair_se_cm" if self.pair else "se_cm": self.se_cm,
         }
         if self.outvoted:
