@@ -30,6 +30,7 @@ PACKAGES = {
     "rasterio": "rasterio",
     "matplotlib": "matplotlib",
     "psutil": "psutil",
+    "threadpoolctl": "threadpoolctl",
     "tqdm": "tqdm",
     "laspy": "laspy",
     "lazrs": "lazrs",
