@@ -87,7 +87,11 @@ def publish(source: Path, name: str) -> None:
 
 
 def publish_part(source: Path, part: str) -> None:
-    """Some seeds or methods of the stability suite: ``stability_PART-*.csv`` and the page's part of that name."""
+    """Some seeds or methods of the stability suite: ``stability_PART-*.csv`` and the page's part of that name; or some
+    plots of the chart: ``benchmark_PART.csv``."""
+    if (source / "benchmark.csv").exists():
+        publish(source / "benchmark.csv", f"benchmark_{part}.csv")
+        return
     for name in ("levels", "factors", "trees"):
         file = "stability.csv" if name == "levels" else f"stability-{name}.csv"
         publish(source / file, f"stability_{part}-{name}.csv")
@@ -154,7 +158,9 @@ def _cm(value: float | None) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--from", dest="source", type=Path, action="append", default=[], help="outputs of benchmark")
-    parser.add_argument("--part", help="--from has a part of the stability suite: kept beside the whole by this name")
+    parser.add_argument(
+        "--part", help="--from has a part of the suite or of the chart: kept beside the whole by this name"
+    )
     parser.add_argument("--evaluation", type=Path, action="append", default=[], help="outputs of evaluate, by plot")
     options = parser.parse_args()
     RESULTS.mkdir(exist_ok=True)

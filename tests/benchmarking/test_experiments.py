@@ -83,6 +83,8 @@ def test_results_quoted_by_the_docs_are_there():
 def test_a_result_says_where_it_is_from(path):
     content = json.loads(path.read_text(encoding="utf-8"))
     made = content.get("made_by") if isinstance(content, dict) else None
+    if made is None and path.name in (published := json.loads(evidence.PUBLISHED.read_text(encoding="utf-8"))):
+        made = {key: value for key, value in published[path.name].items() if key != "output"}
     if made is None:
         version, date = index.origin(path)
         assert version < "0.3.0" and date < "2026-11-23", "written since results carry records, and carries none"
