@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import os
 import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,8 @@ from treedgs_geo.inventory.tree_reading import read_trees
 
 def measured_run(command: list[str]) -> tuple[float, float]:
     """CPU seconds and largest memory (MB) of a command that has to end well."""
+    if sys.platform == "win32":
+        raise SystemExit("This benchmark asks Linux or macOS what a process took; run it there.")
     process = subprocess.Popen(command)
     _, status, used = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)

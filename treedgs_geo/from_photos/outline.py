@@ -1,7 +1,7 @@
 """Silhouette first: an explanation that stands where least ground is seen, moved to the edges nearby.
 
-Polished on edges alone (:meth:`.coarse.Search.polish`) a silhouette slides to the strongest pair of edges, which may be
-a lit half. Here both witnesses pull at once, the silhouette much harder.
+Polished on edges alone (:meth:`.coarse.Search.polish_all`) a silhouette slides to the strongest pair of edges, which
+may be a lit half. Here both witnesses pull at once, the silhouette much harder.
 """
 
 from __future__ import annotations

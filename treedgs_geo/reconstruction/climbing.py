@@ -107,7 +107,7 @@ def at_level(
     """The block at one level, and its report. former: of the level before, whose poses are kept where they are sure.
 
     Raises:
-        ReconstructionError: as :func:`reconstruct_photos`.
+        ReconstructionError: as :func:`.pipeline.reconstruct_photos`.
     """
     stations, options, survey = work.stations, work.options, work.survey
     cache, timing, began = work.cache, dict[str, float](), time.monotonic()
