@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from ..chain.heights import MOST_COMPARED
 from ..chain.routes import CHAIN_PRESETS
 from ..chain.second_measurement import MOST_MEASURED_AGAIN
 from ..core.errors import InputError
@@ -36,6 +37,7 @@ GROWTH = {
     "adjustment": ("photos", (0.8, 2.0)),
     "stems": ("area x photos used", (0.5, 1.2)),
     "second measurement": ("stems measured again x photos", (0.8, 1.2)),
+    "heights": ("area x photos used", (0.5, 1.2)),
     "lidar": ("points", (0.8, 1.2)),
 }
 MOST_FEATURE_MP, MOST_VIEWS = 12.0, 96
@@ -117,6 +119,9 @@ def _measure(plot: Path, output: Path, reporter: Reporter, budget_min: float) ->
             (f"second-{stems}-{scale:g}", {"kind": "second_cost", "plot": str(plot), "stems": stems, "scale": scale})
         )
     if (plot / "lidar").exists():
+        for radius, views in ((0.5, 24), (1.0, 24), (1.0, 60)):
+            heights = {"kind": "heights_cost", "plot": str(plot), "radius": radius, "views": views}
+            runs.append((f"heights-{radius:g}-{views}", heights))
         for share in (0.25, 0.5, 1.0):
             runs.append((f"lidar-{share:g}", {"kind": "lidar_cost", "plot": str(plot), "share": share}))
     for number, (name, job) in enumerate(runs):
@@ -191,9 +196,9 @@ def fit_power(size: np.ndarray, seconds: np.ndarray, limits: tuple[float, float]
     }
 
 
-def fit_memory(table: pd.DataFrame) -> dict[str, float]:
-    """Peak memory: a base, plus what the crops of the photos used take (3 bytes a pixel) as measured; and the same of
-    the second measurement, which holds its crops of each stem."""
+def fit_memory(table: pd.DataFrame) -> dict[str, Any]:
+    """Peak memory: a base, plus what the crops of the photos used take (3 bytes a pixel) as measured; the same of the
+    second measurement, which holds its crops of each stem; and that of the features by the photos' megapixels."""
 
     def line(stage: str, grows: str, least: float) -> tuple[float, float]:
         rows = table[table["stage"] == stage]
@@ -205,15 +210,17 @@ def fit_memory(table: pd.DataFrame) -> dict[str, float]:
 
     base, crops = line("stems", "crop_megapixels", 3.0)
     second, stems = line("second measurement", "size", 0.0)
+    alone = table[table["run"].str.startswith("features-")].sort_values("megapixels")
     return {
         "base_mb": round(base),
         "mb_per_crop_megapixel": round(crops, 2),
         "second_base_mb": round(second),
         "second_mb_per_stem_photo": round(stems, 3),
+        "features_mb": [[round(mp, 2), mb] for mp, mb in alone[["megapixels", "peak_memory_mb"]].to_numpy().tolist()],
     }
 
 
-def predict(fits: dict[str, dict], memory: dict[str, float], case: dict[str, float]) -> dict[str, Any]:
+def predict(fits: dict[str, dict], memory: dict[str, Any], case: dict[str, float]) -> dict[str, Any]:
     """Seconds a stage and in all, and peak memory, for a case: photos, megapixels each, stems, radius_m of the plot;
     1.84 cm on the ground, and the guided level of reconstruction is enough. Every stem that may be measured a second
     time is (at most :data:`~treedgs_geo.chain.second_measurement.MOST_MEASURED_AGAIN`), and as many photos as are used
@@ -230,12 +237,15 @@ def predict(fits: dict[str, dict], memory: dict[str, float], case: dict[str, flo
         "adjustment": case["photos"],
         "reducing": case["photos"] * max(case["megapixels"] - MOST_FEATURE_MP, 0.0),
         "stems": np.pi * case["radius_m"] ** 2 * used,
+        "heights": np.pi * case["radius_m"] ** 2 * min(case["photos"], MOST_COMPARED),
         "second measurement": again * min(case["photos"], CHAIN_PRESETS["balanced"].second_views),
     }
     known = {name: size for name, size in sizes.items() if name in fits and size > 0}
     stages = {name: round(fits[name]["a"] * size ** fits[name]["b"], 1) for name, size in known.items()}
     beyond = {name: round(size / fits[name]["to"], 1) for name, size in known.items()}
+    megapixels, features_mb = np.array(memory.get("features_mb") or [[0.0, 0.0]]).T
     peaks = (
+        float(np.interp(case["megapixels"], megapixels, features_mb)),
         memory["base_mb"] + memory["mb_per_crop_megapixel"] * crop * used,
         memory["second_base_mb"] + memory["second_mb_per_stem_photo"] * sizes["second measurement"],
     )
@@ -256,7 +266,7 @@ def draw(table: pd.DataFrame, fits: dict[str, dict]) -> Any:
     from matplotlib.ticker import NullFormatter
 
     stages = list(fits)
-    figure, grid = plt.subplots(2, 4, figsize=(11.5, 5), dpi=110)
+    figure, grid = plt.subplots(3, 3, figsize=(10, 7.5), dpi=110)
     for axes in grid.flat[len(stages) :]:
         axes.set_visible(False)
     for axes, stage in zip(grid.flat, stages, strict=False):

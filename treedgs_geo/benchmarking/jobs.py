@@ -346,6 +346,30 @@ def run_stems_cost(job: dict[str, Any]) -> dict[str, Any]:
     }
 
 
+def run_heights_cost(job: dict[str, Any]) -> dict[str, Any]:
+    """Cost of the canopy for a share of the plot's radius and a number of photos (true cameras; the LiDAR's points say
+    how high the search for crowns begins)."""
+    from ..chain.heights import canopy_over, pieces_of
+    from ..chain.run import Site
+
+    plot = TruePlot.load(Path(job["plot"]))
+    radius, views = job["radius"] * plot.radius_m, plot.views()
+    chosen = np.unique(np.linspace(0, len(views) - 1, min(job["views"], len(views))).round().astype(int))
+    area = Area.circle(0.0, 0.0, radius)
+    site = Site(plot.frame, [views[k] for k in chosen], plot.dtm, area)
+    points = plot.frame.to_local(plot.cloud().xyz)
+    began = time.perf_counter()
+    seen = 0
+    for piece, box in pieces_of(site):
+        seen += len(piece)
+        canopy_over(site, piece, box, points, Reporter())
+    return {
+        "stages": {"heights": time.perf_counter() - began},
+        "sizes": {"heights": np.pi * radius**2 * seen},
+        "facts": {"photos": seen},
+    }
+
+
 def run_lidar_cost(job: dict[str, Any]) -> dict[str, Any]:
     """Cost of the LiDAR route for a share of the area (so that the density stays)."""
     from ..from_points.measuring.cloud import measure_cloud
@@ -373,6 +397,7 @@ JOBS = {
     "features_cost": run_features_cost,
     "stems_cost": run_stems_cost,
     "second_cost": run_second_cost,
+    "heights_cost": run_heights_cost,
     "lidar_cost": run_lidar_cost,
 }
 

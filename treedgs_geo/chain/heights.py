@@ -15,7 +15,7 @@ from ..core.progress import Reporter
 from ..from_photos.kept import read_fits
 from ..from_photos.tiles import split
 from ..inventory.tree_layer import style_raster
-from ..reconstruction.alike import pictures_of
+from ..reconstruction.alike import Pictures, pictures_of
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
 from ..reconstruction.canopy import CELL_M, Canopy, canopy_of, finer_tip
@@ -38,7 +38,7 @@ _MIDDLE_M = 15.0
 _MORE_M, _LOWEST_M, _HIGHEST_M = 3.0, 15.0, 75.0
 _FEW_POINTS = 50
 #: Most photos that are compared over one piece of ground.
-_MOST_VIEWS = 80
+MOST_COMPARED = 80
 #: Standard error of a height, metres and share of the height; the share where nothing says what heights suit the
 #: diameters. Set on ten simulated flights of 19 to 62 photos (docs/evidence/heights.md).
 _SE_M, _SE_SHARE, _SE_SHARE_ALONE = 0.4, 0.04, 0.08
@@ -85,17 +85,13 @@ def _found(
     places = site.frame.to_local(np.array([[tree.x, tree.y, tree.z_ground or 0.0] for tree in trees]))[:, :2]
     slopes = _slopes(run, trees)
     ground = site.ground
-    pieces, found, shares = list(_pieces(site)), {}, []
+    pieces, found, shares = list(pieces_of(site)), {}, []
     canopies: list[Canopy] = []
     for number, (views, box) in enumerate(pieces):
         low, high = number / len(pieces), (number + 1) / len(pieces)
         own = [k for k, (x, y) in enumerate(places) if box[0] <= x <= box[2] and box[1] <= y <= box[3]]
         with reporter.stage("canopy", low, low + 0.9 * (high - low)):
-            middle = np.array([(box[0] + box[2]) / 2, (box[1] + box[3]) / 2])
-            level = float(np.nan_to_num(ground(middle[:1], middle[1:])[0]))
-            pictures = pictures_of(views, np.array([*middle, level + _MIDDLE_M]), PIXEL_M, 2)
-            wide = (box[0] - _RIM_M, box[1] - _RIM_M, box[2] + _RIM_M, box[3] + _RIM_M)
-            canopy = canopy_of(pictures, ground, wide, highest(aligned.points, site, wide), reporter)
+            pictures, canopy = canopy_over(site, views, box, aligned.points, reporter)
         canopies.append(canopy)
         tips = tips_of(canopy.x, canopy.y, canopy.height_m)
         if not own:
@@ -155,14 +151,26 @@ def _slopes(run: Run, trees: list[Tree]) -> np.ndarray:
     return np.nan_to_num(slopes)
 
 
-def _pieces(site: Site) -> Iterator[tuple[list[View], tuple[float, float, float, float]]]:
+def canopy_over(
+    site: Site, views: list[View], box: tuple[float, float, float, float], points: np.ndarray, reporter: Reporter
+) -> tuple[list[Pictures], Canopy]:
+    """The canopy over one of :func:`pieces_of`, and the pictures that it was seen in. points: (N, 3) sparse points,
+    local frame."""
+    middle = np.array([(box[0] + box[2]) / 2, (box[1] + box[3]) / 2])
+    level = float(np.nan_to_num(site.ground(middle[:1], middle[1:])[0]))
+    pictures = pictures_of(views, np.array([*middle, level + _MIDDLE_M]), PIXEL_M, 2)
+    wide = (box[0] - _RIM_M, box[1] - _RIM_M, box[2] + _RIM_M, box[3] + _RIM_M)
+    return pictures, canopy_of(pictures, site.ground, wide, highest(points, site, wide), reporter)
+
+
+def pieces_of(site: Site) -> Iterator[tuple[list[View], tuple[float, float, float, float]]]:
     """Photos that show a piece of ground's crowns, and its box."""
     for piece, box in split(site.area, 1.0):
         level = float(np.nan_to_num(np.nanmedian(site.ground(piece.centres[:, 0], piece.centres[:, 1]))))
         outline = np.vstack([piece.centres, _ring(piece)])
         points = np.column_stack([outline, np.full(len(outline), level + _MIDDLE_M)])
         views = [view for view in site.views if view.contains(view.project(points)[0]).mean() >= 0.1]
-        yield views[:: max(-(-len(views) // _MOST_VIEWS), 1)], box
+        yield views[:: max(-(-len(views) // MOST_COMPARED), 1)], box
 
 
 def _ring(piece: Area) -> np.ndarray:
