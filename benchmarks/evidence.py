@@ -128,7 +128,7 @@ def methods_text(folder: Path) -> str:
         )
     lines += [
         "",
-        f"The tree layer that was evaluated (our default, from photos): RMSE {metrics['rmse_cm']:.2f} cm, "
+        f"The tree layer that was evaluated: RMSE {metrics['rmse_cm']:.2f} cm, "
         f"{metrics['n']} of {metrics['n_reference']} stems.",
     ]
     for row in metrics.get("segmentation", []):

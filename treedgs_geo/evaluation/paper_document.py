@@ -187,7 +187,7 @@ def _density(inputs: PaperInputs) -> str | None:
             "points": name,
             "stems with any": sum(len(own) > 0 for own in sets[name]),
             "of": len(sets[name]),
-            "median of these": float(np.median([len(own) for own in sets[name] if len(own)] or [0])),
+            "median of these": round(float(np.median([len(own) for own in sets[name] if len(own)] or [0]))),
             "in all": int(sum(len(own) for own in sets[name])),
         }
         for name in sets
@@ -205,6 +205,11 @@ def _chart(name: str) -> Callable[[PaperInputs], str | None]:
         return inline(path.read_text(encoding="utf-8")) if asked in inputs.metrics and path.exists() else None
 
     return make
+
+
+def _visibility(inputs: PaperInputs) -> str | None:
+    chart = _chart("visibility")(inputs)
+    return None if chart is None else html_table(inputs.metrics["visibility"]["correlations"]) + chart
 
 
 def _methods(inputs: PaperInputs) -> str | None:
@@ -333,7 +338,7 @@ ITEMS = (
     Item("Tables 2 and 3", "Accuracy by plot and method", _methods, "no cloud is given"),
     Item("Figure 11", "Distribution of the errors", _chart("densities"), "no cloud is given"),
     Item("Figure 12", "Error over DBH", _chart("trend"), "no cloud is given"),
-    Item("Figure 13", "Error over visibility", _chart("visibility"), "no workspace of photos-to-dbh is given"),
+    Item("Figure 13", "Error over visibility", _visibility, "no workspace of photos-to-dbh is given"),
     Item("Figure 14", "Breast height called free and hidden", _bands, NO_STEM),
     Item(
         "Figure 15",

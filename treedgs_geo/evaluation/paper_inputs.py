@@ -55,5 +55,5 @@ class PaperInputs:
         """The figure of the first plot that gives one, with the plot's name above it; ``None`` where none does."""
         for plot in plots:
             if (figure := draw(plot)) is not None:
-                return f"<p>{html.escape(plot.name)}.</p>" + drawn(self.folder, name, figure)
+                return f"<p>Shown: {html.escape(plot.name)}.</p>" + drawn(self.folder, name, figure)
         return None

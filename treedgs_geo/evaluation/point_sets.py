@@ -127,7 +127,7 @@ def _rows(sets: PointSets) -> list[dict[str, Any]]:
             "plot": sets.plot,
             "stems with any": sum(len(own) > 0 for own in stems),
             "of": len(stems),
-            "median a stem": float(np.median([len(own) for own in stems])),
+            "median a stem": round(float(np.median([len(own) for own in stems]))),
             "covered height %": 100 * float(np.mean([covered(own[:, 2]) for own in stems])),
         }
         if sets.true is not None:

@@ -67,6 +67,8 @@ HEADS = {
     "me_cm": "ME, cm",
     "paper_rmse_cm": "RMSE in the paper, cm",
     "paper_me_cm": "ME in the paper, cm",
+    "f1": "F1",
+    "iou": "IoU",
     "same_stem": "same stem",
     "peak_memory_mb": "peak memory, MB",
 }
