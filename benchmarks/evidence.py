@@ -128,13 +128,15 @@ def methods_text(folder: Path) -> str:
         )
     lines += [
         "",
-        f"The tree layer that was evaluated (our default, from photos): RMSE {metrics['rmse_cm']:.2f} cm, "
+        f"The tree layer that was evaluated: RMSE {metrics['rmse_cm']:.2f} cm, "
         f"{metrics['n']} of {metrics['n_reference']} stems.",
     ]
+    several = len({row["plot"] for row in metrics.get("segmentation", []) + metrics.get("runtime", [])}) > 1
     for row in metrics.get("segmentation", []):
+        place = f" of {row['plot']}" if several else ""
         lines.append(
-            f"Segmentation of the {row['source']} points: precision {row['precision']}, recall {row['recall']}, F1 "
-            f"{row['f1']}, IoU {row['iou']}."
+            f"Segmentation of the {row['source']} points{place}: precision {row['precision']}, recall {row['recall']}, "
+            f"F1 {row['f1']}, IoU {row['iou']}."
         )
     for row in metrics.get("oracle", []):
         lines.append(
@@ -142,9 +144,11 @@ def methods_text(folder: Path) -> str:
             f"{row['common']} stems."
         )
     for seen in metrics.get("visibility", {}).get("against_truth", []):
+        place = f" of {seen['plot']}" if several else ""
+        related = "" if seen["stem_count_r"] is None else f", r = {seen['stem_count_r']} over stems"
         lines.append(
-            f"Free views found from the photos against the simulator: precision {seen['precision']}, recall "
-            f"{seen['recall']} over {seen['views']} views, r = {seen['stem_count_r']} over stems."
+            f"Free views found from the photos{place} against the simulator: precision {seen['precision']}, recall "
+            f"{seen['recall']} over {seen['views']} views{related}."
         )
     return "\n".join(
         line if line.startswith("|") or not line else line + ("" if line.endswith("|") else "  ") for line in lines

@@ -54,6 +54,7 @@ WRITERS = {
     "large_photos.json": "benchmarks.photos.large_photos",
     "lidar_exponent.json": "benchmarks.gaussians.exponent",
     "matching.json": "benchmarks.reconstruction.matching",
+    "micro-*": "benchmarks.evidence",
     "install_matrix.json": "benchmarks.chain.install_matrix",
     "qgis_versions.json": "benchmarks.chain.qgis_versions",
     "wheels.json": "benchmarks.chain.wheels",

@@ -59,6 +59,28 @@ def kept(kernel: Any) -> tuple[list[Any], float]:
     return [[described(kind) for kind in key[0]] for key in own], size / 1000
 
 
+def entry_of(module: Any, before: dict[str, Any]) -> dict[str, Any]:
+    """What the list says of a module: the types in the cache after those listed ``before``. Its weight is that of the
+    cache where that holds all of its functions, and never less than before elsewhere: a job that did not come here says
+    nothing of how long compiling takes."""
+    from numba.core.dispatcher import Dispatcher
+
+    kernels: dict[str, Any] = {}
+    after, weight, whole = set(), 0.0, True
+    for name, kernel in vars(module).items():
+        if not isinstance(kernel, Dispatcher) or kernel.py_func.__module__ != module.__name__:
+            continue
+        signatures, size = kept(kernel) if kernel.stats.cache_path else ([], 0.0)
+        listed = before.get("kernels", {}).get(name, [])
+        if not signatures and not listed:
+            continue
+        kernels[name] = sorted([*listed, *(each for each in signatures if each not in listed)], key=json.dumps)
+        after |= {other for other in calls(kernel) if other != module.__name__}
+        weight, whole = weight + size, whole and all(each in signatures for each in kernels[name])
+    least = 1 if whole else max(before.get("weight", 1), 1)
+    return {"weight": max(round(weight), least), "after": sorted(after), "kernels": kernels}
+
+
 def in_lines(found: dict[str, Any]) -> str:
     """JSON with a line for each function, so that a change shows."""
     lines = []
@@ -78,25 +100,9 @@ def main() -> int:
     options = parser.parse_args()
     os.environ["NUMBA_CACHE_DIR"] = str(options.cache.resolve())
     sys.path.insert(0, str(ROOT))
-    from numba.core.dispatcher import Dispatcher
-
     before = json.loads(TARGET.read_text(encoding="utf-8"))["modules"] if options.add else {}
-    found: dict[str, Any] = {}
-    for module in modules():
-        kernels, after, weight = dict(before.get(module.__name__, {}).get("kernels", {})), set(), 0.0
-        for name, kernel in vars(module).items():
-            if not isinstance(kernel, Dispatcher) or kernel.py_func.__module__ != module.__name__:
-                continue
-            signatures, size = kept(kernel) if kernel.stats.cache_path else ([], 0.0)
-            if signatures or name in kernels:
-                kernels[name] = sorted(
-                    [*kernels.get(name, []), *(each for each in signatures if each not in kernels.get(name, []))],
-                    key=json.dumps,
-                )
-                after |= {other for other in calls(kernel) if other != module.__name__}
-                weight += size
-        if kernels:
-            found[module.__name__] = {"weight": max(round(weight), 1), "after": sorted(after), "kernels": kernels}
+    found = {module.__name__: entry_of(module, before.get(module.__name__, {})) for module in modules()}
+    found = {name: entry for name, entry in found.items() if entry["kernels"]}
     for entry in found.values():
         entry["after"] = [name for name in entry["after"] if name in found]
     TARGET.write_text(in_lines({"written_by": "tools/write_kernels.py", "modules": found}), encoding="utf-8")

@@ -94,7 +94,6 @@ class Arms:
         return made.trees, {
             "gaussians": len(made.field),
             "photos": fit["photos"],
-            "stages_cpu_s": made.seconds,
             **made.facts,
         }
 

@@ -7,27 +7,11 @@ from collections.abc import Callable
 import numpy as np
 import torch
 
+from treedgs_geo.gaussians.on_torch.project import turned
 from treedgs_geo.gaussians.project import CropCamera
 from treedgs_geo.gaussians.raster import Rasteriser
 
 TILE_PX = 16
-
-
-def rotations(q: torch.Tensor) -> torch.Tensor:
-    """(N, 3, 3) of (N, 4) quaternions w x y z, not normalised."""
-    w, x, y, z = (q / q.norm(dim=1, keepdim=True)).unbind(1)
-    rows = [
-        1 - 2 * (y * y + z * z),
-        2 * (x * y - w * z),
-        2 * (x * z + w * y),
-        2 * (x * y + w * z),
-        1 - 2 * (x * x + z * z),
-        2 * (y * z - w * x),
-        2 * (x * z - w * y),
-        2 * (y * z + w * x),
-        1 - 2 * (x * x + y * y),
-    ]
-    return torch.stack(rows, 1).reshape(-1, 3, 3)
 
 
 def project(t: torch.Tensor, camera: CropCamera) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
@@ -36,7 +20,7 @@ def project(t: torch.Tensor, camera: CropCamera) -> tuple[torch.Tensor, torch.Te
     centre = t[:, :3] @ rotation.T + torch.tensor(camera.translation, dtype=torch.float32)
     order = torch.argsort(centre.norm(dim=1))
     t, centre = t[order], centre[order]
-    axes = rotation @ rotations(t[:, 3:7]) * torch.exp(t[:, None, 7:10])
+    axes = rotation @ turned(t[:, 3:7]) * torch.exp(t[:, None, 7:10])
     depth, zero = centre[:, 2], torch.zeros(len(t))
     across, down = -camera.fx * centre[:, 0] / depth**2, -camera.fy * centre[:, 1] / depth**2
     jac = torch.stack([camera.fx / depth, zero, across, zero, camera.fy / depth, down], 1).reshape(-1, 2, 3)

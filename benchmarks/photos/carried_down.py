@@ -33,8 +33,9 @@ from treedgs_geo.core.progress import Reporter
 from treedgs_geo.from_photos import find, hidden
 from treedgs_geo.from_photos.chance import ABOVE, BREAST
 from treedgs_geo.from_photos.fine import TaperPrior
-from treedgs_geo.from_photos.fit import Fitter, PhotoFit
+from treedgs_geo.from_photos.fit import Fitter
 from treedgs_geo.from_photos.options import PhotoStemOptions
+from treedgs_geo.from_photos.photo_fit import PhotoFit
 from treedgs_geo.from_photos.see_through import ground_correlation, share_through
 from treedgs_geo.from_photos.settle import known_rows
 from treedgs_geo.from_photos.stand_taper import stand_taper

@@ -26,7 +26,9 @@ from benchmarks.rendered import local_places, plot_inputs, truth_rows
 from treedgs_geo.from_photos import fit as photo_fit
 from treedgs_geo.from_photos.choice import witnesses
 from treedgs_geo.from_photos.find import stems_from_photos
+from treedgs_geo.from_photos.judged import CLEAR_Z, px_cm
 from treedgs_geo.from_photos.options import PhotoStemOptions
+from treedgs_geo.from_photos.photo_fit import seen_probability
 
 WITNESSES = ("contrast", "evidence_300", "taper", "ragged_0.1px", "edges_30")
 SETS = {"chosen": (0, 1, 2, 3), "with edge score": (0, 1, 2, 3, 4), "edge score and silhouette": (0, 4)}
@@ -36,24 +38,25 @@ RIDGE = 0.3
 def gather(plot: Path, network: bool) -> tuple[list[dict], dict]:
     """One entry a stem (witnesses (N, 5), which explanations are right (N,), the parts of the error); the figures."""
     calls: list[dict] = []
-    choose, judge = photo_fit.choose, photo_fit.Fitter._judge
+    choose, judge = photo_fit.choose, photo_fit.judged
 
     def listen(tried, trust, chance, sun, network):
         choice = choose(tried, trust, chance, sun, network)
         calls.append({"tried": tried, "trust": trust if trust > 0.5 else 0.0, "chance": chance})
         return choice
 
-    def judged(self, seed, best, fine, gap, sure, outline, gain=0.0, others=None):
-        fit = judge(self, seed, best, fine, gap, sure, outline, gain, others)
-        if calls and outline is not None:
-            clear = best.z > photo_fit.CLEAR_Z
-            weight = fine.view_weight * photo_fit.seen_probability(best.z)
-            parts = scatter(fine, weight), 200 * fine.fit_sd_m, self._px_cm(fine.axis, clear) / max(clear.sum(), 1)
+    def judged(shared, seed, found):
+        fit = judge(shared, seed, found)
+        best, fine = found.best, found.fine
+        if calls and found.outline is not None:
+            clear = best.z > CLEAR_Z
+            weight = fine.view_weight * seen_probability(best.z)
+            parts = scatter(fine, weight), 200 * fine.fit_sd_m, px_cm(shared, fine.axis, clear) / max(clear.sum(), 1)
             calls[-1] |= {"fit": fit, "pair": best.mate is not None, "parts": parts}
         return fit
 
     views, frame, ground, area = plot_inputs(plot)
-    with mock.patch.object(photo_fit, "choose", listen), mock.patch.object(photo_fit.Fitter, "_judge", judged):
+    with mock.patch.object(photo_fit, "choose", listen), mock.patch.object(photo_fit, "judged", judged):
         fits = stems_from_photos(views, ground, area, PhotoStemOptions(stem_network="full" if network else "off"))
     stems = []
     truth = truth_rows(plot, in_plot=False)

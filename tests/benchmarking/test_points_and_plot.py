@@ -11,8 +11,8 @@ import rasterio
 from photo_ring import ring
 
 from treedgs_geo.benchmarking.plot import TruePlot, score_trees
-from treedgs_geo.benchmarking.splat_points import fuse_depths, points_of
-from treedgs_geo.core.errors import InputError
+from treedgs_geo.benchmarking.splat_points import points_of
+from treedgs_geo.core.errors import InputError, ReconstructionError
 from treedgs_geo.gaussians.field import GaussianField
 from treedgs_geo.gaussians.options import SampleOptions
 from treedgs_geo.trees.tree import Tree
@@ -48,7 +48,8 @@ def test_three_ways_from_splats_to_points(column):
 
 
 def test_a_depth_that_no_other_photo_confirms_is_dropped(column):
-    assert len(fuse_depths(column, ring(1))) == 0
+    with pytest.raises(ReconstructionError, match="no rendered depth is confirmed"):
+        points_of(column, ring(1), "depth", SampleOptions())
 
 
 @pytest.fixture

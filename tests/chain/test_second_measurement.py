@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pyproj
 import pytest
+from clear_fit import clear_photo_fit
 
 from treedgs_geo.chain.second_measurement import MOST_MEASURED_AGAIN, stems_to_measure_again, with_second_measurements
 from treedgs_geo.core.crs import LocalFrame
-from treedgs_geo.from_photos.fit import PhotoFit
-from treedgs_geo.from_photos.strips import StemAxis
+from treedgs_geo.from_photos.photo_fit import PhotoFit
 from treedgs_geo.from_photos.trees import trees_of_photo_fits
 from treedgs_geo.gaussians.primitive.fit import PrimitiveFit
 from treedgs_geo.gaussians.train import FoundStem
@@ -23,28 +23,8 @@ FRAME = LocalFrame(pyproj.CRS.from_epsg(6344), np.array([611337.0, 3718451.0, 38
 def edges(
     x: float, dbh_cm: float, flag: str, *reasons: str, llr: float = 90.0, contrast: float = 2.0, gain: float = 0.0
 ) -> PhotoFit:
-    axis = StemAxis(np.array([x, 2.0]), np.zeros(2), np.zeros(2), 1.0, 1.37)
-    return PhotoFit(
-        axis,
-        dbh_cm / 200,
-        -0.0045,
-        dbh_cm,
-        0.4,
-        flag,
-        reasons,
-        100.0,
-        llr,
-        20.0,
-        8,
-        7.0,
-        250.0,
-        0.5,
-        dbh_cm,
-        np.ones(9),
-        contrast,
-        foot_z=1.0,
-        gain=gain,
-    )
+    changed = {"se_cm": 0.4, "flag": flag, "reasons": reasons, "llr": llr, "contrast": contrast, "gain": gain}
+    return clear_photo_fit(x, dbh_cm, foot_z=1.0, **changed)
 
 
 def bark(x: float, dbh_cm: float, **change) -> FoundStem:

@@ -45,16 +45,20 @@ def few(monkeypatch, **more) -> None:
     monkeypatch.setattr(ahead, "listed", lambda: chosen)
 
 
+def write_kernels():
+    """The tool that writes the list."""
+    sys.path.insert(0, str(ROOT / "tools"))
+    try:
+        return importlib.import_module("write_kernels")
+    finally:
+        sys.path.remove(str(ROOT / "tools"))
+
+
 def test_the_list_fits_the_code():
     """Each entry names a compiled function of today, types that can be read, and every module that it calls."""
     from numba.core.dispatcher import Dispatcher
 
-    sys.path.insert(0, str(ROOT / "tools"))
-    try:
-        from write_kernels import calls
-    finally:
-        sys.path.remove(str(ROOT / "tools"))
-    modules = ahead.listed()
+    calls, modules = write_kernels().calls, ahead.listed()
     assert len(modules) > 20
     for name, entry in modules.items():
         module = importlib.import_module(name)
@@ -69,6 +73,29 @@ def test_the_list_fits_the_code():
             others = {other for other in calls(kernel) if other != name and other in modules}
             assert others <= set(entry["after"])
         assert set(entry["after"]) < set(modules)
+
+
+def test_adding_to_the_list_leaves_the_weight_of_what_no_job_ran(monkeypatch):
+    tool, name = write_kernels(), SMALL[0]
+    module, before = importlib.import_module(name), ahead.listed()[name]
+    types = {function: list(signatures) for function, signatures in before["kernels"].items()}
+    ran: dict[str, float] = {}
+    monkeypatch.setattr(tool, "kept", lambda kernel: _in_cache(kernel, types, ran))
+    assert tool.entry_of(module, before) == before  # nothing of it ran
+    one, *others = types
+    assert others, "the module should have two functions"
+    ran[one] = 3.0
+    assert tool.entry_of(module, before)["weight"] == before["weight"] > 3
+    ran |= dict.fromkeys(others, 2.0)
+    assert tool.entry_of(module, before)["weight"] == 3 + 2 * len(others)
+    assert tool.entry_of(module, {})["kernels"] == before["kernels"]
+    ran.clear()
+    assert not tool.entry_of(module, {})["kernels"]
+
+
+def _in_cache(kernel, types: dict, ran: dict[str, float]) -> tuple[list, float]:
+    name = kernel.py_func.__name__
+    return (types.get(name, []), ran[name]) if name in ran else ([], 0.0)
 
 
 def test_types_are_written_and_read():

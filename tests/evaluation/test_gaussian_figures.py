@@ -71,7 +71,7 @@ def plot(tmp_path, monkeypatch) -> PlotFiles:
 
 def test_three_ways_to_points_lie_on_the_stem_that_was_painted(plot):
     sets = point_sets.point_sets(plot, REFERENCE)
-    rows = {row["points"]: row for row in point_sets.table(sets)}
+    rows = {row["points"]: row for row in point_sets.table([sets])}
     assert list(rows) == [point_sets.MEANS, point_sets.DEPTH, point_sets.SAMPLES] and sets.stems == ["T1"]
     assert 0.8 * 1500 < rows[point_sets.MEANS]["median a stem"] < 1500  # those from 0.3 m up
     for name in (point_sets.DEPTH, point_sets.SAMPLES):
@@ -79,12 +79,19 @@ def test_three_ways_to_points_lie_on_the_stem_that_was_painted(plot):
         assert abs(np.median(away) - RADIUS) < 0.03 and rows[name]["in a true stem %"] > 85
         assert rows[name]["covered height %"] > 95 and rows[name]["median a stem"] > 3000
     for other in (point_sets.MEANS, point_sets.DEPTH):
-        figure = point_sets.draw_pair(sets, other)
+        figure = point_sets.draw_pair([sets], other)
         assert figure is not None and len(figure.axes) == 2
         close(figure)
     empty = replace(sets, points={name: [np.empty((0, 3))] for name in sets.points})
-    assert point_sets.draw_pair(empty, point_sets.MEANS) is None
-    assert point_sets.table(empty)[0]["in a true stem %"] is None
+    assert (
+        point_sets.draw_pair([empty], point_sets.MEANS) is None and point_sets.draw_pair([], point_sets.MEANS) is None
+    )
+    assert point_sets.table([empty])[0]["in a true stem %"] is None
+    # Of several plots the picture shows the stem with most samples, the table all.
+    figure = point_sets.draw_pair([replace(empty, plot="q"), sets], point_sets.MEANS)
+    assert figure is not None and "about p T1" in figure.axes[0].get_title()
+    close(figure)
+    assert [row["plot"] for row in point_sets.table([sets, replace(empty, plot="q")])] == ["p"] * 3 + ["q"] * 3
 
 
 def test_fused_depth_about_a_place_sees_what_stands_before_it():
@@ -137,7 +144,7 @@ def test_labels_are_drawn_with_and_without_truth(plot):
     assert "stem, wrongly (0 %)" in [text.get_text() for text in figure.axes[2].get_legend().get_texts()]
     close(figure)
     assert draw_labels([]) is None
-    assert "segmenter own" in paper_document._labeller(cloud, [plot])
+    assert "--segmenter own" in paper_document._labeller(cloud, [plot])
     assert "recall and what needs it are not known" in paper_document._labeller(replace(cloud, whole=False), [plot])
     assert "found in the photos" in paper_document._labeller(cloud, [replace(plot, workspace_in=None)])
 

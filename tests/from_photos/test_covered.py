@@ -12,8 +12,8 @@ from benchmarks.rendered import plot_inputs
 from treedgs_geo.chain.second_measurement import stems_to_measure_again
 from treedgs_geo.from_photos.covered import COVER_CM, _judged
 from treedgs_geo.from_photos.find import certain_stems, stems_from_photos
-from treedgs_geo.from_photos.fit import PhotoFit
 from treedgs_geo.from_photos.options import PhotoStemOptions
+from treedgs_geo.from_photos.photo_fit import PhotoFit
 from treedgs_geo.from_photos.strips import StemAxis
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.simulation.settings import SimulateSettings

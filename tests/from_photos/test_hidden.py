@@ -9,9 +9,9 @@ from rendered_stems import Stem, oblique_views, render
 from treedgs_geo.from_photos.above import averaged, weight_above
 from treedgs_geo.from_photos.find import search_photos
 from treedgs_geo.from_photos.fine import FineFit
-from treedgs_geo.from_photos.fit import PhotoFit
 from treedgs_geo.from_photos.kept import fit_of_record, fit_record
 from treedgs_geo.from_photos.options import PhotoStemOptions
+from treedgs_geo.from_photos.photo_fit import PhotoFit
 from treedgs_geo.from_photos.stand_taper import stand_taper
 from treedgs_geo.from_photos.strips import StemAxis
 from treedgs_geo.reconstruction.area import Area

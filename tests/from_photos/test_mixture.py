@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from clear_fit import clear_photo_fit
 
 from treedgs_geo.core.intervals import HALF_WIDTH_SE
 from treedgs_geo.from_photos.choice import Choice, Explanation
 from treedgs_geo.from_photos.coarse import Mode
 from treedgs_geo.from_photos.fine import FineFit
-from treedgs_geo.from_photos.fit import PhotoFit
 from treedgs_geo.from_photos.mixture import PAIR_SE_CM, Mixture, Others
+from treedgs_geo.from_photos.photo_fit import PhotoFit
 from treedgs_geo.from_photos.settle import merge, not_swallowed, without_open_diameter
 from treedgs_geo.from_photos.strips import StemAxis
 from treedgs_geo.from_photos.verdict import GAIN_LOW_CONFIDENCE, GAIN_MERGED, companion_share
@@ -87,27 +88,8 @@ def test_errors_that_a_plot_shares_widen_each_side_by_itself():
 
 
 def fitted(dbh_cm: float, llr: float, gain: float = 0.0, flag: str = "ok", x: float = 0.0) -> PhotoFit:
-    axis = StemAxis(np.array([x, 2.0]), np.zeros(2), np.zeros(2), 1.0, 1.37)
     reasons = ("merged",) if gain > GAIN_LOW_CONFIDENCE else ()
-    return PhotoFit(
-        axis,
-        dbh_cm / 200,
-        -0.0045,
-        dbh_cm,
-        0.5,
-        flag,
-        reasons,
-        100.0,
-        llr,
-        20.0,
-        8,
-        7.0,
-        250.0,
-        0.5,
-        dbh_cm,
-        np.ones(9),
-        gain=gain,
-    )
+    return clear_photo_fit(x, dbh_cm, flag=flag, reasons=reasons, llr=llr, gain=gain)
 
 
 def test_two_stems_explain_a_place_better_than_one_and_are_not_the_better_stem_for_that():

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from treedgs_geo.from_photos.fine import _damping, _gathered, _solve
+from treedgs_geo.from_photos.edge_points import gathered
+from treedgs_geo.from_photos.fine import _damping, _solve
 from treedgs_geo.from_photos.strips import StemAxis, Strips
 
 
@@ -28,7 +29,7 @@ def test_the_radius_of_an_oval_stem_is_that_of_its_girth_from_any_side(direction
     axis = StemAxis(np.zeros(2), np.zeros(2), np.zeros(2), 0.0, 1.37)
     oval = np.array([0.006, -0.008])
     strips, place = oval_edges(np.radians(np.linspace(*directions_deg, 12)), oval)
-    edges = _gathered(strips, place, np.full(place.shape, 0.9), np.ones(12), 2.2)
+    edges = gathered(strips, place, np.full(place.shape, 0.9), np.ones(12), 2.2)
     round_one, oval_one = (
         _solve(strips, edges, 0.15, -0.005, _damping(strips, axis, 0.3, 0.15, allowed), axis)[1]
         for allowed in (False, True)

@@ -12,8 +12,8 @@ from rendered_stems import Stem, oblique_views, render
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.from_photos.find import photos_of
 from treedgs_geo.from_photos.fine import NO_STEMS
-from treedgs_geo.from_photos.fit import PhotoFit
 from treedgs_geo.from_photos.options import PhotoStemOptions
+from treedgs_geo.from_photos.photo_fit import PhotoFit
 from treedgs_geo.from_photos.shown import DrawnStem, choose_photos, look_at, straightened
 from treedgs_geo.from_photos.strips import StemAxis
 from treedgs_geo.inventory.evidence.canvas import MOST_BYTES

@@ -87,30 +87,16 @@ def test_gradients_equal_finite_differences(dilation, full):
 
 def test_gradients_equal_torch():
     torch = pytest.importorskip("torch")
+    from treedgs_geo.gaussians.on_torch.project import turned
+
     p, view = cloud(6, 3), camera(24, 22)
     given = np.random.default_rng(2).normal(size=(4, 22, 24))
     rasteriser = Rasteriser(alpha_min=1e-7)
     analytic = rasteriser.backward(p, rasteriser.forward(p, view), given)
     t = torch.tensor(p, requires_grad=True)
-    q = t[:, 3:7] / t[:, 3:7].norm(dim=1, keepdim=True)
-    w, x, y, z = q.unbind(1)
-    turn = torch.stack(
-        [
-            1 - 2 * (y * y + z * z),
-            2 * (x * y - w * z),
-            2 * (x * z + w * y),
-            2 * (x * y + w * z),
-            1 - 2 * (x * x + z * z),
-            2 * (y * z - w * x),
-            2 * (x * z - w * y),
-            2 * (y * z + w * x),
-            1 - 2 * (x * x + y * y),
-        ],
-        1,
-    ).reshape(-1, 3, 3)
     to_camera = torch.tensor(view.rotation)
     centre = t[:, :3] @ to_camera.T + torch.tensor(view.translation)
-    axes = to_camera @ turn * torch.exp(t[:, None, 7:10])
+    axes = to_camera @ turned(t[:, 3:7]) * torch.exp(t[:, None, 7:10])
     depth = centre[:, 2]
     jac = torch.zeros(len(p), 2, 3, dtype=torch.float64)
     jac[:, 0, 0], jac[:, 0, 2] = view.fx / depth, -view.fx * centre[:, 0] / depth**2

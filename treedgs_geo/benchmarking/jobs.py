@@ -191,7 +191,7 @@ def run_published(job: dict[str, Any]) -> dict[str, Any]:
     write_cloud(Path(job["points"]), made.cloud.with_attribute("tree_id", made.tree_id.astype(np.int32)))
     fit = made.facts["published_fit"]
     return {
-        "stages": made.seconds,
+        "stages": made.facts["stages_cpu_s"],
         **_scored(plot, made.trees),
         "modelled": {name: fit[name] for name in ("photos", "megapixels", "gaussians", "steps", "factor")},
     }

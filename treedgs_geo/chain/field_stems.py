@@ -12,8 +12,8 @@ from ..core.field_stems import FieldStems, read_field_stems
 from ..core.files import atomic_path
 from ..core.progress import Reporter
 from ..core.tables import SafeWriter
-from ..from_photos.fit import PhotoFit
 from ..from_photos.given import GivenStems, partners
+from ..from_photos.photo_fit import PhotoFit
 from ..trees.tree import Tree
 from .run import Site
 

@@ -18,9 +18,9 @@ from ..core.field_stems import FieldStems, read_field_stems
 from ..core.progress import Reporter
 from ..core.workspace import Workspace, peak_memory_mb
 from ..from_photos.again import fits_again
-from ..from_photos.fit import PhotoFit
 from ..from_photos.given import GivenStems
 from ..from_photos.kept import KeptFits, read_fits
+from ..from_photos.photo_fit import PhotoFit
 from ..from_photos.trees import trees_of_photo_fits
 from ..geotags.photos import list_photos
 from ..inventory.tree_layer import check_output

@@ -9,8 +9,8 @@ from ..core import workspace as names
 from ..core.errors import InputError
 from ..core.files import read_json, write_json
 from ..core.progress import Reporter
-from ..from_photos.fit import PhotoFit
 from ..from_photos.kept import fit_of_record, fit_record, read_fits
+from ..from_photos.photo_fit import PhotoFit
 from ..trees.tree import Tree
 from .run import Run
 

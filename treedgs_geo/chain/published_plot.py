@@ -124,14 +124,13 @@ class Published:
 class PublishedTrees:
     """trees: project coordinates. field: the Gaussians, local. cloud: their samples with ``opacity`` and ``n_views``,
     project coordinates. tree_id: (P,) stem of each sample, 0 = none. facts: where the start was from, how far the fit
-    came; seconds: CPU seconds of each stage."""
+    came, CPU seconds of each part."""
 
     trees: list[Tree]
     field: GaussianField
     cloud: PointCloud
     tree_id: np.ndarray
     facts: dict[str, Any]
-    seconds: dict[str, float]
 
 
 def published_route(run: Run, site: Site, aligned: Aligned, reporter: Reporter) -> Found:
@@ -185,15 +184,15 @@ def published_trees(site: Site, sparse: np.ndarray, asked: Published, reporter: 
         )
         trees = measure_stems(cloud, tree_id, site.dtm, options, reporter, stems=stems, height=height)
     clock.append(time.process_time())
+    stages = ("dense prior", "fit Gaussians", "sample surface", "segment stems", "measure stems")
     facts = {
+        "stages_cpu_s": {name: round(float(taken), 1) for name, taken in zip(stages, np.diff(clock), strict=True)},
         "prior": {"source": source, "points": len(points)},
         "published_fit": report.as_dict(),
         "samples": len(cloud),
         "segmented": len(trees),
     }
-    stages = ("prior", "fit", "sample", "segment", "measure")
-    seconds = {name: round(float(taken), 1) for name, taken in zip(stages, np.diff(clock), strict=True)}
-    return PublishedTrees(trees, field, cloud, tree_id, facts, seconds)
+    return PublishedTrees(trees, field, cloud, tree_id, facts)
 
 
 def _say(report: SceneReport, options: SceneOptions, reporter: Reporter) -> None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..from_photos.fit import PhotoFit
+from ..from_photos.photo_fit import PhotoFit
 from ..from_photos.verdict import GAIN_LOW_CONFIDENCE
 from ..gaussians.primitive.fit import PrimitiveFit
 from ..gaussians.train import FoundStem

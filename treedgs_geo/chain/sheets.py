@@ -18,8 +18,8 @@ from ..core.errors import OutputError
 from ..core.files import temporary_beside
 from ..core.progress import Reporter
 from ..from_photos.find import photos_of
-from ..from_photos.fit import PhotoFit
 from ..from_photos.options import PhotoStemOptions
+from ..from_photos.photo_fit import PhotoFit
 from ..from_photos.settle import known_rows
 from ..from_photos.shown import DrawnStem, look_at
 from ..from_photos.stack import choose_views

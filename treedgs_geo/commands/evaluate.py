@@ -100,7 +100,8 @@ def run(settings: EvaluateSettings, reporter: Reporter) -> dict[str, Any]:
     from ..core.files import ensure_writable, fingerprint
     from ..evaluation.compare import compare
     from ..evaluation.experiments import ExperimentOptions, run_experiments
-    from ..evaluation.paper_document import PaperInputs, write_paper
+    from ..evaluation.paper_document import write_paper
+    from ..evaluation.paper_inputs import PaperInputs
     from ..evaluation.plot_files import pooled_evidence
     from ..evaluation.report import write_evaluation
     from ..evaluation.tables import evidence_from_pairs, metrics_of

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +9,7 @@ import numpy as np
 import pyproj
 
 from .errors import CRSError, InputError
-from .tables import csv_text, plain_cell, refuse_other_formats
+from .tables import csv_rows
 
 
 @dataclass(frozen=True)
@@ -33,14 +31,7 @@ def read_plots(path: Path, crs: pyproj.CRS) -> list[Plot]:
         InputError: missing file, columns or numbers, doubled ids. CRSError: unknown ``epsg``.
     """
     path = Path(path)
-    refuse_other_formats(path)
-    try:
-        rows = [
-            {name: plain_cell(cell) for name, cell in row.items()}
-            for row in csv.DictReader(io.StringIO(csv_text(path)))
-        ]
-    except (OSError, ValueError, csv.Error) as problem:
-        raise InputError(f"{path}: cannot be read as a CSV table ({problem}); give a plots table.") from None
+    rows = csv_rows(path, "a plots table")
     if not rows:
         raise InputError(f"{path}: holds no plot, expected one row a plot with plot_id, easting, northing, radius_m.")
     columns = set(rows[0])

@@ -95,6 +95,22 @@ def csv_text(path: Path) -> str:
     return made.getvalue()
 
 
+def csv_rows(path: Path, give: str) -> list[dict[str, str]]:
+    """Rows of a CSV table by column, cells as :func:`plain_cell` reads them. give: what to give instead, for the
+    sentence.
+
+    Raises:
+        InputError: another format, or cannot be read.
+    """
+    path = Path(path)
+    refuse_other_formats(path)
+    try:
+        rows = csv.DictReader(io.StringIO(csv_text(path)))
+        return [{name: plain_cell(cell) for name, cell in row.items()} for row in rows]
+    except (OSError, ValueError, csv.Error) as problem:
+        raise InputError(f"{path}: cannot be read as a CSV table ({problem}); give {give}.") from None
+
+
 def decoded(data: bytes) -> str:
     """The text of a table: UTF-8 or UTF-16 with their marks, or else Windows' western code page.
 

@@ -28,9 +28,11 @@ def draw_densities(errors: dict[str, np.ndarray]) -> Any:
     x = np.linspace(-reach, reach, 400)
     for name, error in errors.items():
         error = error[np.isfinite(error)]
+        colour, line = LOOKS.get(name, (GREY, "-"))
+        if 0 < len(error) < 3:
+            axes.plot(error, np.zeros(len(error)), "|", color=colour, ms=16, mew=2, label=f"{name} ({len(error)})")
         if len(error) < 3:
             continue
-        colour, line = LOOKS.get(name, (GREY, "-"))
         spread = min(error.std(), (np.percentile(error, 75) - np.percentile(error, 25)) / 1.34) or error.std()
         width = max(0.9 * spread * len(error) ** -0.2, 0.05)
         curve = np.exp(-0.5 * ((x[:, None] - error) / width) ** 2).sum(axis=1)
@@ -64,8 +66,11 @@ def draw_trend(reference_cm: np.ndarray, errors: dict[str, np.ndarray]) -> Any:
     reach = float(np.clip(np.percentile(np.abs(every), 95) * 1.5, 2, 40)) if len(every) else 2.0
     for name, error in errors.items():
         colour, _ = LOOKS.get(name, (BLUE, "-"))
-        axes.scatter(reference_cm, np.clip(error, -reach, reach), s=12, color=colour, alpha=0.35, linewidths=0)
         trend = robust_trend(reference_cm, error)
+        alone = name if np.isfinite(error).any() and not len(trend) else None
+        axes.scatter(
+            reference_cm, np.clip(error, -reach, reach), s=12, color=colour, alpha=0.35, linewidths=0, label=alone
+        )
         for a, b in zip(trend[:-1], trend[1:], strict=True):
             axes.plot([a[0], b[0]], [a[1], b[1]], color=colour, lw=2, ls="-" if b[0] - a[0] < 5.1 else "--")
         if len(trend):

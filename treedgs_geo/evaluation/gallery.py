@@ -93,7 +93,7 @@ def draw_fits(
     """The slice of each chosen stem from above, the fitted circle, and the true size about the same centre."""
     if not picks:
         return None
-    figure, grid = panels(len(picks), EACH, 3.4, 3.6)
+    figure, grid = panels(len(picks), EACH, 3.4, 3.9)
     for axes, (kind, fit) in zip(grid, picks, strict=True):
         true = float(reference.dbh_cm[fit.number])
         middle = np.array(fit.circle[:2]) if fit.circle else np.median(fit.points, axis=0) if len(fit.points) else 0.0
@@ -119,7 +119,7 @@ def draw_fits(
         )
         axes.tick_params(labelsize=7)
     figure.supxlabel(f"{source}: slice at breast height, m; solid: circle fitted there, dashed: reference", fontsize=8)
-    figure.tight_layout()
+    figure.tight_layout(h_pad=2.5)
     return figure
 
 

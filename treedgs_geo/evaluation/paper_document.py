@@ -8,7 +8,6 @@ from __future__ import annotations
 import html
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -16,49 +15,13 @@ import numpy as np
 import pandas as pd
 
 from ..core.files import read_json
+from ..gaussians.options import PUBLISHED_STEPS
 from . import gallery, overview, point_sets
 from . import paper_pictures as pictures
 from .labelled import LabelledPoints, draw_labels
-from .methods import Reference, StemPoints
+from .paper_inputs import PaperInputs
 from .plot_files import PlotFiles, pooled_reference
-from .point_sets import PointSets
 from .sections import drawn, html_table, inline, methods_latex, plain_latex, write_text
-from .tables import PairsEvidence
-
-
-@dataclass(frozen=True)
-class PaperInputs:
-    """All that the document draws on. gathered: source -> segmented points of the reference stems. metrics: as in
-    ``metrics.json``. folder: with the charts and tables that are written already. labelled: points whose segmentation
-    is shown."""
-
-    evidence: PairsEvidence
-    metrics: dict[str, Any]
-    plots: list[PlotFiles]
-    references: list[Reference]
-    gathered: dict[str, StemPoints]
-    folder: Path
-    labelled: list[LabelledPoints]
-
-    @property
-    def workspace(self) -> PlotFiles | None:
-        """The first plot with a workspace."""
-        return next((plot for plot in self.plots if plot.workspace_in is not None), None)
-
-    @property
-    def gaussians(self) -> PlotFiles | None:
-        """The first plot whose workspace has Gaussians."""
-        return next((plot for plot in self.plots if point_sets.has_gaussians(plot)), None)
-
-    @cached_property
-    def sets(self) -> PointSets | None:
-        """Means, fused depth and samples of :attr:`gaussians`."""
-        plot = self.gaussians
-        return None if plot is None else point_sets.point_sets(plot, self.reference_of(plot))
-
-    def reference_of(self, plot: PlotFiles) -> Reference:
-        """The stems of known DBH of a plot."""
-        return self.references[self.plots.index(plot)]
 
 
 @dataclass(frozen=True)
@@ -119,7 +82,7 @@ def tables_latex(inputs: PaperInputs) -> str:
         parts.append(
             plain_latex(metrics["oracle"], ("source", "fit", "labels", "common", "mae_cm", "rmse_cm", "me_cm"))
         )
-    if inputs.sets is not None:
+    if inputs.sets:
         rows = point_sets.table(inputs.sets)
         parts.append(plain_latex(rows, tuple(rows[0])))
     if "runtime" in metrics:
@@ -128,32 +91,46 @@ def tables_latex(inputs: PaperInputs) -> str:
 
 
 def _overview(inputs: PaperInputs) -> str | None:
-    plot = inputs.gaussians
-    found = None if plot is None else overview.draw_overview(plot)
-    return None if found is None else drawn(inputs.folder, "paper_overview", found)
+    shown = inputs.first_drawn(inputs.gaussians, overview.draw_overview, "paper_overview")
+    return None if shown is None else "".join(map(_how_far, inputs.gaussians)) + shown
+
+
+def _how_far(plot: PlotFiles) -> str:
+    """How far the published fit of a plot came, in a sentence; nothing of other Gaussians."""
+    assert plot.workspace_in is not None
+    stages = read_json(plot.workspace_in / "run.json").get("stages", {})
+    fit = stages.get("measure", {}).get("result", {}).get("published_fit")
+    if fit is None:
+        return ""
+    return (
+        f"<p>{html.escape(plot.name)}: {fit['steps']:,} of the {PUBLISHED_STEPS:,} published steps on {fit['photos']} "
+        f"photos of {100 * fit['factor']:.0f} % of their size, {fit['gaussians_first']:,} Gaussians grown to "
+        f"{fit['gaussians']:,}.</p>"
+    )
 
 
 def _pipeline(inputs: PaperInputs) -> str | None:
-    plot = inputs.gaussians
-    found = None if plot is None else overview.draw_pipeline(plot, inputs.reference_of(plot))
-    return None if found is None else drawn(inputs.folder, "paper_pipeline", found)
+    return inputs.first_drawn(
+        inputs.gaussians,
+        lambda plot: overview.draw_pipeline(plot, inputs.reference_of(plot)),
+        "paper_pipeline",
+    )
 
 
 def _beside_samples(other: str, name: str) -> Callable[[PaperInputs], str | None]:
     """The picture of another way from Gaussians to points beside the samples, and the table of all three."""
 
     def make(inputs: PaperInputs) -> str | None:
-        sets = inputs.sets
-        found = None if sets is None else point_sets.draw_pair(sets, other)
-        if sets is None or found is None:
+        found = point_sets.draw_pair(inputs.sets, other)
+        if found is None:
             return None
+        stems = "; ".join(f"{sets.plot} {', '.join(sets.stems)}" for sets in inputs.sets)
         words = (
-            f"<p>{html.escape(sets.plot)}: points within {pictures.NEAR_M:g} m of {len(sets.stems)} stems, evenly over "
-            "the diameters "
-            f"({html.escape(', '.join(sets.stems))}), {pictures.STEM_M[0]:g} to {pictures.STEM_M[1]:g} m above the "
-            "ground, before any segmentation; covered height: 10 cm steps that hold a point.</p>"
+            f"<p>Points within {pictures.NEAR_M:g} m of up to {point_sets.COMPARED} stems a plot, evenly over the "
+            f"diameters ({html.escape(stems)}), {pictures.STEM_M[0]:g} to {pictures.STEM_M[1]:g} m above the ground, "
+            "before any segmentation; covered height: 10 cm steps that hold a point.</p>"
         )
-        return words + html_table(point_sets.table(sets)) + drawn(inputs.folder, name, found)
+        return words + html_table(point_sets.table(inputs.sets)) + drawn(inputs.folder, name, found)
 
     return make
 
@@ -167,14 +144,16 @@ def _layout(inputs: PaperInputs) -> str:
 
 
 def _flight(inputs: PaperInputs) -> str | None:
-    plot = inputs.workspace
-    return None if plot is None else drawn(inputs.folder, "paper_flight", pictures.draw_flight(plot))
+    plots = inputs.workspaces
+    return drawn(inputs.folder, "paper_flight", pictures.draw_flight(plots)) if plots else None
 
 
 def _pixels(inputs: PaperInputs) -> str | None:
-    plot = inputs.workspace
-    found = None if plot is None else pictures.draw_pixels(plot, inputs.reference_of(plot))
-    return None if found is None else drawn(inputs.folder, "paper_pixels", found)
+    return inputs.first_drawn(
+        inputs.workspaces,
+        lambda plot: pictures.draw_pixels(plot, inputs.reference_of(plot)),
+        "paper_pixels",
+    )
 
 
 def _matching(inputs: PaperInputs) -> str | None:
@@ -182,39 +161,39 @@ def _matching(inputs: PaperInputs) -> str | None:
     away = np.concatenate([np.linalg.norm(measured - field, axis=1) for field, measured in pairs])
     if not len(away):
         return None
-    text = f"<p>{len(away)} pairs; mean planimetric offset {away.mean():.3f} m, largest {away.max():.3f} m.</p>"
-    return text + drawn(inputs.folder, "paper_matching", pictures.draw_matching(inputs.plots, pairs))
+    text = f"<p>Paired: {len(away)}; mean planimetric offset {away.mean():.3f} m, largest {away.max():.3f} m.</p>"
+    figure = pictures.draw_matching(inputs.plots, inputs.references, pairs)
+    return text + drawn(inputs.folder, "paper_matching", figure)
 
 
 def _sources(inputs: PaperInputs) -> str | None:
     if not inputs.gathered:
         return None
-    found = pictures.draw_reliability(inputs.gathered)
+    found = pictures.draw_reliability(inputs.gathered, pooled_reference(inputs.references))
     return None if found is None else drawn(inputs.folder, "paper_reliability", found)
 
 
 def _density(inputs: PaperInputs) -> str | None:
-    plot = inputs.workspace
-    sparse = {} if plot is None else pictures.sparse_near(plot, inputs.reference_of(plot))
-    first = 0 if plot is None else inputs.plots.index(plot)
-    start = sum(len(ref) for ref in inputs.references[:first])
-    here = slice(start, start + len(inputs.references[first]))
-    sets = dict(sparse)
+    sets: dict[str, list[np.ndarray]] = {}
+    if inputs.workspaces:
+        near = [pictures.sparse_near(plot, inputs.reference_of(plot)) for plot in inputs.plots]
+        sets["SfM points"] = [own for part in near for own in part]
     for name, stems in inputs.gathered.items():
-        if own := [points for points in stems.points[here] if points is not None]:
-            sets[f"{name}, segmented"] = own
-    if not sets:
+        sets[f"{name}, segmented"] = [np.empty((0, 3)) if own is None else own for own in stems.points]
+    if not any(len(own) for stems in sets.values() for own in stems):
         return None
     rows = [
         {
             "points": name,
             "stems with any": sum(len(own) > 0 for own in sets[name]),
-            "median a stem": float(np.median([len(own) for own in sets[name]])),
+            "of": len(sets[name]),
+            "median of these": round(float(np.median([len(own) for own in sets[name] if len(own)] or [0]))),
             "in all": int(sum(len(own) for own in sets[name])),
         }
         for name in sets
     ]
-    return html_table(rows) + drawn(inputs.folder, "paper_density", pictures.draw_density(sets))
+    figure = pictures.draw_density(sets, pooled_reference(inputs.references))
+    return html_table(rows) + drawn(inputs.folder, "paper_density", figure)
 
 
 def _chart(name: str) -> Callable[[PaperInputs], str | None]:
@@ -228,19 +207,25 @@ def _chart(name: str) -> Callable[[PaperInputs], str | None]:
     return make
 
 
+def _visibility(inputs: PaperInputs) -> str | None:
+    chart = _chart("visibility")(inputs)
+    return None if chart is None else html_table(inputs.metrics["visibility"]["correlations"]) + chart
+
+
 def _methods(inputs: PaperInputs) -> str | None:
     found = inputs.metrics.get("methods")
     if found is None:
         return None
     split = found["split"]
     said = f"<p>{split['test']} stems tested, {len(split['held_out'])} held out for p.</p>"
-    return said + html_table([row for row in found["rows"] if row["subset"] == "own"])
+    rows = [{k: v for k, v in row.items() if k != "subset"} for row in found["rows"] if row["subset"] == "own"]
+    return said + html_table(rows)
 
 
 def _bands(inputs: PaperInputs) -> str | None:
-    plot = inputs.workspace
-    found = None if plot is None else pictures.draw_bands(plot)
-    return None if found is None else drawn(inputs.folder, "paper_bands", found)
+    return inputs.first_drawn(
+        inputs.workspaces, lambda plot: pictures.draw_bands(plot, inputs.reference_of(plot)), "paper_bands"
+    )
 
 
 def _ablation(inputs: PaperInputs) -> str | None:
@@ -275,7 +260,7 @@ def _labeller(cloud: LabelledPoints, plots: list[PlotFiles]) -> str:
     asked = {} if plot.workspace_in is None else read_json(plot.workspace_in / "run.json").get("parameters", {})
     fit = asked.get("fit", "auto")
     if fit == "paper" or (fit == "auto" and asked.get("preset") == "paper"):
-        found = f"found in the surface points by the segmenter {html.escape(str(asked.get('segmenter', 'own')))}"
+        found = f"found in the surface points by --segmenter {html.escape(str(asked.get('segmenter', 'own')))}"
     else:
         found = (
             "tree_id of the file (of a run without --preset paper: stems found in the photos, nothing segmented anew)"
@@ -327,10 +312,15 @@ NO_GAUSSIANS = (
     "no workspace of photos-to-dbh with Gaussians (--preset paper or paper-crops, --fit gaussians) is given, or none "
     "of them is near a reference stem"
 )
+#: Why a stem's photos may be missing.
+NO_STEM = (
+    "no workspace of photos-to-dbh is given, or none has a diameter at a reference stem that some photos show free at "
+    "breast height"
+)
 #: In the order of the paper.
 ITEMS = (
     Item("Figure 1", "Overview (errors: Figure 11)", _overview, NO_GAUSSIANS),
-    Item("Figure 2", "A stem in distant photos", _pixels, "no workspace of photos-to-dbh is given"),
+    Item("Figure 2", "A stem in distant photos", _pixels, NO_STEM),
     Item("Table 1", "Plots and their trees", _summary, ""),
     Item("Figure 3", "Plot layout", _layout, ""),
     Item("Figure 4", "Flight pattern", _flight, "no workspace of photos-to-dbh is given"),
@@ -348,8 +338,8 @@ ITEMS = (
     Item("Tables 2 and 3", "Accuracy by plot and method", _methods, "no cloud is given"),
     Item("Figure 11", "Distribution of the errors", _chart("densities"), "no cloud is given"),
     Item("Figure 12", "Error over DBH", _chart("trend"), "no cloud is given"),
-    Item("Figure 13", "Error over visibility", _chart("visibility"), "no workspace of photos-to-dbh is given"),
-    Item("Figure 14", "Breast height called free and hidden", _bands, "no workspace of photos-to-dbh is given"),
+    Item("Figure 13", "Error over visibility", _visibility, "no workspace of photos-to-dbh is given"),
+    Item("Figure 14", "Breast height called free and hidden", _bands, NO_STEM),
     Item(
         "Figure 15",
         "Means alone beside surface samples",

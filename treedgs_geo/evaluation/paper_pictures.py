@@ -52,15 +52,15 @@ def scene(plot: PlotFiles) -> tuple[LocalFrame, list[View]]:
     return load_views(plot.workspace_in / "sfm", photos)
 
 
-def stems_of(plot: PlotFiles, frame: LocalFrame) -> tuple[Any, list[Stem]]:
-    """Trees of the workspace that have a DBH, and the same as stems in its local frame."""
+def _paired(plot: PlotFiles, frame: LocalFrame, reference: Reference) -> list[Stem]:
+    """Trees of the workspace that have a DBH and stand where a reference stem does, in its local frame."""
     assert plot.workspace_in is not None
     trees = read_trees(plot.workspace_in / "trees.gpkg")
     trees = trees[trees["dbh_cm"].notna() & trees["z_ground"].notna()].reset_index(drop=True)
     local = frame.to_local(trees[["x", "y", "z_ground"]].to_numpy(float))
-    return trees, [
-        Stem(float(x), float(y), float(z), d / 100) for (x, y, z), d in zip(local, trees["dbh_cm"], strict=True)
-    ]
+    pairs = pair_by_position(reference.xy, trees[["x", "y"]].to_numpy(float))
+    dbh_m = trees["dbh_cm"].to_numpy(float) / 100
+    return [Stem(float(local[j, 0]), float(local[j, 1]), float(local[j, 2]), float(dbh_m[j])) for _, j in pairs]
 
 
 def draw_layout(references: list[Reference]) -> Any:
@@ -88,22 +88,23 @@ def _disc(x: float, y: float, radius: float) -> Any:
     return Circle((x, y), radius, color=BLUE, alpha=0.6)
 
 
-def draw_flight(plot: PlotFiles) -> Any:
-    """Camera positions from above and from the side, a colour a flight."""
-    _, views = scene(plot)
-    at = np.array([view.centre for view in views])
-    flight = np.array([str(view.flight) for view in views])
-    figure, (above, beside) = panels(2, 2, 4.2, 3.6)
-    for name, colour in zip(sorted(set(flight)), (BLUE, VERMILION, GREY, "black") * 9, strict=False):
-        own = flight == name
-        above.plot(at[own, 0], at[own, 1], ".", color=colour, label=f"flight {name}: {int(own.sum())} photos")
-        beside.plot(at[own, 0], at[own, 2], ".", color=colour)
-    above.set_aspect("equal")
-    above.legend(fontsize=7, frameon=False)
-    above.set_xlabel("east, m")
-    above.set_ylabel("north, m")
-    beside.set_xlabel("east, m")
-    beside.set_ylabel("height, m (local)")
+def draw_flight(plots: list[PlotFiles]) -> Any:
+    """Camera positions from above and from the side, a row a plot, a colour a flight."""
+    figure, grid = panels(2 * len(plots), 2, 4.2, 3.6)
+    for plot, above, beside in zip(plots, grid[::2], grid[1::2], strict=True):
+        _, views = scene(plot)
+        at = np.array([view.centre for view in views])
+        flight = np.array([str(view.flight) for view in views])
+        for name, colour in zip(sorted(set(flight)), (BLUE, VERMILION, GREY, "black") * 9, strict=False):
+            own = flight == name
+            above.plot(at[own, 0], at[own, 1], ".", color=colour, label=f"flight {name}: {int(own.sum())} photos")
+            beside.plot(at[own, 0], at[own, 2], ".", color=colour)
+        above.set_aspect("equal")
+        above.legend(fontsize=7, frameon=False)
+        for axes, words, upwards in ((above, "from above", "north, m"), (beside, "from the south", "height, m")):
+            axes.set_title(f"{plot.name}, {words}", fontsize=9)
+            axes.set_xlabel("east, m (local)")
+            axes.set_ylabel(f"{upwards} (local)")
     figure.tight_layout()
     return figure
 
@@ -111,12 +112,10 @@ def draw_flight(plot: PlotFiles) -> Any:
 def draw_pixels(plot: PlotFiles, reference: Reference) -> Any | None:
     """Breast height of the stem of middle width, pixel by pixel: the free photos that show it widest to narrowest."""
     frame, views = scene(plot)
-    trees, stems = stems_of(plot, frame)
-    pairs = pair_by_position(reference.xy, trees[["x", "y"]].to_numpy(float))
-    if not len(pairs):
+    stems = _paired(plot, frame, reference)
+    if not stems:
         return None
-    own = [int(j) for _, j in pairs]
-    stem = stems[sorted(own, key=lambda j: stems[j].dbh_m)[len(own) // 2]]
+    stem = sorted(stems, key=lambda own: own.dbh_m)[len(stems) // 2]
     seen = classify(views, [stem])
     seen = seen[seen["free"].astype(bool)].sort_values("width_px", ascending=False)
     if not len(seen):
@@ -163,25 +162,30 @@ def matched(plot: PlotFiles, reference: Reference) -> tuple[np.ndarray, np.ndarr
     return reference.xy[found[:, 0]], place[found[:, 1]]
 
 
-def draw_matching(plots: list[PlotFiles], pairs: list[tuple[np.ndarray, np.ndarray]]) -> Any:
-    """Reference and measured stems of each plot with lines between."""
-    shown = [(plot.name, *pair) for plot, pair in zip(plots, pairs, strict=True) if len(pair[0])]
-    figure, grid = panels(len(shown), 3, 3.6, 3.6)
-    for axes, (name, field, measured) in zip(grid, shown, strict=True):
-        middle = field.mean(axis=0)
+def draw_matching(
+    plots: list[PlotFiles], references: list[Reference], pairs: list[tuple[np.ndarray, np.ndarray]]
+) -> Any:
+    """All reference stems of each plot, and the measured ones with lines to theirs."""
+    figure, grid = panels(len(plots), 3, 3.6, 3.8)
+    for axes, plot, reference, (field, measured) in zip(grid, plots, references, pairs, strict=True):
+        middle = reference.xy.mean(axis=0)
         for a, b in zip(field - middle, measured - middle, strict=True):
             axes.plot([a[0], b[0]], [a[1], b[1]], color=GREY, lw=0.8)
-        axes.plot(*(field - middle).T, "o", ms=4, mfc="none", color=VERMILION, label="reference")
+        axes.plot(*(reference.xy - middle).T, "o", ms=5, mfc="none", color=VERMILION, label="reference")
         axes.plot(*(measured - middle).T, ".", ms=4, color=BLUE, label="measured")
+        reach = np.abs(reference.xy - middle).max() + 1.5
+        axes.set_xlim(-reach, reach)
+        axes.set_ylim(-reach, reach)
         axes.set_aspect("equal")
-        axes.set_title(name, fontsize=9)
+        axes.set_title(f"{plot.name}: {len(measured)} of {len(reference)} paired", fontsize=9)
         axes.tick_params(labelsize=7)
     grid[0].legend(fontsize=7, frameon=False)
+    figure.supxlabel("metres east, of the stems' mean", fontsize=8)
     figure.tight_layout()
     return figure
 
 
-def draw_reliability(gathered: dict[str, StemPoints]) -> Any | None:
+def draw_reliability(gathered: dict[str, StemPoints], reference: Reference) -> Any | None:
     """Slices about breast height from above, a row a source, points coloured by their reliability."""
     slices = {name: [_slice(stems, k) for k in range(len(stems.points))] for name, stems in gathered.items()}
     count = len(next(iter(slices.values())))
@@ -193,14 +197,19 @@ def draw_reliability(gathered: dict[str, StemPoints]) -> Any | None:
     places = [(name, k) for name in slices for k in stems]
     for axes, (name, k) in zip(grid, places, strict=True):
         points, weight = slices[name][k]
-        dots = axes.scatter(*(100 * (points - points.mean(axis=0))).T, c=weight, s=4, cmap="viridis")
+        dots = axes.scatter(*(100 * (points - points.mean(axis=0))).T, c=weight, s=4, cmap="viridis", rasterized=True)
         axes.set_aspect("equal")
-        axes.set_title(f"{name}: {'intensity' if name == 'lidar' else 'opacity'}, {len(points)} points", fontsize=8)
+        what = "intensity" if name == "lidar" else "opacity"
+        axes.set_title(f"{_name(reference, k)}, {name}: {what}\n{len(points)} points", fontsize=8)
         axes.tick_params(labelsize=7)
+        axes.set_xlabel("east, cm", fontsize=8)
         figure.colorbar(dots, ax=axes).ax.tick_params(labelsize=7)
-    figure.supxlabel("cm", fontsize=8)
     figure.tight_layout()
     return figure
+
+
+def _name(reference: Reference, k: int) -> str:
+    return f"{reference.plot[k]} {reference.tree[k]}"
 
 
 def _slice(stems: StemPoints, k: int) -> tuple[np.ndarray, np.ndarray]:
@@ -211,9 +220,10 @@ def _slice(stems: StemPoints, k: int) -> tuple[np.ndarray, np.ndarray]:
     return points[here, :2], weight[here]
 
 
-def sparse_near(plot: PlotFiles, reference: Reference) -> dict[str, list[np.ndarray]]:
-    """``SfM points``: (N, 3) near each reference stem, local x and y, height above the ground."""
-    assert plot.workspace_in is not None
+def sparse_near(plot: PlotFiles, reference: Reference) -> list[np.ndarray]:
+    """SfM points, (N, 3), near each reference stem: local x and y, height above the ground; none without workspace."""
+    if plot.workspace_in is None:
+        return [np.empty((0, 3))] * len(reference)
     frame, _ = scene(plot)
     xyz = frame.to_project(load_points(plot.workspace_in / "sfm").xyz)
     dtm = read_dtm(plot.workspace_in / "dtm.tif", frame.crs)
@@ -221,29 +231,33 @@ def sparse_near(plot: PlotFiles, reference: Reference) -> dict[str, list[np.ndar
     here = (height > STEM_M[0]) & (height < STEM_M[1])
     points = np.column_stack([xyz[here, :2], height[here]])
     near = cKDTree(points[:, :2]).query_ball_point(reference.xy, NEAR_M) if len(points) else [[]] * len(reference)
-    return {"SfM points": [points[own] - [*np.floor(xy), 0.0] for own, xy in zip(near, reference.xy, strict=True)]}
+    return [points[own] - [*np.floor(xy), 0.0] for own, xy in zip(near, reference.xy, strict=True)]
 
 
-def draw_density(sets: dict[str, list[np.ndarray]]) -> Any:
-    """One stem of each set from the side: the one with most points."""
+def draw_density(sets: dict[str, list[np.ndarray]], reference: Reference) -> Any:
+    """One stem of all sets from the side: the one that most sets have points of, and of these with most in the set that
+    has fewest."""
+    counts = np.array([[len(own) for own in stems] for stems in sets.values()])
+    k = max(range(len(reference)), key=lambda stem: sorted(counts[:, stem] > 0) + sorted(counts[:, stem]))
     figure, grid = panels(len(sets), 4, 2.6, 4.2)
     for axes, (name, stems) in zip(grid, sets.items(), strict=True):
-        points = max(stems, key=len)
+        points = stems[k]
         if len(points):
-            axes.plot(points[:, 0] - np.median(points[:, 0]), points[:, 2], ".", ms=1.5, color=BLUE)
+            axes.plot(points[:, 0] - np.median(points[:, 0]), points[:, 2], ".", ms=1.5, color=BLUE, rasterized=True)
         axes.set_ylim(0, 8)
         axes.set_xlim(-0.8, 0.8)
         axes.set_title(f"{name}\n{len(points)} points", fontsize=8)
         axes.tick_params(labelsize=7)
-    grid[0].set_ylabel("height above the ground, m", fontsize=8)
+        axes.set_xlabel("east, m", fontsize=8)
+    grid[0].set_ylabel(f"height above the ground at {_name(reference, k)}, m", fontsize=8)
     figure.tight_layout()
     return figure
 
 
-def draw_bands(plot: PlotFiles) -> Any | None:
+def draw_bands(plot: PlotFiles, reference: Reference) -> Any | None:
     """Photos of one stem whose breast height is called free (above) and hidden (below)."""
     frame, views = scene(plot)
-    _, stems = stems_of(plot, frame)
+    stems = _paired(plot, frame, reference)
     of_name = {view.name: view for view in views}
     best: tuple[int, Stem, Any] | None = None
     for stem in stems[:: max(len(stems) // 6, 1)]:

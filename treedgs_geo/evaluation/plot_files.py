@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from ..core.errors import InputError
-from ..core.tables import csv_text, plain_cell, refuse_other_formats
+from ..core.tables import csv_rows
 from ..inventory.reviewed import reviewed
 from ..inventory.tree_reading import read_trees
 from .methods import Reference
@@ -83,14 +81,7 @@ def read_plot_files(path: Path) -> list[PlotFiles]:
     Raises:
         InputError: unknown or missing columns, no rows, a plot twice, a file that is not there.
     """
-    refuse_other_formats(path)
-    try:
-        rows = [
-            {name: plain_cell(cell) for name, cell in row.items()}
-            for row in csv.DictReader(io.StringIO(csv_text(path)))
-        ]
-    except (OSError, ValueError, csv.Error) as problem:
-        raise InputError(f"{path}: cannot be read as a CSV table ({problem}); give a row a plot.") from None
+    rows = csv_rows(path, "a row a plot")
     if not rows:
         raise InputError(f"{path}: holds no plot, expected a row a plot with plot_id and its files.")
     if unknown := sorted(str(name) for name in rows[0] if name not in ("plot_id", *FILES)):

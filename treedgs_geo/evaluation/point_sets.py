@@ -112,16 +112,22 @@ def _about(xyz: np.ndarray, dtm: Dtm, xy: np.ndarray, truth: Path | None) -> tup
     return np.column_stack([near[:, :2] - xy, height]), inside
 
 
-def table(sets: PointSets) -> list[dict[str, Any]]:
-    """One row a set: points, stems with any, gaps along the stem, and how many of the points lie in a true stem."""
+def table(plots: list[PointSets]) -> list[dict[str, Any]]:
+    """One row a plot and set: points, stems with any, gaps along the stem, and how many of the points lie in a true
+    stem."""
+    return [row for sets in plots for row in _rows(sets)]
+
+
+def _rows(sets: PointSets) -> list[dict[str, Any]]:
     rows = []
     for name, stems in sets.points.items():
         count = sum(len(own) for own in stems)
         row: dict[str, Any] = {
             "points": name,
+            "plot": sets.plot,
             "stems with any": sum(len(own) > 0 for own in stems),
             "of": len(stems),
-            "median a stem": float(np.median([len(own) for own in stems])),
+            "median a stem": round(float(np.median([len(own) for own in stems]))),
             "covered height %": 100 * float(np.mean([covered(own[:, 2]) for own in stems])),
         }
         if sets.true is not None:
@@ -137,12 +143,14 @@ def covered(height_m: np.ndarray) -> float:
     return float((np.histogram(height_m, steps)[0] > 0).mean())
 
 
-def draw_pair(sets: PointSets, other: str) -> Any | None:
+def draw_pair(plots: list[PointSets], other: str) -> Any | None:
     """``other`` beside the surface samples: the stem with most samples from the side, colour by height; ``None`` where
     neither has a point."""
-    counts = [len(own) for own in sets.points[SAMPLES]]
-    k = int(np.argmax(counts))
-    if not counts[k] and not len(sets.points[other][k]):
+    stems = [(sets, k) for sets in plots for k in range(len(sets.stems))]
+    if not stems:
+        return None
+    sets, k = max(stems, key=lambda stem: len(stem[0].points[SAMPLES][stem[1]]))
+    if not len(sets.points[SAMPLES][k]) and not len(sets.points[other][k]):
         return None
     figure, grid = panels(2, 2, 3.4, 4.4)
     for axes, name in zip(grid, (other, SAMPLES), strict=True):
@@ -153,7 +161,7 @@ def draw_pair(sets: PointSets, other: str) -> Any | None:
         )  # fmt: skip
         axes.set_xlim(-NEAR_M, NEAR_M)
         axes.set_ylim(0, STEM_M[1])
-        axes.set_title(f"{name}\n{len(points)} points about {sets.stems[k]}", fontsize=8)
+        axes.set_title(f"{name}\n{len(points)} points about {sets.plot} {sets.stems[k]}", fontsize=8)
         axes.tick_params(labelsize=7)
         axes.set_xlabel("east, m", fontsize=8)
     grid[0].set_ylabel("height above the ground, m", fontsize=8)

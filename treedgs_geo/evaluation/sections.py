@@ -55,11 +55,30 @@ def plain_latex(rows: list[dict], columns: tuple[str, ...]) -> str:
     return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""])
 
 
+#: Column -> its words on a page.
+HEADS = {
+    "mean_cm": "mean, cm",
+    "sd_cm": "sd, cm",
+    "low_cm": "smallest, cm",
+    "high_cm": "largest, cm",
+    "rmse_cm": "RMSE, cm",
+    "rrmse_pct": "RRMSE, %",
+    "mae_cm": "MAE, cm",
+    "me_cm": "ME, cm",
+    "paper_rmse_cm": "RMSE in the paper, cm",
+    "paper_me_cm": "ME in the paper, cm",
+    "f1": "F1",
+    "iou": "IoU",
+    "same_stem": "same stem",
+    "peak_memory_mb": "peak memory, MB",
+}
+
+
 def html_table(rows: list[dict]) -> str:
     """The rows as a table, texts escaped; figures with two decimals, small ones with three digits."""
     if not rows:
         return "<p>Nothing.</p>"
-    heads = "".join(f"<th>{html.escape(name)}</th>" for name in rows[0])
+    heads = "".join(f"<th>{html.escape(HEADS.get(name, name))}</th>" for name in rows[0])
     body = "".join(
         "<tr>" + "".join(f"<td>{html.escape(_cell(value))}</td>" for value in row.values()) + "</tr>" for row in rows
     )
@@ -69,6 +88,8 @@ def html_table(rows: list[dict]) -> str:
 def _cell(value: Any) -> str:
     if value is None or (isinstance(value, float) and not np.isfinite(value)):
         return "–"
+    if isinstance(value, bool | np.bool_):
+        return "yes" if value else ""
     if isinstance(value, float):
         return f"{value:.2f}" if abs(value) >= 0.01 or value == 0 else f"{value:.2g}"
     return str(value)

@@ -12,11 +12,11 @@ from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
 from .covered import without_covered
 from .find import maps_of, photos_of, with_photos
-from .fit import PhotoFit
 from .given import GivenStems, fit_at
 from .hidden import carried_down
 from .looks import Look
 from .options import PhotoStemOptions
+from .photo_fit import PhotoFit
 from .plumb import PlumbMap
 from .settle import known_rows, without_open_diameter
 from .stem_net import network_maps

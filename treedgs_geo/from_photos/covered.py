@@ -13,7 +13,7 @@ import numpy as np
 
 from ..core.intervals import HALF_WIDTH_SE
 from ..trees.limits import judge
-from .fit import PhotoFit
+from .photo_fit import PhotoFit
 from .plumb import PlumbMap
 from .stack import PhotoStack
 from .stem_evidence import covered_share

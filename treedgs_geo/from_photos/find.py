@@ -15,12 +15,13 @@ from .carving import carved_seeds, hidden_ground, searched
 from .covered import without_covered
 from .detect import Detector, Seed, lean_grid
 from .fine import NO_STEMS
-from .fit import Fitter, PhotoFit
+from .fit import Fitter
 from .given import GivenStems, fits_of_given
 from .hidden import carried_down
 from .looks import MORE_PLACES, Look, away_from, first_look, look_of, random_places, with_chance
 from .network_seeds import network_seeds
 from .options import PhotoStemOptions
+from .photo_fit import PhotoFit
 from .plumb import PlumbMap, make_map
 from .settle import APART_M, known_rows, looked_at_twice, merge, not_swallowed, plausible, without_open_diameter
 from .stack import GroundGrid, PhotoStack, load_stack
@@ -262,4 +263,4 @@ def _detector(
     gx, gy = np.meshgrid(x0 + options.cell_m * np.arange(columns), y0 + options.cell_m * np.arange(rows))
     mask = area.contains(np.column_stack([gx.ravel(), gy.ravel()]), options.margin_m + edge).reshape(gx.shape)
     radii = np.arange(0.04, options.max_dbh_cm / 200 + 0.01, 0.025)
-    return Detector(maps, [], radii, grid, x0, y0, options.cell_m, mask, options.bh_m)
+    return Detector(maps, radii, grid, x0, y0, options.cell_m, mask, options.bh_m)

@@ -2,36 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ..trees.findings import Flag
-from ..trees.priors import SECTION_SD, START_TAPER
-from .above import averaged, reading_above
-from .backdrop import Backdrop, Silhouette, cut_silhouette
-from .chance import BREAST, Bands, coarse_strips
+from ..trees.priors import START_TAPER
+from .above import reading_above
+from .backdrop import Silhouette, cut_silhouette
+from .chance import BREAST, coarse_strips
 from .choice import Explanation, choose
-from .coarse import Mode, Null, Prior, Search, distinct
-from .coarse_kernels import SEEN_MEAN_Z, SEEN_PRIOR, Z_CAP
+from .coarse import Mode, Search, distinct
 from .detect import Seed
-from .errors import LEAN_ERROR, azimuth_spread, oval_error_cm, seen_oval_error_cm, standard_error_cm, taper_error_cm
 from .fine import NO_STEMS, FineFit, Sighting, refine
-from .foot import breast_height, moved
-from .mixture import PAIR_SE_CM, UNSURE, Others
-from .options import PhotoStemOptions
+from .judged import Fitted, Shared, judged
+from .mixture import Others
 from .outline import moved_to_edges
-from .see_through import ground_correlation, share_through
-from .stack import FX, GroundGrid, PhotoStack
+from .photo_fit import PhotoFit, seen_probability
 from .stem_evidence import cut_bark, with_bark
-from .stem_net import NetworkMaps
 from .strips import StemAxis
 from .touching import Pair, crowded, find_companion, pair_contrast, pair_z
-from .verdict import DISAGREE_SHARE, GAIN_MERGED, GAIN_WEIGHED, FitQuality, verdict
+from .verdict import GAIN_MERGED, GAIN_WEIGHED
 
-#: A view counts as seeing the stem above this z-score.
-CLEAR_Z = 2.5
 #: Scores on the grid and after polishing below which a seed is not worth refining, unless its silhouette is clear.
 MIN_RAW, MIN_POLISHED = 38.0, 50.0
 #: Edges are looked for this far from where they are expected, px, cut by cut; nearer where another edge is close.
@@ -40,82 +32,8 @@ WINDOWS_PX, PAIR_WINDOWS_PX = (2.6, 2.4, 2.2), (1.6, 1.4, 1.4)
 MOST_SETTLED = 2
 
 
-@dataclass(frozen=True)
-class PhotoFit:
-    """A stem as the photos show it, local frame.
-
-    axis: stem axis, ``axis.p`` at breast height. r0, r1: radius at breast height (m) and its slope (m/m).
-    dbh_cm, se_cm: diameter and its standard error given that the right edges were found. flag: ok, check or reject;
-    reasons: keys of ``trees.reasons.REASONS``. seed_score: of the detection. llr: log likelihood ratio of the fit.
-    gap: its lead over the next different explanation. n_views: photos that see it clearly. kish: effective photos.
-    arc_deg: spread of their azimuths. rms_px: edge residual. polish_cm: diameter of the coarse stage. seen: (V,)
-    probability that each photo sees it. contrast: of the silhouette, in units of what chance reaches. sure: how
-    probable this diameter is among the explanations tried. outline_cm: diameter of the silhouette alone.
-    foot_z: ground on the uphill side of the foot, local metres. gain: of "another stem touches it" over one stem.
-    lo_cm, hi_cm: 90 % interval where se_cm is that of a mixture over the explanations (:mod:`.mixture`), NaN elsewhere.
-    carried: measured above breast height (:mod:`.hidden`). oval: of the section, metres (:class:`.fine.FineFit`).
-    photos: names of the V photos looked at.
-    """
-
-    axis: StemAxis
-    r0: float
-    r1: float
-    dbh_cm: float
-    se_cm: float
-    flag: Flag
-    reasons: tuple[str, ...]
-    seed_score: float
-    llr: float
-    gap: float
-    n_views: int
-    kish: float
-    arc_deg: float
-    rms_px: float
-    polish_cm: float
-    seen: np.ndarray = field(repr=False)
-    contrast: float = np.nan
-    sure: float = np.nan
-    outline_cm: float = np.nan
-    foot_z: float = np.nan
-    gain: float = 0.0
-    lo_cm: float = np.nan
-    hi_cm: float = np.nan
-    carried: bool = False
-    oval: tuple[float, float] = (0.0, 0.0)
-    photos: tuple[str, ...] = field(default=(), repr=False)
-
-    @property
-    def lean_deg(self) -> float:
-        """Angle of the axis from the vertical at breast height."""
-        return float(np.degrees(np.arctan(np.hypot(*self.axis.s))))
-
-    @property
-    def row(self) -> np.ndarray:
-        """(10,) for :func:`.strips.hide_known`."""
-        return np.concatenate([self.axis.row, [self.r0, self.r1]])
-
-    @property
-    def measured(self) -> bool:
-        """Has a diameter."""
-        return self.flag != "reject"
-
-
-@dataclass
-class Fitter:
-    """What all fits on one stack of photos share. sun: (flights,) azimuth, rad from east, NaN = unknown. backdrop: the
-    ground behind the stems, if enough photos show it; chance: silhouette contrast that places without a stem reach.
-    bands: heights at which stems are looked for."""
-
-    stack: PhotoStack
-    ground: GroundGrid
-    options: PhotoStemOptions
-    null: Null
-    sun: np.ndarray
-    prior: Prior = Prior()
-    backdrop: Backdrop | None = None
-    chance: float = np.inf
-    shown: NetworkMaps | None = None
-    bands: Bands = BREAST
+class Fitter(Shared):
+    """Fits stems on one stack of photos."""
 
     def outline(self, axis: StemAxis, band: tuple[float, float] | None = None) -> Silhouette:
         """Silhouettes about an axis: where no ground is seen and, with ``shown``, where the network sees a stem. band:
@@ -174,7 +92,7 @@ class Fitter:
             return None
         if quick:
             best = max(tried, key=lambda item: item.edges)
-            return self._judge(seed, best, best.fine, best.edges, np.nan, None)
+            return judged(self, seed, Fitted(best, best.fine, best.edges))
         tried = self._compared(tried, known)
         trust = 0.0 if outline is None else self._trust(outline, shapes)
         choice = choose(tried, trust, self.chance, self.sun, self.shown is not None)
@@ -202,7 +120,7 @@ class Fitter:
         above_cm = np.nan
         if self.bands is BREAST:
             above_cm = reading_above(self.stack, fine, Sighting(seen, hidden), self.options.offset_sd_px, WINDOWS_PX)
-        return self._judge(seed, best, fine, gap, sure, outline, gain, others, above_cm)
+        return judged(self, seed, Fitted(best, fine, gap, sure, outline, gain, others, above_cm))
 
     def refused(self, seed: Seed) -> PhotoFit:
         """A stem that is seen but that no pair of edges fits: its place, and no diameter."""
@@ -284,117 +202,3 @@ class Fitter:
         if not shapes:
             return 0.0
         return float(np.clip(outline.contrast(shapes[0]) / self.chance, 0.0, 1.0))
-
-    def _px_cm(self, axis: StemAxis, views: np.ndarray) -> float:
-        """Median size of a pixel at the stem, over ``views`` or all."""
-        foot = np.array([*axis.p, axis.ground_z + axis.bh_m])
-        size = 100 * np.linalg.norm(self.stack.centre - foot, axis=1) / self.stack.camera[:, FX]
-        return float(np.median(size[views] if views.any() else size))
-
-    def _judge(
-        self,
-        seed: Seed,
-        best: Explanation,
-        fine: FineFit,
-        gap: float,
-        sure: float,
-        outline: Silhouette | None,
-        gain: float = 0.0,
-        others: Others | None = None,
-        above_cm: float = np.nan,
-    ) -> PhotoFit:
-        z = best.z
-        weight = fine.view_weight * seen_probability(z)
-        kish = float(weight.sum() ** 2 / max((weight**2).sum(), 1e-12))
-        clear = z > CLEAR_Z
-        se = standard_error_cm(fine, weight, self._px_cm(fine.axis, clear), int(clear.sum()))
-        if best.mate is not None:
-            se = PAIR_SE_CM  # hardly any photo shows both of its edges
-        azimuths = np.arctan2(fine.axis.p[1] - self.stack.centre[:, 1], fine.axis.p[0] - self.stack.centre[:, 0])
-        azimuth = azimuths[clear]
-        lean, thick_cm = float(np.hypot(*fine.axis.s)), 200 * fine.r0
-        oval = oval_error_cm(thick_cm, azimuths, weight)
-        if best.mate is None:
-            oval = float(np.hypot(oval, seen_oval_error_cm(thick_cm, 200 * fine.view_r, azimuths, weight)))
-        parts = oval, LEAN_ERROR * thick_cm * lean, SECTION_SD * thick_cm, taper_error_cm(fine.r1)
-        fine, se = averaged(fine, float(np.linalg.norm([se, *parts])), above_cm)
-        dq, foot_z = breast_height(fine.axis, fine.r0, self.ground)
-        axis, r0 = moved(fine.axis, dq), fine.r0 + fine.r1 * dq
-        dbh = 200 * r0
-        contrast = np.nan if outline is None else best.contrast / self.chance
-        through = 0.0
-        if outline is not None and self.backdrop is not None:
-            shape, band = (r0, fine.r1), self.bands.fine
-            correlation = ground_correlation(self.stack, self.ground, self.backdrop, axis, shape, band)
-            through = share_through(correlation, int(clear.sum()))
-        outline_cm = np.nan if outline is None or best.mate is not None else 200 * widest(outline, best.vector)
-        quality = FitQuality(
-            dbh_cm=dbh,
-            polish_cm=200 * best.mode.r,
-            r1=fine.r1,
-            lean_deg=float(np.degrees(np.arctan(lean))),
-            llr=best.edges,
-            gap=gap,
-            n_views=int(clear.sum()),
-            kish=kish if best.mate is None else np.inf,
-            se_cm=se,
-            rms_px=fine.rms_px,
-            sure=sure,
-            gain=gain,
-            contrast=contrast,
-            outline_cm=outline_cm,
-            through=through,
-            oval=float(np.hypot(*fine.oval)) / max(fine.r0, 1e-6),
-            network=self.shown is not None,
-            against_cm=0.0 if others is None else others.choice.against_cm,
-        )
-        flag, reasons = verdict(quality, self.options)
-        if quality.network and "disagree" in reasons and np.isfinite(quality.outline_off_cm):
-            se = float(np.hypot(se, DISAGREE_SHARE * quality.outline_off_cm))
-        if "not_round" in reasons:
-            # No stem's section is that oval: something beside it is taken for a part of it.
-            se = float(np.hypot(se, DISAGREE_SHARE * quality.oval * dbh))
-        if quality.outvoted:
-            se = float(np.hypot(se, DISAGREE_SHARE * quality.against_cm))
-        low_cm = high_cm = np.nan
-        if others is not None and flag == "check" and UNSURE & set(reasons):
-            mixture = others.mixture(dbh, se)
-            se, (low_cm, high_cm) = mixture.error_cm(dbh), mixture.interval_cm(dbh)
-        return PhotoFit(
-            axis=axis,
-            r0=r0,
-            r1=fine.r1,
-            dbh_cm=dbh,
-            se_cm=se,
-            lo_cm=low_cm,
-            hi_cm=high_cm,
-            flag=flag,
-            reasons=reasons,
-            seed_score=seed.score,
-            llr=best.edges,
-            gap=gap,
-            n_views=int(clear.sum()),
-            kish=kish,
-            arc_deg=azimuth_spread(azimuth),
-            rms_px=fine.rms_px,
-            polish_cm=200 * best.mode.r,
-            seen=seen_probability(z),
-            contrast=contrast,
-            sure=sure,
-            outline_cm=outline_cm,
-            foot_z=foot_z,
-            gain=gain,
-            oval=(float(fine.oval[0]), float(fine.oval[1])),
-        )
-
-
-def widest(outline: Silhouette, vector: np.ndarray) -> float:
-    """Radius (m) at which the silhouette around a fitted axis is clearest."""
-    radii = np.arange(max(0.3 * vector[4], 0.02), 2.0 * vector[4] + 0.06, 0.004)
-    return float(radii[np.argmax([outline.contrast(np.r_[vector[:4], r]) for r in radii])])
-
-
-def seen_probability(z: np.ndarray) -> np.ndarray:
-    """(V,) posterior that a view sees the stem, from its z-score."""
-    odds = SEEN_PRIOR * np.exp(SEEN_MEAN_Z * np.minimum(z, Z_CAP) - 0.5 * SEEN_MEAN_Z**2)
-    return np.where(z > -8.9, odds / (1 - SEEN_PRIOR + odds), 0.0)

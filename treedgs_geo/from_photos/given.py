@@ -15,7 +15,8 @@ from ..core.progress import Reporter
 from ..reconstruction.area import Area
 from .detect import Seed
 from .fine import NO_STEMS
-from .fit import Fitter, PhotoFit
+from .fit import Fitter
+from .photo_fit import PhotoFit
 from .settle import known_rows, plausible
 from .stack import PhotoStack
 

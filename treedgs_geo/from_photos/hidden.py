@@ -13,7 +13,8 @@ from .chance import ABOVE
 from .detect import Seed
 from .errors import SE_FORMAL
 from .fine import USUAL, FineFit, Sighting, TaperPrior, refine
-from .fit import WINDOWS_PX, Fitter, PhotoFit
+from .fit import WINDOWS_PX, Fitter
+from .photo_fit import PhotoFit
 from .settle import known_rows
 from .stand_taper import stand_taper
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.files import read_json, write_json
-from .fit import PhotoFit
 from .looks import Look
+from .photo_fit import PhotoFit
 from .strips import StemAxis
 
 #: Decimals of the probability that a photo sees a stem.
@@ -19,7 +19,7 @@ _SEEN_DECIMALS = 4
 
 
 def fit_record(fit: PhotoFit) -> dict[str, Any]:
-    """A fit as JSON: local frame, names of :class:`.fit.PhotoFit`; NaN is ``None``."""
+    """A fit as JSON: local frame, names of :class:`.photo_fit.PhotoFit`; NaN is ``None``."""
     plain: dict[str, Any] = {}
     for item in fields(fit):
         value = getattr(fit, item.name)

@@ -12,8 +12,9 @@ import numpy as np
 from ..reconstruction.area import Area
 from .backdrop import Silhouette, make_backdrop
 from .chance import build_null
+from .coarse import Prior
 from .detect import Seed
-from .fit import Fitter, Prior
+from .fit import Fitter
 from .options import PhotoStemOptions
 from .stack import GroundGrid, PhotoStack
 from .stem_net import NetworkMaps

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..core.intervals import HALF_WIDTH_SE
 from ..trees.limits import judge
-from .fit import PhotoFit
+from .photo_fit import PhotoFit
 from .verdict import GAIN_MERGED
 
 #: Seeds are this far apart, m.

@@ -8,9 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from .chance import ABOVE, BREAST
-from .fine import EdgesFound, Sighting, doubled, edges_near
-from .fit import WINDOWS_PX, PhotoFit
+from .edge_points import doubled
+from .fine import EdgesFound, Sighting, edges_near
+from .fit import WINDOWS_PX
 from .options import PhotoStemOptions
+from .photo_fit import PhotoFit
 from .stack import PhotoStack
 from .strips import StemAxis
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..trees.priors import TAPER_SD, USUAL_TAPER
 from .fine import TaperPrior
-from .fit import PhotoFit
+from .photo_fit import PhotoFit
 
 
 def stand_taper(fits: list[PhotoFit]) -> TaperPrior:

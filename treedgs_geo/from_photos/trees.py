@@ -6,7 +6,7 @@ import numpy as np
 
 from ..core.crs import LocalFrame
 from ..trees.tree import Tree
-from .fit import PhotoFit
+from .photo_fit import PhotoFit
 
 
 def trees_of_photo_fits(

@@ -34,10 +34,10 @@ OUTVOTED_GAP = -10.0
 
 @dataclass(frozen=True, kw_only=True)
 class FitQuality:
-    """What a fit is judged by; fields as in :class:`.fit.PhotoFit`. sure, contrast, outline_cm: NaN where no silhouette
-    is to be had. kish: infinite for one of a pair, which hardly any photo shows whole. network: it was asked.
-    through: share of photos that show the ground through it (:mod:`.see_through`). oval: by how much its section is off
-    a circle, share of the radius. against_cm: as in :class:`.choice.Choice`."""
+    """What a fit is judged by; fields as in :class:`.photo_fit.PhotoFit`. sure, contrast, outline_cm: NaN where no
+    silhouette is to be had. kish: infinite for one of a pair, which hardly any photo shows whole. network: it was
+    asked. through: share of photos that show the ground through it (:mod:`.see_through`). oval: by how much its section
+    is off a circle, share of the radius. against_cm: as in :class:`.choice.Choice`."""
 
     dbh_cm: float
     polish_cm: float

@@ -65,13 +65,19 @@ def crop_camera(view: View, origin: np.ndarray, outline: np.ndarray, margin_px: 
     pixels, depth = view.project(outline + origin)
     if not np.all(depth > 0) or view.contains(pixels).mean() < 0.75:
         return None
+    crop = crop_around(view, outline + origin, margin_px)
+    if crop.width * crop.height > 4 * view.camera.width * view.camera.height:
+        return None
+    return replace(crop, translation=view.translation + view.rotation @ origin)
+
+
+def crop_around(view: View, points: np.ndarray, margin_px: float = 2.0) -> CropCamera:
+    """Smallest pinhole crop that holds (N, 3) points in front of the camera, at the photo's resolution."""
     camera = view.camera
-    local = (outline + origin) @ view.rotation.T + view.translation
+    local = points @ view.rotation.T + view.translation
     u, v = camera.fx * local[:, 0] / local[:, 2] + camera.cx, camera.fy * local[:, 1] / local[:, 2] + camera.cy
     x0, y0 = np.floor([u.min() - margin_px, v.min() - margin_px])
     x1, y1 = np.ceil([u.max() + margin_px, v.max() + margin_px])
-    if (x1 - x0) * (y1 - y0) > 4 * camera.width * camera.height:
-        return None
     return CropCamera(
         int(x1 - x0),
         int(y1 - y0),
@@ -80,7 +86,7 @@ def crop_camera(view: View, origin: np.ndarray, outline: np.ndarray, margin_px: 
         camera.cx - x0,
         camera.cy - y0,
         view.rotation,
-        view.translation + view.rotation @ origin,
+        view.translation,
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..reconstruction.cameras import View
+from .crops import crop_around
 from .field import GaussianField
 from .project import CropCamera
 from .raster import Rasteriser
@@ -71,21 +72,7 @@ def _depth_map(
     inside = view.contains(pixels) & (depth > 0)
     if inside.sum() < 3:
         return None
-    camera = view.camera
-    local = about[inside] @ view.rotation.T + view.translation
-    u, v = (f * local[:, k] / local[:, 2] + c for k, f, c in ((0, camera.fx, camera.cx), (1, camera.fy, camera.cy)))
-    x0, y0 = np.floor([u.min(), v.min()]) - 3
-    x1, y1 = np.ceil([u.max(), v.max()]) + 3
-    crop = CropCamera(
-        int(x1 - x0),
-        int(y1 - y0),
-        camera.fx,
-        camera.fy,
-        camera.cx - x0,
-        camera.cy - y0,
-        view.rotation,
-        view.translation,
-    )
+    crop = crop_around(view, about[inside], margin_px=3.0)
     planes = rasteriser.forward(field.packed, crop, full=True).planes
     return crop, np.where(1 - planes[3] >= max(least_alpha, 0.5), planes[5], np.nan)
 

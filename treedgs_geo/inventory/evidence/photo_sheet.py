@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...from_photos.chance import ABOVE
-from ...from_photos.fit import PhotoFit
+from ...from_photos.photo_fit import PhotoFit
 from ...from_photos.shown import USED, StemShown, choose_photos, straightened
 from ...from_photos.stack import PhotoStack
 from ...trees.tree import Tree
