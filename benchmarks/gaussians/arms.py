@@ -20,7 +20,8 @@ import numpy as np
 
 from benchmarks.records import write_record
 from benchmarks.rendered import CLEAR_VIEWS
-from treedgs_geo.benchmarking.jobs import _scene, reduced, run_sfm
+from treedgs_geo.benchmarking.enlarge import reduced
+from treedgs_geo.benchmarking.jobs import _scene, run_sfm
 from treedgs_geo.benchmarking.plot import TruePlot, score_trees
 from treedgs_geo.chain.published_plot import MAX_GAUSSIANS, TRIED_EVERY, Published, published_trees
 from treedgs_geo.chain.routes import CHAIN_PRESETS, photo_route

@@ -169,6 +169,20 @@ def test_power_law_is_recovered_and_bounded():
     )
     assert case["total_s"] == pytest.approx(sum(case["stages_s"].values()))
     assert 1000 < case["peak_memory_mb"] < 8192 and case["times_beyond_measured"]["features"] > 10
+    laws = {"features": fit, "heights": {"a": 1e-2, "b": 1.0, "to": 1e4}}
+    large = predict(
+        laws,
+        {
+            "base_mb": 1,
+            "mb_per_crop_megapixel": 0,
+            "second_base_mb": 1,
+            "second_mb_per_stem_photo": 0,
+            "features_mb": [[4, 500], [12, 900], [50, 1280]],
+        },
+        PAPER,
+    )
+    assert large["peak_memory_mb"] == 980  # 20 of 12 to 50 megapixels
+    assert large["stages_s"]["heights"] == pytest.approx(1e-2 * np.pi * PAPER["radius_m"] ** 2 * 80, rel=1e-3)
 
 
 def test_what_large_photos_take_longer_is_a_stage_of_its_own():

@@ -1,17 +1,21 @@
-"""Photos enlarged to see what many megapixels cost (not how accurate they are: nothing is added to them).
+"""Photos enlarged to see what many megapixels cost (not how accurate they are: nothing is added to them), and reduced
+ones.
 
-EXIF and XMP stay, with the pixel dimensions and the calibrated focal length scaled, so that they are an ordinary input.
+EXIF and XMP of enlarged ones stay, with the pixel dimensions and the calibrated focal length scaled: an ordinary input.
 """
 
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 
 from ..core.errors import InputError
+from ..reconstruction.cameras import View
+from ..reconstruction.images import load_image
 
 
 def segments(data: bytes) -> list[bytes]:
@@ -54,3 +58,21 @@ def enlarge(source: Path, target: Path, width: int) -> float:
     kept = b"".join(scaled_xmp(s, factor) if b"adobe" in s[:40] else s for s in segments(source.read_bytes()))
     target.write_bytes(data[:2] + kept + data[2:])
     return large.shape[0] * width / 1e6
+
+
+def reduced(views: list[View], scale: float, folder: Path) -> list[View]:
+    """The photos at a share of their size, with cameras that fit (not timed: a drone would store them so)."""
+    folder.mkdir(parents=True, exist_ok=True)
+    made = []
+    for view in views:
+        image = load_image(view)[..., ::-1]
+        height, width = round(image.shape[0] * scale), round(image.shape[1] * scale)
+        path = folder / view.path.name
+        cv2.imwrite(
+            str(path), cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA), [cv2.IMWRITE_JPEG_QUALITY, 95]
+        )
+        sx, sy = width / image.shape[1], height / image.shape[0]
+        c = view.camera
+        camera = replace(c, width=width, height=height, fx=c.fx * sx, fy=c.fy * sy, cx=c.cx * sx, cy=c.cy * sy)
+        made.append(replace(view, path=path, camera=camera))
+    return made

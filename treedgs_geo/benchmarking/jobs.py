@@ -25,6 +25,8 @@ from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
 from ..terrain.dtm import Dtm
 from ..trees.tree import Tree
+from .cost_jobs import COSTS
+from .enlarge import reduced
 from .plot import TruePlot, score_trees
 
 
@@ -110,28 +112,6 @@ def run_photos(job: dict[str, Any]) -> dict[str, Any]:
         **_scored(plot, trees),
         "modelled": {"photos": used, "megapixels": used * views[0].camera.width * views[0].camera.height / 1e6},
     }
-
-
-def reduced(views: list[View], scale: float, folder: Path) -> list[View]:
-    """The photos at a share of their size, with cameras that fit (not timed: a drone would store them so)."""
-    import cv2
-
-    from ..reconstruction.images import load_image
-
-    folder.mkdir(parents=True, exist_ok=True)
-    made = []
-    for view in views:
-        image = load_image(view)[..., ::-1]
-        height, width = round(image.shape[0] * scale), round(image.shape[1] * scale)
-        path = folder / view.path.name
-        cv2.imwrite(
-            str(path), cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA), [cv2.IMWRITE_JPEG_QUALITY, 95]
-        )
-        sx, sy = width / image.shape[1], height / image.shape[0]
-        c = view.camera
-        camera = replace(c, width=width, height=height, fx=c.fx * sx, fy=c.fy * sy, cx=c.cx * sx, cy=c.cy * sy)
-        made.append(replace(view, path=path, camera=camera))
-    return made
 
 
 def run_splats(job: dict[str, Any]) -> dict[str, Any]:
@@ -221,184 +201,13 @@ def _scored(plot: TruePlot, trees: list[Tree]) -> dict[str, Any]:
     return {"rows": [row for row in rows if row["tree_id"] in inside or row.get("false")]}
 
 
-def run_subset_sfm(job: dict[str, Any]) -> dict[str, Any]:
-    """Cost of a reconstruction from every so-manyth photo, at a share of their size."""
-    import shutil
-
-    from ..core.files import ensure_writable
-    from ..geotags.reading import read_stations
-    from ..reconstruction.options import ReconstructOptions
-    from ..reconstruction.pipeline import reconstruct_photos
-
-    plot, scratch = Path(job["plot"]), Path(job["scratch"])
-    photos_there = sorted((plot / "images").iterdir())
-    count = round(job["share"] * len(photos_there))
-    chosen = np.unique(np.linspace(0, len(photos_there) - 1, count).round().astype(int))
-    ensure_writable(scratch / "images" / "x")
-    for k in chosen:
-        (scratch / "images" / photos_there[k].name).symlink_to(photos_there[k].resolve())
-    stations = read_stations(scratch / "images", plot, TruePlot.load(plot).frame.crs.to_string())
-    camera = TruePlot.load(plot).views()[0].camera
-    options = ReconstructOptions(max_image_size=max(round(job["scale"] * camera.width), 500))
-    try:
-        report = reconstruct_photos(stations, options, scratch / "sfm")
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
-    megapixels = camera.width * camera.height / 1e6 * job["scale"] ** 2
-    photos = len(chosen)
-    return {
-        "stages": report["stage_seconds"],
-        "facts": {"photos": photos, "megapixels": megapixels, "level": report["level"]},
-        "sizes": {
-            "features": photos * megapixels,
-            "matching": report["pairs"],
-            "mapping": photos,
-            "adjustment": photos,
-        },
-    }
-
-
-def run_features_cost(job: dict[str, Any]) -> dict[str, Any]:
-    """Cost of the guided level's features in a few photos enlarged to many megapixels."""
-    import shutil
-
-    from ..core.machine import available_threads
-    from ..reconstruction.levels import GUIDED_FEATURES
-    from ..reconstruction.options import ReconstructOptions
-    from ..reconstruction.sift import extract
-    from .enlarge import enlarge
-
-    plot, scratch = Path(job["plot"]), Path(job["scratch"])
-    photos_there = sorted((plot / "images").iterdir())
-    chosen = np.unique(np.linspace(0, len(photos_there) - 1, job["photos"]).round().astype(int))
-    (scratch / "images").mkdir(parents=True, exist_ok=True)
-    camera = TruePlot.load(plot).views()[0].camera
-    width = round(np.sqrt(job["megapixels"] * 1e6 * camera.width / camera.height))
-    try:
-        paths = [scratch / "images" / photos_there[k].name for k in chosen]
-        megapixels = sum(enlarge(plot / "images" / path.name, path, width) for path in paths)
-        largest_px = ReconstructOptions().max_image_size
-        began = time.perf_counter()
-        extract(paths, GUIDED_FEATURES, largest_px, available_threads(), scratch / "own", Reporter())
-        seconds = time.perf_counter() - began
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
-    return {
-        "stages": {"features": seconds},
-        "facts": {"photos": len(chosen), "megapixels": megapixels / len(chosen)},
-        "sizes": {"features": megapixels},
-    }
-
-
-def run_second_cost(job: dict[str, Any]) -> dict[str, Any]:
-    """Cost of asking some stems again (true cameras and places), in photos at a multiple of their size."""
-    from ..chain.routes import CHAIN_PRESETS
-    from ..core.machine import available_threads
-    from ..gaussians.options import GaussianOptions
-    from ..gaussians.train import fit_with_report
-
-    plot = TruePlot.load(Path(job["plot"]))
-    inside = plot.trees[plot.trees["in_plot"].astype(str).str.lower() == "true"].head(job["stems"])
-    places = plot.frame.to_local(inside[["E_bh", "N_bh", "h_base"]].to_numpy(float))[:, :2]
-    views, most = plot.views(), CHAIN_PRESETS["balanced"].second_views
-    if job["scale"] != 1:
-        views = reduced(views, job["scale"], Path(job["scratch"]))
-    began = time.perf_counter()
-    fit_with_report(
-        views,
-        plot.frame,
-        plot.dtm.local(plot.frame).height,
-        places,
-        None,
-        GaussianOptions(threads=available_threads(), max_views=most),
-        Reporter(),
-    )
-    seconds = time.perf_counter() - began
-    size = len(places) * min(len(views), most) * job["scale"] ** 2
-    return {
-        "stages": {"second measurement": seconds},
-        "sizes": {"second measurement": size},
-        "facts": {"photos": len(views), "stems": len(places), "scale": job["scale"]},
-    }
-
-
-def run_stems_cost(job: dict[str, Any]) -> dict[str, Any]:
-    """Cost of stems in the photos for a share of the plot's radius and a number of photos (true cameras)."""
-    from ..from_photos.find import stems_from_photos
-    from ..from_photos.options import PhotoStemOptions
-
-    plot = TruePlot.load(Path(job["plot"]))
-    radius, views = job["radius"] * plot.radius_m, plot.views()
-    began = time.perf_counter()
-    fits = stems_from_photos(
-        views,
-        plot.dtm.local(plot.frame).height,
-        Area.circle(0.0, 0.0, radius),
-        PhotoStemOptions(max_views=job["views"]),
-    )
-    seconds = time.perf_counter() - began
-    camera = views[0].camera
-    crop = min(camera.width * camera.height, ((2 * radius + 6) / 0.0184) ** 2) / 1e6
-    return {
-        "stages": {"stems": seconds},
-        "sizes": {"stems": np.pi * radius**2 * job["views"]},
-        "facts": {"photos": job["views"], "stems": len(fits), "crop_megapixels": crop * job["views"]},
-    }
-
-
-def run_heights_cost(job: dict[str, Any]) -> dict[str, Any]:
-    """Cost of the canopy for a share of the plot's radius and a number of photos (true cameras; the LiDAR's points say
-    how high the search for crowns begins)."""
-    from ..chain.heights import canopy_over, pieces_of
-    from ..chain.run import Site
-
-    plot = TruePlot.load(Path(job["plot"]))
-    radius, views = job["radius"] * plot.radius_m, plot.views()
-    chosen = np.unique(np.linspace(0, len(views) - 1, min(job["views"], len(views))).round().astype(int))
-    area = Area.circle(0.0, 0.0, radius)
-    site = Site(plot.frame, [views[k] for k in chosen], plot.dtm, area)
-    points = plot.frame.to_local(plot.cloud().xyz)
-    began = time.perf_counter()
-    seen = 0
-    for piece, box in pieces_of(site):
-        seen += len(piece)
-        canopy_over(site, piece, box, points, Reporter())
-    return {
-        "stages": {"heights": time.perf_counter() - began},
-        "sizes": {"heights": np.pi * radius**2 * seen},
-        "facts": {"photos": seen},
-    }
-
-
-def run_lidar_cost(job: dict[str, Any]) -> dict[str, Any]:
-    """Cost of the LiDAR route for a share of the area (so that the density stays)."""
-    from ..from_points.measuring.cloud import measure_cloud
-    from ..terrain.ground import dtm_from_cloud
-
-    cloud = TruePlot.load(Path(job["plot"])).cloud()
-    low, high = np.percentile(cloud.xyz[:, 0], [0, 100 * job["share"]])
-    cloud = cloud.select((cloud.xyz[:, 0] >= low) & (cloud.xyz[:, 0] <= high))
-    began = time.perf_counter()
-    trees, _ = measure_cloud(cloud, dtm_from_cloud(cloud.xyz, crs=cloud.horizontal_crs))
-    return {
-        "stages": {"lidar": time.perf_counter() - began},
-        "sizes": {"lidar": len(cloud)},
-        "facts": {"stems": len(trees)},
-    }
-
-
 JOBS = {
     "sfm": run_sfm,
     "photos": run_photos,
     "splats": run_splats,
     "published": run_published,
     "cloud": run_cloud,
-    "subset_sfm": run_subset_sfm,
-    "features_cost": run_features_cost,
-    "stems_cost": run_stems_cost,
-    "second_cost": run_second_cost,
-    "heights_cost": run_heights_cost,
-    "lidar_cost": run_lidar_cost,
+    **COSTS,
 }
 
 
