@@ -1,4 +1,5 @@
-"""Same input, same seed, same trees? The whole chain twice on all cores and once on one, or with another code.
+"""Same input, same seed, same trees? The whole chain twice on all cores and once on one, or with another code; and what
+more cores save.
 
     python -m benchmarks.chain.determinism --photos PLOT --clouds PLOT --output docs/results/determinism.json
     python -m benchmarks.chain.determinism --against ../before --photos DEMO:auto DEMO:gaussians DEMO:paper PLOT_E \
@@ -7,7 +8,8 @@
 A plot is a folder as ``simulate-plot`` writes it, DEMO:FIT one with ``--fit FIT``. Every run starts from nothing: own
 process, own workspace. ``--against CHECKOUT`` runs the same inputs with this code and with the code of another checkout
 (``git worktree add ../before COMMIT``) and compares the tree layers bit for bit: a change that only moves code changes
-none. The exit status is 1 where the goal is missed.
+none. Seconds of each stage on one core and on all say how much of it is shared among cores, and so what more cores
+would save (Amdahl's law; of an idle machine alone). The exit status is 1 where the goal is missed.
 """
 
 from __future__ import annotations
@@ -28,7 +30,8 @@ import pandas as pd
 from benchmarks.records import ROOT, write_record
 from benchmarks.verbs import environment, photo_inputs, words
 from treedgs_geo.core import workspace as names
-from treedgs_geo.reconstruction.model import load_views
+from treedgs_geo.core.files import read_json
+from treedgs_geo.reconstruction.model import REPORT, load_views
 
 assert sys.platform != "win32", "this benchmark needs Linux"
 
@@ -130,8 +133,36 @@ def judge(case: Case, work: Path, against: Path | None) -> dict:
         record[name] = compare(first, other)
         if case.fit:
             record[name]["cameras"] = cameras_apart(case.plot / "images", first.parent / "ws", other.parent / "ws")
+    if case.fit and against is None:
+        spent = (stage_seconds(output.parent / "ws") for output in (others["one_core"], first))
+        record["stages"] = on_more_cores(*spent, len(every))
     print(json.dumps(record, indent=2), flush=True)
     return record
+
+
+def stage_seconds(workspace: Path) -> dict[str, float]:
+    """Seconds of each stage of a run with photos, the reconstruction by its parts."""
+    stages = {name: stage["seconds"] for name, stage in read_json(workspace / "run.json")["stages"].items()}
+    parts = read_json(workspace / names.SFM / REPORT)["stage_seconds"]
+    rest = stages.pop("reconstruct") - sum(parts.values())
+    return {**stages, **parts, "rest of reconstruct": rest}
+
+
+def on_more_cores(one: dict[str, float], every: dict[str, float], cores: int) -> dict[str, dict[str, float]]:
+    """By stage: seconds on one core, on ``cores`` and, by Amdahl's law, on 4 and 8, and the share that cores share."""
+    found = {}
+    for stage, alone in one.items():
+        shared = min(max((alone - every[stage]) / (1 - 1 / cores), 0.0), alone) if cores > 1 else 0.0
+        modelled = {f"modelled_{n}_s": alone - shared * (1 - 1 / n) for n in (4, 8)}
+        found[stage] = {"one_core_s": alone, "all_cores_s": every[stage], **modelled, "shared_s": shared}
+    found["all"] = {key: sum(row[key] for row in found.values()) for key in next(iter(found.values()))}
+    return {
+        stage: {
+            **{key: round(value, 1) for key, value in row.items() if key != "shared_s"},
+            "shared": round(row["shared_s"] / max(row["one_core_s"], 1e-9), 2),
+        }
+        for stage, row in found.items()
+    }
 
 
 def good(record: dict) -> bool:
