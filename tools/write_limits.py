@@ -6,11 +6,10 @@ Run with the engine's Python by ``make parameters`` after a limit, a reason or a
 
 from __future__ import annotations
 
-import argparse
 import sys
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
+from written import ROOT, write_or_check
+
 LIMITS_PAGE = ROOT / "docs" / "analyst" / "quality-limits.md"
 LAYER_PAGE = ROOT / "docs" / "technician" / "tree-layer.md"
 
@@ -84,21 +83,9 @@ def layer_text(page: str) -> str:
 
 def main() -> int:
     """Write both pages, or with ``--check`` only say whether they are up to date."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--check", action="store_true")
-    check = parser.parse_args().check
-    stale = 0
-    for path, text in (
-        (LIMITS_PAGE, limits_text()),
-        (LAYER_PAGE, layer_text(LAYER_PAGE.read_text(encoding="utf-8"))),
-    ):
-        if path.exists() and path.read_text(encoding="utf-8") == text:
-            continue
-        stale += 1
-        print(f"{path.relative_to(ROOT)}: {'is not up to date, run make parameters' if check else 'written'}")
-        if not check:
-            path.write_text(text, encoding="utf-8")
-    return 1 if check and stale else 0
+    return write_or_check(
+        ((LIMITS_PAGE, limits_text()), (LAYER_PAGE, layer_text(LAYER_PAGE.read_text(encoding="utf-8"))))
+    )
 
 
 if __name__ == "__main__":

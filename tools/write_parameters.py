@@ -5,14 +5,13 @@ Run with the engine's Python by ``make parameters`` after a verb's settings or a
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import json
 import re
 import sys
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
+from written import ROOT, write_or_check
+
 PARAMETERS = ROOT / "treedgs_qgis" / "parameters.json"
 REQUIREMENTS = ROOT / "treedgs_qgis" / "requirements.txt"
 
@@ -59,18 +58,7 @@ def requirements_text() -> str:
 
 def main() -> int:
     """Write both files, or with ``--check`` only say whether they are up to date."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--check", action="store_true")
-    check = parser.parse_args().check
-    stale = 0
-    for path, text in ((PARAMETERS, parameters_text()), (REQUIREMENTS, requirements_text())):
-        if path.exists() and path.read_text(encoding="utf-8") == text:
-            continue
-        stale += 1
-        print(f"{path.relative_to(ROOT)}: {'is not up to date, run make parameters' if check else 'written'}")
-        if not check:
-            path.write_text(text, encoding="utf-8")
-    return 1 if check and stale else 0
+    return write_or_check(((PARAMETERS, parameters_text()), (REQUIREMENTS, requirements_text())))
 
 
 if __name__ == "__main__":

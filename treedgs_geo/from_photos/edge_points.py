@@ -60,7 +60,7 @@ class State(NamedTuple):
 
 @njit(**_FAST)
 def expectation(edges, damping, rounds, state):
-    """Expectation-maximisation of :func:`_solve`; the state is changed in place.
+    """Expectation-maximisation of edges and unknowns; the state is changed in place.
 
     Each block and side has at most one true edge: its candidates compete, with "none of them" beside them.
     """
