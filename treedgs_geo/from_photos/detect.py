@@ -254,11 +254,10 @@ def _rings_of(plumb: PlumbMap) -> _Rings:
 class Detector:
     """The evidence of all views on one tile of ground.
 
-    maps: per view; None where a view does not see the tile. luts: per view (layers, radii, bins).
+    maps: per view; None where a view does not see the tile.
     """
 
     maps: list[PlumbMap]
-    luts: list[np.ndarray]
     radii: np.ndarray
     ground: GroundGrid
     x0: float
@@ -282,7 +281,6 @@ class Detector:
         """Sum the views' evidence: (ny, nx, layers, radii) and the same for shifted views (decoys)."""
         shape = (*self.mask.shape, N_LAYERS, len(self.radii))
         total, chance = np.zeros(shape, np.float32), np.zeros(shape if decoy else (1, 1, 1, 1), np.float32)
-        self.luts.clear()
         tile = _Tile(self.x0, self.y0, self.cell, self.mask)
         all_rings = [_rings_of(plumb) for plumb in self.maps]
         # One photo's bins and ratios at a time, in memory that is asked for once.
@@ -297,7 +295,6 @@ class Detector:
             counts = np.zeros((N_LAYERS, len(self.radii), N_BINS), np.int64)
             _histogram(bins, 3, counts)
             lut = rank_lut(counts)
-            self.luts.append(lut)
             by_layer = llr_store[:size].reshape(rings.n, n_cols, N_LAYERS, len(self.radii))
             _apply_lut(bins, lut, by_layer)
             llr = by_layer.reshape(rings.n, n_cols, each)

@@ -262,4 +262,4 @@ def _detector(
     gx, gy = np.meshgrid(x0 + options.cell_m * np.arange(columns), y0 + options.cell_m * np.arange(rows))
     mask = area.contains(np.column_stack([gx.ravel(), gy.ravel()]), options.margin_m + edge).reshape(gx.shape)
     radii = np.arange(0.04, options.max_dbh_cm / 200 + 0.01, 0.025)
-    return Detector(maps, [], radii, grid, x0, y0, options.cell_m, mask, options.bh_m)
+    return Detector(maps, radii, grid, x0, y0, options.cell_m, mask, options.bh_m)

@@ -28,7 +28,7 @@ from .stem_evidence import cut_bark, with_bark
 from .stem_net import NetworkMaps
 from .strips import StemAxis
 from .touching import Pair, crowded, find_companion, pair_contrast, pair_z
-from .verdict import DISAGREE_SHARE, GAIN_MERGED, GAIN_WEIGHED, FitQuality, verdict
+from .verdict import GAIN_MERGED, GAIN_WEIGHED, FitQuality, verdict, widened_cm
 
 #: A view counts as seeing the stem above this z-score.
 CLEAR_Z = 2.5
@@ -349,13 +349,7 @@ class Fitter:
             against_cm=0.0 if others is None else others.choice.against_cm,
         )
         flag, reasons = verdict(quality, self.options)
-        if quality.network and "disagree" in reasons and np.isfinite(quality.outline_off_cm):
-            se = float(np.hypot(se, DISAGREE_SHARE * quality.outline_off_cm))
-        if "not_round" in reasons:
-            # No stem's section is that oval: something beside it is taken for a part of it.
-            se = float(np.hypot(se, DISAGREE_SHARE * quality.oval * dbh))
-        if quality.outvoted:
-            se = float(np.hypot(se, DISAGREE_SHARE * quality.against_cm))
+        se = widened_cm(se, quality, reasons)
         low_cm = high_cm = np.nan
         if others is not None and flag == "check" and UNSURE & set(reasons):
             mixture = others.mixture(dbh, se)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +25,7 @@ WEAK_LLR = bound_of("photos", "llr", "check")
 #: The silhouette reads this much thinner than the edges, cm: ground shows through at the blurred rim. With the network
 #: it reads thicker: a pixel that is partly stem is likely to be taken for stem.
 OUTLINE_OFFSET_CM, NETWORK_OFFSET_CM = 1.0, -0.7
-#: Share of the difference between silhouette and edges that is added to the standard error where they disagree.
+#: Share of a difference that the verdict flags, added to the standard error (:func:`widened_cm`).
 DISAGREE_SHARE = 0.5
 #: Reasons that together refuse a stem that the network sees.
 TOGETHER_SEEN = 3
@@ -115,6 +116,21 @@ def verdict(quality: FitQuality, options: PhotoStemOptions) -> tuple[Flag, tuple
     found = judge("photos", quality.measured(), quality.dbh_cm, settings)
     count = _independent(found, bool(np.isfinite(quality.sure)))
     return found.flag("photos", count, TOGETHER_SEEN if quality.network and quality.solid else None), found.reasons
+
+
+def widened_cm(se_cm: float, quality: FitQuality, reasons: tuple[str, ...]) -> float:
+    """Standard error of the diameter (cm) with what the reasons of its verdict say it may be off besides: a share
+    (:data:`DISAGREE_SHARE`) of what silhouette and edges differ by, of what the section is off a circle, and of what
+    the edges' own best explanation is away. Never smaller than ``se_cm``."""
+    parts = [se_cm]
+    if quality.network and "disagree" in reasons and np.isfinite(quality.outline_off_cm):
+        parts.append(DISAGREE_SHARE * quality.outline_off_cm)
+    if "not_round" in reasons:
+        # No stem's section is that oval: something beside it is taken for a part of it.
+        parts.append(DISAGREE_SHARE * quality.oval * quality.dbh_cm)
+    if quality.outvoted:
+        parts.append(DISAGREE_SHARE * quality.against_cm)
+    return math.hypot(*parts)
 
 
 def _independent(found: Findings, weighed: bool) -> int:
