@@ -28,6 +28,7 @@ from .stem_evidence import cut_bark, with_bark
 from .stem_net import NetworkMaps
 from .strips import StemAxis
 from .touching import Pair, crowded, find_companion, pair_contrast, pair_z
+from .twins import twin_gain
 from .verdict import GAIN_MERGED, GAIN_WEIGHED, FitQuality, verdict, widened_cm
 
 #: A view counts as seeing the stem above this z-score.
@@ -51,7 +52,8 @@ class PhotoFit:
     arc_deg: spread of their azimuths. rms_px: edge residual. polish_cm: diameter of the coarse stage. seen: (V,)
     probability that each photo sees it. contrast: of the silhouette, in units of what chance reaches. sure: how
     probable this diameter is among the explanations tried. outline_cm: diameter of the silhouette alone.
-    foot_z: ground on the uphill side of the foot, local metres. gain: of "another stem touches it" over one stem.
+    foot_z: ground on the uphill side of the foot, local metres. gain: of "another stem touches it" over one stem;
+    twins: of two full stems inside this one (:func:`.twins.twin_gain`).
     lo_cm, hi_cm: 90 % interval where se_cm is that of a mixture over the explanations (:mod:`.mixture`), NaN elsewhere.
     carried: measured above breast height (:mod:`.hidden`). oval: of the section, metres (:class:`.fine.FineFit`).
     photos: names of the V photos looked at.
@@ -78,6 +80,7 @@ class PhotoFit:
     outline_cm: float = np.nan
     foot_z: float = np.nan
     gain: float = 0.0
+    twins: float = np.nan
     lo_cm: float = np.nan
     hi_cm: float = np.nan
     carried: bool = False
@@ -192,6 +195,7 @@ class Fitter:
             # Which single disc would be the next best is no longer the question.
             sure = 1.0 if np.isfinite(sure) else sure
         others = Others(choice, touched, gain)
+        twins = twin_gain(search, best.vector, outline)
         fine, hidden, window = best.fine, known, WINDOWS_PX[2:]
         if best.mate is not None:
             hidden, window = np.vstack([known, best.mate]), PAIR_WINDOWS_PX[2:]
@@ -202,7 +206,7 @@ class Fitter:
         above_cm = np.nan
         if self.bands is BREAST:
             above_cm = reading_above(self.stack, fine, Sighting(seen, hidden), self.options.offset_sd_px, WINDOWS_PX)
-        return self._judge(seed, best, fine, gap, sure, outline, gain, others, above_cm)
+        return self._judge(seed, best, fine, gap, sure, outline, gain, others, above_cm, twins)
 
     def refused(self, seed: Seed) -> PhotoFit:
         """A stem that is seen but that no pair of edges fits: its place, and no diameter."""
@@ -302,6 +306,7 @@ class Fitter:
         gain: float = 0.0,
         others: Others | None = None,
         above_cm: float = np.nan,
+        twins: float = np.nan,
     ) -> PhotoFit:
         z = best.z
         weight = fine.view_weight * seen_probability(z)
@@ -341,6 +346,7 @@ class Fitter:
             rms_px=fine.rms_px,
             sure=sure,
             gain=gain,
+            twins=twins,
             contrast=contrast,
             outline_cm=outline_cm,
             through=through,
@@ -378,6 +384,7 @@ class Fitter:
             outline_cm=outline_cm,
             foot_z=foot_z,
             gain=gain,
+            twins=twins,
             oval=(float(fine.oval[0]), float(fine.oval[1])),
         )
 

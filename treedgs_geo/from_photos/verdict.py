@@ -38,7 +38,7 @@ class FitQuality:
     """What a fit is judged by; fields as in :class:`.fit.PhotoFit`. sure, contrast, outline_cm: NaN where no silhouette
     is to be had. kish: infinite for one of a pair, which hardly any photo shows whole. network: it was asked.
     through: share of photos that show the ground through it (:mod:`.see_through`). oval: by how much its section is off
-    a circle, share of the radius. against_cm: as in :class:`.choice.Choice`."""
+    a circle, share of the radius. twins: of :func:`.twins.twin_gain`. against_cm: as in :class:`.choice.Choice`."""
 
     dbh_cm: float
     polish_cm: float
@@ -56,6 +56,7 @@ class FitQuality:
     through: float = 0.0
     oval: float = 0.0
     gain: float = 0.0
+    twins: float = np.nan
     network: bool = False
     against_cm: float = 0.0
 
@@ -88,6 +89,7 @@ class FitQuality:
             "taper_off": abs(self.r1 - START_TAPER),
             "slope": self.r1,
             "gain": self.gain,
+            "twins": self.twins,
             "lean_deg": self.lean_deg,
             "through": self.through,
             "oval": self.oval,
