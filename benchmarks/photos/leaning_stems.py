@@ -66,7 +66,14 @@ def drawn_stem(rng: np.random.Generator, lean_deg: float) -> Drawn:
     """A stem of the simulator's on flat ground, within 8 m of the plot's centre."""
     dbh = float(rng.uniform(0.15, 0.40))
     xy, turn = rng.uniform(-5.5, 5.5, 2), float(rng.uniform(0, 2 * np.pi))
-    named = {"tree_id": "T", "kind": "lean", "status": "live", "in_plot": True, "crown_base_m": 9.0, "detail": 0}
+    named: dict[str, Any] = {
+        "tree_id": "T",
+        "kind": "lean",
+        "status": "live",
+        "in_plot": True,
+        "crown_base_m": 9.0,
+        "detail": 0,
+    }
     tall = float(total_height(np.array(dbh)))
     stem = grow_stem(rng, FLAT, xy, dbh, tall, np.radians(lean_deg), turn, **named)
     along = np.arange(0.0, 5.0, 0.01)
