@@ -52,6 +52,7 @@ WRITERS = {
     "ivied_stems.json": "benchmarks.clouds.ivied_stems",
     "large_cloud.json": "benchmarks.clouds.large_cloud",
     "large_photos.json": "benchmarks.photos.large_photos",
+    "leaning_stems.json": "benchmarks.photos.leaning_stems",
     "lidar_exponent.json": "benchmarks.gaussians.exponent",
     "matching.json": "benchmarks.reconstruction.matching",
     "micro-*": "benchmarks.evidence",

@@ -134,8 +134,8 @@ def judge(case: Case, work: Path, against: Path | None) -> dict:
         if case.fit:
             record[name]["cameras"] = cameras_apart(case.plot / "images", first.parent / "ws", other.parent / "ws")
     if case.fit and against is None:
-        spent = (stage_seconds(output.parent / "ws") for output in (others["one_core"], first))
-        record["stages"] = on_more_cores(*spent, len(every))
+        alone, shared = (stage_seconds(output.parent / "ws") for output in (others["one_core"], first))
+        record["stages"] = on_more_cores(alone, shared, len(every))
     print(json.dumps(record, indent=2), flush=True)
     return record
 

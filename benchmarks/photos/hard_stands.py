@@ -6,6 +6,7 @@
 Plots are rendered, with truth; one called ``hard_SEED`` that is not there is simulated
 (:func:`.stem_network.hard_options`). Cameras and ground are the renderer's, in both codes: this is about stems. Each
 code runs with what its own chain asks the network by default (``--asked``). ``thin``: measured stems below 20 cm.
+Without ``--against`` this code alone is run.
 """
 
 from __future__ import annotations
@@ -68,16 +69,19 @@ def pooled(plots: dict[str, dict[str, Any]]) -> dict[str, Any]:
 
 
 def main() -> int:
-    """Run both codes on all plots, print and write."""
+    """Run the codes on all plots, print and write."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("plots", type=Path, nargs="+")
-    parser.add_argument("--against", type=Path, required=True, help="checkout of the former code")
+    parser.add_argument("--against", type=Path, help="checkout of the former code")
     parser.add_argument("--asked", nargs=2, default=("ivy", "auto"), help="of the network: by the former code, by this")
     parser.add_argument("--output", type=Path, required=True)
     options = parser.parse_args()
     plots = [plot.resolve() for plot in options.plots]
     record: dict[str, Any] = {}
-    for name, code, asked in zip(("before", "now"), (options.against.resolve(), ROOT), options.asked, strict=True):
+    codes = {"now": (ROOT, options.asked[1])}
+    if options.against is not None:
+        codes = {"before": (options.against.resolve(), options.asked[0])} | codes
+    for name, (code, asked) in codes.items():
         found = measured_by(code, asked, plots)
         record[name] = {"asked": asked, "pooled": pooled(found), "plots": found}
         print(name, record[name]["pooled"], flush=True)

@@ -22,6 +22,7 @@ from .photo_fit import PhotoFit, seen_probability
 from .stem_evidence import cut_bark, with_bark
 from .strips import StemAxis
 from .touching import Pair, crowded, find_companion, pair_contrast, pair_z
+from .twins import twin_gain
 from .verdict import GAIN_MERGED, GAIN_WEIGHED
 
 #: Scores on the grid and after polishing below which a seed is not worth refining, unless its silhouette is clear.
@@ -110,6 +111,7 @@ class Fitter(Shared):
             # Which single disc would be the next best is no longer the question.
             sure = 1.0 if np.isfinite(sure) else sure
         others = Others(choice, touched, gain)
+        twins = twin_gain(search, best.vector, outline)
         fine, hidden, window = best.fine, known, WINDOWS_PX[2:]
         if best.mate is not None:
             hidden, window = np.vstack([known, best.mate]), PAIR_WINDOWS_PX[2:]
@@ -120,7 +122,7 @@ class Fitter(Shared):
         above_cm = np.nan
         if self.bands is BREAST:
             above_cm = reading_above(self.stack, fine, Sighting(seen, hidden), self.options.offset_sd_px, WINDOWS_PX)
-        return judged(self, seed, Fitted(best, fine, gap, sure, outline, gain, others, above_cm))
+        return judged(self, seed, Fitted(best, fine, gap, sure, outline, gain, others, above_cm, twins))
 
     def refused(self, seed: Seed) -> PhotoFit:
         """A stem that is seen but that no pair of edges fits: its place, and no diameter."""

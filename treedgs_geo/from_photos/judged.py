@@ -24,7 +24,7 @@ from .see_through import ground_correlation, share_through
 from .stack import FX, GroundGrid, PhotoStack
 from .stem_net import NetworkMaps
 from .strips import StemAxis
-from .verdict import DISAGREE_SHARE, FitQuality, verdict
+from .verdict import FitQuality, verdict, widened_cm
 
 #: A view counts as seeing the stem above this z-score.
 CLEAR_Z = 2.5
@@ -49,7 +49,7 @@ class Shared:
 
 
 class Fitted(NamedTuple):
-    """An explanation that was chosen. best: it; fine: its last refinement; gap, sure, gain: as of
+    """An explanation that was chosen. best: it; fine: its last refinement; gap, sure, gain, twins: as of
     :class:`.photo_fit.PhotoFit`; outline: silhouettes about the place; others: what else was tried; above_cm: the
     diameter read farther up, brought down, NaN where there is none."""
 
@@ -61,6 +61,7 @@ class Fitted(NamedTuple):
     gain: float = 0.0
     others: Others | None = None
     above_cm: float = np.nan
+    twins: float = np.nan
 
 
 class _Shape(NamedTuple):
@@ -94,6 +95,7 @@ def judged(shared: Shared, seed: Seed, found: Fitted) -> PhotoFit:
         rms_px=fine.rms_px,
         sure=found.sure,
         gain=found.gain,
+        twins=found.twins,
         contrast=np.nan if outline is None else best.contrast / shared.chance,
         outline_cm=np.nan if outline is None or best.mate is not None else 200 * widest(outline, best.vector),
         through=_through(shared, shape, outline, int(clear.sum())),
@@ -107,7 +109,7 @@ def judged(shared: Shared, seed: Seed, found: Fitted) -> PhotoFit:
         r0=shape.r0,
         r1=fine.r1,
         dbh_cm=quality.dbh_cm,
-        se_cm=_widened(quality, reasons),
+        se_cm=widened_cm(se, quality, reasons),
         flag=flag,
         reasons=reasons,
         seed_score=seed.score,
@@ -124,6 +126,7 @@ def judged(shared: Shared, seed: Seed, found: Fitted) -> PhotoFit:
         outline_cm=quality.outline_cm,
         foot_z=foot_z,
         gain=found.gain,
+        twins=found.twins,
         oval=(float(fine.oval[0]), float(fine.oval[1])),
     )
     if found.others is None or flag != "check" or not UNSURE & set(reasons):
@@ -174,16 +177,3 @@ def _through(shared: Shared, shape: _Shape, outline: Silhouette | None, n_clear:
         shared.stack, shared.ground, shared.backdrop, shape.axis, (shape.r0, shape.r1), shared.bands.fine
     )
     return share_through(correlation, n_clear)
-
-
-def _widened(quality: FitQuality, reasons: tuple[str, ...]) -> float:
-    """Standard error with a share of what speaks against the diameter."""
-    se = quality.se_cm
-    if quality.network and "disagree" in reasons and np.isfinite(quality.outline_off_cm):
-        se = float(np.hypot(se, DISAGREE_SHARE * quality.outline_off_cm))
-    if "not_round" in reasons:
-        # No stem's section is that oval: something beside it is taken for a part of it.
-        se = float(np.hypot(se, DISAGREE_SHARE * quality.oval * quality.dbh_cm))
-    if quality.outvoted:
-        se = float(np.hypot(se, DISAGREE_SHARE * quality.against_cm))
-    return se

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +25,7 @@ WEAK_LLR = bound_of("photos", "llr", "check")
 #: The silhouette reads this much thinner than the edges, cm: ground shows through at the blurred rim. With the network
 #: it reads thicker: a pixel that is partly stem is likely to be taken for stem.
 OUTLINE_OFFSET_CM, NETWORK_OFFSET_CM = 1.0, -0.7
-#: Share of the difference between silhouette and edges that is added to the standard error where they disagree.
+#: Share of a difference that the verdict flags, added to the standard error (:func:`widened_cm`).
 DISAGREE_SHARE = 0.5
 #: Reasons that together refuse a stem that the network sees.
 TOGETHER_SEEN = 3
@@ -37,7 +38,8 @@ class FitQuality:
     """What a fit is judged by; fields as in :class:`.photo_fit.PhotoFit`. sure, contrast, outline_cm: NaN where no
     silhouette is to be had. kish: infinite for one of a pair, which hardly any photo shows whole. network: it was
     asked. through: share of photos that show the ground through it (:mod:`.see_through`). oval: by how much its section
-    is off a circle, share of the radius. against_cm: as in :class:`.choice.Choice`."""
+    is off a circle, share of the radius. twins: of :func:`.twins.twin_gain`. against_cm: as in
+    :class:`.choice.Choice`."""
 
     dbh_cm: float
     polish_cm: float
@@ -55,6 +57,7 @@ class FitQuality:
     through: float = 0.0
     oval: float = 0.0
     gain: float = 0.0
+    twins: float = np.nan
     network: bool = False
     against_cm: float = 0.0
 
@@ -87,6 +90,7 @@ class FitQuality:
             "taper_off": abs(self.r1 - START_TAPER),
             "slope": self.r1,
             "gain": self.gain,
+            "twins": self.twins,
             "lean_deg": self.lean_deg,
             "through": self.through,
             "oval": self.oval,
@@ -115,6 +119,21 @@ def verdict(quality: FitQuality, options: PhotoStemOptions) -> tuple[Flag, tuple
     found = judge("photos", quality.measured(), quality.dbh_cm, settings)
     count = _independent(found, bool(np.isfinite(quality.sure)))
     return found.flag("photos", count, TOGETHER_SEEN if quality.network and quality.solid else None), found.reasons
+
+
+def widened_cm(se_cm: float, quality: FitQuality, reasons: tuple[str, ...]) -> float:
+    """Standard error of the diameter (cm) with what the reasons of its verdict say it may be off besides: a share
+    (:data:`DISAGREE_SHARE`) of what silhouette and edges differ by, of what the section is off a circle, and of what
+    the edges' own best explanation is away. Never smaller than ``se_cm``."""
+    parts = [se_cm]
+    if quality.network and "disagree" in reasons and np.isfinite(quality.outline_off_cm):
+        parts.append(DISAGREE_SHARE * quality.outline_off_cm)
+    if "not_round" in reasons:
+        # No stem's section is that oval: something beside it is taken for a part of it.
+        parts.append(DISAGREE_SHARE * quality.oval * quality.dbh_cm)
+    if quality.outvoted:
+        parts.append(DISAGREE_SHARE * quality.against_cm)
+    return math.hypot(*parts)
 
 
 def _independent(found: Findings, weighed: bool) -> int:
