@@ -198,6 +198,8 @@ def test_what_large_photos_take_longer_is_a_stage_of_its_own():
     assert (table["stage"] == "features").sum() == 3
     assert more["size"] == pytest.approx(152) and more["seconds"] == pytest.approx(15.2)
     assert set(split_reducing(pd.DataFrame(rows[:3]))["stage"]) == {"features"}
+    no_longer = [*rows[:3], {**rows[3], "seconds": 0.4 * 4 * 12}]
+    assert set(split_reducing(pd.DataFrame(no_longer))["stage"]) == {"features"}
     assert split_reducing(pd.DataFrame(rows[3:])).empty  # nothing to take off: no law from it
 
 
@@ -212,8 +214,9 @@ def test_another_level_of_reconstruction_is_no_point_of_the_guided_law(simulated
     reporter = Reporter()
     monkeypatch.setattr(reporter, "warn", said.append)
     monkeypatch.setattr(cost, "run_job", measured)
-    points = cost._measure(simulated_plot, tmp_path, reporter, 0.0)
+    points = cost._measure(simulated_plot, [simulated_plot.with_name("flight")], tmp_path, reporter, 0.0)
     assert {point["photos"] for point in points if point["run"].startswith("sfm")} == {35, 50, 100}
+    assert sum(point["run"] == "sfm-flight" for point in points) == 1
     assert len(said) == 1 and "sfm-0.6-1" in said[0] and "level full" in said[0]
 
 

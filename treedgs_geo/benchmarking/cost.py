@@ -41,6 +41,8 @@ GROWTH = {
     "lidar": ("points", (0.8, 1.2)),
 }
 MOST_FEATURE_MP, MOST_VIEWS = 12.0, 96
+#: Reading large photos counts from this share of what their features take.
+_NOTICED = 0.02
 
 
 def run_cost(output: Path, plots: Path | None, budget_min: float, reporter: Reporter) -> dict[str, Any]:
@@ -49,8 +51,8 @@ def run_cost(output: Path, plots: Path | None, budget_min: float, reporter: Repo
     Raises:
         InputError: the plot given is none.
     """
-    plot = chart.plots_of(plots, output, True, reporter)[0]
-    points = _measure(plot, output, reporter, budget_min)
+    plot, *more = chart.plots_of(plots, output, True, reporter)
+    points = _measure(plot, more, output, reporter, budget_min)
     if len(points) < 4:
         raise InputError("Too few measurements were made to fit a cost model; give more time with --budget-min.")
     table = split_reducing(pd.DataFrame(points))
@@ -63,6 +65,7 @@ def run_cost(output: Path, plots: Path | None, budget_min: float, reporter: Repo
     facts = {
         "machine": chart.machine(),
         "plot": plot.name,
+        "reconstructed_too": [other.name for other in more],
         "points": _records(table),
         "fits": fits,
         "memory": memory,
@@ -85,8 +88,9 @@ def run_cost(output: Path, plots: Path | None, budget_min: float, reporter: Repo
     }
 
 
-def _measure(plot: Path, output: Path, reporter: Reporter, budget_min: float) -> list[dict]:
-    """Sizes of each kind of work, small ones first; kept runs are not run again."""
+def _measure(plot: Path, more: list[Path], output: Path, reporter: Reporter, budget_min: float) -> list[dict]:
+    """Sizes of each kind of work on ``plot``, small ones first, and the reconstruction of ``more`` plots; kept runs are
+    not run again."""
     import time
 
     began = time.monotonic()
@@ -99,6 +103,9 @@ def _measure(plot: Path, output: Path, reporter: Reporter, budget_min: float) ->
         runs.append(
             (f"sfm-{share:g}-{scale:g}", {"kind": "subset_sfm", "plot": str(plot), "share": share, "scale": scale})
         )
+    for other in more:
+        whole = {"kind": "subset_sfm", "plot": str(other), "share": 1.0, "scale": 1.0}
+        runs.append((f"sfm-{other.name}", whole))
     for radius in (0.4, 0.7, 1.0):
         for views in (12, 48):
             runs.append(
@@ -159,7 +166,8 @@ def _measure(plot: Path, output: Path, reporter: Reporter, budget_min: float) ->
 
 def split_reducing(table: pd.DataFrame) -> pd.DataFrame:
     """Seconds of the features of photos beyond ``MOST_FEATURE_MP``, which are read whole and reduced: what they
-    take longer than smaller ones of the same feature pixels becomes a stage of its own, ``reducing``."""
+    take longer than smaller ones of the same feature pixels becomes a stage of its own, ``reducing``; none where they
+    take no longer."""
     features = table["stage"] == "features"
     large = features & (table["megapixels"] > 1.05 * MOST_FEATURE_MP)
     small = table[features & ~large]
@@ -168,7 +176,8 @@ def split_reducing(table: pd.DataFrame) -> pd.DataFrame:
     law = fit_power(small["size"].to_numpy(float), small["seconds"].to_numpy(float), GROWTH["features"][1])
     more = table[large].copy()
     own = law["a"] * (more["photos"] * MOST_FEATURE_MP) ** law["b"]
-    more["seconds"] = np.maximum(more["seconds"] - own, 0.01)
+    more["seconds"] -= own
+    more = more[more["seconds"] > _NOTICED * own].copy()
     more["size"] = more["photos"] * (more["megapixels"] - MOST_FEATURE_MP)
     more["stage"] = "reducing"
     return pd.concat([table[~large], more], ignore_index=True)
@@ -301,9 +310,11 @@ def markdown(facts: dict[str, Any]) -> str:
     case = facts["paper_case"]
     stages = ", ".join(f"{name} {seconds / 60:.1f}" for name, seconds in case["stages_s"].items())
     beyond = max(case["times_beyond_measured"].values(), default=1)
+    others = ", ".join(f"`{name}`" for name in facts["reconstructed_too"])
+    measured = f"`{facts['plot']}`" + (f" (reconstruction on {others}, too)" if others else "")
     lines += [
         "",
-        f"Measured on `{facts['plot']}`, {facts['machine']['cores']} cores. The paper's case "
+        f"Measured on {measured}, {facts['machine']['cores']} cores. The paper's case "
         f"({case['photos']} photos of {case['megapixels']:.0f} MP, radius {case['radius_m']} m): predicted "
         f"**{case['total_s'] / 60:.0f} minutes** ({stages}) and {case['peak_memory_mb'] / 1024:.1f} GB, "
         f"extrapolated up to {beyond:g} times beyond what was measured. The paper took {case['minutes']:.0f} "
