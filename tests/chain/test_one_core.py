@@ -23,7 +23,6 @@ def _values(layer: Path) -> gpd.GeoDataFrame:
     return trees.sort_values("tree_id").reset_index(drop=True)
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="a process cannot be held to one core here")
 @pytest.mark.skipif(len(getattr(os, "sched_getaffinity", lambda _: {0})(0)) < 2, reason="this machine has one core")
 def test_one_core_gives_the_same_trees_to_the_bit(simulated_plot, finished, tmp_path):
