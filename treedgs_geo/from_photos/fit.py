@@ -111,7 +111,9 @@ class Fitter(Shared):
             # Which single disc would be the next best is no longer the question.
             sure = 1.0 if np.isfinite(sure) else sure
         others = Others(choice, touched, gain)
-        twins = twin_gain(search, best.vector, outline)
+        # A companion that is asked for may be the other one of two full stems: the disc that holds both is asked, too.
+        discs = [best.vector] if best is choice.best else [best.vector, choice.best.vector]
+        twins = float(np.fmax.reduce([twin_gain(search, disc, outline) for disc in discs]))
         fine, hidden, window = best.fine, known, WINDOWS_PX[2:]
         if best.mate is not None:
             hidden, window = np.vstack([known, best.mate]), PAIR_WINDOWS_PX[2:]
