@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,6 +33,22 @@ WINDOWS_PX, PAIR_WINDOWS_PX = (2.6, 2.4, 2.2), (1.6, 1.4, 1.4)
 MOST_SETTLED = 2
 
 
+class _Place(NamedTuple):
+    """About a seed. known: (K, 10) stems found before; shapes: (5,) each, what stands out from the ground, clearest
+    first; clearest: contrast of the first, minus infinity where there is none."""
+
+    start: StemAxis
+    known: np.ndarray
+    search: Search
+    outline: Silhouette | None
+    shapes: list[np.ndarray]
+    clearest: float
+
+    def vector(self, fine: FineFit) -> np.ndarray:
+        """(5,) x, y, lx, ly, r of a fit, relative to the start."""
+        return np.array([*(fine.axis.p - self.start.p), *(fine.axis.s - self.start.s), fine.r0])
+
+
 class Fitter(Shared):
     """Fits stems on one stack of photos."""
 
@@ -50,92 +66,36 @@ class Fitter(Shared):
 
         None where nothing can be fitted at all.
         """
-        ground_z = float(self.ground.at(np.array([seed.x]), np.array([seed.y]))[0])
-        start = StemAxis(
-            np.array([seed.x, seed.y]), np.array([seed.lx, seed.ly]), np.zeros(2), ground_z, self.options.bh_m
-        )
-        strips, ridge, unit, border = coarse_strips(self.stack, start, self.options, self.sun, known, self.bands.coarse)
-        search = Search(strips, ridge, unit, border, self.null, self.prior)
-        outline = None if self.backdrop is None else self.outline(start)
-        shapes = [] if outline is None or quick else outline.peaks(self.null.radii)
-        stands_out = outline is not None and bool(shapes) and outline.contrast(shapes[0]) > self.chance
-        raw = search.modes(0.24)
-        if (not raw or raw[0].score < MIN_RAW) and not stands_out:
+        place = self._place(seed, known, quick)
+        modes = self._modes(place, quick)
+        if modes is None:
             return None
-        share = 0.8 if quick else 0.3
-        modes = search.polish_all([m for m in raw if m.score > share * raw[0].score])
-        modes.sort(key=lambda m: -m.score)
-        if (not modes or modes[0].score < MIN_POLISHED) and not stands_out:
-            return None
-        finalists = [mode for mode in distinct(modes)[:5] if mode.score > 0.4 * modes[0].score]
-        if quick:
-            finalists = finalists[:1]
-        else:
-            drawn = search.polish_all([Mode(*[*map(float, shape), 0.0]) for shape in shapes])
-            if outline is not None and stands_out:
-                drawn += [self._settled(search, outline, shape) for shape in shapes[:MOST_SETTLED]]
-            finalists = distinct(finalists + (search.wholes(modes[0]) if modes else []) + drawn, 0.012, 0.006)
-        if not quick:
-            finalists = self._worthwhile(finalists, outline)
-        tried = []
-        for mode in finalists:
-            seen = seen_probability(search.z(mode.vector))
-            axis = StemAxis(
-                start.p + mode.vector[:2], start.s + mode.vector[2:4], np.zeros(2), ground_z, self.options.bh_m
-            )
-            fine = self._refine(axis, mode.r, START_TAPER, seen, known, WINDOWS_PX[:1] if quick else WINDOWS_PX[:2])
-            if fine is None or fine.r0 < 0.015:
-                continue
-            vector = np.array([*(fine.axis.p - start.p), *(fine.axis.s - start.s), fine.r0])
-            contrast = 0.0 if outline is None else outline.contrast(vector)
-            tried.append(Explanation(search.score(vector), contrast, mode, fine, vector, search.z(vector)))
+        finalists = distinct(modes)[:1] if quick else self._finalists(place, modes)
+        tried = self._tried(place, finalists, WINDOWS_PX[:1] if quick else WINDOWS_PX[:2])
         if not tried:
             return None
         if quick:
             best = max(tried, key=lambda item: item.edges)
             return judged(self, seed, Fitted(best, best.fine, best.edges))
-        tried = self._compared(tried, known)
-        trust = 0.0 if outline is None else self._trust(outline, shapes)
-        choice = choose(tried, trust, self.chance, self.sun, self.shown is not None)
-        best, gap, sure = choice.best, choice.gap, choice.sure
-        pair = find_companion(search, start, [item.vector for item in tried] + [mode.vector for mode in modes])
-        gain = 0.0 if pair is None else pair.gain
-        touched = None
-        if pair is not None and pair.gain > GAIN_WEIGHED:
-            touched = self._with_companion(search, start, pair, outline, known)
-        if touched is not None and self.shown is not None and touched.contrast < best.contrast:
-            # The silhouettes do not want the second stem.
-            gain = min(gain, GAIN_MERGED)
-        if touched is not None and gain > GAIN_MERGED:
-            best = touched
-            # Which single disc would be the next best is no longer the question.
-            sure = 1.0 if np.isfinite(sure) else sure
-        others = Others(choice, touched, gain)
-        # A companion that is asked for may be the other one of two full stems: the disc that holds both is asked, too.
-        discs = [best.vector] if best is choice.best else [best.vector, choice.best.vector]
-        twins = float(np.fmax.reduce([twin_gain(search, disc, outline) for disc in discs]))
-        fine, hidden, window = best.fine, known, WINDOWS_PX[2:]
+        found = self._chosen(place, self._compared(tried, known), modes)
+        best, hidden, window = found.best, known, WINDOWS_PX[2:]
         if best.mate is not None:
             hidden, window = np.vstack([known, best.mate]), PAIR_WINDOWS_PX[2:]
-        seen = seen_probability(best.z)
+        fine, seen = best.fine, seen_probability(best.z)
         fine = (
             self._refine(fine.axis, fine.r0, fine.r1, seen, hidden, window, best.skip, oval=best.mate is None) or fine
         )
         above_cm = np.nan
         if self.bands is BREAST:
             above_cm = reading_above(self.stack, fine, Sighting(seen, hidden), self.options.offset_sd_px, WINDOWS_PX)
-        return judged(self, seed, Fitted(best, fine, gap, sure, outline, gain, others, above_cm, twins))
+        return judged(self, seed, found._replace(fine=fine, above_cm=above_cm))
 
     def refused(self, seed: Seed) -> PhotoFit:
         """A stem that is seen but that no pair of edges fits: its place, and no diameter."""
-        ground_z = float(self.ground.at(np.array([seed.x]), np.array([seed.y]))[0])
-        axis = StemAxis(
-            np.array([seed.x, seed.y]), np.array([seed.lx, seed.ly]), np.zeros(2), ground_z, self.options.bh_m
-        )
         nothing: dict[str, Any] = dict.fromkeys(("se_cm", "rms_px", "polish_cm"), np.nan)
         counts: dict[str, Any] = dict.fromkeys(("llr", "gap", "kish", "arc_deg"), 0.0)
         return PhotoFit(
-            axis=axis,
+            axis=self._start(seed),
             r0=seed.r,
             r1=START_TAPER,
             dbh_cm=200 * seed.r,
@@ -148,12 +108,84 @@ class Fitter(Shared):
             **counts,
         )
 
-    def _worthwhile(self, modes: list[Mode], outline: Silhouette | None) -> list[Mode]:
-        """Without those that neither edges nor silhouette speak for."""
-        score = max((mode.score for mode in modes), default=0.0)
-        contrast = [0.0 if outline is None else outline.contrast(mode.vector) for mode in modes]
+    def _start(self, seed: Seed) -> StemAxis:
+        """A seed's axis, from the ground below it."""
+        ground_z = float(self.ground.at(np.array([seed.x]), np.array([seed.y]))[0])
+        return StemAxis(
+            np.array([seed.x, seed.y]), np.array([seed.lx, seed.ly]), np.zeros(2), ground_z, self.options.bh_m
+        )
+
+    def _place(self, seed: Seed, known: np.ndarray, quick: bool) -> _Place:
+        """Edges and silhouettes about a seed; quick: the silhouettes are not searched."""
+        start = self._start(seed)
+        strips, ridge, unit, border = coarse_strips(self.stack, start, self.options, self.sun, known, self.bands.coarse)
+        search = Search(strips, ridge, unit, border, self.null, self.prior)
+        outline = None if self.backdrop is None else self.outline(start)
+        shapes = [] if outline is None or quick else outline.peaks(self.null.radii)
+        clearest = outline.contrast(shapes[0]) if outline is not None and shapes else -np.inf
+        return _Place(start, known, search, outline, shapes, clearest)
+
+    def _modes(self, place: _Place, quick: bool) -> list[Mode] | None:
+        """Stems by their edges, polished, best first; ``None`` where neither edges nor silhouettes are worth more."""
+        stands_out = place.clearest > self.chance
+        raw = place.search.modes(0.24)
+        if (not raw or raw[0].score < MIN_RAW) and not stands_out:
+            return None
+        share = 0.8 if quick else 0.3
+        modes = place.search.polish_all([m for m in raw if m.score > share * raw[0].score])
+        modes.sort(key=lambda m: -m.score)
+        return modes if stands_out or (modes and modes[0].score >= MIN_POLISHED) else None
+
+    def _finalists(self, place: _Place, modes: list[Mode]) -> list[Mode]:
+        """The best of the edges' stems, wholes of which they may be parts, and what the silhouettes draw; less those
+        that neither edges nor silhouettes speak for."""
+        search, outline = place.search, place.outline
+        best = [mode for mode in distinct(modes)[:5] if mode.score > 0.4 * modes[0].score]
+        drawn = search.polish_all([Mode(*[*map(float, shape), 0.0]) for shape in place.shapes])
+        if outline is not None and place.clearest > self.chance:
+            drawn += [self._settled(search, outline, shape) for shape in place.shapes[:MOST_SETTLED]]
+        finalists = distinct(best + (search.wholes(modes[0]) if modes else []) + drawn, 0.012, 0.006)
+        score = max((mode.score for mode in finalists), default=0.0)
+        contrast = [0.0 if outline is None else outline.contrast(mode.vector) for mode in finalists]
         most = max(contrast, default=0.0) if outline is not None else np.inf
-        return [m for m, c in zip(modes, contrast, strict=True) if m.score > 0.5 * score or c > 0.75 * most]
+        return [m for m, c in zip(finalists, contrast, strict=True) if m.score > 0.5 * score or c > 0.75 * most]
+
+    def _tried(self, place: _Place, finalists: list[Mode], windows_px: tuple[float, ...]) -> list[Explanation]:
+        """Each of them refined in the photos that show it."""
+        search, start, tried = place.search, place.start, []
+        for mode in finalists:
+            seen = seen_probability(search.z(mode.vector))
+            axis = StemAxis(
+                start.p + mode.vector[:2], start.s + mode.vector[2:4], np.zeros(2), start.ground_z, start.bh_m
+            )
+            fine = self._refine(axis, mode.r, START_TAPER, seen, place.known, windows_px)
+            if fine is None or fine.r0 < 0.015:
+                continue
+            vector = place.vector(fine)
+            contrast = 0.0 if place.outline is None else place.outline.contrast(vector)
+            tried.append(Explanation(search.score(vector), contrast, mode, fine, vector, search.z(vector)))
+        return tried
+
+    def _chosen(self, place: _Place, tried: list[Explanation], modes: list[Mode]) -> Fitted:
+        """The stem among the explanations tried, and whether it is one. modes: what else a companion may touch."""
+        search, outline = place.search, place.outline
+        trust = float(np.clip(place.clearest / self.chance, 0.0, 1.0)) if place.shapes else 0.0
+        choice = choose(tried, trust, self.chance, self.sun, self.shown is not None)
+        best, sure = choice.best, choice.sure
+        pair = find_companion(search, place.start, [item.vector for item in tried] + [mode.vector for mode in modes])
+        gain = 0.0 if pair is None else pair.gain
+        touched = self._with_companion(place, pair) if pair is not None and pair.gain > GAIN_WEIGHED else None
+        if touched is not None and self.shown is not None and touched.contrast < best.contrast:
+            # The silhouettes do not want the second stem.
+            gain = min(gain, GAIN_MERGED)
+        if touched is not None and gain > GAIN_MERGED:
+            best = touched
+            # Which single disc would be the next best is no longer the question.
+            sure = 1.0 if np.isfinite(sure) else sure
+        # A companion may be the other one of two full stems: the disc that holds both is asked, too.
+        asked = [best.vector] if best is choice.best else [best.vector, choice.best.vector]
+        twins = float(np.fmax.reduce([twin_gain(search, disc, outline) for disc in asked]))
+        return Fitted(best, best.fine, choice.gap, sure, outline, gain, Others(choice, touched, gain), twins=twins)
 
     def _compared(self, tried: list[Explanation], known: np.ndarray) -> list[Explanation]:
         """The same with evidence and residual over the same photos for all."""
@@ -184,25 +216,17 @@ class Fitter(Shared):
         p = moved_to_edges(search, outline, self.chance, shape)
         return Mode(*[*map(float, p), search.score(p)])
 
-    def _with_companion(
-        self, search: Search, start: StemAxis, pair: Pair, outline: Silhouette | None, known: np.ndarray
-    ) -> Explanation | None:
+    def _with_companion(self, place: _Place, pair: Pair) -> Explanation | None:
         """The place as a stem that another one touches, measured by the edges that are its own."""
-        v, mate = pair.vector, pair.mate_row(start)
+        search, start, v, mate = place.search, place.start, pair.vector, pair.mate_row(place.start)
         axis = StemAxis(start.p + v[:2], start.s + v[2:4], np.zeros(2), start.ground_z, start.bh_m)
         seen, skip = seen_probability(pair_z(search, v)), crowded(v, search.strips.normal)
-        fine = self._refine(axis, v[4], START_TAPER, seen, np.vstack([known, mate]), PAIR_WINDOWS_PX, skip)
+        fine = self._refine(axis, v[4], START_TAPER, seen, np.vstack([place.known, mate]), PAIR_WINDOWS_PX, skip)
         if fine is None or fine.r0 < 0.015:
             return None
-        vector = np.array([*(fine.axis.p - start.p), *(fine.axis.s - start.s), fine.r0])
+        vector = place.vector(fine)
         both = np.concatenate([vector, v[5:]])
-        contrast = 0.0 if outline is None else pair_contrast(outline, both)
+        contrast = 0.0 if place.outline is None else pair_contrast(place.outline, both)
         mode = Mode(*[*map(float, v[:5]), pair.score])
         z = pair_z(search, v)
         return Explanation(pair.score, contrast, mode, fine, vector, z, mate=mate, skip=skip)
-
-    def _trust(self, outline: Silhouette, shapes: list[np.ndarray]) -> float:
-        """0..1: how much the silhouette says here, by how far it stands out from what chance reaches."""
-        if not shapes:
-            return 0.0
-        return float(np.clip(outline.contrast(shapes[0]) / self.chance, 0.0, 1.0))
