@@ -82,6 +82,16 @@ def mixture(z):
     return np.log(1.0 - SEEN_PRIOR + SEEN_PRIOR * np.exp(SEEN_MEAN_Z * z - 0.5 * SEEN_MEAN_Z * SEEN_MEAN_Z))
 
 
+@njit(inline="always", **_FAST)
+def seen_sum(z):
+    """:func:`mixture` summed over (V,) z-scores, without views that show nothing."""
+    total = 0.0
+    for v in range(z.size):
+        if z[v] > -8.9:
+            total += mixture(z[v])
+    return total
+
+
 @njit(parallel=True, **_FAST)
 def null_scores(ridge, unit, terminator, u0, du, centres, radii, total, square, count):
     """Sums, sums of squares and counts, (V, R), of the edge scores of pairs at ``centres``, where no stem stands."""
@@ -279,10 +289,7 @@ def objective(data, p):
     """Summed log likelihood ratio of (5,) x, y, lx, ly, r. data: edges, null, row of the prior, scratch (V,)."""
     edges, null, prior, z = data
     view_z(edges, null, p, z)
-    total = 0.0
-    for v in range(z.size):
-        if z[v] > -8.9:
-            total += mixture(z[v])
+    total = seen_sum(z)
     ex = p[0] - prior[0]
     ey = p[1] - prior[1]
     return (

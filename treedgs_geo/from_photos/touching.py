@@ -17,7 +17,7 @@ from numba import njit, prange
 from .backdrop import Silhouette
 from .backdrop_kernels import step_contrast
 from .coarse import Mode, Search, distinct
-from .coarse_kernels import SINGLE_WEIGHT, edge_pair, mixture
+from .coarse_kernels import SINGLE_WEIGHT, edge_pair, seen_sum
 from .pattern import pattern_search
 from .strips import StemAxis
 
@@ -37,12 +37,12 @@ OPEN_M = 0.012
 WORTH, MOST_STARTS, STARTS_EACH, MOST_STEMS = 0.8, 9, 3, 3
 #: Gain of a pair over the best single disc, both on the edges, from which it is an explanation (log likelihood units).
 LEAST_GAIN = 6.0
-#: Moves of the search over both discs (:func:`_pair_step`).
-_PAIR_MOVES = 52
+#: Moves of the search over both discs (:func:`pair_step`).
+PAIR_MOVES = 52
 
 
 @njit(**_FAST)
-def _pair_z(edges, null, p, z):
+def pair_view_z(edges, null, p, z):
     """z-score of a stem and its companion in every view. p: (10,) x, y, lx, ly, r of the one, then of the other."""
     ridge, unit, valid, q, widen, normal, terminator, u0, du, taper = edges
     radii, mean, sd = null
@@ -95,11 +95,8 @@ def _pair_objective(data, p):
     edges, null, prior, upright, z = data
     if p[9] < THINNEST_M or p[9] > THICKEST_M or p[9] > MOST_SHARE * p[4]:
         return -1e9
-    _pair_z(edges, null, p, z)
-    total = 0.0
-    for v in range(z.size):
-        if z[v] > -8.9:
-            total += mixture(z[v])
+    pair_view_z(edges, null, p, z)
+    total = seen_sum(z)
     total -= 0.5 * ((p[0] - prior[0]) ** 2 + (p[1] - prior[1]) ** 2) / prior[4] ** 2
     total -= 0.5 * ((p[2] - prior[2]) ** 2 + (p[3] - prior[3]) ** 2) / prior[5] ** 2
     total -= 0.5 * ((p[4] - prior[6]) / prior[7]) ** 2
@@ -112,7 +109,7 @@ def _pair_objective(data, p):
 
 
 @njit(inline="always", **_FAST)
-def _pair_step(p, move, scale, trial):
+def pair_step(p, move, scale, trial):
     """One move of :func:`.pattern.pattern_search` from the pair ``p`` (10,), into ``trial``."""
     trial[:] = p
     angle = (move % 8) * np.pi / 4
@@ -154,7 +151,7 @@ def _pair_step(p, move, scale, trial):
 @njit(**_FAST)
 def _pair_polish(data, p, low, high, scales):
     """Pattern search over both discs; p is changed in place."""
-    return pattern_search(_pair_objective, data, _pair_step, _PAIR_MOVES, p, low, high, scales, 6)
+    return pattern_search(_pair_objective, data, pair_step, PAIR_MOVES, p, low, high, scales, 6)
 
 
 @njit(parallel=True, **_FAST)
@@ -253,7 +250,7 @@ def crowded(vector: np.ndarray, normal: np.ndarray) -> np.ndarray:
 def pair_z(search: Search, vector: np.ndarray) -> np.ndarray:
     """(V,) z-scores of a (10,) pair; -9 where a view shows nothing."""
     out = np.empty(len(search.ridge))
-    _pair_z(search.edges, search.null, vector, out)
+    pair_view_z(search.edges, search.null, vector, out)
     return out
 
 

@@ -16,9 +16,9 @@ from numba import njit, prange
 
 from .backdrop import Silhouette
 from .coarse import Mode, Search
-from .coarse_kernels import mixture
+from .coarse_kernels import seen_sum
 from .pattern import pattern_search
-from .touching import _PAIR_MOVES, COMPANION_LEAN_SD, _pair_step, _pair_z, pair_contrast
+from .touching import COMPANION_LEAN_SD, PAIR_MOVES, pair_contrast, pair_step, pair_view_z
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
 #: Radii of the two as shares of the disc's; how far they may reach beyond it, metres.
@@ -41,11 +41,8 @@ def _twin_objective(data, p):
             return -1e9
         if np.sqrt((p[k] - whole[0]) ** 2 + (p[k + 1] - whole[1]) ** 2) + p[k + 4] > whole[4] + BEYOND_M:
             return -1e9
-    _pair_z(edges, null, p, z)
-    total = 0.0
-    for v in range(z.size):
-        if z[v] > -8.9:
-            total += mixture(z[v])
+    pair_view_z(edges, null, p, z)
+    total = seen_sum(z)
     gap = np.sqrt((p[5] - p[0]) ** 2 + (p[6] - p[1]) ** 2) - p[4] - p[9]
     total -= 0.5 * (gap / GAP_SD_M) ** 2
     for k in range(0, 10, 5):
@@ -69,7 +66,7 @@ def _twin_polish(edges, null, whole, pairs, scores):
         z = np.empty(edges.ridge.shape[0])
         data = edges, null, whole, z
         low, high = LEAST_PART * whole[4], MOST_PART * whole[4]
-        scores[m] = pattern_search(_twin_objective, data, _pair_step, _PAIR_MOVES, pairs[m], low, high, (1.0, 0.5), 6)
+        scores[m] = pattern_search(_twin_objective, data, pair_step, PAIR_MOVES, pairs[m], low, high, (1.0, 0.5), 6)
 
 
 def halves(disc: np.ndarray) -> np.ndarray:
@@ -110,5 +107,4 @@ def twin_gain(search: Search, disc: np.ndarray, outline: Silhouette | None) -> f
 
 def _alone(search: Search, disc: np.ndarray) -> float:
     """Summed log likelihood ratio of a disc, without priors, as :func:`_twin_objective` counts it."""
-    z = search.z(disc)
-    return float(sum(mixture(float(value)) for value in z[z > -8.9]))
+    return float(seen_sum(search.z(disc)))
