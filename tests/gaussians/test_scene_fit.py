@@ -150,6 +150,30 @@ def test_what_is_pruned():
     assert gone.tolist() == [False, False, False, True, True, False]
 
 
+@pytest.mark.parametrize("of_start", [True, False])
+def test_a_start_that_is_wide_for_want_of_gaussians_is_not_pruned_for_it(of_start):
+    points, colours = prior()
+    fit = SceneFit(Scene(points, colours, np.full(300, 0.5), 0), small_photos(), box(), QUICK)
+    radius_px = 1.5 / fit.footprint_m.numpy()
+    assert fit.rule.wide_px == pytest.approx(2 * np.median(radius_px), rel=1e-5)
+    assert fit.rule.wide_px > 2 * DensityRule().wide_px
+    # Resets after a few steps, which prune nothing as faint: what is left is the width.
+    wide_px = fit.rule.wide_px if of_start else DensityRule().wide_px
+    fit.rule = replace(fit.rule, wide_px=wide_px, rest_steps=2, faint=0.0)
+    if of_start:
+        fit.fit()
+        assert fit.last_reset > 0 and len(fit.scene) > 200
+    else:
+        with pytest.raises(InputError, match="left no Gaussian"):
+            fit.fit()
+
+
+def test_a_fine_start_is_pruned_as_published():
+    points, colours = prior()
+    fit = SceneFit(Scene(points, colours, np.full(300, 0.02), 0), small_photos(), box(), QUICK)
+    assert fit.rule.wide_px == DensityRule().wide_px
+
+
 def test_a_saved_scene_comes_back_to_the_bit():
     made = stepped()
     kept = made.save()

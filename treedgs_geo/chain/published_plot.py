@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 TRIED_EVERY = 8
 #: Most Gaussians that the CPU is given; half as many points of the prior start them.
 MAX_GAUSSIANS = 200_000
+#: Share of the Gaussians at the start below which those that are left are a warning: a fit makes more of them.
+FEW_LEFT = 0.5
 
 
 def is_published(settings: PhotosToDbhSettings) -> bool:
@@ -203,6 +205,11 @@ def _say(report: SceneReport, options: SceneOptions, reporter: Reporter) -> None
         reporter.warn(
             f"The published fit was cut short{limit}: {report.sentence()} Diameters may be better with a longer "
             "--time-limit."
+        )
+    if report.gaussians < FEW_LEFT * report.gaussians_first:
+        reporter.warn(
+            f"Pruning left {report.gaussians:,} of the {report.gaussians_first:,} Gaussians that the published fit "
+            "began with, too few to show stems; give a longer --time-limit, or a smaller plot."
         )
     if report.full:
         reporter.warn(

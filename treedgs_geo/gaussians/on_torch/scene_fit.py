@@ -39,6 +39,9 @@ _COLUMN = {"means": MEAN.start, "quats": QUATERNION.start, "log_scales": LOG_SCA
            "constant": COLOUR.start}  # fmt: skip
 #: Sizes of the photos that are tried for a time limit, and the steps that a size has to leave room for.
 FACTORS, LEAST_STEPS = (1.0, 0.5, 0.25), 300
+#: Gaussians are pruned for their width in a photo from so many times the median of those that the fit began with, if
+#: that is more than published: a start that is thinned has wide ones, and hardly any other.
+STARTS_WIDE = 2.0
 #: How much longer a step takes on average than at the start: Gaussians grow in number, then normals are drawn too.
 _GROWTH = 2.0
 
@@ -79,6 +82,7 @@ class SceneFit:
         self.low, self.high = (torch.as_tensor(side, dtype=torch.float32, device=device)
                                for side in (self.box.low, self.box.high))  # fmt: skip
         self.footprint_m = update_filter(self.scene, self.photos.cameras)
+        self.rule = replace(self.rule, wide_px=max(self.rule.wide_px, STARTS_WIDE * self._radius_px()))
         self.order: list[int] = []
         self.last_reset = self.last_grown = 0
         self._split_rewards()
@@ -242,6 +246,11 @@ class SceneFit:
         self.rewards = sorted(int(k) for k in self.rng.choice(self.usable, 2, replace=False)) if enough else []
         self.order = []
 
+    def _radius_px(self) -> float:
+        """Median radius (3 sigma) of the Gaussians in the nearest photo of each."""
+        scale = torch.exp(self.scene.tensors["log_scales"].detach()).max(dim=1).values
+        return float((3 * scale / self.footprint_m.clamp_min(1e-9)).median())
+
     def _image(self, k: int) -> torch.Tensor:
         image = torch.as_tensor(self.photos.images[k], device=self.weights[k].device)
         return image.to(torch.float32) / 255
@@ -261,6 +270,7 @@ class SceneFit:
             gaussians_first=first,
             gaussians=len(self.scene),
             full=self.full,
+            wide_px=round(self.rule.wide_px, 1),
             counts=asdict(self.counts),
             controller=self.options.controller,
             phases_tried=self.phases_tried,

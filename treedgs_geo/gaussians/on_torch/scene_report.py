@@ -11,7 +11,8 @@ from ..options import PUBLISHED_STEPS
 @dataclass(frozen=True)
 class SceneReport:
     """What a fit did. factor: size of the photos. steps_planned: by the time limit; steps: done. tried: steps that the
-    controller took back. ended: ``schedule`` or ``time limit``. loss: of the first and the last tenth of the steps."""
+    controller took back. full: no more were allowed. wide_px: radius in the nearest photo from which Gaussians were
+    pruned. ended: ``schedule`` or ``time limit``. loss: of the first and the last tenth of the steps."""
 
     photos: int
     factor: float
@@ -22,6 +23,7 @@ class SceneReport:
     gaussians_first: int
     gaussians: int
     full: bool
+    wide_px: float
     counts: dict[str, int]
     controller: str
     phases_tried: int
