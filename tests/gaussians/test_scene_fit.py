@@ -153,9 +153,9 @@ def test_what_is_pruned():
 @pytest.mark.parametrize("of_start", [True, False])
 def test_a_start_that_is_wide_for_want_of_gaussians_is_not_pruned_for_it(of_start):
     points, colours = prior()
-    fit = SceneFit(Scene(points, colours, np.full(300, 0.5), 0), small_photos(), box(), QUICK)
-    radius_px = 1.5 / fit.footprint_m.numpy()
-    assert fit.rule.wide_px == pytest.approx(2 * np.median(radius_px), rel=1e-5)
+    fit = SceneFit(Scene(points, colours, np.full(300, 1.0), 0), small_photos(), box(), QUICK)
+    radius_px = 3.0 / fit.footprint_m.numpy()
+    assert fit.rule.wide_px == pytest.approx(2 * np.median(radius_px), rel=1e-3)
     assert fit.rule.wide_px > 2 * DensityRule().wide_px
     # Resets after a few steps, which prune nothing as faint: what is left is the width.
     wide_px = fit.rule.wide_px if of_start else DensityRule().wide_px
