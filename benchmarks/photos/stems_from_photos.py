@@ -73,6 +73,7 @@ def row_of(tree: dict, fit) -> dict:
         "flag": fit.flag,
         "reasons": ",".join(fit.reasons),
         "gain": round(fit.gain, 1),
+        "twins": round(fit.twins, 1) if np.isfinite(fit.twins) else None,
     }
 
 
