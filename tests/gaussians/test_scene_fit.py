@@ -168,6 +168,20 @@ def test_a_start_that_is_wide_for_want_of_gaussians_is_not_pruned_for_it(of_star
             fit.fit()
 
 
+def test_what_a_fit_warns_of():
+    points, colours = prior()
+    fit = SceneFit(Scene(points, colours, np.full(300, 0.02), 0), small_photos(), box(), QUICK)
+    fit.losses = [1.0]
+    whole = replace(fit.report(300), steps=30_000)
+    assert whole.warnings(QUICK) == []
+    (cut,) = replace(whole, steps=700).warnings(replace(QUICK, time_limit_min=8))
+    assert "cut short by the time limit of 8 minutes" in cut and "700 of the published" in cut
+    (lost,) = replace(whole, gaussians=147).warnings(QUICK)
+    assert "147 of the 300" in lost
+    (limited,) = replace(whole, full=True).warnings(QUICK)
+    assert "stopped at 900" in limited
+
+
 def test_a_fine_start_is_pruned_as_published():
     points, colours = prior()
     fit = SceneFit(Scene(points, colours, np.full(300, 0.02), 0), small_photos(), box(), QUICK)

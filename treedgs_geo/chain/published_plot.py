@@ -20,7 +20,7 @@ from ..from_points.measuring.options import MeasureOptions
 from ..from_points.segmentation.options import SegmentOptions
 from ..from_points.segmentation.others import check_segmenter, segment_other
 from ..from_points.segmentation.segment import StemMap, find_stems, label_points
-from ..gaussians.options import PUBLISHED_STEPS, SceneOptions
+from ..gaussians.options import SceneOptions
 from ..terrain.ground import height_above_ground
 from ..trees.priors import BREAST_HEIGHT_M
 from ..trees.tree import Tree
@@ -38,8 +38,6 @@ if TYPE_CHECKING:
 TRIED_EVERY = 8
 #: Most Gaussians that the CPU is given; half as many points of the prior start them.
 MAX_GAUSSIANS = 200_000
-#: Share of the Gaussians at the start below which those that are left are a warning: a fit makes more of them.
-FEW_LEFT = 0.5
 
 
 def is_published(settings: PhotosToDbhSettings) -> bool:
@@ -198,24 +196,10 @@ def published_trees(site: Site, sparse: np.ndarray, asked: Published, reporter: 
 
 
 def _say(report: SceneReport, options: SceneOptions, reporter: Reporter) -> None:
-    """How far the fit came; a warning where it was cut short."""
+    """How far the fit came, and what is to be known of it."""
     reporter.info(f"Gaussians over the whole plot: {report.sentence()}")
-    if report.steps < PUBLISHED_STEPS or report.factor < 1:
-        limit = "" if options.time_limit_min is None else f" by the time limit of {options.time_limit_min:g} minutes"
-        reporter.warn(
-            f"The published fit was cut short{limit}: {report.sentence()} Diameters may be better with a longer "
-            "--time-limit."
-        )
-    if report.gaussians < FEW_LEFT * report.gaussians_first:
-        reporter.warn(
-            f"Pruning left {report.gaussians:,} of the {report.gaussians_first:,} Gaussians that the published fit "
-            "began with, too few to show stems; give a longer --time-limit, or a smaller plot."
-        )
-    if report.full:
-        reporter.warn(
-            f"Densification stopped at {options.max_gaussians:,} Gaussians, the most that this run keeps in hand; the "
-            "published method has no such limit."
-        )
+    for warning in report.warnings(options):
+        reporter.warn(warning)
 
 
 def _prior(
