@@ -107,6 +107,23 @@ def test_a_measured_stem_that_they_see_differently_is_flagged_and_its_interval_h
     assert trees[0].qc_flag == "ok" and trees[0].dbh_se_cm == 0.4 and again.agreed == 1
 
 
+def test_a_primitive_that_edges_and_silhouette_contradict_together_says_nothing():
+    fit = replace(edges(0, 15, "check", "disagree", contrast=1.1), outline_cm=13.2)
+    trees, again = after([fit], {0: bark(0, 52)})
+    assert trees == trees_of_photo_fits([fit], FRAME) and again.flagged == 0
+    # Less far off, it may be right; so it may where no silhouette stands out.
+    assert after([fit], {0: bark(0, 21)})[0][0].dbh_se_cm > 3
+
+
+@pytest.mark.parametrize(
+    "shown", [{"outline_cm": 30.0}, {"outline_cm": math.nan}, {"outline_cm": 15.0, "contrast": 0.8}]
+)
+def test_a_measured_stem_whose_diameter_the_other_leaves_open_is_refused(shown):
+    fit = replace(edges(0, 15, "ok"), **shown)
+    tree = after([fit], {0: bark(0, 52)})[0][0]
+    assert (tree.qc_flag, tree.qc_reason, tree.dbh_cm) == ("reject", "disagree,wide_error", None)
+
+
 @pytest.mark.parametrize("change", [{"n_views": 3}, {"gap": 1e-4}, {"evidence": 0.001}, {"se_cm": 9.0}])
 def test_a_primitive_of_low_confidence_says_nothing(change):
     for fit in (edges(0, 30, "reject", "ambiguous"), edges(0, 24, "ok")):

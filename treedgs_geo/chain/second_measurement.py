@@ -30,6 +30,9 @@ LEAST_CONTRAST, LEAST_LLR = 0.7, 40.0
 #: The primitive is one stem with nothing beside it: where a companion is likely, or a measured stem this close (m), it
 #: takes the two for one (``benchmarks/photos/second_measurement.py`` counts both kinds).
 ALONE_M = 0.6
+#: A primitive whose diameter is off by more than this share of the edges' is of something else if the silhouette, which
+#: stands out, is within half of that of the edges.
+SOMETHING_ELSE = 0.5
 #: Most stems measured again in a plot; the clearest first.
 MOST_MEASURED_AGAIN = 16
 
@@ -65,14 +68,15 @@ def with_second_measurements(
     """Trees after the second measurement, in the same order.
 
     trees: of the fits, project coordinates. found: primitives by index of the fit, local frame. A primitive of low
-    confidence says nothing. Wherever the two diameters differ the error is widened by half of the difference.
+    confidence says nothing, nor does one that edges and silhouette contradict together. Wherever the two diameters
+    differ the error is widened by half of the difference; a stem whose diameter that leaves open is refused.
     """
     places = {number: place_of(stem, bh_m) for number, stem in found.items()}
     settled, counts = list(trees), {"agreed": 0, "gained": 0, "flagged": 0}
     for number, stem in found.items():
         fit, primitive = fits[number], stem.primitive
         unusable = (primitive.findings + judge("gaussians", {"dbh_cm": primitive.dbh_cm})).reasons
-        if unusable or _taken(number, fits, places, stem):
+        if unusable or _taken(number, fits, places, stem) or _of_something_else(fit, primitive):
             continue
         apart_cm = abs(primitive.dbh_cm - fit.dbh_cm)
         differ = judge("second measurement", {"other_off_cm": apart_cm}, fit.dbh_cm).reasons
@@ -92,7 +96,11 @@ def _of_measured(tree: Tree, fit: PhotoFit, primitive: PrimitiveFit, differ: tup
     is, with the primitive's error. differ: reasons for a check, none where both agree."""
     half_cm = 0.5 * abs(primitive.dbh_cm - fit.dbh_cm)
     if differ:
-        return _settled(tree, "check", fit.reasons + differ, fit.dbh_cm, float(np.hypot(fit.se_cm, half_cm)))
+        se_cm = float(np.hypot(fit.se_cm, half_cm))
+        open_ = judge("photos", {"se_cm": se_cm}, fit.dbh_cm)
+        if open_.refused:
+            return _settled(tree, "reject", fit.reasons + differ + open_.reasons, fit.dbh_cm, se_cm)
+        return _settled(tree, "check", fit.reasons + differ, fit.dbh_cm, se_cm)
     if np.isfinite(fit.lo_cm):
         return _settled(tree, fit.flag, fit.reasons, fit.dbh_cm, float(np.hypot(primitive.se_cm, half_cm)))
     return tree
@@ -139,6 +147,13 @@ def _settled(tree: Tree, flag: Flag, reasons: tuple[str, ...], dbh_cm: float, se
         **changes,
     }
     return replace(tree, **fresh).finish()  # type: ignore[arg-type]
+
+
+def _of_something_else(fit: PhotoFit, primitive: PrimitiveFit) -> bool:
+    """Is the primitive's diameter far from both the edges' and the silhouette's, which agree?"""
+    most_cm = SOMETHING_ELSE * fit.dbh_cm
+    outline_agrees = fit.contrast > 1.0 and abs(fit.outline_cm - fit.dbh_cm) < 0.5 * most_cm
+    return fit.measured and outline_agrees and abs(primitive.dbh_cm - fit.dbh_cm) > most_cm
 
 
 def _alone(number: int, fits: list[PhotoFit]) -> bool:
