@@ -1,8 +1,8 @@
 """Fit a whole scene as published: all photos, 0.8 L1 + 0.2 (1 - SSIM) + depth-normal term, densification, RLGS.
 
 Everything that happens on the way hangs on the share of the fit that is done, so that a fit of fewer steps than the
-published 30,000 goes through the same stations. A time limit (CPU time) first plans fewer steps, then smaller photos
-(:func:`plan`), and ends the fit where the plan was too hopeful.
+published 30,000 goes through the same stations. With a time limit (CPU time) that is the share of the time: the steps
+that it leaves are foreseen (:func:`plan`), smaller photos are taken where they are too few, and none is left over.
 """
 
 from __future__ import annotations
@@ -96,10 +96,10 @@ class SceneFit:
 
     @property
     def done(self) -> float:
-        """Share of the fit that is done, by steps or by time."""
+        """Share of the fit that is done: of the steps or of the time, whichever ends it."""
         limit = self.options.time_limit_min
         by_time = 0.0 if limit is None else self.seconds / (60 * limit)
-        return min(max(self.steps / self.planned, by_time), 1.0)
+        return min(max(self.steps / self.options.steps, by_time), 1.0)
 
     @property
     def seconds(self) -> float:
@@ -258,7 +258,7 @@ class SceneFit:
     def report(self, first: int) -> SceneReport:
         """What was done. first: Gaussians at the start."""
         limit, tenth = self.options.time_limit_min, max(len(self.losses) // 10, 1)
-        late = limit is not None and self.seconds >= 60 * limit and self.steps < self.planned
+        late = limit is not None and self.steps < self.options.steps
         sizes = [camera.width * camera.height for camera in self.photos.cameras]
         return SceneReport(
             photos=len(self.photos),

@@ -13,7 +13,7 @@ FEW_LEFT = 0.5
 
 @dataclass(frozen=True)
 class SceneReport:
-    """What a fit did. factor: size of the photos. steps_planned: by the time limit; steps: done. tried: steps that the
+    """What a fit did. factor: size of the photos. steps_planned: foreseen; steps: done. tried: steps that the
     controller took back. full: no more were allowed. wide_px: radius in the nearest photo from which Gaussians were
     pruned. ended: ``schedule`` or ``time limit``. loss: of the first and the last tenth of the steps."""
 
