@@ -13,7 +13,7 @@ from treedgs_geo.from_photos.coarse import Prior, Search
 from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.from_photos.stack import GroundGrid, load_stack
 from treedgs_geo.from_photos.strips import StemAxis
-from treedgs_geo.from_photos.twins import LEAST_RADIUS_M, halves, twin_gain
+from treedgs_geo.from_photos.twins import LEAST_RADIUS_M, find_twins, halves
 from treedgs_geo.from_photos.verdict import FitQuality, verdict
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.trees.limits import bound_of
@@ -44,23 +44,26 @@ def gain(tmp_path_factory):
         axis = StemAxis(np.array([x, y]), np.zeros(2), np.zeros(2), 0.0, OPTIONS.bh_m)
         search = Search(*coarse_strips(stack, axis, OPTIONS, NO_SUN), null, Prior())
         outline = cut_silhouette(stack, backdrop, grid, axis, BREAST.outline) if silhouettes else None
-        return twin_gain(search, np.array([0.0, 0.0, 0.0, 0.0, r]), outline)
+        return find_twins(search, np.array([0.0, 0.0, 0.0, 0.0, r]), outline)
 
     return of
 
 
 def test_two_stems_explain_a_pair_better_than_the_disc_that_holds_them(gain):
-    assert gain(-0.01, 0.0, 0.215) > bound_of("photos", "twins", "reject")
+    twins = gain(-0.01, 0.0, 0.215)
+    assert twins.gain > bound_of("photos", "twins", "reject")
+    assert twins.share > bound_of("photos", "twins_share", "check")
 
 
 @pytest.mark.parametrize("stem", [WIDE, THIN])
 def test_a_stem_alone_is_no_pair(gain, stem):
-    assert not gain(stem.x, stem.y, stem.r) > 0.0
+    twins = gain(stem.x, stem.y, stem.r)
+    assert not twins.gain > 0.0 and not twins.share > 0.0
 
 
 def test_nothing_is_said_of_thin_discs_and_without_silhouettes(gain):
-    assert np.isnan(gain(THIN.x, THIN.y, 0.9 * LEAST_RADIUS_M))
-    assert np.isnan(gain(-0.01, 0.0, 0.215, silhouettes=False))
+    assert np.isnan(gain(THIN.x, THIN.y, 0.9 * LEAST_RADIUS_M)).all()
+    assert np.isnan(gain(-0.01, 0.0, 0.215, silhouettes=False)).all()
 
 
 def test_halves_fill_their_disc_in_one_direction():
@@ -76,3 +79,6 @@ def test_what_the_gain_means_for_the_tree():
     flags = [verdict(FitQuality(**CLEAR, twins=gain), OPTIONS) for gain in (np.nan, -40.0, 14.0, 16.0, 31.0)]
     assert [flag for flag, _ in flags] == ["ok", "ok", "ok", "check", "reject"]
     assert flags[-1][1] == ("merged",)
+    shares = [verdict(FitQuality(**CLEAR, twins_share=share), OPTIONS) for share in (0.0, 0.44, 0.46)]
+    assert [flag for flag, _ in shares] == ["ok", "ok", "check"] and shares[-1][1] == ("merged",)
+    assert FitQuality(**CLEAR, twins_share=0.46).twins_likely and not FitQuality(**CLEAR, twins_share=0.44).twins_likely

@@ -22,7 +22,7 @@ from .photo_fit import PhotoFit, seen_probability
 from .stem_evidence import cut_bark, with_bark
 from .strips import StemAxis
 from .touching import Pair, crowded, find_companion, pair_contrast, pair_z
-from .twins import twin_gain
+from .twins import find_twins
 from .verdict import GAIN_MERGED, GAIN_WEIGHED
 
 #: Scores on the grid and after polishing below which a seed is not worth refining, unless its silhouette is clear.
@@ -183,8 +183,9 @@ class Fitter(Shared):
             # Which single disc would be the next best is no longer the question.
             sure = 1.0 if np.isfinite(sure) else sure
         # A companion may be the other one of two full stems: the disc that holds both is asked, too.
-        asked = [best.vector] if best is choice.best else [best.vector, choice.best.vector]
-        twins = float(np.fmax.reduce([twin_gain(search, disc, outline) for disc in asked]))
+        twins = find_twins(search, best.vector, outline)
+        if best is not choice.best:
+            twins = twins.clearest(find_twins(search, choice.best.vector, outline))
         return Fitted(best, best.fine, choice.gap, sure, outline, gain, Others(choice, touched, gain), twins=twins)
 
     def _compared(self, tried: list[Explanation], known: np.ndarray) -> list[Explanation]:

@@ -24,6 +24,7 @@ from .see_through import ground_correlation, share_through
 from .stack import FX, GroundGrid, PhotoStack
 from .stem_net import NetworkMaps
 from .strips import StemAxis
+from .twins import NO_TWINS, PARTS, Twins
 from .verdict import FitQuality, verdict, widened_cm
 
 #: A view counts as seeing the stem above this z-score.
@@ -49,9 +50,9 @@ class Shared:
 
 
 class Fitted(NamedTuple):
-    """An explanation that was chosen. best: it; fine: its last refinement; gap, sure, gain, twins: as of
+    """An explanation that was chosen. best: it; fine: its last refinement; gap, sure, gain: as of
     :class:`.photo_fit.PhotoFit`; outline: silhouettes about the place; others: what else was tried; above_cm: the
-    diameter read farther up, brought down, NaN where there is none."""
+    diameter read farther up, brought down, NaN where there is none; twins: full stems instead of it."""
 
     best: Explanation
     fine: FineFit
@@ -61,7 +62,7 @@ class Fitted(NamedTuple):
     gain: float = 0.0
     others: Others | None = None
     above_cm: float = np.nan
-    twins: float = np.nan
+    twins: Twins = NO_TWINS
 
 
 class _Shape(NamedTuple):
@@ -95,7 +96,8 @@ def judged(shared: Shared, seed: Seed, found: Fitted) -> PhotoFit:
         rms_px=fine.rms_px,
         sure=found.sure,
         gain=found.gain,
-        twins=found.twins,
+        twins=found.twins.gain,
+        twins_share=found.twins.share,
         contrast=np.nan if outline is None else best.contrast / shared.chance,
         outline_cm=np.nan if outline is None or best.mate is not None else 200 * widest(outline, best.vector),
         through=_through(shared, shape, outline, int(clear.sum())),
@@ -126,13 +128,15 @@ def judged(shared: Shared, seed: Seed, found: Fitted) -> PhotoFit:
         outline_cm=quality.outline_cm,
         foot_z=foot_z,
         gain=found.gain,
-        twins=found.twins,
+        twins=found.twins.gain,
         oval=(float(fine.oval[0]), float(fine.oval[1])),
     )
     if found.others is None or flag != "check" or not UNSURE & set(reasons):
         return fit
     mixture = found.others.mixture(fit.dbh_cm, fit.se_cm)
     low_cm, high_cm = mixture.interval_cm(fit.dbh_cm)
+    if quality.twins_likely:
+        low_cm = min(low_cm, PARTS[0] * fit.dbh_cm)  # the thinner one of two
     return replace(fit, se_cm=mixture.error_cm(fit.dbh_cm), lo_cm=low_cm, hi_cm=high_cm)
 
 

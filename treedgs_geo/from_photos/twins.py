@@ -11,6 +11,8 @@ Own method; figures: ``docs/evidence/photos.md``.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit, prange
 
@@ -29,6 +31,24 @@ GAP_SD_M = 0.03
 TURNS, PARTS, FOLLOWED = 12, (0.4, 0.5, 0.6), 3
 #: Thinner discs are not split, metres.
 LEAST_RADIUS_M = 0.05
+#: Gain by edges alone from which its share of the disc's own score counts (log likelihood units).
+LEAST_GAIN = 15.0
+
+
+class Twins(NamedTuple):
+    """Two full stems instead of one disc. gain: of the edges' log likelihood where the silhouettes of all photos stand
+    out more, too, NaN elsewhere. share: the gain by edges alone over the disc's own score, 0 below
+    :data:`LEAST_GAIN`; NaN where nothing is said (thin discs, no silhouettes)."""
+
+    gain: float
+    share: float
+
+    def clearest(self, other: Twins) -> Twins:
+        """The larger of both, each."""
+        return Twins(float(np.fmax(self.gain, other.gain)), float(np.fmax(self.share, other.share)))
+
+
+NO_TWINS = Twins(float("nan"), float("nan"))
 
 
 @njit(**_FAST)
@@ -81,15 +101,14 @@ def halves(disc: np.ndarray) -> np.ndarray:
     return np.array(pairs)
 
 
-def twin_gain(search: Search, disc: np.ndarray, outline: Silhouette | None) -> float:
-    """By how much two stems inside a disc explain the edges better than the disc, log likelihood units; NaN where their
-    silhouette does not stand out more than the disc's, without silhouettes, and for thin discs.
+def find_twins(search: Search, disc: np.ndarray, outline: Silhouette | None) -> Twins:
+    """How much better two stems inside a disc, (5,) x, y, lx, ly, r, explain the photos than the disc.
 
     Edges alone are a weak witness: between the leaves that hide a stem from some photos there are enough of them for
-    two narrow stems. disc: (5,) x, y, lx, ly, r.
+    two narrow stems.
     """
     if disc[4] < LEAST_RADIUS_M or outline is None:
-        return float("nan")
+        return NO_TWINS
     edges, null, _, _ = search.data
     settled = search.polish_all([Mode(*[*map(float, disc), 0.0])])[0].vector
     alone = max(_alone(search, disc), _alone(search, settled))
@@ -100,9 +119,9 @@ def twin_gain(search: Search, disc: np.ndarray, outline: Silhouette | None) -> f
     reached = np.empty(len(best))
     _twin_polish(edges, null, disc, best, reached)
     first = int(reached.argmax())
-    if pair_contrast(outline, best[first]) <= outline.contrast(disc):
-        return float("nan")
-    return float(reached[first] - alone)
+    gain = float(reached[first] - alone)
+    both = pair_contrast(outline, best[first]) > outline.contrast(disc)
+    return Twins(gain if both else float("nan"), gain / max(alone, 1.0) if gain > LEAST_GAIN else 0.0)
 
 
 def _alone(search: Search, disc: np.ndarray) -> float:

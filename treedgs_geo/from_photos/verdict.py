@@ -38,8 +38,8 @@ class FitQuality:
     """What a fit is judged by; fields as in :class:`.photo_fit.PhotoFit`. sure, contrast, outline_cm: NaN where no
     silhouette is to be had. kish: infinite for one of a pair, which hardly any photo shows whole. network: it was
     asked. through: share of photos that show the ground through it (:mod:`.see_through`). oval: by how much its section
-    is off a circle, share of the radius. twins: of :func:`.twins.twin_gain`. against_cm: as in
-    :class:`.choice.Choice`."""
+    is off a circle, share of the radius. twins, twins_share: gain and share of :class:`.twins.Twins`.
+    against_cm: as in :class:`.choice.Choice`."""
 
     dbh_cm: float
     polish_cm: float
@@ -58,6 +58,7 @@ class FitQuality:
     oval: float = 0.0
     gain: float = 0.0
     twins: float = np.nan
+    twins_share: float = np.nan
     network: bool = False
     against_cm: float = 0.0
 
@@ -81,6 +82,11 @@ class FitQuality:
         """Taken for one of two stems that touch."""
         return self.gain > GAIN_MERGED
 
+    @property
+    def twins_likely(self) -> bool:
+        """It may be two full stems."""
+        return bool(judge("photos", {"twins": self.twins, "twins_share": self.twins_share}, self.dbh_cm).reasons)
+
     def measured(self) -> dict[str, float]:
         """The quantities that apply, for :func:`treedgs_geo.trees.limits.judge`."""
         found = {
@@ -91,6 +97,7 @@ class FitQuality:
             "slope": self.r1,
             "gain": self.gain,
             "twins": self.twins,
+            "twins_share": self.twins_share,
             "lean_deg": self.lean_deg,
             "through": self.through,
             "oval": self.oval,

@@ -173,6 +173,9 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
         ),
         Limit("merged", "gain", "gain of a pair over one stem (log likelihood)", "", *_above(38, None), _TOUCHED),
         Limit("merged", "twins", "gain of two stems inside one (log likelihood)", "", *_above(15, 30), _TWINS),
+        Limit(
+            "merged", "twins_share", "the same by edges alone, over the score of one", "", *_above(0.45, None), _TWINS
+        ),
         Limit("not_round", "oval", "section off a circle, share of its radius", "", *_above(0.054, None), _OVAL),
         Limit("lean", "lean_deg", "lean", "°", *_above(None, 27), _LEANING),
         Limit("wide_error", "se_cm", "standard error", "cm", *_above(Bound(share=0.06), Bound(share=0.25)), _RENDERED),
