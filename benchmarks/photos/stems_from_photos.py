@@ -74,6 +74,7 @@ def row_of(tree: dict, fit) -> dict:
         "reasons": ",".join(fit.reasons),
         "gain": round(fit.gain, 1),
         "twins": round(fit.twins, 1) if np.isfinite(fit.twins) else None,
+        "twins_share": round(fit.twins_share, 2) if np.isfinite(fit.twins_share) else None,
     }
 
 

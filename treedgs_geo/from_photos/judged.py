@@ -129,6 +129,7 @@ def judged(shared: Shared, seed: Seed, found: Fitted) -> PhotoFit:
         foot_z=foot_z,
         gain=found.gain,
         twins=found.twins.gain,
+        twins_share=found.twins.share,
         oval=(float(fine.oval[0]), float(fine.oval[1])),
     )
     if found.others is None or flag != "check" or not UNSURE & set(reasons):

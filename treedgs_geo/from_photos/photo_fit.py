@@ -23,7 +23,7 @@ class PhotoFit:
     probability that each photo sees it. contrast: of the silhouette, in units of what chance reaches. sure: how
     probable this diameter is among the explanations tried. outline_cm: diameter of the silhouette alone.
     foot_z: ground on the uphill side of the foot, local metres. gain: of "another stem touches it" over one stem;
-    twins: gain of two full stems inside this one (:class:`.twins.Twins`).
+    twins, twins_share: two full stems inside this one (:class:`.twins.Twins`).
     lo_cm, hi_cm: 90 % interval where se_cm is that of a mixture over the explanations (:mod:`.mixture`), NaN elsewhere.
     carried: measured above breast height (:mod:`.hidden`). oval: of the section, metres (:class:`.fine.FineFit`).
     photos: names of the V photos looked at.
@@ -51,6 +51,7 @@ class PhotoFit:
     foot_z: float = np.nan
     gain: float = 0.0
     twins: float = np.nan
+    twins_share: float = np.nan
     lo_cm: float = np.nan
     hi_cm: float = np.nan
     carried: bool = False

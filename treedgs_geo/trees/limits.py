@@ -68,6 +68,7 @@ _BOWED = "bowed stems of the stability suite (docs/results/bowed_stems.json)"
 _GROUND = "clouds cut above their ground (docs/results/ground_cut.json)"
 _THROUGH = "stems and a place without one, rendered and simulated plots (docs/evidence/photos.md)"
 _TWINS = "34 stems of plot_a and a simulated plot: at most 11; two touching pairs taken for one: 62, 113"
+_TWINS_SHARE = "two touching pairs that few photos see: 0.49 and more; other stems: docs/evidence/photos.md"
 _OVAL = "three standard deviations of stems' sections; 73 stems of three rendered plots: at most 0.046"
 _BLOCK = "litter, grass and shrubs look like ground in photos, and a block stands some decimetres off its DTM"
 _SPLATS = "development runs on rendered stems (docs/evidence/gaussians.md)"
@@ -174,7 +175,12 @@ LIMITS: dict[Route, tuple[Limit, ...]] = {
         Limit("merged", "gain", "gain of a pair over one stem (log likelihood)", "", *_above(38, None), _TOUCHED),
         Limit("merged", "twins", "gain of two stems inside one (log likelihood)", "", *_above(15, 30), _TWINS),
         Limit(
-            "merged", "twins_share", "the same by edges alone, over the score of one", "", *_above(0.45, None), _TWINS
+            "merged",
+            "twins_share",
+            "the same by edges alone, over the score of one",
+            "",
+            *_above(0.45, None),
+            _TWINS_SHARE,
         ),
         Limit("not_round", "oval", "section off a circle, share of its radius", "", *_above(0.054, None), _OVAL),
         Limit("lean", "lean_deg", "lean", "°", *_above(None, 27), _LEANING),
