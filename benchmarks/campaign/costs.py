@@ -5,9 +5,9 @@
 
 The first makes photo plots of different sizes out of one (every second, every third … photo) and runs them as a
 campaign. The second reads the tables (``plots.csv``) of finished campaigns and writes
-``docs/results/campaign_costs.json`` and, with --ship, the figures that TreeDGS comes with. Seconds are processor
-seconds of single-threaded plots, which other programs change little; on an idle machine they are the seconds on
-the clock.
+``docs/results/campaign_costs.json`` (routes without new runs stay as they are there) and, with --ship, the figures that
+TreeDGS comes with. Seconds are processor seconds of single-threaded plots, which other programs change little; on an
+idle machine they are the seconds on the clock.
 """
 
 from __future__ import annotations
@@ -108,6 +108,19 @@ def check(runs: list[dict], features: tuple[str, ...]) -> dict:
     }
 
 
+def with_kept(found: dict, path: Path) -> None:
+    """Add the routes that have no new runs as the record at ``path`` has them, and say since when."""
+    if not path.exists():
+        return
+    former = json.loads(path.read_text(encoding="utf-8"))
+    made = former.get("made_by", former)
+    for route, figures in former["routes"].items():
+        if route not in found["routes"]:
+            since = {"version": made["version"], "date": made.get("date", "2026-11-21")}
+            found["routes"][route] = {"kept_from": since, **figures}
+            found["runs"] += [run for run in former["runs"] if run["route"] == route]
+
+
 def main() -> int:
     """Make runs, or fit and check them."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -148,6 +161,7 @@ def main() -> int:
             "disk_gb": round(10_000 * need.disk_gb),
         }
     found["runs"] = runs
+    with_kept(found, RESULTS / "campaign_costs.json")
     print(json.dumps({name: value for name, value in found.items() if name != "runs"}, indent=1))
     write_record(RESULTS / "campaign_costs.json", found)
     if given.ship:
