@@ -113,10 +113,9 @@ def with_kept(found: dict, path: Path) -> None:
     if not path.exists():
         return
     former = json.loads(path.read_text(encoding="utf-8"))
-    made = former.get("made_by", former)
     for route, figures in former["routes"].items():
         if route not in found["routes"]:
-            since = {"version": made["version"], "date": made.get("date", "2026-11-21")}
+            since = {name: former["made_by"][name] for name in ("version", "date")}
             found["routes"][route] = {"kept_from": since, **figures}
             found["runs"] += [run for run in former["runs"] if run["route"] == route]
 
