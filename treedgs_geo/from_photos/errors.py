@@ -37,12 +37,18 @@ def standard_error_cm(fine: FineFit, weight: np.ndarray, px_cm: float, n_views: 
     n = max(w.sum() ** 2 / (w**2).sum(), 1.0)
     few = float(stdtrit(max(n - 1.0, 1.0), 0.95)) / 1.645
     scatter = few * np.sqrt((w * d**2).sum() / w.sum() / n)
-    parts = SE_SCATTER * scatter, SE_FORMAL * 200 * fine.fit_sd_m, SE_PIXEL * px_cm / max(n_views, 1)
-    return float(np.linalg.norm(parts))
+    return float(np.linalg.norm([SE_SCATTER * scatter, formal_error_cm(fine), SE_PIXEL * px_cm / max(n_views, 1)]))
+
+
+def formal_error_cm(fine: FineFit) -> float:
+    """Formal standard error of the diameter, times :data:`SE_FORMAL`: edges of one stem err together. What its unknown
+    oval makes of it counts once, since no edge errs by it."""
+    of_round_m = np.sqrt(max(fine.fit_sd_m**2 - fine.oval_sd_m**2, 0.0))
+    return 200 * float(np.hypot(SE_FORMAL * of_round_m, fine.oval_sd_m))
 
 
 def oval_error_cm(dbh_cm: float, azimuth: np.ndarray, weight: np.ndarray) -> float:
-    """What a stem's unknown oval adds to the error of the diameter, for photos from unevenly spread directions.
+    """What a stem's unknown oval adds to the error of a round fit, for photos from unevenly spread directions.
 
     Stems are oval by some per cent, and an oval is ``1 + e/2 cos 2(azimuth - theta)`` wide. Photos all round average
     that to girth over pi (Cauchy); photos along one line see one width. ``azimuth``: (V,) radians, ``weight``: (V,).

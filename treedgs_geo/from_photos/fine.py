@@ -27,9 +27,9 @@ class FineFit:
     axis: at breast height. r0: radius there, metres; r1: its slope, m/m. view_r: (V,) radius deviation of each view,
     metres, NaN without both edges. view_weight: (V,) its weight. two_sided: (V,) bool, both edges seen.
     n_edges: effective number of edges. spread: (V,) share of blocks with a supported edge pair. rms_px: edge residual.
-    fit_sd_m: formal standard error of r0. oval: (2,) second harmonic of the half width, metres. evidence: summed log
-    likelihood ratio of "one of the edges found is the stem's" to "none is", over photos, blocks and sides, with the
-    prior of the taper.
+    fit_sd_m: formal standard error of r0; oval_sd_m: what of it the unknown oval of the section makes. oval: (2,)
+    second harmonic of the half width, metres. evidence: summed log likelihood ratio of "one of the edges found is the
+    stem's" to "none is", over photos, blocks and sides, with the prior of the taper.
     """
 
     axis: StemAxis
@@ -42,6 +42,7 @@ class FineFit:
     n_edges: float
     rms_px: float
     fit_sd_m: float
+    oval_sd_m: float = 0.0
     evidence: float = 0.0
     oval: np.ndarray = field(default_factory=lambda: np.zeros(2))
 
@@ -202,6 +203,8 @@ def _solve(
     best = np.zeros(n_groups)
     np.maximum.at(best, edges.group, post)
     pairs = best.reshape(n_views, -1, 2).min(axis=2)
+    # The same with the section known: rows and columns of the oval left out.
+    of_r0, of_round = np.linalg.inv(matrix)[6, 6], np.linalg.inv(matrix[:8, :8])[6, 6]
     fit = FineFit(
         axis=StemAxis(axis.p + x[0:2], axis.s + x[2:4], axis.c + x[4:6], axis.ground_z, axis.bh_m),
         r0=float(x[6]),
@@ -212,7 +215,8 @@ def _solve(
         support=pairs.mean(axis=1),
         n_edges=float(post.sum()),
         rms_px=float(np.sqrt((post * (e / px) ** 2).sum() / max(post.sum(), 1e-9))),
-        fit_sd_m=float(np.sqrt(np.linalg.inv(matrix)[6, 6])),
+        fit_sd_m=float(np.sqrt(of_r0)),
+        oval_sd_m=float(np.sqrt(max(of_r0 - of_round, 0.0))),
         evidence=evidence,
         oval=x[8:10],
     )

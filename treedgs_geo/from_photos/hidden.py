@@ -11,7 +11,7 @@ from ..core.progress import Reporter
 from ..trees.limits import judge
 from .chance import ABOVE
 from .detect import Seed
-from .errors import SE_FORMAL
+from .errors import SE_FORMAL, formal_error_cm
 from .fine import USUAL, FineFit, Sighting, TaperPrior, refine
 from .fit import WINDOWS_PX, Fitter
 from .photo_fit import PhotoFit
@@ -69,9 +69,9 @@ def held_to(taper: TaperPrior, found: PhotoFit, above: Fitter, known: np.ndarray
     free, held = (_refined(found, above, known, prior) for prior in (USUAL, _as_formal(taper)))
     if free is None or held is None:
         return found
-    formal = (200 * SE_FORMAL) ** 2 * (held.fit_sd_m**2 - free.fit_sd_m**2)
+    free_cm, held_cm = formal_error_cm(free), formal_error_cm(held)
     moved_m = held.r0 - free.r0
-    se_cm = float(np.sqrt(max(found.se_cm**2 + formal, (200 * SE_FORMAL * held.fit_sd_m) ** 2)))
+    se_cm = float(np.sqrt(max(found.se_cm**2 + held_cm**2 - free_cm**2, held_cm**2)))
     dbh_cm = found.dbh_cm + 200 * moved_m
     return replace(found, r0=found.r0 + moved_m, r1=held.r1, dbh_cm=dbh_cm, se_cm=se_cm)
 

@@ -35,7 +35,7 @@ CLEAR_Z = 2.5
 class Shared:
     """What all fits on one stack of photos share. sun: (flights,) azimuth, rad from east, NaN = unknown. backdrop: the
     ground behind the stems, if enough photos show it; chance: silhouette contrast that places without a stem reach.
-    bands: heights at which stems are looked for."""
+    bands: heights at which stems are looked for. soft_px: of the photos (:func:`.softness.soft_px`)."""
 
     stack: PhotoStack
     ground: GroundGrid
@@ -47,6 +47,7 @@ class Shared:
     chance: float = np.inf
     shown: NetworkMaps | None = None
     bands: Bands = BREAST
+    soft_px: float = 0.0
 
 
 class Fitted(NamedTuple):
@@ -144,16 +145,17 @@ def judged(shared: Shared, seed: Seed, found: Fitted) -> PhotoFit:
 def error_cm(shared: Shared, best: Explanation, fine: FineFit, weight: np.ndarray) -> float:
     """Standard error of the diameter before anything speaks against the stem. weight: (V,) of the photos."""
     clear = best.z > CLEAR_Z
-    se = standard_error_cm(fine, weight, px_cm(shared, fine.axis, clear), int(clear.sum()))
-    if best.mate is not None:
-        se = PAIR_SE_CM  # hardly any photo shows both of its edges
+    pixel_cm = px_cm(shared, fine.axis, clear)
+    se = standard_error_cm(fine, weight, pixel_cm, int(clear.sum()))
     azimuths, thick_cm = _azimuths(shared, fine.axis), 200 * fine.r0
-    oval = oval_error_cm(thick_cm, azimuths, weight)
     if best.mate is None:
-        oval = float(np.hypot(oval, seen_oval_error_cm(thick_cm, 200 * fine.view_r, azimuths, weight)))
+        oval = seen_oval_error_cm(thick_cm, 200 * fine.view_r, azimuths, weight)
+    else:
+        se = PAIR_SE_CM  # hardly any photo shows both of its edges
+        oval = oval_error_cm(thick_cm, azimuths, weight)
     lean = float(np.hypot(*fine.axis.s))
     parts = oval, LEAN_ERROR * thick_cm * lean, SECTION_SD * thick_cm, taper_error_cm(fine.r1)
-    return float(np.linalg.norm([se, *parts]))
+    return float(np.linalg.norm([se, *parts, shared.soft_px * pixel_cm]))
 
 
 def px_cm(shared: Shared, axis: StemAxis, views: np.ndarray) -> float:
