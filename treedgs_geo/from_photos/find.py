@@ -126,7 +126,7 @@ def _tile(
     seeds, beside, gate = _edge_seeds(detector, area, options, rng)
     reporter.progress(0.5)
     places = random_places(tile, rng)
-    fitter = first_look(stack, grid, tile, seeds, gate, places, options)
+    fitter = first_look(stack, grid, tile, seeds, gate, places, options, reporter)
     reporter.progress(0.55)
     with reporter.stage("fit stems", 0.55, 0.7):
         by_edges = fits = _fitted(fitter, [], seeds, beside, gate, reporter)

@@ -1,5 +1,6 @@
 """What the search of a piece of ground learns first - where the sun stood, how thick the stand's stems are, how much
-contrast chance reaches - and what is kept of it, so that a further stem is fitted there as the others were."""
+contrast chance reaches, how soft the photos are - and what is kept of it, so that a further stem is fitted there as
+the others were."""
 
 from __future__ import annotations
 
@@ -9,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..core.progress import Reporter
 from ..reconstruction.area import Area
 from .backdrop import Silhouette, make_backdrop
 from .chance import build_null
@@ -16,6 +18,7 @@ from .coarse import Prior
 from .detect import Seed
 from .fit import Fitter
 from .options import PhotoStemOptions
+from .softness import soft_px
 from .stack import GroundGrid, PhotoStack
 from .stem_net import NetworkMaps
 from .strips import StemAxis
@@ -35,7 +38,8 @@ class Look:
     """Of one piece of ground. network: what the network was asked in the end (``off``, ``ivy`` or ``full``). sun:
     (flights,) azimuth, rad from east, NaN = unknown. r, r_sd: of the stand's radii at breast height, m. chance:
     silhouette contrast that places without a stem reach, infinite where silhouettes say nothing. gate: score from which
-    a seed counts. places: (N, 2) random places that chance is measured at, local frame."""
+    a seed counts. places: (N, 2) random places that chance is measured at, local frame. soft_px: of the photos
+    (:func:`.softness.soft_px`)."""
 
     network: str
     sun: np.ndarray
@@ -44,6 +48,7 @@ class Look:
     chance: float
     gate: float
     places: np.ndarray
+    soft_px: float = 0.0
 
     def record(self) -> dict[str, Any]:
         """As JSON."""
@@ -55,6 +60,7 @@ class Look:
             "chance": self.chance if np.isfinite(self.chance) else None,
             "gate": self.gate,
             "places": self.places.tolist(),
+            "soft_px": self.soft_px,
         }
 
     @classmethod
@@ -67,7 +73,9 @@ class Look:
         sun = np.array([np.nan if value is None else value for value in plain["sun"]], float)
         chance = np.inf if plain["chance"] is None else float(plain["chance"])
         numbers = (float(plain["r"]), float(plain["r_sd"]), chance, float(plain["gate"]))
-        return cls(str(plain["network"]), sun, *numbers, np.array(plain["places"], float).reshape(-1, 2))
+        places = np.array(plain["places"], float).reshape(-1, 2)
+        # Records from before it was measured: their stems were fitted without.
+        return cls(str(plain["network"]), sun, *numbers, places, float(plain.get("soft_px", 0.0)))
 
     def fitter(
         self,
@@ -82,13 +90,14 @@ class Look:
         null = build_null(stack, grid, self.places, options, self.sun)
         prior = Prior(r=self.r, r_sd=self.r_sd)
         backdrop = make_backdrop(stack, grid, tile.bounds(options.margin_m + BACKDROP_MARGIN_M))
-        return Fitter(stack, grid, options, null, self.sun, prior, backdrop, self.chance, shown)
+        known = Fitter(stack, grid, options, null, self.sun, prior, backdrop, self.chance, shown)
+        return replace(known, soft_px=self.soft_px)
 
 
 def look_of(fitter: Fitter, gate: float, places: np.ndarray) -> Look:
     """What to keep of a search. places: (N, 2) at which its null scores were measured."""
     prior, network = fitter.prior, fitter.options.stem_network
-    return Look(network, fitter.sun, prior.r, prior.r_sd, float(fitter.chance), gate, places)
+    return Look(network, fitter.sun, prior.r, prior.r_sd, float(fitter.chance), gate, places, fitter.soft_px)
 
 
 def first_look(
@@ -99,9 +108,10 @@ def first_look(
     gate: float,
     places: np.ndarray,
     options: PhotoStemOptions,
+    reporter: Reporter,
 ) -> Fitter:
     """Fit the clearest stems once to learn where the sun stood and how thick the stand's stems are. places: (N, 2)
-    random ones."""
+    random ones. Says where the photos are soft."""
     unknown = np.full(max(view.flight for view in stack.views) + 1, np.nan)
     fitter = Fitter(stack, grid, options, build_null(stack, grid, places, options, unknown), unknown)
     clear = [
@@ -114,7 +124,8 @@ def first_look(
     radii = np.array([fit.r0 for fit in clear])
     if len(radii) >= 6:
         prior = Prior(r=float(np.median(radii)), r_sd=float(max(2.0 * radii.std(), 0.06)))
-    look = Look(options.stem_network, sun, prior.r, prior.r_sd, np.inf, gate, places)
+    soft = soft_px(stack, reporter)
+    look = Look(options.stem_network, sun, prior.r, prior.r_sd, np.inf, gate, places, soft)
     return with_chance(look.fitter(stack, grid, tile, options), places)
 
 

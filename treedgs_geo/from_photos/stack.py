@@ -64,6 +64,12 @@ class PhotoStack:
         """What the compiled kernels take."""
         return PhotoArrays(self.pixels, self.start, self.shape, self.corner, self.camera, self.centre)
 
+    def grey(self, number: int) -> np.ndarray:
+        """(H, W) float32 crop of one photo, 0..255: its green channel."""
+        first, (rows, columns) = self.start[number], self.shape[number]
+        crop = self.pixels[first : first + rows * columns * 3].reshape(rows, columns, 3)
+        return crop[..., 1].astype(np.float32)
+
     def arrays_of(self, members: np.ndarray) -> PhotoArrays:
         """:attr:`arrays` of some photos, by their indices."""
         start, shape, corner = self.start[members], self.shape[members], self.corner[members]
