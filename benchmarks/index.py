@@ -18,6 +18,7 @@ from treedgs_geo.core.files import read_json
 README = ROOT / "benchmarks" / "README.md"
 #: Results -> the module that writes them.
 WRITERS = {
+    "altered_photos*.json": "benchmarks.photos.altered_photos",
     "benchmark*.*": "benchmarks.evidence",
     "bowed_stems.json": "benchmarks.clouds.bowed_stems",
     "campaign_costs.json": "benchmarks.campaign.costs",

@@ -131,3 +131,14 @@ def test_two_certain_stems_are_not_swallowed_by_one_that_the_network_sees():
         [fitted(30.5, 128.0, 0.0, "ok", x=0.55)],
     ):
         assert not_swallowed([both], others) == [both]
+
+
+def test_with_few_photos_the_others_count_with_the_errors_that_are_stated():
+    mixture = Others(choice((30.0, 0.92), (22.0, 0.08)), None, 20.0).mixture(30.2, 0.5, 1.0)
+    assert mixture.se_cm == pytest.approx([0.5, 0.5])
+    low, high = mixture.interval_cm(30.2)
+    assert low < 22.6 and high == pytest.approx(30.2 + HALF_WIDTH_SE * 0.5, abs=0.05)
+    certain = Others(choice((30.0, 0.99), (22.0, 0.01)), None, 20.0).mixture(30.2, 0.5, 1.0)
+    assert certain.interval_cm(30.2) == pytest.approx(
+        (30.2 - HALF_WIDTH_SE * 0.5, 30.2 + HALF_WIDTH_SE * 0.5), abs=0.05
+    )

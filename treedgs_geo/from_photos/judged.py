@@ -17,7 +17,7 @@ from .detect import Seed
 from .errors import LEAN_ERROR, azimuth_spread, oval_error_cm, seen_oval_error_cm, standard_error_cm, taper_error_cm
 from .fine import FineFit
 from .foot import breast_height, moved
-from .mixture import PAIR_SE_CM, UNSURE, Others
+from .mixture import OPEN, PAIR_SE_CM, UNSURE, UNSURE_SE, Others
 from .options import PhotoStemOptions
 from .photo_fit import PhotoFit, seen_probability
 from .see_through import ground_correlation, share_through
@@ -133,9 +133,9 @@ def judged(shared: Shared, seed: Seed, found: Fitted) -> PhotoFit:
         twins_share=found.twins.share,
         oval=(float(fine.oval[0]), float(fine.oval[1])),
     )
-    if found.others is None or flag != "check" or not UNSURE & set(reasons):
+    if found.others is None or flag != "check" or not OPEN & set(reasons):
         return fit
-    mixture = found.others.mixture(fit.dbh_cm, fit.se_cm)
+    mixture = found.others.mixture(fit.dbh_cm, fit.se_cm, UNSURE_SE if UNSURE & set(reasons) else 1.0)
     low_cm, high_cm = mixture.interval_cm(fit.dbh_cm)
     if quality.twins_likely:
         low_cm = min(low_cm, PARTS[0] * fit.dbh_cm)  # the thinner one of two

@@ -18,6 +18,8 @@ PAIR_SE_CM = 1.1
 UNSURE_SE = 1.8
 #: Reasons that say that another explanation may be the right one: the error is then that of all of them.
 UNSURE = frozenset({"ambiguous", "merged"})
+#: With few photos another may be right as well, and nothing says so: the error is that of all, each as it is stated.
+OPEN = UNSURE | {"few_views"}
 
 
 @dataclass(frozen=True)
@@ -52,13 +54,13 @@ class Others:
     touched: Explanation | None
     gain: float
 
-    def mixture(self, dbh_cm: float, se_cm: float) -> Mixture:
+    def mixture(self, dbh_cm: float, se_cm: float, times: float = UNSURE_SE) -> Mixture:
         """Over all explanations; the one that was taken has ``dbh_cm`` at breast height along the stem, ``se_cm`` were
-        it certain."""
+        it certain. times: standard errors are larger by this."""
         pair = companion_share(self.gain) if self.touched is not None else 0.0
         listed = [*self.choice.rivals, *([] if self.touched is None else [self.touched])]
         share = np.append((1 - pair) * self.choice.share, pair)[: len(listed)]
         taken = listed[-1] if self.touched is not None and self.gain > GAIN_MERGED else listed[0]
         dbh = np.array([dbh_cm if item is taken else 200 * item.fine.r0 for item in listed])
-        error = np.array([PAIR_SE_CM if item is self.touched else UNSURE_SE * se_cm for item in listed])
+        error = np.array([PAIR_SE_CM if item is self.touched else times * se_cm for item in listed])
         return Mixture(share, dbh, error)

@@ -14,7 +14,7 @@ from ..geotags.sharpness import sharpness
 from .stack import PhotoStack
 
 #: Sharpness of photos (descending) and the error of a diameter (px, one standard deviation, shared by all photos) at
-#: it: rendered photos blurred by 0.6 to 1.5 px, in light and as coded (docs/results/photos_soft.json).
+#: it: rendered photos blurred by 0.6 to 1.5 px, in light and as coded (docs/results/altered_photos.json).
 SHARP = (0.20, 0.125, 0.093)
 SOFT_PX = (0.0, 0.3, 0.65)
 #: Photos that are looked at, spread over all.
