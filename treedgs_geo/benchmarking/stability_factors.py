@@ -67,8 +67,8 @@ def factor_markdown(factors: pd.DataFrame) -> str:
     """The same as a table of the page."""
     lines = [
         "",
-        "Intervals factor by factor, over the levels that trouble (`by chance`: outside 85 to 95 %, but no farther than",
-        "chance takes so few; right intervals give the number under `chance` nine times in ten):",
+        "Intervals factor by factor, over the levels that trouble (`by chance`: outside 85 to 95 %, but no farther",
+        "than chance takes so few; right intervals give the number under `chance` nine times in ten):",
         "",
         "| factor | method | ok inside 90 % interval | chance | share | claim (85-95 %) | all measured, inside |",
         "|---|---|---|---|---|---|---|",
