@@ -21,9 +21,9 @@ FRAME = LocalFrame(pyproj.CRS.from_epsg(6344), np.array([611337.0, 3718451.0, 38
 
 
 def edges(
-    x: float, dbh_cm: float, flag: str, *reasons: str, llr: float = 90.0, contrast: float = 2.0, gain: float = 0.0
+    x: float, dbh_cm: float, flag: str, *reasons: str, llr: float = 90.0, contrast: float = 2.0, **change: float
 ) -> PhotoFit:
-    changed = {"se_cm": 0.4, "flag": flag, "reasons": reasons, "llr": llr, "contrast": contrast, "gain": gain}
+    changed = {"se_cm": 0.4, "flag": flag, "reasons": reasons, "llr": llr, "contrast": contrast, **change}
     return clear_photo_fit(x, dbh_cm, foot_z=1.0, **changed)
 
 
@@ -64,6 +64,15 @@ def test_a_stem_with_another_at_its_side_is_not_measured_again():
     assert stems_to_measure_again(pair, np.ones(2, bool), everyone=True) == []
     apart = [edges(0, 17, "check", "occluded"), edges(0.8, 16, "ok"), edges(0.3, 16, "reject", "ambiguous")]
     assert stems_to_measure_again(apart, np.ones(3, bool)) == [0]
+
+
+def test_what_soft_photos_add_to_the_error_stays_in_it():
+    for read_cm in (30.8, 33.0):
+        sharp, soft = (
+            after([edges(0, 30, "reject", "ambiguous", soft_cm=cm)], {0: bark(0, read_cm)})[0][0] for cm in (0.0, 0.9)
+        )
+        assert soft.dbh_se_cm == pytest.approx(math.hypot(sharp.dbh_se_cm, 0.9))
+        assert soft.dbh_hi_cm - soft.dbh_lo_cm > sharp.dbh_hi_cm - sharp.dbh_lo_cm
 
 
 def test_a_refused_stem_that_both_see_alike_gets_the_photos_diameter():

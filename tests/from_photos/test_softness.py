@@ -13,7 +13,7 @@ from treedgs_geo.core.progress import Reporter
 from treedgs_geo.from_photos.find import search_photos
 from treedgs_geo.from_photos.looks import Look
 from treedgs_geo.from_photos.options import PhotoStemOptions
-from treedgs_geo.from_photos.softness import SOFT_PX, soft_px
+from treedgs_geo.from_photos.softness import SOFT_PX, edge_sharpness, soft_px
 from treedgs_geo.from_photos.stack import GroundGrid, load_stack
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.reconstruction.cameras import View
@@ -51,6 +51,20 @@ def blurred(views: list[View], folder, sigma_px: float) -> list[View]:
 def off_px(views: list[View], scene, reporter: Reporter | None = None) -> float:
     _, ground, area = scene
     return soft_px(load_stack(views, area, GroundGrid.sample(ground, area, 4.0), 24, 2.0), reporter)
+
+
+@pytest.mark.parametrize(("sigma_px", "expected"), [(0.5, 0.50), (1.0, 0.36), (1.5, 0.30)])
+def test_the_sharpness_of_an_edge_is_that_of_its_blur(sigma_px, expected):
+    # A step that crosses the pixels at an angle; lens and pixels blur it. Its strongest places lie mid in a pixel.
+    y, x = np.mgrid[0:640, 0:640].astype(np.float32)
+    fine = np.where(x + 0.07 * y > 340, np.float32(200), np.float32(20))
+    photo = cv2.GaussianBlur(fine, (0, 0), 10 * sigma_px).reshape(64, 10, 64, 10).mean(axis=(1, 3))
+    assert edge_sharpness(photo) == pytest.approx(expected, abs=0.03)
+
+
+def test_a_photo_that_shows_no_edge_has_no_sharpness():
+    assert np.isnan(edge_sharpness(np.full((40, 40), 90.0, np.float32)))
+    assert np.isnan(edge_sharpness(np.zeros((3, 3), np.float32)))
 
 
 def test_photos_as_the_camera_took_them_add_nothing(scene):

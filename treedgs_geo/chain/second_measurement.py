@@ -102,7 +102,7 @@ def _of_measured(tree: Tree, fit: PhotoFit, primitive: PrimitiveFit, differ: tup
             return _settled(tree, "reject", fit.reasons + differ + open_.reasons, fit.dbh_cm, se_cm)
         return _settled(tree, "check", fit.reasons + differ, fit.dbh_cm, se_cm)
     if np.isfinite(fit.lo_cm):
-        return _settled(tree, fit.flag, fit.reasons, fit.dbh_cm, float(np.hypot(primitive.se_cm, half_cm)))
+        return _settled(tree, fit.flag, fit.reasons, fit.dbh_cm, _error_cm(fit, primitive.se_cm, half_cm))
     return tree
 
 
@@ -113,9 +113,9 @@ def _of_refused(
     check, or ``None``, still refused, where that leaves the diameter open. place: (2,) the primitive's, local frame."""
     half_cm = 0.5 * abs(primitive.dbh_cm - fit.dbh_cm)
     if not differ:
-        se_cm = float(np.hypot(min(fit.se_cm, primitive.se_cm), half_cm))
+        se_cm = _error_cm(fit, min(fit.se_cm, primitive.se_cm), half_cm)
         return _settled(tree, "check", fit.reasons, fit.dbh_cm, se_cm, taper_cm_m=200 * fit.r1)
-    se_cm = float(np.hypot(primitive.se_cm, half_cm))
+    se_cm = _error_cm(fit, primitive.se_cm, half_cm)
     if judge("photos", {"open_se_cm": se_cm}, primitive.dbh_cm).refused:
         return None
     move = place - fit.axis.p
@@ -132,6 +132,12 @@ def _of_refused(
         n_views=primitive.n_views,
         lean_deg=float(np.degrees(np.arctan(np.hypot(*primitive.shape[2:4])))),
     )
+
+
+def _error_cm(fit: PhotoFit, se_cm: float, half_cm: float) -> float:
+    """Of a diameter that the primitive bears out or reads: half of the difference on top, and what soft photos add,
+    which both were measured in."""
+    return float(np.linalg.norm([se_cm, half_cm, fit.soft_cm]))
 
 
 def _settled(tree: Tree, flag: Flag, reasons: tuple[str, ...], dbh_cm: float, se_cm: float, **changes: object) -> Tree:

@@ -80,8 +80,10 @@ def judged(shared: Shared, seed: Seed, found: Fitted) -> PhotoFit:
     best, outline = found.best, found.outline
     clear = best.z > CLEAR_Z
     weight = found.fine.view_weight * seen_probability(best.z)
+    soft_cm = shared.soft_px * px_cm(shared, found.fine.axis, clear)
     kish = float(weight.sum() ** 2 / max((weight**2).sum(), 1e-12))
     fine, se = averaged(found.fine, error_cm(shared, best, found.fine, weight), found.above_cm)
+    se = float(np.hypot(se, soft_cm))  # of both readings alike
     dq, foot_z = breast_height(fine.axis, fine.r0, shared.ground)
     shape = _Shape(moved(fine.axis, dq), fine.r0 + fine.r1 * dq, fine.r1, foot_z)
     quality = FitQuality(
@@ -132,6 +134,7 @@ def judged(shared: Shared, seed: Seed, found: Fitted) -> PhotoFit:
         twins=found.twins.gain,
         twins_share=found.twins.share,
         oval=(float(fine.oval[0]), float(fine.oval[1])),
+        soft_cm=soft_cm,
     )
     if found.others is None or flag != "check" or not OPEN & set(reasons):
         return fit
@@ -143,10 +146,10 @@ def judged(shared: Shared, seed: Seed, found: Fitted) -> PhotoFit:
 
 
 def error_cm(shared: Shared, best: Explanation, fine: FineFit, weight: np.ndarray) -> float:
-    """Standard error of the diameter before anything speaks against the stem. weight: (V,) of the photos."""
+    """Standard error of the diameter in sharp photos before anything speaks against the stem. weight: (V,) of the
+    photos."""
     clear = best.z > CLEAR_Z
-    pixel_cm = px_cm(shared, fine.axis, clear)
-    se = standard_error_cm(fine, weight, pixel_cm, int(clear.sum()))
+    se = standard_error_cm(fine, weight, px_cm(shared, fine.axis, clear), int(clear.sum()))
     azimuths, thick_cm = _azimuths(shared, fine.axis), 200 * fine.r0
     if best.mate is None:
         oval = seen_oval_error_cm(thick_cm, 200 * fine.view_r, azimuths, weight)
@@ -155,7 +158,7 @@ def error_cm(shared: Shared, best: Explanation, fine: FineFit, weight: np.ndarra
         oval = oval_error_cm(thick_cm, azimuths, weight)
     lean = float(np.hypot(*fine.axis.s))
     parts = oval, LEAN_ERROR * thick_cm * lean, SECTION_SD * thick_cm, taper_error_cm(fine.r1)
-    return float(np.linalg.norm([se, *parts, shared.soft_px * pixel_cm]))
+    return float(np.linalg.norm([se, *parts]))
 
 
 def px_cm(shared: Shared, axis: StemAxis, views: np.ndarray) -> float:

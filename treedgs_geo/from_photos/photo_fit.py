@@ -26,7 +26,7 @@ class PhotoFit:
     twins, twins_share: two full stems inside this one (:class:`.twins.Twins`).
     lo_cm, hi_cm: 90 % interval where se_cm is that of a mixture over the explanations (:mod:`.mixture`), NaN elsewhere.
     carried: measured above breast height (:mod:`.hidden`). oval: of the section, metres (:class:`.fine.FineFit`).
-    photos: names of the V photos looked at.
+    soft_cm: what the softness of the photos adds to se_cm (:mod:`.softness`). photos: names of the V photos looked at.
     """
 
     axis: StemAxis
@@ -56,6 +56,7 @@ class PhotoFit:
     hi_cm: float = np.nan
     carried: bool = False
     oval: tuple[float, float] = (0.0, 0.0)
+    soft_cm: float = 0.0
     photos: tuple[str, ...] = field(default=(), repr=False)
 
     @property
