@@ -29,6 +29,7 @@ from treedgs_geo.core.progress import make_reporter
 from treedgs_geo.from_photos.find import search_photos
 from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.reconstruction.cameras import Camera, View
+from treedgs_geo.reconstruction.images import load_image
 from treedgs_geo.reconstruction.shrinking import GAMMA
 
 KINDS = ("coded:0.6", "coded:1.0", "coded:1.5", "light:1.0", "light:1.5", "larger:1.5")
@@ -40,7 +41,7 @@ SEED = 3
 
 def altered(view: View, kind: str, amount: float, folder: Path) -> View:
     """The view with its photo altered, written to ``folder``."""
-    image, camera = cv2.imread(str(view.path)), view.camera
+    image, camera = load_image(view), view.camera
     if kind == "larger":
         camera = enlarged(camera, amount)
         image = cv2.resize(image, (camera.width, camera.height), interpolation=cv2.INTER_CUBIC)
@@ -63,7 +64,7 @@ def altered(view: View, kind: str, amount: float, folder: Path) -> View:
         raise SystemExit(f"--kinds: {kind} is none of light, coded, larger, jpeg, noise, curve, flat, sharpen, fringe")
     path = folder / view.path.name
     quality = int(amount) if kind == "jpeg" else QUALITY
-    cv2.imwrite(str(path), image, [cv2.IMWRITE_JPEG_QUALITY, quality])
+    cv2.imwrite(str(path), cv2.cvtColor(image, cv2.COLOR_RGB2BGR), [cv2.IMWRITE_JPEG_QUALITY, quality])
     return replace(view, path=path, camera=camera)
 
 
