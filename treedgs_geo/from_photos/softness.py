@@ -7,10 +7,13 @@ photo says which of the two it was, so that both count the same (``docs/evidence
 
 from __future__ import annotations
 
+import os
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 
 from ..core.progress import Reporter
-from .stack import PhotoStack
+from .stack import MOST_READERS, PhotoStack
 
 #: Sharpness of photos (descending, :func:`edge_sharpness`) and the error of a diameter (px, one standard deviation,
 #: shared by all photos) at it: rendered photos blurred by 0.6 to 1.5 px, in light and as coded
@@ -34,13 +37,13 @@ def edge_sharpness(grey: np.ndarray) -> float:
     """
     found = []
     for rows in (grey, grey.T):
-        step = np.abs(rows[:, 1:] - rows[:, :-1])
         whole = np.abs(rows[:, 4:] - rows[:, :-4])
         if not whole.size:
             continue
-        strong = whole >= max(float(np.quantile(whole, 1 - STRONGEST)), LEAST_STEP)
-        steepest = np.max([step[:, k : step.shape[1] - 3 + k] for k in range(4)], axis=0)
-        found.append(np.minimum(steepest[strong] / whole[strong], 1.0))
+        line, first = np.nonzero(whole >= max(float(np.quantile(whole, 1 - STRONGEST)), LEAST_STEP))
+        values = rows[line[:, None], first[:, None] + np.arange(5)]
+        steepest = np.abs(np.diff(values, axis=1)).max(axis=1)
+        found.append(np.minimum(steepest / whole[line, first], 1.0))
     every = np.concatenate(found) if found else np.empty(0)
     return float(np.quantile(every, QUANTILE)) if len(every) else float("nan")
 
@@ -48,7 +51,8 @@ def edge_sharpness(grey: np.ndarray) -> float:
 def soft_px(stack: PhotoStack, reporter: Reporter | None = None) -> float:
     """Standard deviation of a diameter in pixels that the softness of the photos makes; warns where it counts."""
     numbers = np.unique(np.linspace(0, len(stack) - 1, LOOKED_AT).astype(int)) if len(stack) else np.empty(0, int)
-    each = np.array([edge_sharpness(stack.grey(number)) for number in numbers])
+    with ThreadPoolExecutor(min(os.cpu_count() or 1, MOST_READERS)) as readers:
+        each = np.array(list(readers.map(lambda number: edge_sharpness(stack.grey(number)), numbers)), float)
     if not np.isfinite(each).any():
         return 0.0
     found = float(np.nanmedian(each))
