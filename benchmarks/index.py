@@ -63,7 +63,7 @@ WRITERS = {
     "pairing.json": "benchmarks.inventory.pairing",
     "photo_choice*.json": "benchmarks.photos.choice",
     "photos_side_by_side.json": "benchmarks.photos.side_by_side",
-    "photos_to_dbh.json": "benchmarks.photos.photos_to_dbh",
+    "photos_to_dbh*.json": "benchmarks.photos.photos_to_dbh",
     "photos_*.json": "benchmarks.photos.stems_from_photos",
     "planning_chain.json": "benchmarks.planning.chain",
     "planning_curves.json": "benchmarks.planning.curves",
