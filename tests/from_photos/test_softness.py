@@ -7,6 +7,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 import pytest
+from listener import Listener
 
 from treedgs_geo.benchmarking.plot import TruePlot
 from treedgs_geo.core.progress import Reporter
@@ -17,17 +18,6 @@ from treedgs_geo.from_photos.softness import SOFT_PX, edge_sharpness, soft_px
 from treedgs_geo.from_photos.stack import GroundGrid, load_stack
 from treedgs_geo.reconstruction.area import Area
 from treedgs_geo.reconstruction.cameras import View
-
-
-class Listener(Reporter):
-    """Keeps warnings."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.warnings: list[str] = []
-
-    def warn(self, message: str) -> None:
-        self.warnings.append(message)
 
 
 @pytest.fixture(scope="module")

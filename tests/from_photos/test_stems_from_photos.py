@@ -8,11 +8,11 @@ import numpy as np
 import pyproj
 import pytest
 from clear_fit import CLEAR
+from listener import Listener
 from rendered_stems import Stem, oblique_views, render
 
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.core.errors import InputError
-from treedgs_geo.core.progress import Reporter
 from treedgs_geo.from_photos.coarse import terminators
 from treedgs_geo.from_photos.detect import N_BINS, lean_grid, rank_lut
 from treedgs_geo.from_photos.errors import azimuth_spread
@@ -32,17 +32,6 @@ FRAME = LocalFrame(pyproj.CRS.from_epsg(32615), np.array([500000.0, 3700000.0, 4
 
 def flat(x, y):
     return np.zeros_like(np.asarray(x, float))
-
-
-class Listener(Reporter):
-    """Keeps warnings."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.warnings: list[str] = []
-
-    def warn(self, message: str) -> None:
-        self.warnings.append(message)
 
 
 @pytest.fixture(scope="module")
