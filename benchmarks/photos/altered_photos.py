@@ -112,9 +112,10 @@ def run(plot: Path, kind: str, amount: float) -> dict:
         found = search_photos(views, ground, area, PhotoStemOptions(), make_reporter("plain"))
     figures = score(found.fits, plot, frame)
     soft_px = float(np.median([look.soft_px for look in found.looks if look is not None]))
-    away = [np.linalg.norm(view.centre - [*area.centres.mean(axis=0), ground(*area.centres.mean(axis=0)[:, None])[0]])
-            for view in views]  # fmt: skip
-    soft_cm = soft_px * 100 * float(np.median(away)) / views[0].camera.fx
+    middle = area.centres.mean(axis=0)
+    place = np.array([*middle, ground(*middle[:, None])[0]])
+    away_m = float(np.median([np.linalg.norm(view.centre - place) for view in views]))
+    soft_cm = soft_px * 100 * away_m / views[0].camera.fx
     sure = [tree for tree in figures["trees"] if tree.get("flag") == "ok"]
     error, se = (np.array([tree[name] for tree in sure]) for name in ("error_cm", "se_cm"))
     without = np.sqrt(np.maximum(se**2 - soft_cm**2, 0.01))

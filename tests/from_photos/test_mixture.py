@@ -68,6 +68,8 @@ def test_a_stem_flagged_merged_carries_the_reading_with_the_companion():
     taken = Others(singles, pair, 80.0).mixture(24.2, 1.1)
     assert taken.dbh_cm == pytest.approx([30.0, 24.2]) and taken.share[1] > 0.95
     assert taken.error_cm(24.2) > PAIR_SE_CM
+    soft = Others(singles, pair, 80.0).mixture(24.2, 1.5, soft_cm=1.0)
+    assert soft.se_cm[1] == pytest.approx(np.hypot(PAIR_SE_CM, 1.0))
 
 
 def test_without_a_companion_only_the_single_explanations_count():

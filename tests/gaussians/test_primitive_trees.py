@@ -61,3 +61,10 @@ def test_two_primitives_in_one_place_are_one_stem_and_methods_are_compared():
     assert [tree.qc_flag for tree in alone] == ["check", "ok"] and alone[0].qc_reason == "disagree"
     same = trees_of_primitives({0: stem(0.0), 1: stem(0.0)}, FRAME, 1.37)
     assert [tree.qc_flag for tree in same] == ["ok", "reject"]  # exactly one survives a tie
+
+
+def test_what_soft_photos_add_is_in_the_error():
+    sharp, soft = trees_of_primitives({0: stem(0.0), 1: stem(4.0)}, FRAME, 1.37, soft_cm={1: 0.9})
+    own_cm = stem(0.0).primitive.se_cm
+    assert sharp.dbh_se_cm == pytest.approx(own_cm)
+    assert soft.dbh_se_cm == pytest.approx(np.hypot(own_cm, 0.9))

@@ -155,7 +155,7 @@ def splat_route(site: Site, run: Run, reporter: Reporter, paper: bool, given: Gi
     with reporter.stage("sample surface", 0.8, 0.95):
         cloud, groups = _surface(site, run, field, reporter, paper)
     with reporter.stage("measure stems", 0.95, 1.0):
-        trees = _measured(site, run, found, cloud, groups, report.primitives, reporter, paper)
+        trees = _measured(site, run, looked, cloud, groups, report.primitives, reporter, paper)
     measured = {tree.tree_id for tree in trees}
     # A stem that gave nothing stays in the layer, with its reason.
     lost = [
@@ -192,14 +192,14 @@ def _surface(
 def _measured(
     site: Site,
     run: Run,
-    found: list[Tree],
+    looked: Found,
     cloud: PointCloud,
     groups: np.ndarray,
     primitives: dict[int, FoundStem],
     reporter: Reporter,
     paper: bool,
 ) -> list[Tree]:
-    """Diameters from the points (``paper``), or from the primitives, compared with those of ``found``."""
+    """Diameters from the points (``paper``), or from the primitives, compared with those of ``looked``."""
     from ..from_points.measuring.cloud import measure_stems
     from ..from_points.measuring.options import MeasureOptions
     from ..gaussians.trees import trees_of_primitives
@@ -210,5 +210,6 @@ def _measured(
             weights="opacity", method="paper", bh_m=settings.bh_m, source="splat", seed=settings.seed
         )
         return measure_stems(cloud, groups + 1, site.dtm, measuring, reporter)
-    second = {number: tree.dbh_cm for number, tree in enumerate(found)}
-    return trees_of_primitives(primitives, site.frame, settings.bh_m, second)
+    second = {number: tree.dbh_cm for number, tree in enumerate(looked.trees)}
+    soft_cm = {number: fit.soft_cm for number, fit in enumerate(looked.kept.fits)}
+    return trees_of_primitives(primitives, site.frame, settings.bh_m, second, soft_cm)

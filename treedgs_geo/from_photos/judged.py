@@ -138,7 +138,8 @@ def judged(shared: Shared, seed: Seed, found: Fitted) -> PhotoFit:
     )
     if found.others is None or flag != "check" or not OPEN & set(reasons):
         return fit
-    mixture = found.others.mixture(fit.dbh_cm, fit.se_cm, UNSURE_SE if UNSURE & set(reasons) else 1.0)
+    times = UNSURE_SE if UNSURE & set(reasons) else 1.0
+    mixture = found.others.mixture(fit.dbh_cm, fit.se_cm, times, soft_cm)
     low_cm, high_cm = mixture.interval_cm(fit.dbh_cm)
     if quality.twins_likely:
         low_cm = min(low_cm, PARTS[0] * fit.dbh_cm)  # the thinner one of two

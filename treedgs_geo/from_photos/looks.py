@@ -90,8 +90,8 @@ class Look:
         null = build_null(stack, grid, self.places, options, self.sun)
         prior = Prior(r=self.r, r_sd=self.r_sd)
         backdrop = make_backdrop(stack, grid, tile.bounds(options.margin_m + BACKDROP_MARGIN_M))
-        known = Fitter(stack, grid, options, null, self.sun, prior, backdrop, self.chance, shown)
-        return replace(known, soft_px=self.soft_px)
+        known = stack, grid, options, null, self.sun, prior, backdrop, self.chance, shown
+        return Fitter(*known, soft_px=self.soft_px)
 
 
 def look_of(fitter: Fitter, gate: float, places: np.ndarray) -> Look:

@@ -54,13 +54,14 @@ class Others:
     touched: Explanation | None
     gain: float
 
-    def mixture(self, dbh_cm: float, se_cm: float, times: float = UNSURE_SE) -> Mixture:
+    def mixture(self, dbh_cm: float, se_cm: float, times: float = UNSURE_SE, soft_cm: float = 0.0) -> Mixture:
         """Over all explanations; the one that was taken has ``dbh_cm`` at breast height along the stem, ``se_cm`` were
-        it certain. times: standard errors are larger by this."""
+        it certain. times: standard errors are larger by this. soft_cm: what of ``se_cm`` soft photos make."""
         pair = companion_share(self.gain) if self.touched is not None else 0.0
         listed = [*self.choice.rivals, *([] if self.touched is None else [self.touched])]
         share = np.append((1 - pair) * self.choice.share, pair)[: len(listed)]
         taken = listed[-1] if self.touched is not None and self.gain > GAIN_MERGED else listed[0]
         dbh = np.array([dbh_cm if item is taken else 200 * item.fine.r0 for item in listed])
-        error = np.array([PAIR_SE_CM if item is self.touched else times * se_cm for item in listed])
+        pair_cm = float(np.hypot(PAIR_SE_CM, soft_cm))
+        error = np.array([pair_cm if item is self.touched else times * se_cm for item in listed])
         return Mixture(share, dbh, error)

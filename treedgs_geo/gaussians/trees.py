@@ -13,15 +13,19 @@ from .train import FoundStem
 
 
 def trees_of_primitives(
-    found: dict[int, FoundStem], frame: LocalFrame, bh_m: float, second: dict[int, float | None] | None = None
+    found: dict[int, FoundStem],
+    frame: LocalFrame,
+    bh_m: float,
+    second: dict[int, float | None] | None = None,
+    soft_cm: dict[int, float] | None = None,
 ) -> list[Tree]:
     """Primitives as trees in project coordinates, numbered from 1 in the order of their seeds.
 
     second: diameters (cm) of the same seeds by another method, None where it refused; a tree that differs, or that the
     other method refused, is flagged. Two primitives in one place are one stem: the one that predicts the photos worse
-    is refused.
+    is refused. soft_cm: what soft photos add to the error of each, cm.
     """
-    second = second or {}
+    second, soft_cm = second or {}, soft_cm or {}
     places = {seed: place_of(stem, bh_m) for seed, stem in found.items()}
     trees = []
     for seed, stem in sorted(found.items()):
@@ -41,7 +45,7 @@ def trees_of_primitives(
                 y=float(y),
                 z_ground=float(z),
                 dbh_cm=None if refused else primitive.dbh_cm,
-                dbh_se_cm=None if refused else primitive.se_cm,
+                dbh_se_cm=None if refused else float(np.hypot(primitive.se_cm, soft_cm.get(seed, 0.0))),
                 bh_m=bh_m,
                 lean_deg=float(np.degrees(np.arctan(np.hypot(*slope)))),
                 n_views=primitive.n_views,
