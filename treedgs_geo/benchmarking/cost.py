@@ -36,6 +36,7 @@ GROWTH = {
     "mapping": ("photos", (0.8, 2.0)),
     "adjustment": ("photos", (0.8, 2.0)),
     "stems": ("area x photos used", (0.5, 1.2)),
+    "stem network": ("area x photos used", (0.5, 1.2)),
     "second measurement": ("stems measured again x photos", (0.8, 1.2)),
     "heights": ("area x photos used", (0.5, 1.2)),
     "lidar": ("points", (0.8, 1.2)),
@@ -106,8 +107,8 @@ def _measure(plot: Path, more: list[Path], output: Path, reporter: Reporter, bud
     for other in more:
         whole = {"kind": "subset_sfm", "plot": str(other), "share": 1.0, "scale": 1.0}
         runs.append((f"sfm-{other.name}", whole))
-    for radius in (0.4, 0.7, 1.0):
-        for views in (12, 48):
+    for radius in (0.5, 1.0, 1.4):
+        for views in (12, 24, 60):
             runs.append(
                 (
                     f"stems-{radius:g}-{views}",
@@ -231,9 +232,10 @@ def fit_memory(table: pd.DataFrame) -> dict[str, Any]:
 
 def predict(fits: dict[str, dict], memory: dict[str, Any], case: dict[str, float]) -> dict[str, Any]:
     """Seconds a stage and in all, and peak memory, for a case: photos, megapixels each, stems, radius_m of the plot;
-    1.84 cm on the ground, and the guided level of reconstruction is enough. Every stem that may be measured a second
-    time is (at most :data:`~treedgs_geo.chain.second_measurement.MOST_MEASURED_AGAIN`), and as many photos as are used
-    show it: more than a plot usually takes.
+    1.84 cm on the ground, and the guided level of reconstruction is enough. The network is asked for stems, as where
+    few are certain by their edges; every stem that may be measured a second time is (at most
+    :data:`~treedgs_geo.chain.second_measurement.MOST_MEASURED_AGAIN`), and as many photos as are used show it: more
+    than a plot usually takes.
     """
     gsd_m = 0.0184
     again = min(case["stems"], MOST_MEASURED_AGAIN)
@@ -246,6 +248,7 @@ def predict(fits: dict[str, dict], memory: dict[str, Any], case: dict[str, float
         "adjustment": case["photos"],
         "reducing": case["photos"] * max(case["megapixels"] - MOST_FEATURE_MP, 0.0),
         "stems": np.pi * case["radius_m"] ** 2 * used,
+        "stem network": np.pi * case["radius_m"] ** 2 * used,
         "heights": np.pi * case["radius_m"] ** 2 * min(case["photos"], MOST_COMPARED),
         "second measurement": again * min(case["photos"], CHAIN_PRESETS["balanced"].second_views),
     }
@@ -275,7 +278,8 @@ def draw(table: pd.DataFrame, fits: dict[str, dict]) -> Any:
     from matplotlib.ticker import NullFormatter
 
     stages = list(fits)
-    figure, grid = plt.subplots(3, 3, figsize=(10, 7.5), dpi=110)
+    rows_needed = -(-len(stages) // 3)
+    figure, grid = plt.subplots(rows_needed, 3, figsize=(10, 2.5 * rows_needed), dpi=110, squeeze=False)
     for axes in grid.flat[len(stages) :]:
         axes.set_visible(False)
     for axes, stage in zip(grid.flat, stages, strict=False):

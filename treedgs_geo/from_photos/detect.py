@@ -28,6 +28,8 @@ SEEN, MEAN_Z, CAP_Z = 0.35, 2.5, 4.2
 N_BINS = 512
 #: Width of a ring about a camera, metres.
 RING_M = 0.18
+#: Of so many rings one is counted for the ranks of scores, in so many parts at once.
+_RINGS_COUNTED, _PARTS = 3, 8
 T_MAX = 2.2
 
 
@@ -72,94 +74,123 @@ def _ground(z, x0, y0, cell, x, y):
     return (z[i, j] * (1 - a) + z[i + 1, j] * a) * (1 - b) + (z[i, j + 1] * (1 - a) + z[i + 1, j + 1] * a) * b
 
 
-@njit(parallel=True, **_FAST)
-def _polar_kernel(plumb, rings, heights, blocks, radii, ground_grid, bins):
-    """Pair scores on (distance, layer, radius, azimuth column), mean over the blocks of a layer, as histogram bins."""
-    azimuth0, step_a, nadir0, step_n, ridge, unit, centre, _ = plumb
-    d0, dd, n_d = rings
+@njit(inline="always", **_FAST)
+def _look_along(plumb, d, heights, ground_grid, look):
+    """The rows of the map that each height takes at one distance ``d`` from the camera: (heights, knots), -1 outside.
+    Ground is looked up every 16th column."""
+    azimuth0, step_a, nadir0, step_n, ridge, _, centre, _ = plumb
     gx0, gy0, gcell, gz = ground_grid
-    n_rows, n_cols = ridge.shape
-    n_r = radii.size
-    share = np.float32(1.0 / blocks)
-    sign, single = np.float32(SIGN_WEIGHT), np.float32(SINGLE_WEIGHT)
+    n_rows, knots = ridge.shape[0], look.shape[1] + 1
+    before = 0.0
+    for m in range(knots):
+        a = azimuth0 + m * 16 * step_a
+        here = _ground(gz, gx0, gy0, gcell, centre[0] + d * np.cos(a), centre[1] + d * np.sin(a))
+        if m > 0:
+            for b in range(heights.size):
+                nadir = np.arctan2(d, centre[2] - 0.5 * (before + here) - heights[b])
+                row = int((nadir - nadir0) / step_n + 0.5)
+                look[b, m - 1] = row if 0 <= row < n_rows else -1
+        before = here
+
+
+@njit(inline="always", **_FAST)
+def _add_pairs(plumb, look, d, radii, share, edge, score):
+    """Pair scores of one height at a distance ``d``, times ``share``, onto ``score`` (radius, azimuth column).
+
+    look: (knots,) its rows. edge: (4, columns) to work with."""
+    step_a, ridge, unit = plumb[1], plumb[4], plumb[5]
+    n_cols = score.shape[1]
+    sign, single, zero = np.float32(SIGN_WEIGHT), np.float32(SINGLE_WEIGHT), np.float32(0.0)
+    e, f0, f1, f2 = edge[0], edge[1], edge[2], edge[3]
+    for m in range(look.size):
+        row, first, last = look[m], m * 16, min(m * 16 + 16, n_cols)
+        if row < 0:
+            for j in range(first, last):
+                e[j] = zero
+                f0[j] = zero
+                f1[j] = zero
+                f2[j] = zero
+        else:
+            for j in range(first, last):
+                value = ridge[row, j] * np.float32(1 / 255)
+                e[j] = value
+                value *= np.float32(1 / 127)
+                f0[j] = value * unit[row, j, 0]
+                f1[j] = value * unit[row, j, 1]
+                f2[j] = value * unit[row, j, 2]
+    for r in range(radii.size):
+        half = int(np.arcsin(radii[r] / d) / step_a * 2 + 0.5)  # rounded to half columns
+        left = half // 2
+        n = n_cols - half
+        if n <= 0:
+            continue
+        out = score[r, left : left + n]
+        e1, e2 = e[:n], e[half : half + n]
+        a1, a2 = f0[:n], f0[half : half + n]
+        b1, b2 = f1[:n], f1[half : half + n]
+        c1, c2 = f2[:n], f2[half : half + n]
+        for j in range(n):
+            dot = a1[j] * a2[j] + b1[j] * b2[j] + c1[j] * c2[j]
+            out[j] += share * (e1[j] * e2[j] - sign * dot + single * (e1[j] + e2[j]))
+
+
+@njit(inline="always", **_FAST)
+def _binned(score, bins):
+    """Pair scores of a layer (radius, column) as histogram bins."""
     zero, top, scale = np.float32(0.0), np.float32(N_BINS - 1), np.float32(N_BINS / np.sqrt(T_MAX))
+    for r in range(len(score)):
+        line, to = score[r], bins[r]
+        for j in range(line.size):
+            to[j] = np.uint16(min(np.sqrt(max(line[j], zero)) * scale, top))
+
+
+@njit(parallel=True, **_FAST)
+def _count_scores(plumb, rings, heights, blocks, radii, ground_grid, step, counts):
+    """Histograms of the pair scores, (part, layer, radius, bin), of every ``step``-th ring and every second column;
+    parts are those of the rings, whatever the number of threads."""
+    d0, dd, n_d = rings
+    parts, n_cols = len(counts), plumb.ridge.shape[1]
+    for part in prange(parts):
+        look = np.empty((heights.size, n_cols // 16 + 1), np.int64)
+        edge = np.empty((4, n_cols), np.float32)
+        score = np.empty((radii.size, n_cols), np.float32)
+        bins = np.empty((radii.size, n_cols), np.uint16)
+        for k in range(part * step, n_d, parts * step):
+            d = d0 + k * dd
+            _look_along(plumb, d, heights, ground_grid, look)
+            for layer in range(heights.size // blocks):
+                score[:] = np.float32(0.0)
+                for b in range(layer * blocks, (layer + 1) * blocks):
+                    _add_pairs(plumb, look[b], d, radii, np.float32(1.0 / blocks), edge, score)
+                _binned(score, bins)
+                for r in range(radii.size):
+                    for j in range(0, n_cols, 2):
+                        counts[part, layer, r, bins[r, j]] += 1
+
+
+@njit(parallel=True, **_FAST)
+def _ratios(plumb, rings, heights, blocks, radii, ground_grid, lut, out):
+    """Log likelihood ratios on (distance, azimuth column, layer, radius): pair scores, mean over the blocks of a layer,
+    looked up by their bin."""
+    d0, dd, n_d = rings
+    n_cols = plumb.ridge.shape[1]
     for k in prange(n_d):
         d = d0 + k * dd
-        e = np.empty(n_cols, np.float32)
-        f0 = np.empty(n_cols, np.float32)
-        f1 = np.empty(n_cols, np.float32)
-        f2 = np.empty(n_cols, np.float32)
-        score = np.empty((n_r, n_cols), np.float32)
-        # Ground along this ring, every 16th column.
-        n_knots = n_cols // 16 + 2
-        ground = np.empty(n_knots)
-        for m in range(n_knots):
-            a = azimuth0 + m * 16 * step_a
-            ground[m] = _ground(gz, gx0, gy0, gcell, centre[0] + d * np.cos(a), centre[1] + d * np.sin(a))
-        for b in range(heights.size):
-            layer = b // blocks
-            if b % blocks == 0:
-                score[:] = zero
-            for m in range(n_knots - 1):
-                nadir = np.arctan2(d, centre[2] - 0.5 * (ground[m] + ground[m + 1]) - heights[b])
-                row = int((nadir - nadir0) / step_n + 0.5)
-                if row < 0 or row >= n_rows:
-                    for j in range(m * 16, min(m * 16 + 16, n_cols)):
-                        e[j] = zero
-                        f0[j] = zero
-                        f1[j] = zero
-                        f2[j] = zero
-                else:
-                    for j in range(m * 16, min(m * 16 + 16, n_cols)):
-                        value = ridge[row, j] * np.float32(1 / 255)
-                        e[j] = value
-                        value *= np.float32(1 / 127)
-                        f0[j] = value * unit[row, j, 0]
-                        f1[j] = value * unit[row, j, 1]
-                        f2[j] = value * unit[row, j, 2]
-            for r in range(n_r):
-                half = int(np.arcsin(radii[r] / d) / step_a * 2 + 0.5)  # rounded to half columns
-                left = half // 2
-                n = n_cols - half
-                if n <= 0:
-                    continue
-                out = score[r, left : left + n]
-                e1, e2 = e[:n], e[half : half + n]
-                a1, a2 = f0[:n], f0[half : half + n]
-                b1, b2 = f1[:n], f1[half : half + n]
-                c1, c2 = f2[:n], f2[half : half + n]
-                for j in range(n):
-                    dot = a1[j] * a2[j] + b1[j] * b2[j] + c1[j] * c2[j]
-                    out[j] += share * (e1[j] * e2[j] - sign * dot + single * (e1[j] + e2[j]))
-            if b % blocks == blocks - 1:
-                for r in range(n_r):
-                    line, to = score[r], bins[k, layer, r]
-                    for j in range(n_cols):
-                        to[j] = np.uint16(min(np.sqrt(max(line[j], zero)) * scale, top))
-
-
-@njit(parallel=True, **_FAST)
-def _histogram(bins, step, counts):
-    n_d, n_layers, n_r, n_cols = bins.shape
-    for m in prange(n_layers):
-        for k in range(0, n_d, step):
-            for r in range(n_r):
-                for j in range(0, n_cols, 2):
-                    counts[m, r, bins[k, m, r, j]] += 1
-
-
-@njit(parallel=True, **_FAST)
-def _apply_lut(bins, lut, out):
-    """(D, layer, radius, column) bins -> (D, column, layer, radius) log likelihood ratios."""
-    n_d, n_layers, n_r, n_cols = bins.shape
-    for k in prange(n_d):
-        for first in range(0, n_cols, 32):
-            last = min(first + 32, n_cols)
-            for m in range(n_layers):
-                for r in range(n_r):
-                    values, line = lut[m, r], bins[k, m, r]
-                    for j in range(first, last):
-                        out[k, j, m, r] = values[line[j]]
+        look = np.empty((heights.size, n_cols // 16 + 1), np.int64)
+        edge = np.empty((4, n_cols), np.float32)
+        score = np.empty((radii.size, n_cols), np.float32)
+        bins = np.empty((radii.size, n_cols), np.uint16)
+        _look_along(plumb, d, heights, ground_grid, look)
+        for layer in range(heights.size // blocks):
+            score[:] = np.float32(0.0)
+            for b in range(layer * blocks, (layer + 1) * blocks):
+                _add_pairs(plumb, look[b], d, radii, np.float32(1.0 / blocks), edge, score)
+            _binned(score, bins)
+            values = lut[layer]
+            for j in range(n_cols):
+                to = out[k, j, layer]
+                for r in range(radii.size):
+                    to[r] = values[r, bins[r, j]]
 
 
 @njit(parallel=True, **_FAST)
@@ -283,20 +314,18 @@ class Detector:
         total, chance = np.zeros(shape, np.float32), np.zeros(shape if decoy else (1, 1, 1, 1), np.float32)
         tile = _Tile(self.x0, self.y0, self.cell, self.mask)
         all_rings = [_rings_of(plumb) for plumb in self.maps]
-        # One photo's bins and ratios at a time, in memory that is asked for once.
+        # One photo's ratios at a time, in memory that is asked for once.
         each = N_LAYERS * len(self.radii)
         most = max((r.n * plumb.ridge.shape[1] for r, plumb in zip(all_rings, self.maps, strict=True)), default=0)
-        bin_store, llr_store = np.empty(most * each, np.uint16), np.empty(most * each, np.float32)
+        store = np.empty(most * each, np.float32)
         for rings, plumb in zip(all_rings, self.maps, strict=True):
             n_cols = plumb.ridge.shape[1]
-            size = rings.n * n_cols * each
-            bins = bin_store[:size].reshape(rings.n, N_LAYERS, len(self.radii), n_cols)
-            _polar_kernel(plumb, rings, self.block_heights, BLOCKS, self.radii, self.ground, bins)
-            counts = np.zeros((N_LAYERS, len(self.radii), N_BINS), np.int64)
-            _histogram(bins, 3, counts)
-            lut = rank_lut(counts)
-            by_layer = llr_store[:size].reshape(rings.n, n_cols, N_LAYERS, len(self.radii))
-            _apply_lut(bins, lut, by_layer)
+            scores = plumb, rings, self.block_heights, BLOCKS, self.radii, self.ground
+            counts = np.zeros((_PARTS, N_LAYERS, len(self.radii), N_BINS), np.int64)
+            _count_scores(*scores, _RINGS_COUNTED, counts)
+            lut = rank_lut(counts.sum(axis=0))
+            by_layer = store[: rings.n * n_cols * each].reshape(rings.n, n_cols, N_LAYERS, len(self.radii))
+            _ratios(*scores, lut, by_layer)
             llr = by_layer.reshape(rings.n, n_cols, each)
             unknown = lut[..., N_BINS].ravel()
             where = llr, unknown, plumb, rings, tile

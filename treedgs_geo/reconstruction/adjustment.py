@@ -13,7 +13,7 @@ from ..geotags.stations import are_precise
 from .bundle import ROUGH, Observations, Priors, Problem, State, camera_of, shared_of
 from .bundle_kernels import CX, CY, K1, K2, K3, LOG_ASPECT, LOG_F, P1, P2, READOUT
 from .cameras import Camera
-from .tracks import Block, widest_angle_deg
+from .tracks import Block, intersect, widest_angle_deg
 
 #: Parts of lens and shutter that can be freed, with their shared parameters (:mod:`.bundle_kernels`).
 PARTS = {
@@ -38,6 +38,9 @@ LEAST_SIGMA_PX = 0.05
 GIMBAL_SD_DEG, COMPASS_SD_DEG, MOUNTING_SD_DEG = 1.0, 10.0, 2.0
 #: Seconds between photos that have no time.
 PHOTO_GAP_S = 3.0
+#: Parts of a photo, columns and rows, and of how many points in each an adjustment on the way needs the observations:
+#: those that the most photos see. Where so large a share of the points remains, it takes all.
+PHOTO_PARTS, TRACKS_A_PART, _FEW_LEFT_OUT = (8, 6), 5, 0.7
 #: A geotag farther off than this many standard deviations pulls no harder.
 TAG_LOSS = 3.0
 
@@ -113,6 +116,29 @@ def adjust(
         sigma = max(_sigma_px(problem, state), least_sigma_px)
     _apply(block, state)
     return Adjusted(problem, state, sigma)
+
+
+def adjust_roughly(
+    block: Block, known: Known, free: frozenset[str], *, iterations: int = 12, tag_loss: float = TAG_LOSS
+) -> None:
+    """:func:`adjust` on the way, by as many points as poses need (:data:`TRACKS_A_PART`); the others follow.
+
+    Raises:
+        ReconstructionError: as :func:`adjust`.
+    """
+    chosen = block.long_tracks(*PHOTO_PARTS, TRACKS_A_PART)
+    if chosen.sum() > _FEW_LEFT_OUT * len(chosen):
+        adjust(block, known, free, iterations=iterations, tag_loss=tag_loss)
+        return
+    some = block.part(chosen)
+    adjusted = adjust(some, known, free, iterations=iterations, tag_loss=tag_loss)
+    block.sensor, block.rotations, block.translations = some.sensor, some.rotations, some.translations
+    others = block.part(~chosen)
+    intersect(others)
+    block.points[chosen], block.points[~chosen] = some.points, others.points
+    # A wrong observation must not pull its point off the right ones.
+    problem, state = _problem(block, known, frozenset(), False)
+    block.points = problem.place_points(state, adjusted.sigma_px, 2).points[: len(block.points)]
 
 
 #: Median length of a two-dimensional normal error of unit standard deviation.

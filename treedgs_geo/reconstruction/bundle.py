@@ -241,12 +241,7 @@ class Problem:
 
     def normal(self, x: State, weights: Weights, damping: float) -> tuple[np.ndarray, np.ndarray, PointNormals]:
         """Reduced normal equations (upper triangle), right side, and the points' own."""
-        linear = self.linear
-        points = PointNormals(
-            np.zeros((self.points, 3, 3)), np.zeros((self.points, 3)), np.zeros((self.points, 3, self.shared))
-        )
-        prior = self.point_weight, x.points - self.point_xyz
-        kernels.eliminate(linear, weights.pixels, kernels.Rows(*self.by_point), prior, damping, *points)
+        linear, points = self.linear, self._eliminated(x, weights, damping)
         size = self.photos * N_POSE + self.shared
         matrix, right = np.zeros((size, size)), np.zeros(size)
         by_image, by_point = kernels.Rows(*self.by_image), kernels.Rows(*self.by_point)
@@ -368,6 +363,23 @@ class Problem:
                     break
                 weights = self._around(x, sigma_px, tag_loss)
         return x
+
+    def place_points(self, x: State, sigma_px: float, rounds: int) -> State:
+        """``x`` with its points alone moved to where their observations want them."""
+        for _ in range(rounds):
+            weights = self._around(x, sigma_px, np.inf)
+            points = self._eliminated(x, weights, _HARDLY_DAMPED)
+            x = self._moved(x, weights, points, np.zeros(self.photos * N_POSE + self.shared))
+        return x
+
+    def _eliminated(self, x: State, weights: Weights, damping: float) -> PointNormals:
+        """The points' own normal equations."""
+        points = PointNormals(
+            np.zeros((self.points, 3, 3)), np.zeros((self.points, 3)), np.zeros((self.points, 3, self.shared))
+        )
+        prior = self.point_weight, x.points - self.point_xyz
+        kernels.eliminate(self.linear, weights.pixels, kernels.Rows(*self.by_point), prior, damping, *points)
+        return points
 
     def _around(self, x: State, sigma_px: float, tag_loss: float) -> Weights:
         """Robust weights at ``x``, and ``linear`` with the losses' own curvature there."""

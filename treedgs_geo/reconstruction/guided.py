@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
+from .cameras import View
 from .poses import nearest_rotation
 from .tracks import Block
 
@@ -48,13 +49,16 @@ def find_points(
         further off its seen directions.
     """
     camera = block.camera
-    pixels = block.view(i, rotation, translation).project(block.points)[0]
+    view = block.view(i, rotation, translation)
+    near = _in_field(view, block.points, radius_px)
+    pixels = np.full((len(near), 2), np.nan)
+    pixels[near] = view.project(block.points[near])[0]
     inside = (pixels > -radius_px).all(axis=1) & (pixels < [camera.width + radius_px, camera.height + radius_px]).all(
         axis=1
     )
     # The observation from the nearest direction describes the point best.
     centre = -rotation.T @ translation
-    source, closeness = _nearest_seen(block.points, block.centres, block.image, block.point, i, centre)
+    source, closeness = _nearest_seen(block.points, inside, block.centres, block.image, block.point, i, centre)
     usable = np.flatnonzero(inside & (source >= 0))
     usable = usable[closeness[usable] > np.cos(np.radians(max_angle_deg))]
     keypoints = block.keypoints[i]
@@ -63,8 +67,9 @@ def find_points(
         return PointMatches(empty, empty.copy(), empty.copy())
     rows = source[usable]
     described = np.empty((len(usable), 128), np.uint8)
-    for image in np.unique(block.image[rows]):
-        own = block.image[rows] == image
+    order = np.argsort(block.image[rows], kind="stable")
+    images, starts = np.unique(block.image[rows[order]], return_index=True)
+    for image, own in zip(images, np.split(order, starts[1:]), strict=True):
         described[own] = descriptors[image][block.key[rows[own]]]
     features = Features(keypoints, descriptors[i], camera.width, camera.height)
     ends = np.hstack([pixels[usable], pixels[usable]])
@@ -122,7 +127,9 @@ def kinds(turned: np.ndarray, bright: np.ndarray) -> np.ndarray:
 
 def squares(described: np.ndarray) -> np.ndarray:
     """(K,) squared lengths of descriptors (K, 128)."""
-    return np.sum(described.astype(np.int64) ** 2, axis=1)
+    # Below 2 ** 24: exact in float32.
+    values = described.astype(np.float32)
+    return np.einsum("kd,kd->k", values, values).astype(np.int64)
 
 
 def search(
@@ -218,13 +225,28 @@ def one_to_one(best: np.ndarray, distance: np.ndarray) -> np.ndarray:
     return np.sort(found[first])
 
 
+def _in_field(view: View, points: np.ndarray, reach_px: float) -> np.ndarray:
+    """(P,) bool: points (P, 3) that may lie in a photo or within ``reach_px`` of it; somewhat more than do."""
+    camera = view.camera
+    u = np.linspace(-reach_px, camera.width + reach_px, 5)
+    v = np.linspace(-reach_px, camera.height + reach_px, 5)
+    x, y = camera.undistort(*(side.ravel() for side in np.meshgrid(u, v)))
+    # A tenth more: the photo's borders between these places, and what it moved while it was read.
+    across, down = 1.1 * np.abs(x).max(), 1.1 * np.abs(y).max()
+    local = points @ view.rotation.T + view.translation
+    depth = local[:, 2]
+    if not np.isfinite([across, down]).all():
+        return depth > 0
+    return (depth > 0) & (np.abs(local[:, 0]) <= across * depth) & (np.abs(local[:, 1]) <= down * depth)
+
+
 @njit(nogil=True, cache=True)
-def _nearest_seen(points, centres, image, point, photo, centre):
+def _nearest_seen(points, wanted, centres, image, point, photo, centre):
     """(P,) number of the observation by another photo that saw a point from the direction nearest to ``centre``, -1
-    for none, and the cosine between the two directions."""
+    for none, and the cosine between the two directions; of the points ``wanted``, (P,) bool."""
     source, closeness = np.full(len(points), -1, np.int64), np.full(len(points), -1.0)
     for m in range(len(point)):
-        if image[m] == photo:
+        if image[m] == photo or not wanted[point[m]]:
             continue
         p, i = point[m], image[m]
         along = seen = away = 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +11,8 @@ import numpy as np
 from ..core.crs import LocalFrame
 from ..core.errors import InputError
 from ..core.files import atomic_folder, read_json, write_json
+from ..core.machine import available_threads
+from ..geotags.sharpness import MOST_READERS
 from .cameras import View
 from .colmap import camera_from_colmap, to_colmap
 from .tracks import Block
@@ -65,13 +68,20 @@ def point_colours(block: Block, paths: list[Path]) -> np.ndarray:
 
     total, count = np.zeros((len(block.points), 3)), np.zeros(len(block.points))
     observed = np.floor(block.observed()).astype(int)
-    for i in np.unique(block.image):
-        rows = np.flatnonzero(block.image == i)
+    rows = [np.flatnonzero(block.image == i) for i in range(len(paths))]
+
+    def colours(i: int) -> np.ndarray:
+        if not len(rows[i]):
+            return np.zeros((0, 3), np.uint8)
         pixels = load_image(paths[i])
-        u = np.clip(observed[rows, 0], 0, pixels.shape[1] - 1)
-        v = np.clip(observed[rows, 1], 0, pixels.shape[0] - 1)
-        np.add.at(total, block.point[rows], pixels[v, u].astype(float))
-        np.add.at(count, block.point[rows], 1)
+        u = np.clip(observed[rows[i], 0], 0, pixels.shape[1] - 1)
+        v = np.clip(observed[rows[i], 1], 0, pixels.shape[0] - 1)
+        return pixels[v, u]
+
+    with ThreadPoolExecutor(min(MOST_READERS, available_threads())) as workers:
+        for own, seen in zip(rows, workers.map(colours, range(len(paths))), strict=True):
+            np.add.at(total, block.point[own], seen.astype(float))
+            np.add.at(count, block.point[own], 1)
     return np.clip(total / np.maximum(count, 1)[:, None], 0, 255).astype(np.uint8)
 
 

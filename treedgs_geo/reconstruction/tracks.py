@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numba
 import numpy as np
 
 from .cameras import Camera, View
 from .sensor import Sensor
+
+
+class Rays(NamedTuple):
+    """starts (M, 3): where the camera stood when each observation was read, metres. directions (M, 3): unit vectors."""
+
+    starts: np.ndarray
+    directions: np.ndarray
+
+    def of(self, rows: np.ndarray) -> Rays:
+        """Those of some observations, (M,) bool."""
+        return Rays(self.starts[rows], self.directions[rows])
 
 
 @dataclass
@@ -65,12 +77,12 @@ class Block:
         still = self.sensor.to_pixels(local + self.translations[self.image], self.image)
         return still - self.observed() - self.residuals()
 
-    def rays(self) -> tuple[np.ndarray, np.ndarray]:
-        """(M, 3) where the camera stood when each observation was read, and (M, 3) unit directions."""
+    def rays(self) -> Rays:
+        """The viewing ray of each observation."""
         observed = self.observed()
         rays = np.einsum("mji,mj->mi", self.rotations[self.image], self.sensor.directions(observed, self.image))
         share = self.sensor.share(observed[:, 1])
-        return self.centres[self.image] + share[:, None] * self.sensor.travel_m[self.image], rays
+        return Rays(self.centres[self.image] + share[:, None] * self.sensor.travel_m[self.image], rays)
 
     def project(self, i: int, points: np.ndarray) -> np.ndarray:
         """(K, 2) pixels of (K, 3) points in photo i; NaN behind the camera."""
@@ -92,18 +104,55 @@ class Block:
             self.sensor.travel_m[i],
         )
 
+    def part(self, points: np.ndarray) -> Block:
+        """The block of some of the points, (P,) bool; photos and keypoints are shared, poses copied."""
+        rows, number = points[self.point], np.cumsum(points) - 1
+        return replace(
+            self,
+            rotations=self.rotations.copy(),
+            translations=self.translations.copy(),
+            points=self.points[points],
+            image=self.image[rows],
+            key=self.key[rows],
+            point=number[self.point[rows]],
+        )
+
+    def long_tracks(self, columns: int, rows: int, most: int) -> np.ndarray:
+        """(P,) bool: points that are among the ``most`` seen by the most photos of one of ``columns`` x ``rows`` parts
+        of any photo."""
+        observed, camera = self.observed(), self.camera
+        column = np.clip((observed[:, 0] * (columns / camera.width)).astype(int), 0, columns - 1)
+        row = np.clip((observed[:, 1] * (rows / camera.height)).astype(int), 0, rows - 1)
+        part = (self.image * rows + row) * columns + column
+        seen_by = np.bincount(self.point, minlength=len(self.points))[self.point]
+        order = np.lexsort((self.point, -seen_by, part))
+        first = np.searchsorted(part[order], part[order])
+        chosen = np.zeros(len(self.points), bool)
+        chosen[self.point[order[np.arange(len(order)) - first < most]]] = True
+        return chosen
+
     def unpose(self, photos: np.ndarray) -> None:
         """Take the poses and observations of some photos, (N,) bool, out of the block."""
         self.rotations[photos], self.translations[photos] = np.nan, np.nan
         self.keep(~photos[self.image])
 
-    def keep(self, mask: np.ndarray, min_views: int = 2) -> None:
-        """Keep these observations, then only points with ``min_views`` of them left; renumber the points."""
+    def keep(self, mask: np.ndarray, min_views: int = 2) -> np.ndarray:
+        """Keep these observations, then only points with ``min_views`` of them left; renumber the points.
+
+        Returns:
+            (M,) bool: the observations that were kept.
+        """
         image, key, point = self.image[mask], self.key[mask], self.point[mask]
         counts = np.bincount(point, minlength=len(self.points))
         good = counts[point] >= min_views
-        kept, renumbered = np.unique(point[good], return_inverse=True)
-        self.image, self.key, self.point, self.points = image[good], key[good], renumbered, self.points[kept]
+        left = np.flatnonzero(np.bincount(point[good], minlength=len(self.points)))
+        numbers = np.empty(len(self.points), np.int64)
+        numbers[left] = np.arange(len(left))
+        self.image, self.key, self.point = image[good], key[good], numbers[point[good]]
+        self.points = self.points[left]
+        kept = np.zeros(len(mask), bool)
+        kept[np.flatnonzero(mask)[good]] = True
+        return kept
 
 
 def build_tracks(
@@ -170,10 +219,11 @@ def triangulate(block: Block, limit_px: float, min_angle_deg: float = 1.5, round
     goes first.
     """
     block.keep(block.is_posed[block.image])
+    rays = block.rays()
     for _ in range(rounds):
         if not len(block.point):
             return
-        intersect(block)
+        intersect(block, rays)
         error = np.linalg.norm(block.residuals(), axis=1)
         error[~np.isfinite(error)] = 1e9
         worst = np.zeros(len(block.points))
@@ -181,24 +231,24 @@ def triangulate(block: Block, limit_px: float, min_angle_deg: float = 1.5, round
         bad = (error > limit_px) & (error >= worst[block.point] - 1e-9)
         if not bad.any():
             break
-        block.keep(~bad)
+        rays = rays.of(block.keep(~bad))
     if not len(block.point):
         return
-    intersect(block)
+    intersect(block, rays)
     error = np.linalg.norm(block.residuals(), axis=1)
-    block.keep(np.isfinite(error) & (error <= limit_px))
-    block.keep(widest_angle_deg(block)[block.point] >= min_angle_deg)
+    rays = rays.of(block.keep(np.isfinite(error) & (error <= limit_px)))
+    block.keep(_widest_deg(block, rays)[block.point] >= min_angle_deg)
 
 
-def intersect(block: Block) -> None:
-    """Place the block's points where their rays pass nearest, weighted with 1 / range."""
-    centres, rays = block.rays()
-    weight = np.ones(len(rays))
+def intersect(block: Block, rays: Rays | None = None) -> None:
+    """Place the block's points where their rays pass nearest, weighted with 1 / range. rays: the block's."""
+    starts, directions = block.rays() if rays is None else rays
+    weight = np.ones(len(directions))
     for _ in range(2):
-        left, right = _ray_normals(centres, rays, weight, block.point, len(block.points))
+        left, right = _ray_normals(starts, directions, weight, block.point, len(block.points))
         left += 1e-9 * np.trace(left, axis1=1, axis2=2)[:, None, None] * np.eye(3)
         block.points = np.linalg.solve(left, right[:, :, None])[:, :, 0]
-        weight = 1 / np.maximum(np.linalg.norm(block.points[block.point] - centres, axis=1), 1.0) ** 2
+        weight = 1 / np.maximum(np.linalg.norm(block.points[block.point] - starts, axis=1), 1.0) ** 2
 
 
 @numba.njit(cache=True)
@@ -221,11 +271,14 @@ def widest_angle_deg(block: Block) -> np.ndarray:
     """(P,) twice the largest angle between a ray and the mean ray of its point: close to the widest angle of
     intersection.
     """
-    _, rays = block.rays()
+    return _widest_deg(block, block.rays())
+
+
+def _widest_deg(block: Block, rays: Rays) -> np.ndarray:
     mean = np.zeros((len(block.points), 3))
-    np.add.at(mean, block.point, rays)
+    np.add.at(mean, block.point, rays.directions)
     mean /= np.maximum(np.linalg.norm(mean, axis=1, keepdims=True), 1e-12)
-    away = np.degrees(np.arccos(np.clip(np.sum(rays * mean[block.point], axis=1), -1, 1)))
+    away = np.degrees(np.arccos(np.clip(np.sum(rays.directions * mean[block.point], axis=1), -1, 1)))
     widest = np.zeros(len(block.points))
     np.maximum.at(widest, block.point, away)
     return 2 * widest

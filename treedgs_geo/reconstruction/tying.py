@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
+from concurrent.futures import ThreadPoolExecutor
 
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from ..core.machine import available_threads
 from .adjustment import Known
 from .features import FeatureStore
-from .guided import find_points, turn_to_points
+from .guided import PointMatches, find_points, turn_to_points
 from .sensor import Sensor
 from .ties import GreyPhotos, Ties, ground_surface, tie_photo
 from .tracks import Block, build_tracks, triangulate
@@ -204,8 +208,15 @@ def extend(block: Block, store: FeatureStore, radius_px: float, ratio: float = 0
     seen[block.image, block.point] = True
     added: list[tuple[int, int, int]] = []
     same: list[tuple[int, int]] = []
-    for i in np.flatnonzero(block.is_posed).tolist():
-        found = find_points(block, store.descriptors, i, block.rotations[i], block.translations[i], radius_px, ratio)
+    posed = np.flatnonzero(block.is_posed).tolist()
+
+    def work(i: int) -> PointMatches:
+        return find_points(block, store.descriptors, i, block.rotations[i], block.translations[i], radius_px, ratio)
+
+    # Threads of BLAS would wait busily on the cores that these photos need.
+    with threadpool_limits(1, "blas"), ThreadPoolExecutor(available_threads()) as workers:
+        matches = list(workers.map(work, posed))
+    for i, found in zip(posed, matches, strict=True):
         for point, key in zip(found.point.tolist(), found.key.tolist(), strict=True):
             if seen[i, point]:
                 continue
