@@ -10,6 +10,7 @@ import pytest
 
 from treedgs_geo.benchmarking import chart, chart_pictures, cost
 from treedgs_geo.benchmarking.cost import PAPER, fit_power, predict, split_reducing
+from treedgs_geo.benchmarking.cost_jobs import run_stems_cost
 from treedgs_geo.benchmarking.ladder import CONFIGS, SFM
 from treedgs_geo.chain.routes import CHAIN_PRESETS
 from treedgs_geo.commands.benchmark import BenchmarkSettings, run
@@ -201,6 +202,19 @@ def test_what_large_photos_take_longer_is_a_stage_of_its_own():
     no_longer = [*rows[:3], {**rows[3], "seconds": 0.4 * 4 * 12}]
     assert set(split_reducing(pd.DataFrame(no_longer))["stage"]) == {"features"}
     assert split_reducing(pd.DataFrame(rows[3:])).empty  # nothing to take off: no law from it
+
+
+@pytest.mark.slow
+def test_stems_cost_what_edges_take_and_what_the_network_takes_besides(simulated_plot):
+    measured = run_stems_cost({"plot": str(simulated_plot), "radius": 0.5, "views": 8})
+    assert measured["stages"]["stems"] > 0 and measured["stages"]["stem network"] > 0
+    assert measured["sizes"]["stems"] == measured["sizes"]["stem network"]
+    assert measured["facts"]["photos"] == 8
+    law = {"a": 1e-3, "b": 1.0, "to": 1e4}
+    memory = {"base_mb": 1, "mb_per_crop_megapixel": 0, "second_base_mb": 1, "second_mb_per_stem_photo": 0}
+    both = predict({"stems": law, "stem network": law}, memory, PAPER)
+    assert both["stages_s"]["stem network"] == both["stages_s"]["stems"] == pytest.approx(both["total_s"] / 2)
+    assert set(measured["stages"]) <= set(cost.GROWTH)
 
 
 def test_another_level_of_reconstruction_is_no_point_of_the_guided_law(simulated_plot, tmp_path, monkeypatch):

@@ -12,7 +12,7 @@ from treedgs_geo.core.errors import ReconstructionError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags.control import ControlPoints
 from treedgs_geo.reconstruction import bundle_kernels as kernels
-from treedgs_geo.reconstruction.adjustment import PHOTO_GAP_S, adjust
+from treedgs_geo.reconstruction.adjustment import PHOTO_GAP_S, PHOTO_PARTS, TRACKS_A_PART, adjust, adjust_roughly
 from treedgs_geo.reconstruction.bundle import LAST, State, _cauchy, _soft_l1, camera_of, shared_of
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.control import align_to_control, control_residuals, rms_of
@@ -131,6 +131,45 @@ def test_adjustments_repeat_to_the_bit() -> None:
         adjust(block, known_of(tags, 0.05), LENS, iterations=6)
         assert len(block.image) > 25_000
         poses.append(np.concatenate([block.translations.ravel(), block.rotations.ravel(), block.points.ravel()]))
+    np.testing.assert_array_equal(poses[0], poses[1])
+
+
+def test_an_adjustment_on_the_way_takes_the_longest_tracks_and_the_other_points_follow() -> None:
+    rng = np.random.default_rng(4)
+    block, truth = _scene(4, 0.2, ring(30), 2500)
+    # Half of the points are seen by three photos only: those are left out, but for the last ones of a part.
+    few = np.arange(len(block.points)) % 2 == 0
+    block.keep(~few[block.point] | ((block.image + block.point // 2) % 10 == 0))
+    chosen = block.long_tracks(*PHOTO_PARTS, TRACKS_A_PART)
+    views = np.bincount(block.point, minlength=len(block.points))
+    assert chosen.mean() < 0.5 and views[chosen].mean() > 2 * views[~chosen].mean()
+    assert (np.bincount(block.image[chosen[block.point]], minlength=30) > 100).all()
+
+    places = block.points.copy()
+    wrong = np.flatnonzero(~chosen & (views > 12))[:20]
+    rows = [int(np.flatnonzero(block.point == p)[0]) for p in wrong]
+    for row in rows:
+        block.keypoints[block.image[row]][block.key[row]] += [9.0, -7.0]
+    for i in range(30):
+        wobble = rotation_from_gimbal(*rng.normal(0, 0.1, 3)) @ rotation_from_gimbal(0, 0, 0).T
+        block.rotations[i] = wobble @ block.rotations[i]
+        block.translations[i] = -block.rotations[i] @ (truth[i] + rng.normal(0, 0.02, 3))
+    known = known_of(truth, 0.02)
+    adjust_roughly(block, known, LENS)
+    adjust_roughly(block, known, LENS)
+    assert np.sqrt(np.mean((block.centres - truth) ** 2)) < 0.02
+    error = np.linalg.norm(block.residuals(), axis=1)
+    assert np.median(error) < 0.3 and (error[rows] > 8).all(), "a wrong observation does not move its point"
+    away = np.linalg.norm(block.points - places, axis=1)
+    assert np.median(away[~chosen]) < 0.05 and away[wrong].max() < 0.1
+
+
+def test_an_adjustment_on_the_way_takes_all_points_where_there_are_few() -> None:
+    poses = []
+    for how in (adjust, adjust_roughly):
+        block, truth = _scene(1)
+        how(block, known_of(truth + 0.01, 0.02), LENS)
+        poses.append(np.concatenate([block.translations.ravel(), block.points.ravel()]))
     np.testing.assert_array_equal(poses[0], poses[1])
 
 

@@ -1,5 +1,6 @@
 """Poses, pairs, tracks, images, dense: on small synthetic blocks with exact answers."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -10,9 +11,9 @@ from synthetic_block import block_of, ring
 from treedgs_geo.core.crs import LocalFrame
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.dense import densify_band, vote
-from treedgs_geo.reconstruction.guided import find_points, turn_to_points
+from treedgs_geo.reconstruction.guided import _in_field, find_points, turn_to_points
 from treedgs_geo.reconstruction.images import pinhole_crop, undistort_view
-from treedgs_geo.reconstruction.model import load_points, load_views, save_model
+from treedgs_geo.reconstruction.model import load_points, load_views, point_colours, save_model
 from treedgs_geo.reconstruction.pairs import select_pairs
 from treedgs_geo.reconstruction.poses import fit_similarity_robust, rotation_angle_deg, rotation_from_gimbal
 from treedgs_geo.reconstruction.tracks import build_tracks, triangulate
@@ -105,6 +106,35 @@ def test_known_points_are_found_again() -> None:
     assert len(found.point) > 0.9 * len(own) and (own[found.key] == found.point).mean() > 0.99
 
 
+@pytest.mark.parametrize("k1", [-0.08, 0.0, 0.2])
+def test_points_that_may_lie_in_a_photo_are_all_looked_for(k1: float) -> None:
+    camera = Camera(1280, 960, 900.0, 905.0, 645.0, 476.0, k1, 0.02)
+    view = replace(ring(3, camera=camera)[1], readout_travel_m=np.array([0.2, 0.1, 0.0]))
+    points = np.random.default_rng(5).uniform([-200, -200, 0], [200, 200, 20], (20_000, 3))
+    pixels = view.project(points)[0]
+    inside = ((pixels > -30) & (pixels < [1310, 990])).all(axis=1)
+    near = _in_field(view, points, 30.0)
+    assert inside.sum() > 500 and near[inside].all() and near.mean() < 0.5
+
+
+def test_what_is_kept_is_returned_and_points_are_numbered_anew() -> None:
+    block = block_of(ring(5), np.random.default_rng(6).uniform(-10, 10, (40, 3)), 0.0, np.random.default_rng(0))
+    before = np.column_stack([block.image, block.key])
+    places = block.points[block.point]
+    mask = np.arange(len(block.image)) % 3 > 0
+    kept = block.keep(mask)
+    np.testing.assert_array_equal(np.column_stack([block.image, block.key]), before[kept])
+    np.testing.assert_array_equal(block.points[block.point], places[kept])
+    assert (np.bincount(block.point) >= 2).all() and len(np.unique(block.point)) == len(block.points)
+
+    some = np.arange(len(block.points)) % 2 == 0
+    part = block.part(some)
+    np.testing.assert_array_equal(part.points, block.points[some])
+    np.testing.assert_array_equal(part.points[part.point], block.points[block.point][some[block.point]])
+    part.translations[0] += 1.0
+    assert not np.array_equal(part.translations[0], block.translations[0])
+
+
 def test_undistortion_keeps_the_pixel_convention(tmp_path: Path) -> None:
     camera = Camera(400, 300, 350.0, 352.0, 203.3, 148.1, -0.12, 0.03, 0.001, -0.002)
     view = View("a.png", tmp_path / "a.png", camera, np.eye(3), np.zeros(3))
@@ -125,6 +155,23 @@ def test_undistortion_keeps_the_pixel_convention(tmp_path: Path) -> None:
             rows, columns = np.mgrid[: patch.shape[0], : patch.shape[1]]
             assert (columns * patch).sum() / patch.sum() + max(c - 9, 0) + 0.5 == pytest.approx(x, abs=0.35)
             assert (rows * patch).sum() / patch.sum() + max(r - 9, 0) + 0.5 == pytest.approx(y, abs=0.35)
+
+
+@pytest.mark.parametrize("width", [1600, 3200])
+def test_points_have_the_colours_of_their_places_in_small_and_large_photos(tmp_path: Path, width: int) -> None:
+    height = width * 3 // 4
+    camera = Camera(width, height, 1.5 * width, 1.5 * width, width / 2, height / 2)
+    v, u = np.mgrid[:height, :width] + 0.5
+    shade = np.stack([np.full_like(u, 90), 255 * v / height, 255 * u / width], axis=2).astype(np.uint8)
+    cv2.imwrite(str(tmp_path / "a.jpg"), shade)
+    rng = np.random.default_rng(7)
+    block = block_of(ring(4, camera=camera), rng.uniform([-15, -15, 0], [15, 15, 4], (60, 3)), 0.0, rng)
+    colours = point_colours(block, [tmp_path / "a.jpg"] * 4)
+    place = block.observed() / [width, height] * 255
+    expected = [np.bincount(block.point, place[:, k]) / np.bincount(block.point) for k in range(2)]
+    assert len(colours) == 60
+    np.testing.assert_allclose(colours[:, :2], np.array(expected).T, atol=3)
+    np.testing.assert_allclose(colours[:, 2], 90, atol=3)
 
 
 def test_model_round_trip(tmp_path: Path) -> None:

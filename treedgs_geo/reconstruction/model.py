@@ -24,6 +24,10 @@ CAMERA = "camera.json"
 MODEL_FILES = ("cameras.bin", "images.bin", "points3D.bin", "rigs.bin", "frames.bin")
 
 
+#: Colours are read from photos wider than this at a quarter of their size.
+LARGE_PX = 3000
+
+
 @dataclass(frozen=True)
 class SparsePoints:
     """xyz (P, 3) local metres, rgb (P, 3) uint8, error_px (P,) mean reprojection error, track_length (P,) int."""
@@ -69,13 +73,14 @@ def point_colours(block: Block, paths: list[Path]) -> np.ndarray:
     total, count = np.zeros((len(block.points), 3)), np.zeros(len(block.points))
     observed = np.floor(block.observed()).astype(int)
     rows = [np.flatnonzero(block.image == i) for i in range(len(paths))]
+    reduced = 4 if block.camera.width > LARGE_PX else 1
 
     def colours(i: int) -> np.ndarray:
         if not len(rows[i]):
             return np.zeros((0, 3), np.uint8)
-        pixels = load_image(paths[i])
-        u = np.clip(observed[rows[i], 0], 0, pixels.shape[1] - 1)
-        v = np.clip(observed[rows[i], 1], 0, pixels.shape[0] - 1)
+        pixels = load_image(paths[i], reduced)
+        u = np.clip(observed[rows[i], 0] // reduced, 0, pixels.shape[1] - 1)
+        v = np.clip(observed[rows[i], 1] // reduced, 0, pixels.shape[0] - 1)
         return pixels[v, u]
 
     with ThreadPoolExecutor(min(MOST_READERS, available_threads())) as workers:
