@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks.rendered import plot_inputs
 from benchmarks.verbs import run_verb
-from treedgs_geo.from_photos.plumb import make_map
+from treedgs_geo.from_photos.plumb import plumb_grid
 from treedgs_geo.from_photos.stack import GroundGrid, PhotoStack, load_stack
 from treedgs_geo.from_photos.stem_net import plumb_colours
 from treedgs_geo.reconstruction.area import Area
@@ -107,7 +107,7 @@ def maps_of(plot: Path) -> list[tuple[np.ndarray, np.ndarray]]:
     points = np.vstack([np.column_stack([outline, z]), np.column_stack([outline, z + 5.2])])
     out = []
     for index in range(len(stack)):
-        plumb = make_map(stack, index, grid, points)
+        plumb = plumb_grid(stack, index, points)
         colour, good = plumb_colours(stack.arrays, index, plumb)
         label, _ = plumb_colours(marked.arrays, index, plumb)
         ivy, _ = plumb_colours(grown.arrays, index, plumb)

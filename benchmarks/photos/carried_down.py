@@ -64,8 +64,8 @@ def searched(plot: Path, options: PhotoStemOptions) -> tuple[find.Searched, Carr
     if look is None:
         raise SystemExit(f"{plot}: too few photos see the plot")
     options = replace(options, stem_network=look.network)
-    maps = find.maps_of(stack, grid, tile, options)
-    shown = network_maps(stack, [maps(view) for view in range(len(stack))]) if look.network == "full" else None
+    plumbs = find.grids_of(stack, grid, tile, options)
+    shown = network_maps(stack, plumbs) if look.network == "full" else None
     return found, carried, look.fitter(stack, grid, tile, options, shown)
 
 

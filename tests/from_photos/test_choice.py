@@ -87,15 +87,6 @@ def test_two_diameters_with_equal_support_are_even_odds_and_one_diameter_is_sure
     assert choose([one, same, other], 1.0, 1.0, np.array([np.nan])).sure == pytest.approx(2 / 3)
 
 
-def test_a_part_of_the_chosen_stem_is_less_probable_than_another_of_the_same_support():
-    whole, part = explanation(30, 1.2, 2000), explanation(12, 1.2, 2000)
-    larger = explanation(36, 1.2, 2000)
-    choice = choose([whole, part], 1.0, 1.0, np.array([np.nan]))
-    assert choice.best is whole and choice.sure == pytest.approx(0.8)
-    assert choice.share == pytest.approx([0.8, 0.2])
-    assert choose([whole, larger], 1.0, 1.0, np.array([np.nan])).sure == pytest.approx(0.5)
-
-
 def test_between_two_limbs_stands_no_third_stem():
     def at(x: float, item: Explanation) -> Explanation:
         return replace(item, vector=item.vector + np.array([x, 0, 0, 0, 0]))

@@ -11,13 +11,12 @@ from ..core.progress import Reporter
 from ..reconstruction.area import Area
 from ..reconstruction.cameras import View
 from .covered import without_covered
-from .find import maps_of, photos_of, with_photos
+from .find import grids_of, photos_of, with_photos
 from .given import GivenStems, fit_at
 from .hidden import carried_down
 from .looks import Look
 from .options import PhotoStemOptions
 from .photo_fit import PhotoFit
-from .plumb import PlumbMap
 from .settle import known_rows, without_open_diameter
 from .stem_net import network_maps
 from .tiles import split
@@ -72,8 +71,8 @@ def _of_piece(
 ) -> list[PhotoFit]:
     grid, stack = photos_of(views, ground, piece, options, reporter)
     options = replace(options, stem_network=look.network)
-    maps = _Maps(maps_of(stack, grid, piece, options))
-    shown = network_maps(stack, [maps[view] for view in range(len(stack))]) if look.network == "full" else None
+    plumbs = grids_of(stack, grid, piece, options)
+    shown = network_maps(stack, plumbs) if look.network == "full" else None
     fitter = look.fitter(stack, grid, piece, options, shown)
     near = known_rows([fit for fit in known if np.hypot(*(given.xy - fit.axis.p).T).min() < _NEAR_M])
     fits = []
@@ -84,17 +83,5 @@ def _of_piece(
         near = np.vstack([near, fit.row]) if fit.measured else near
     fits = carried_down(fits, fitter, reporter)
     if look.network != "off":
-        fits = without_covered(fits, stack, maps)
+        fits = without_covered(fits, stack, plumbs)
     return [without_open_diameter(fit) for fit in with_photos(fits, stack)]
-
-
-class _Maps(dict[int, PlumbMap]):
-    """Maps of edges by photo, each made when it is asked for."""
-
-    def __init__(self, make: Callable[[int], PlumbMap]) -> None:
-        super().__init__()
-        self._make = make
-
-    def __missing__(self, view: int) -> PlumbMap:
-        self[view] = self._make(view)
-        return self[view]

@@ -22,9 +22,6 @@ SAME_DBH_CM = 2.0
 #: Explanations this far below the clearest edges (log likelihood units) are none, unless one holds the other. The
 #: largest difference that was right on 93 stems: 29.
 FAR_BELOW = 60.0
-#: Odds of an explanation that is a part of the chosen one, beside what the witnesses say: in ten simulated plots 178
-#: such parts had 12 by the witnesses alone, and two were right.
-PART_ODDS = 0.25
 #: Lead in edge score over the next explanation up to which confidence is low: it is flagged for certain.
 LOW_CONFIDENCE_GAP = bound_of("photos", "gap", "check") - 1.0
 #: Edge scores per unit of log odds where edges are all there is: one more than :data:`LOW_CONFIDENCE_GAP` is nine to
@@ -106,7 +103,6 @@ def choose(tried: list[Explanation], trust: float, chance: float, sun: np.ndarra
     odds = log_odds(tried, trust, chance, network) if solid else edges / EDGES_A_LOG_ODD
     best = tried[int(np.argmax(odds))] if solid else prefer_whole(sorted(tried, key=lambda item: -item.edges), sun)
     weight = np.exp(odds - odds.max())
-    weight *= [PART_ODDS if contains(best.vector, item.vector) else 1.0 for item in tried]
     same = np.array([abs(item.fine.r0 - best.fine.r0) < SAME_DBH_CM / 200 for item in tried])
     sure = float(weight[same].sum() / weight.sum()) if solid else np.nan
     rivals = [i for i, item in enumerate(tried) if item is not best and different(item.vector, best.vector)]

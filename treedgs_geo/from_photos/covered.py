@@ -6,7 +6,6 @@ breast height are looked at, so that this costs seconds.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +13,7 @@ import numpy as np
 from ..core.intervals import HALF_WIDTH_SE
 from ..trees.limits import judge
 from .photo_fit import PhotoFit
-from .plumb import PlumbMap
+from .plumb import PlumbGrid
 from .stack import PhotoStack
 from .stem_evidence import covered_share
 from .stem_net import NetworkMaps, class_odds, network_scores, normalised, plumb_colours, quantised, together, tone_of
@@ -26,9 +25,6 @@ MOST_PHOTOS, LEAST_SEEN = 8, 0.5
 PIECES, ABOUT_M, AROUND_PX = (128, 192), 0.6, 24
 #: Standard error for each unit of ivy's share, cm: leaves stand 3 to 8 cm off the bark on both sides.
 COVER_CM = 15.0
-
-#: Plumb maps by photo.
-Plumbs = Sequence[PlumbMap] | Mapping[int, PlumbMap]
 
 
 @dataclass(frozen=True)
@@ -43,11 +39,11 @@ class _Piece:
     grid: tuple[float, float, float, float]
 
 
-def without_covered(fits: list[PhotoFit], stack: PhotoStack, plumbs: Plumbs) -> list[PhotoFit]:
+def without_covered(fits: list[PhotoFit], stack: PhotoStack, plumbs: list[PlumbGrid]) -> list[PhotoFit]:
     """The fits; those that ivy covers at breast height are flagged, with a wider error, or refused (``covered``).
 
     Refused ones are looked at too: a second measurement would take the ivy for bark as well. fits: of this stack.
-    plumbs: its plumb maps, one a photo.
+    plumbs: one a photo.
     """
     pieces = [piece for k, fit in enumerate(fits) for piece in _pieces(k, fit, stack, plumbs)]
     shown: dict[int, list[tuple[_Piece, np.ndarray]]] = {}
@@ -62,7 +58,7 @@ def without_covered(fits: list[PhotoFit], stack: PhotoStack, plumbs: Plumbs) -> 
     return [_judged(fit, _share(fit, shown[k], stack)) if k in shown else fit for k, fit in enumerate(fits)]
 
 
-def _pieces(number: int, fit: PhotoFit, stack: PhotoStack, plumbs: Plumbs) -> list[_Piece]:
+def _pieces(number: int, fit: PhotoFit, stack: PhotoStack, plumbs: list[PlumbGrid]) -> list[_Piece]:
     """Where the photos that show a stem best show breast height."""
     out = []
     for view in np.argsort(-fit.seen, kind="stable")[:MOST_PHOTOS]:
@@ -74,7 +70,7 @@ def _pieces(number: int, fit: PhotoFit, stack: PhotoStack, plumbs: Plumbs) -> li
         swing = (np.arctan2(dy, dx) - plumb.azimuth0 + 0.2) % (2 * np.pi) - 0.2
         nadir, slant = np.arctan2(np.hypot(dx, dy), below), np.sqrt(dx * dx + dy * dy + below * below)
         column, row = swing / plumb.step_a, (nadir - plumb.nadir0) / plumb.step_n
-        rows, columns = plumb.ridge.shape
+        rows, columns = plumb.shape
         if not (0 <= row < rows and 0 <= column < columns):
             continue
         tall = 2 * (ABOUT_M * np.sin(nadir) / (slant * plumb.step_n) + AROUND_PX)

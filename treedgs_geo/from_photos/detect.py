@@ -8,6 +8,7 @@ shifted by a random offset, so that nothing agrees any more.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -285,10 +286,10 @@ def _rings_of(plumb: PlumbMap) -> _Rings:
 class Detector:
     """The evidence of all views on one tile of ground.
 
-    maps: of each view.
+    maps: of each view; each is read once, so that they need not all be in memory.
     """
 
-    maps: list[PlumbMap]
+    maps: Iterable[PlumbMap]
     radii: np.ndarray
     ground: GroundGrid
     x0: float
@@ -313,13 +314,13 @@ class Detector:
         shape = (*self.mask.shape, N_LAYERS, len(self.radii))
         total, chance = np.zeros(shape, np.float32), np.zeros(shape if decoy else (1, 1, 1, 1), np.float32)
         tile = _Tile(self.x0, self.y0, self.cell, self.mask)
-        all_rings = [_rings_of(plumb) for plumb in self.maps]
-        # One photo's ratios at a time, in memory that is asked for once.
+        # One photo's ratios at a time, in memory that is kept from one to the next.
         each = N_LAYERS * len(self.radii)
-        most = max((r.n * plumb.ridge.shape[1] for r, plumb in zip(all_rings, self.maps, strict=True)), default=0)
-        store = np.empty(most * each, np.float32)
-        for rings, plumb in zip(all_rings, self.maps, strict=True):
-            n_cols = plumb.ridge.shape[1]
+        store = np.empty(0, np.float32)
+        for plumb in self.maps:
+            rings, n_cols = _rings_of(plumb), plumb.ridge.shape[1]
+            if rings.n * n_cols * each > store.size:
+                store = np.empty(rings.n * n_cols * each, np.float32)
             scores = plumb, rings, self.block_heights, BLOCKS, self.radii, self.ground
             counts = np.zeros((_PARTS, N_LAYERS, len(self.radii), N_BINS), np.int64)
             _count_scores(*scores, _RINGS_COUNTED, counts)

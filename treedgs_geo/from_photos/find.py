@@ -22,7 +22,7 @@ from .looks import MORE_PLACES, Look, away_from, first_look, look_of, random_pla
 from .network_seeds import network_seeds
 from .options import PhotoStemOptions
 from .photo_fit import PhotoFit
-from .plumb import PlumbMap, make_map
+from .plumb import PlumbGrid, make_map, plumb_grid
 from .settle import APART_M, known_rows, looked_at_twice, merge, not_swallowed, plausible, without_open_diameter
 from .stack import GroundGrid, PhotoStack, load_stack
 from .stem_net import network_maps
@@ -122,7 +122,8 @@ def _tile(
         reporter.warn(f"Only {len(stack)} oblique photos see the plot; no stem can be measured in them.")
         return [], None
     reporter.progress(0.1)
-    detector = _detector(stack, grid, area, tile, box, options)
+    plumbs = grids_of(stack, grid, tile, options)
+    detector = _detector(stack, grid, plumbs, area, box, options)
     seeds, beside, gate = _edge_seeds(detector, area, options, rng)
     reporter.progress(0.5)
     places = random_places(tile, rng)
@@ -134,7 +135,7 @@ def _tile(
             options = replace(options, stem_network=_asked(fits, tile, options.min_dbh_cm, reporter))
             fitter = replace(fitter, options=options)
     if options.stem_network == "full":
-        shown = network_maps(stack, detector.maps)
+        shown = network_maps(stack, plumbs)
         seen = network_seeds(shown, grid, area, box, options, rng)
         fitter = with_chance(replace(fitter, shown=shown), away_from(seen, random_places(tile, rng, MORE_PLACES)))
         with reporter.stage("fit stems", 0.7, 0.85):
@@ -146,7 +147,7 @@ def _tile(
     with reporter.stage("stems seen farther up", 0.95, 1.0):
         fits = carried_down(fits, fitter, reporter)
     if options.stem_network != "off":
-        fits = without_covered(fits, stack, detector.maps)
+        fits = without_covered(fits, stack, plumbs)
     return with_photos(fits, stack), look_of(fitter, gate, places)
 
 
@@ -243,18 +244,18 @@ def _pursue(
     return fits
 
 
-def maps_of(stack: PhotoStack, grid: GroundGrid, tile: Area, options: PhotoStemOptions) -> Callable[[int], PlumbMap]:
-    """Function of a photo's index -> its map of edges, over the piece of ground."""
+def grids_of(stack: PhotoStack, grid: GroundGrid, tile: Area, options: PhotoStemOptions) -> list[PlumbGrid]:
+    """Of each photo: the grid of its map over the piece of ground."""
     outline = np.vstack([tile.outline(options.margin_m + 1.0), tile.centres])
     z = grid.at(outline[:, 0], outline[:, 1])
     points = np.vstack([np.column_stack([outline, z]), np.column_stack([outline, z + 5.2])])
-    return lambda view: make_map(stack, view, grid, points)
+    return [plumb_grid(stack, view, points) for view in range(len(stack))]
 
 
 def _detector(
-    stack: PhotoStack, grid: GroundGrid, area: Area, tile: Area, box: tuple, options: PhotoStemOptions
+    stack: PhotoStack, grid: GroundGrid, plumbs: list[PlumbGrid], area: Area, box: tuple, options: PhotoStemOptions
 ) -> Detector:
-    maps = [maps_of(stack, grid, tile, options)(view) for view in range(len(stack))]
+    maps = (make_map(stack, view, grid, plumb) for view, plumb in enumerate(plumbs))
     # Leaning stems need the cells around the area too, to carry their upper layers.
     edge = 0.5
     x0, y0 = box[0] - edge, box[1] - edge

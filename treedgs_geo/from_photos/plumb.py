@@ -20,13 +20,27 @@ _FAST = {"nogil": True, "cache": True, "fastmath": True}
 WINDOW_M = 0.28
 
 
-class PlumbMap(NamedTuple):
-    """One view's edge map.
+class PlumbGrid(NamedTuple):
+    """Where the rows and columns of one view's map lie.
 
     azimuth0, step_a: azimuth of column 0 and column width, rad (counter-clockwise from east). nadir0, step_n: nadir
-    angle of row 0 and row height, rad. ridge: (rows, columns) uint8, coherence x 255. unit: (rows, columns, 3) int8,
-    unit colour gradient along the columns x 127. centre: (3,) camera. distance: (2,) horizontal range of the area.
+    angle of row 0 and row height, rad. shape: rows, columns. centre: (3,) camera. distance: (2,) horizontal range of
+    the area, metres; middle_m: its median.
     """
+
+    azimuth0: float
+    step_a: float
+    nadir0: float
+    step_n: float
+    shape: tuple[int, int]
+    centre: np.ndarray
+    distance: np.ndarray
+    middle_m: float
+
+
+class PlumbMap(NamedTuple):
+    """One view's edge map, on a :class:`PlumbGrid`. ridge: (rows, columns) uint8, coherence x 255. unit: (rows,
+    columns, 3) int8, unit colour gradient along the columns x 127."""
 
     azimuth0: float
     step_a: float
@@ -185,16 +199,8 @@ def _map_kernel(photos, view, plumb, filters):
             ridge[i, j] = int(min(drawn[j], 1.0) * 255 + 0.5)
 
 
-def make_map(
-    stack: PhotoStack,
-    view: int,
-    ground: GroundGrid,
-    points: np.ndarray,
-    ridge_m: float = 0.022,
-    sigma_px: float = 1.0,
-    tau: float = 0.01,
-) -> PlumbMap:
-    """Edge map of one view over the points' footprint. points: (N, 3) corners of the volume searched, local metres."""
+def plumb_grid(stack: PhotoStack, view: int, points: np.ndarray) -> PlumbGrid:
+    """Grid of one view over the points' footprint. points: (N, 3) corners of the volume searched, local metres."""
     centre = stack.centre[view]
     offset = points - centre
     flat = np.hypot(offset[:, 0], offset[:, 1])
@@ -217,17 +223,24 @@ def make_map(
     n_rows = max(int((high_n - low_n) / step_n) + 1, 3)
     n_cols = max(int((high_a - low_a) / step_a) + 1, 16)
     distance = np.array([flat.min(), flat.max()])
-    plumb = PlumbMap(
-        azimuth0=float(aim + low_a),
-        step_a=float(step_a),
-        nadir0=float(low_n),
-        step_n=float(step_n),
-        ridge=np.zeros((n_rows, n_cols), np.uint8),
-        unit=np.zeros((n_rows, n_cols, 3), np.int8),
-        centre=centre,
-        distance=distance,
-    )
-    below = float(centre[2] - float(np.median(ground.z)) - 2.0)
-    width = ridge_m / (step_a * float(np.median(flat)))
+    azimuth0, nadir0 = float(aim + low_a), float(low_n)
+    middle_m = float(np.median(flat))
+    return PlumbGrid(azimuth0, float(step_a), nadir0, float(step_n), (n_rows, n_cols), centre, distance, middle_m)
+
+
+def make_map(
+    stack: PhotoStack,
+    view: int,
+    ground: GroundGrid,
+    grid: PlumbGrid,
+    ridge_m: float = 0.022,
+    sigma_px: float = 1.0,
+    tau: float = 0.01,
+) -> PlumbMap:
+    """Edge map of one view."""
+    ridge, unit = np.zeros(grid.shape, np.uint8), np.zeros((*grid.shape, 3), np.int8)
+    plumb = PlumbMap(*grid[:4], ridge, unit, grid.centre, grid.distance)
+    below = float(grid.centre[2] - float(np.median(ground.z)) - 2.0)
+    width = ridge_m / (grid.step_a * grid.middle_m)
     _map_kernel(stack.arrays, view, plumb, _Filter(sigma_px, tau, WINDOW_M, below, float(width), LUT_GAMMA))
     return plumb

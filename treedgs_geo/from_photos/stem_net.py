@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit, prange
 
 from ..core.files import read_json
-from .plumb import PlumbMap, row_knots
+from .plumb import PlumbGrid, row_knots
 from .stack import PhotoArrays, PhotoStack
 
 _FAST = {"nogil": True, "cache": True, "fastmath": True}
@@ -84,9 +84,9 @@ def _resample(photos, view, azimuth0, step_a, nadir0, step_n, colour, good):
                 colour[i, j, 2 - channel] = np.uint8(value + 0.5)
 
 
-def plumb_colours(photos: PhotoArrays, view: int, plumb: PlumbMap) -> tuple[np.ndarray, np.ndarray]:
-    """(rows, columns, 3) uint8 RGB of one photo on the grid of a plumb map, and (rows, columns) bool: inside it."""
-    rows, columns = (-(-n // MULTIPLE) * MULTIPLE for n in plumb.ridge.shape)
+def plumb_colours(photos: PhotoArrays, view: int, plumb: PlumbGrid) -> tuple[np.ndarray, np.ndarray]:
+    """(rows, columns, 3) uint8 RGB of one photo on a grid, and (rows, columns) bool: inside it."""
+    rows, columns = (-(-n // MULTIPLE) * MULTIPLE for n in plumb.shape)
     colour, good = np.zeros((rows, columns, 3), np.uint8), np.zeros((rows, columns), np.bool_)
     _resample(photos, view, plumb.azimuth0, plumb.step_a, plumb.nadir0, plumb.step_n, colour, good)
     return colour, good
@@ -159,8 +159,8 @@ def network_scores(image: np.ndarray) -> np.ndarray:
     return network.forward()[0]
 
 
-def network_maps(stack: PhotoStack, plumbs: list[PlumbMap]) -> NetworkMaps:
-    """What the network sees in every photo of a stack, on the grids of its plumb maps."""
+def network_maps(stack: PhotoStack, plumbs: list[PlumbGrid]) -> NetworkMaps:
+    """What the network sees in every photo of a stack, on the grids of its photos."""
     shown: dict[tuple[str, ...], list[np.ndarray]] = {("stem",): [], ("ivy",): [], ("stem", "ivy"): []}
     for view, plumb in enumerate(plumbs):
         colour, good = plumb_colours(stack.arrays, view, plumb)

@@ -11,7 +11,6 @@ import numpy as np
 from ..core.errors import InputError
 from .cameras import Camera, View
 
-
 #: How a photo is read at a share of its size: JPEG decoders take the less time the smaller it is.
 _READ = {1: cv2.IMREAD_COLOR, 2: cv2.IMREAD_REDUCED_COLOR_2, 4: cv2.IMREAD_REDUCED_COLOR_4}
 
