@@ -75,6 +75,7 @@ WRITERS = {
     "matcher_chain.json": "benchmarks.reconstruction.matcher_chain",
     "moved_sun.json": "benchmarks.reconstruction.moved_sun",
     "reconstruction.json": "benchmarks.reconstruction.accuracy",
+    "reconstruction_today.json": "benchmarks.reconstruction.accuracy",
     "reconstruction_levels.json": "benchmarks.reconstruction.levels",
     "recall.json": "benchmarks.photos.recall",
     "rolling_shutter.json": "benchmarks.reconstruction.rolling_shutter",
