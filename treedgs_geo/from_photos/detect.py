@@ -136,9 +136,14 @@ def _add_pairs(plumb, look, d, radii, share, edge, score):
 
 
 @njit(inline="always", **_FAST)
-def _binned(score, bins):
-    """Pair scores of a layer (radius, column) as histogram bins."""
+def _layer_bins(plumb, look, d, radii, edge, score, bins):
+    """Pair scores of a layer at a distance ``d``, mean over its blocks, as histogram bins (radius, column).
+
+    look: (blocks, knots) as for :func:`_add_pairs`. score: as large as ``bins``, to work with."""
     zero, top, scale = np.float32(0.0), np.float32(N_BINS - 1), np.float32(N_BINS / np.sqrt(T_MAX))
+    score[:] = zero
+    for b in range(len(look)):
+        _add_pairs(plumb, look[b], d, radii, np.float32(1.0 / len(look)), edge, score)
     for r in range(len(score)):
         line, to = score[r], bins[r]
         for j in range(line.size):
@@ -160,10 +165,7 @@ def _count_scores(plumb, rings, heights, blocks, radii, ground_grid, step, count
             d = d0 + k * dd
             _look_along(plumb, d, heights, ground_grid, look)
             for layer in range(heights.size // blocks):
-                score[:] = np.float32(0.0)
-                for b in range(layer * blocks, (layer + 1) * blocks):
-                    _add_pairs(plumb, look[b], d, radii, np.float32(1.0 / blocks), edge, score)
-                _binned(score, bins)
+                _layer_bins(plumb, look[layer * blocks : (layer + 1) * blocks], d, radii, edge, score, bins)
                 for r in range(radii.size):
                     for j in range(0, n_cols, 2):
                         counts[part, layer, r, bins[r, j]] += 1
@@ -183,10 +185,7 @@ def _ratios(plumb, rings, heights, blocks, radii, ground_grid, lut, out):
         bins = np.empty((radii.size, n_cols), np.uint16)
         _look_along(plumb, d, heights, ground_grid, look)
         for layer in range(heights.size // blocks):
-            score[:] = np.float32(0.0)
-            for b in range(layer * blocks, (layer + 1) * blocks):
-                _add_pairs(plumb, look[b], d, radii, np.float32(1.0 / blocks), edge, score)
-            _binned(score, bins)
+            _layer_bins(plumb, look[layer * blocks : (layer + 1) * blocks], d, radii, edge, score, bins)
             values = lut[layer]
             for j in range(n_cols):
                 to = out[k, j, layer]
