@@ -12,12 +12,19 @@ from treedgs_geo.core.errors import ReconstructionError
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.geotags.control import ControlPoints
 from treedgs_geo.reconstruction import bundle_kernels as kernels
-from treedgs_geo.reconstruction.adjustment import PHOTO_GAP_S, PHOTO_PARTS, TRACKS_A_PART, adjust, adjust_roughly
+from treedgs_geo.reconstruction.adjustment import (
+    LEAST_OBSERVATIONS,
+    PHOTO_GAP_S,
+    PHOTO_PARTS,
+    TRACKS_A_PART,
+    adjust,
+    adjust_roughly,
+)
 from treedgs_geo.reconstruction.bundle import LAST, State, _cauchy, _soft_l1, camera_of, shared_of
 from treedgs_geo.reconstruction.cameras import Camera, View
 from treedgs_geo.reconstruction.control import align_to_control, control_residuals, rms_of
 from treedgs_geo.reconstruction.georeference import _turned_to_gimbals, as_stored
-from treedgs_geo.reconstruction.poses import rotation_from_gimbal
+from treedgs_geo.reconstruction.poses import rotation_angle_deg, rotation_from_gimbal
 from treedgs_geo.reconstruction.posterior import GEOTAG_DRIFT_S, posterior_of
 from treedgs_geo.reconstruction.sensor import Sensor
 from treedgs_geo.reconstruction.shutter import settle_lens, settle_shutter
@@ -162,6 +169,26 @@ def test_an_adjustment_on_the_way_takes_the_longest_tracks_and_the_other_points_
     assert np.median(error) < 0.3 and (error[rows] > 8).all(), "a wrong observation does not move its point"
     away = np.linalg.norm(block.points - places, axis=1)
     assert np.median(away[~chosen]) < 0.05 and away[wrong].max() < 0.1
+
+
+def test_a_photo_whose_few_points_lie_close_together_is_held_by_all_of_them() -> None:
+    block, truth = _scene(4, 0.2, ring(30), 4000)
+    pixels = block.observed()
+    # Within one part of the photo, and seen by two others, which have longer tracks to choose from.
+    own_points = block.point[(block.image == 3) & (np.abs(pixels - [720, 400]) < 40).all(axis=1)]
+    among = np.isin(block.point, own_points)
+    block.keep(np.where(block.image == 3, among, ~among | np.isin(block.image, [11, 19])))
+    own = int((block.image == 3).sum())
+    assert 6 < own < 60
+    chosen = block.long_tracks(*PHOTO_PARTS, TRACKS_A_PART)
+    assert chosen[block.point[block.image == 3]].sum() < LEAST_OBSERVATIONS, "too few to move the photo by"
+    turn = rotation_from_gimbal(0.3, 0.2, 0.0) @ rotation_from_gimbal(0, 0, 0).T
+    right = block.rotations[3].copy()
+    block.rotations[3] = turn @ right
+    block.translations[3] = -block.rotations[3] @ truth[3]
+    for _ in range(2):
+        adjust_roughly(block, known_of(truth, 0.02), LENS)
+    assert rotation_angle_deg(block.rotations[3] @ right.T) < 0.1 < rotation_angle_deg(turn)
 
 
 def test_an_adjustment_on_the_way_takes_all_points_where_there_are_few() -> None:

@@ -41,6 +41,8 @@ PHOTO_GAP_S = 3.0
 #: Parts of a photo, columns and rows, and of how many points in each an adjustment on the way needs the observations:
 #: those that the most photos see. Where so large a share of the points remains, it takes all.
 PHOTO_PARTS, TRACKS_A_PART, _FEW_LEFT_OUT = (8, 6), 5, 0.7
+#: A photo that would keep fewer observations than this keeps all of its own.
+_FEW_OBSERVATIONS = 40
 #: A geotag farther off than this many standard deviations pulls no harder.
 TAG_LOSS = 3.0
 
@@ -127,6 +129,8 @@ def adjust_roughly(
         ReconstructionError: as :func:`adjust`.
     """
     chosen = block.long_tracks(*PHOTO_PARTS, TRACKS_A_PART)
+    count = np.bincount(block.image[chosen[block.point]], minlength=len(block.keypoints))
+    chosen[block.point[count[block.image] < _FEW_OBSERVATIONS]] = True
     if chosen.sum() > _FEW_LEFT_OUT * len(chosen):
         adjust(block, known, free, iterations=iterations, tag_loss=tag_loss)
         return

@@ -12,13 +12,13 @@ from ..core.errors import InputError
 from .cameras import Camera, View
 
 #: How a photo is read at a share of its size: JPEG decoders take the less time the smaller it is.
-_READ = {1: cv2.IMREAD_COLOR, 2: cv2.IMREAD_REDUCED_COLOR_2, 4: cv2.IMREAD_REDUCED_COLOR_4}
+_READ = {1: cv2.IMREAD_COLOR, 4: cv2.IMREAD_REDUCED_COLOR_4}
 
 
 def load_image(photo: View | Path, reduced: int = 1) -> np.ndarray:
     """(H, W, 3) uint8 RGB of a view or file, as stored (no EXIF rotation: the calibration is of the stored pixels).
 
-    reduced: 1, 2 or 4, by how much each side is smaller.
+    reduced: 1 or 4, by how much each side is smaller.
 
     Raises:
         InputError: the file is missing or broken.

@@ -22,8 +22,6 @@ REPORT = "report.json"
 CAMERA = "camera.json"
 #: COLMAP's files of a model.
 MODEL_FILES = ("cameras.bin", "images.bin", "points3D.bin", "rigs.bin", "frames.bin")
-
-
 #: Colours are read from photos wider than this at a quarter of their size.
 LARGE_PX = 3000
 
