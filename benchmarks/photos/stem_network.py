@@ -65,7 +65,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("plots", nargs="+", type=Path)
     parser.add_argument("--workspaces", type=Path, help="folder of the chain's workspaces")
-    parser.add_argument("--modes", nargs="+", default=["off", "ivy", "full"], choices=("off", "ivy", "auto", "full"))
+    parser.add_argument(
+        "--modes", nargs="+", default=["off", "ivy", "full"], choices=("off", "ivy", "low-confidence", "auto", "full")
+    )
     parser.add_argument("--output", type=Path)
     args = parser.parse_args()
     results: dict[str, dict] = {}

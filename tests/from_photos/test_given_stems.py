@@ -74,7 +74,7 @@ def test_what_the_search_learnt_survives_its_file(searched, tmp_path):
     write_fits(tmp_path / "fits.json", KeptFits(searched.fits, looks=searched.looks))
     (look,), (kept,) = searched.looks, read_fits(tmp_path / "fits.json").looks
     assert kept.record() == look.record() and np.array_equal(kept.places, look.places)
-    assert kept.network in ("ivy", "full") and kept.gate >= 8.0  # what ``auto`` came to
+    assert kept.network in ("low-confidence", "full") and kept.gate >= 8.0  # what ``auto`` came to
 
 
 def test_stems_of_a_field_crew_guide_the_search(views, searched):

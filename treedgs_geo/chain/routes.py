@@ -55,7 +55,7 @@ class Found:
 CHAIN_PRESETS = {
     "fast": Preset(
         ReconstructOptions(max_features=4000, neighbours=12),
-        PhotoStemOptions(max_views=48, max_lean_deg=10.0),
+        PhotoStemOptions(max_views=48, max_lean_deg=10.0, most_asked=0),
         second="none",
         sheets="check",
         heights=False,

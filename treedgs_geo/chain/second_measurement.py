@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..from_photos.low_confidence import may_be_settled
 from ..from_photos.photo_fit import PhotoFit
 from ..from_photos.verdict import GAIN_LOW_CONFIDENCE
 from ..gaussians.primitive.fit import PrimitiveFit
@@ -22,11 +23,6 @@ from ..trees.findings import Flag
 from ..trees.limits import judge
 from ..trees.tree import Tree
 
-#: Reasons that another look at the same photos cannot settle.
-HOPELESS = frozenset({"too_small", "too_large", "lean", "no_ground", "edge", "covered"})
-#: A refused place is measured again only if its silhouette (of what chance reaches) or its edges stood out at all: a
-#: primitive fitted to a bush finds a cylinder too.
-LEAST_CONTRAST, LEAST_LLR = 0.7, 40.0
 #: The primitive is one stem with nothing beside it: where a companion is likely, or a measured stem this close (m), it
 #: takes the two for one (``benchmarks/photos/second_measurement.py`` counts both kinds).
 ALONE_M = 0.6
@@ -54,9 +50,7 @@ def stems_to_measure_again(fits: list[PhotoFit], inside: np.ndarray, everyone: b
     for number, fit in enumerate(fits):
         if fit.gain > GAIN_LOW_CONFIDENCE or not _alone(number, fits):
             continue
-        seen = (np.isfinite(fit.contrast) and fit.contrast > LEAST_CONTRAST) or fit.llr > LEAST_LLR
-        low_confidence = fit.flag != "ok" and seen and not HOPELESS & set(fit.reasons)
-        if inside[number] and (low_confidence or (everyone and fit.flag == "ok")):
+        if inside[number] and (may_be_settled(fit) or (everyone and fit.flag == "ok")):
             chosen.append(number)
     chosen.sort(key=lambda number: (fits[number].flag == "ok", -fits[number].llr))
     return chosen if everyone else chosen[:MOST_MEASURED_AGAIN]

@@ -15,6 +15,7 @@ from .find import grids_of, photos_of, with_photos
 from .given import GivenStems, fit_at
 from .hidden import carried_down
 from .looks import Look
+from .low_confidence import settled_by_network
 from .options import PhotoStemOptions
 from .photo_fit import PhotoFit
 from .settle import known_rows, without_open_diameter
@@ -81,6 +82,8 @@ def _of_piece(
         fit = fit_at(fitter, place, given.reach_m, near)
         fits.append(fit)
         near = np.vstack([near, fit.row]) if fit.measured else near
+    if look.network == "low-confidence":
+        fits = settled_by_network(fits, fitter, plumbs, piece, reporter)
     fits = carried_down(fits, fitter, reporter)
     if look.network != "off":
         fits = without_covered(fits, stack, plumbs)

@@ -19,6 +19,7 @@ from .fit import Fitter
 from .given import GivenStems, fits_of_given
 from .hidden import carried_down
 from .looks import MORE_PLACES, Look, away_from, first_look, look_of, random_places, with_chance
+from .low_confidence import settled_by_network
 from .network_seeds import network_seeds
 from .options import PhotoStemOptions
 from .photo_fit import PhotoFit
@@ -144,6 +145,9 @@ def _tile(
         fits += _carved(fitter, area, box, fits, reporter)
     if given is not None:
         fits += fits_of_given(fitter, given.within(area, box, options.margin_m), fits, reporter)
+    if options.stem_network == "low-confidence":
+        with reporter.stage("stems of low confidence", 0.9, 0.95):
+            fits = settled_by_network(fits, fitter, plumbs, tile, reporter)
     with reporter.stage("stems seen farther up", 0.95, 1.0):
         fits = carried_down(fits, fitter, reporter)
     if options.stem_network != "off":
@@ -178,7 +182,7 @@ def _asked(fits: list[PhotoFit], tile: Area, min_dbh_cm: float, reporter: Report
     """What the network is asked on a piece of ground whose edges gave these fits (``auto``)."""
     certain, seen = certain_stems(fits, tile, min_dbh_cm)
     if certain >= ENOUGH_CERTAIN * seen:
-        return "ivy"
+        return "low-confidence"
     reporter.info(f"{certain} of {seen} stems are certain by their edges: the network is asked for stems as well.")
     return "full"
 

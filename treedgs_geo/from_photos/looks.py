@@ -35,11 +35,11 @@ BACKDROP_MARGIN_M = 3.0
 
 @dataclass(frozen=True)
 class Look:
-    """Of one piece of ground. network: what the network was asked in the end (``off``, ``ivy`` or ``full``). sun:
-    (flights,) azimuth, rad from east, NaN = unknown. r, r_sd: of the stand's radii at breast height, m. chance:
-    silhouette contrast that places without a stem reach, infinite where silhouettes say nothing. gate: score from which
-    a seed counts. places: (N, 2) random places that chance is measured at, local frame. soft_px: of the photos
-    (:func:`.softness.soft_px`)."""
+    """Of one piece of ground. network: what the network was asked in the end (``off``, ``ivy``, ``low-confidence`` or
+    ``full``). sun: (flights,) azimuth, rad from east, NaN = unknown. r, r_sd: of the stand's radii at breast height, m.
+    chance: silhouette contrast that places without a stem reach, infinite where silhouettes say nothing. gate: score
+    from which a seed counts. places: (N, 2) random places that chance is measured at, local frame. soft_px: of the
+    photos (:func:`.softness.soft_px`)."""
 
     network: str
     sun: np.ndarray

@@ -51,9 +51,16 @@ class PhotoStemOptions:
         "auto",
         kind="choice",
         help="what a small network (trained on simulated photos) is asked: ivy = which measured stems are under ivy; "
-        "full = where stems are and how wide, too; auto = full where too many stems are not certain without it; off = "
-        "nothing",
-        choices=("ivy", "auto", "full", "off"),
+        "low-confidence = how wide stems of low confidence are, too; full = where stems are and how wide all are; auto "
+        "= full where too many stems are not certain without it, else low-confidence; off = nothing",
+        choices=("ivy", "low-confidence", "auto", "full", "off"),
+        advanced=True,
+    )
+    most_asked: int = param(
+        16,
+        kind="integer",
+        help="stems of low confidence that the network is asked about one by one, at most; the clearest first",
+        minimum=0,
         advanced=True,
     )
     seed: int = param(
