@@ -12,7 +12,8 @@ from clear_fit import clear_photo_fit
 from benchmarks.rendered import plot_inputs
 from treedgs_geo.core.progress import Reporter
 from treedgs_geo.from_photos.find import grids_of, photos_of, search_photos
-from treedgs_geo.from_photos.low_confidence import HOPELESS, may_be_settled, settled_by_network
+from treedgs_geo.from_photos.low_confidence import HOPELESS, _wider, may_be_settled, settled_by_network
+from treedgs_geo.from_photos.mixture import UNSURE_SE
 from treedgs_geo.from_photos.network_pieces import About, of_all_photos, piece_odds, piece_of
 from treedgs_geo.from_photos.options import PhotoStemOptions
 from treedgs_geo.from_photos.stem_evidence import cut_bark
@@ -80,11 +81,20 @@ def test_a_stem_of_low_confidence_is_fitted_anew_and_no_other(scene):
     fits = [*others[:good], wrong, *others[good + 1 :]]
     after = settled(scene, fits)
     assert after[good].dbh_cm == pytest.approx(fit.dbh_cm, abs=1.0) and after[good].flag == "ok"
+    assert after[good].se_cm > 1.5 * fit.se_cm  # its edges were unclear
     assert all(a is b for k, (a, b) in enumerate(zip(after, fits, strict=True)) if k != good)
     assert settled(scene, fits, most_asked=0) is fits and settled(scene, others) is others
     # The same stem twice, of which one may be asked about: the clearer one.
     two = [*fits, replace(wrong, axis=replace(wrong.axis, p=fit.axis.p + [3.0, 0.0]), llr=wrong.llr - 1)]
     assert settled(scene, two, most_asked=1)[-1] is two[-1]
+
+
+def test_an_error_that_is_too_wide_then_is_flagged():
+    narrow, wide = clear_photo_fit(0.0, 30.0, se_cm=0.9), clear_photo_fit(0.0, 30.0, se_cm=1.1)
+    assert _wider(narrow).flag == "ok" and _wider(narrow).se_cm == pytest.approx(0.9 * UNSURE_SE)
+    assert (_wider(wide).flag, _wider(wide).reasons) == ("check", ("wide_error",))
+    unsure = clear_photo_fit(0.0, 30.0, flag="check", reasons=("ambiguous",))
+    assert _wider(unsure) is unsure
 
 
 def test_what_no_look_at_the_same_photos_can_settle_is_left_alone():

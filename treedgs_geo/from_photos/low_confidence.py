@@ -13,10 +13,12 @@ import numpy as np
 
 from ..core.progress import Reporter
 from ..reconstruction.area import Area
+from ..trees.limits import judge
 from .backdrop_kernels import REACH_M
 from .detect import Seed
 from .fit import Fitter
 from .looks import MORE_PLACES, STEM_FREE_M, random_places, with_chance
+from .mixture import UNSURE_SE
 from .network_pieces import About, Piece, of_all_photos, piece_odds, piece_of
 from .photo_fit import PhotoFit
 from .plumb import PlumbGrid
@@ -65,8 +67,18 @@ def settled_by_network(
         (x, y), (lx, ly) = fit.axis.p.tolist(), fit.axis.s.tolist()
         seed = Seed(x, y, lx, ly, fit.r0, fit.seed_score)
         known = known_rows([other for other in out if other is not out[k]])
-        out[k] = replace(fitter, shown=shown).fit(seed, known) or fit
+        again = replace(fitter, shown=shown).fit(seed, known)
+        out[k] = fit if again is None else _wider(again)
     return not_swallowed(out, fits)
+
+
+def _wider(fit: PhotoFit) -> PhotoFit:
+    """A fit that the network made certain, with the larger error of stems whose edges are unclear."""
+    if fit.flag != "ok":
+        return fit
+    se = UNSURE_SE * fit.se_cm
+    reasons = judge("photos", {"se_cm": se}, fit.dbh_cm).reasons
+    return replace(fit, se_cm=se, flag="check" if reasons else "ok", reasons=reasons)
 
 
 def _free_places(fits: list[PhotoFit], fitter: Fitter, tile: Area) -> list[StemAxis]:
