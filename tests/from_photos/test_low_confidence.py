@@ -84,6 +84,9 @@ def test_a_stem_of_low_confidence_is_fitted_anew_and_no_other(scene):
     assert after[good].se_cm > 1.5 * fit.se_cm  # its edges were unclear
     assert all(a is b for k, (a, b) in enumerate(zip(after, fits, strict=True)) if k != good)
     assert settled(scene, fits, most_asked=0) is fits and settled(scene, others) is others
+    # To silhouettes two stems that touch are one.
+    touched = [*others[:good], replace(wrong, reasons=("ambiguous", "merged")), *others[good + 1 :]]
+    assert settled(scene, touched) is touched
     # The same stem twice, of which one may be asked about: the clearer one.
     two = [*fits, replace(wrong, axis=replace(wrong.axis, p=fit.axis.p + [3.0, 0.0]), llr=wrong.llr - 1)]
     assert settled(scene, two, most_asked=1)[-1] is two[-1]

@@ -48,8 +48,9 @@ def settled_by_network(
 
     fits, fitter: of one stack of photos, without maps of the network. plumbs: one a photo. tile: the piece of ground.
     """
-    asked = sorted((k for k, fit in enumerate(fits) if may_be_settled(fit)), key=lambda k: -fits[k].llr)
-    asked = asked[: fitter.options.most_asked]
+    # To silhouettes two stems that touch are one: where that is the question they do not answer it.
+    asked = [k for k, fit in enumerate(fits) if may_be_settled(fit) and "merged" not in fit.reasons]
+    asked = sorted(asked, key=lambda k: -fits[k].llr)[: fitter.options.most_asked]
     if not asked or fitter.backdrop is None:
         return fits
     free = _free_places(fits, fitter, tile)
