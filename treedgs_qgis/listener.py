@@ -34,6 +34,7 @@ STAGES = {
     "measure": "Stems and their diameters",
     "find stems": "Looking for stems",
     "fit stems": "Fitting each stem",
+    "stems of low confidence": "Looking again at stems of low confidence",
     "stems seen farther up": "Measuring hidden stems farther up",
     "cut crops": "Cutting out the stems in the photos",
     "measure stems": "Measuring each stem",

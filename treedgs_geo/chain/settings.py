@@ -146,7 +146,7 @@ class PhotosToDbhSettings:
         help="What a small network, trained on simulated photos, is asked: ivy = which measured stems are under ivy; "
         "low-confidence = also how wide stems of low confidence are; full = also which pixels show stems; auto = full "
         "where too many stems are not certain without it, as in dense stands, else low-confidence; off = nothing.",
-        choices=("ivy", "low-confidence", "auto", "full", "off"),
+        choices=("ivy", "auto", "full", "off", "low-confidence"),
         advanced=True,
     )
     seed: int = param(0, kind="integer", help="Seed of every random choice.", minimum=0, advanced=True)

@@ -53,7 +53,7 @@ class PhotoStemOptions:
         help="what a small network (trained on simulated photos) is asked: ivy = which measured stems are under ivy; "
         "low-confidence = how wide stems of low confidence are, too; full = where stems are and how wide all are; auto "
         "= full where too many stems are not certain without it, else low-confidence; off = nothing",
-        choices=("ivy", "low-confidence", "auto", "full", "off"),
+        choices=("ivy", "auto", "full", "off", "low-confidence"),
         advanced=True,
     )
     most_asked: int = param(

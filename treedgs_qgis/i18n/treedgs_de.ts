@@ -753,6 +753,10 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Anpassung jedes Stamms</translation>
     </message>
     <message>
+      <source>Looking again at stems of low confidence</source>
+      <translation>Erneuter Blick auf Stämme mit geringer Sicherheit</translation>
+    </message>
+    <message>
       <source>Measuring hidden stems farther up</source>
       <translation>Messung verdeckter Stämme weiter oben</translation>
     </message>
@@ -1889,8 +1893,8 @@ beginnen von vorn.&lt;/p&gt;
       <translation>Stammnetz</translation>
     </message>
     <message>
-      <source>What a small network, trained on simulated photos, is asked: ivy = which measured stems are under ivy; full = also which pixels show stems; auto = full where too many stems are not certain without it, as in dense stands; off = nothing.</source>
-      <translation>Was ein kleines, mit simulierten Fotos trainiertes Netz gefragt wird: ivy = welche gemessenen Stämme unter Efeu stehen; full = auch, welche Pixel Stämme zeigen; auto = full, wo ohne es zu viele Stämme unsicher sind, wie in dichten Beständen; off = nichts.</translation>
+      <source>What a small network, trained on simulated photos, is asked: ivy = which measured stems are under ivy; low-confidence = also how wide stems of low confidence are; full = also which pixels show stems; auto = full where too many stems are not certain without it, as in dense stands, else low-confidence; off = nothing.</source>
+      <translation>Was ein kleines, mit simulierten Fotos trainiertes Netz gefragt wird: ivy = welche gemessenen Stämme unter Efeu stehen; low-confidence = auch, wie dick Stämme mit geringer Sicherheit sind; full = auch, welche Pixel Stämme zeigen; auto = full, wo ohne es zu viele Stämme unsicher sind, wie in dichten Beständen, sonst low-confidence; off = nichts.</translation>
     </message>
     <message>
       <source>Seed of every random choice.</source>

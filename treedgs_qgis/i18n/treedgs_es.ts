@@ -751,6 +751,10 @@ cero.&lt;/p&gt;
       <translation>Ajuste de cada tronco</translation>
     </message>
     <message>
+      <source>Looking again at stems of low confidence</source>
+      <translation>Otra mirada a los fustes de baja confianza</translation>
+    </message>
+    <message>
       <source>Measuring hidden stems farther up</source>
       <translation>Medición más arriba de los troncos ocultos</translation>
     </message>
@@ -1887,8 +1891,8 @@ cero.&lt;/p&gt;
       <translation>Red de troncos</translation>
     </message>
     <message>
-      <source>What a small network, trained on simulated photos, is asked: ivy = which measured stems are under ivy; full = also which pixels show stems; auto = full where too many stems are not certain without it, as in dense stands; off = nothing.</source>
-      <translation>Qué se pregunta a una pequeña red entrenada con fotos simuladas: ivy = qué fustes medidos están bajo hiedra; full = también qué píxeles muestran fustes; auto = full donde sin ella demasiados fustes son inciertos, como en rodales densos; off = nada.</translation>
+      <source>What a small network, trained on simulated photos, is asked: ivy = which measured stems are under ivy; low-confidence = also how wide stems of low confidence are; full = also which pixels show stems; auto = full where too many stems are not certain without it, as in dense stands, else low-confidence; off = nothing.</source>
+      <translation>Qué se pregunta a una pequeña red entrenada con fotos simuladas: ivy = qué fustes medidos están bajo hiedra; low-confidence = también qué grosor tienen los fustes de baja confianza; full = también qué píxeles muestran fustes; auto = full donde sin ella demasiados fustes son inciertos, como en rodales densos; si no, low-confidence; off = nada.</translation>
     </message>
     <message>
       <source>Seed of every random choice.</source>
