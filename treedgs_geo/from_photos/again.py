@@ -83,7 +83,7 @@ def _of_piece(
         fits.append(fit)
         near = np.vstack([near, fit.row]) if fit.measured else near
     if look.network == "low-confidence":
-        fits = settled_by_network(fits, fitter, plumbs, piece, reporter)
+        fits = settled_by_network(fits, fitter, plumbs, piece, reporter, known)
     fits = carried_down(fits, fitter, reporter)
     if look.network != "off":
         fits = without_covered(fits, stack, plumbs)

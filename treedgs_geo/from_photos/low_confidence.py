@@ -7,6 +7,7 @@ much contrast chance reaches.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -42,18 +43,24 @@ def may_be_settled(fit: PhotoFit) -> bool:
 
 
 def settled_by_network(
-    fits: list[PhotoFit], fitter: Fitter, plumbs: list[PlumbGrid], tile: Area, reporter: Reporter
+    fits: list[PhotoFit],
+    fitter: Fitter,
+    plumbs: list[PlumbGrid],
+    tile: Area,
+    reporter: Reporter,
+    known: Sequence[PhotoFit] = (),
 ) -> list[PhotoFit]:
     """The fits; those of low confidence fitted again with the network's silhouettes, ``most_asked`` of the options.
 
     fits, fitter: of one stack of photos, without maps of the network. plumbs: one a photo. tile: the piece of ground.
+    known: other stems that stand there.
     """
     # To silhouettes two stems that touch are one: where that is the question they do not answer it.
     asked = [k for k, fit in enumerate(fits) if may_be_settled(fit) and "merged" not in fit.reasons]
     asked = sorted(asked, key=lambda k: -fits[k].llr)[: fitter.options.most_asked]
     if not asked or fitter.backdrop is None:
         return fits
-    free = _free_places(fits, fitter, tile)
+    free = _free_places([*fits, *known], fitter, tile)
     if not free:
         return fits
     maps = _maps_of([*free, *(fits[k].axis for k in asked)], fitter, plumbs)
@@ -67,8 +74,8 @@ def settled_by_network(
         fit = fits[k]
         (x, y), (lx, ly) = fit.axis.p.tolist(), fit.axis.s.tolist()
         seed = Seed(x, y, lx, ly, fit.r0, fit.seed_score)
-        known = known_rows([other for other in out if other is not out[k]])
-        again = replace(fitter, shown=shown).fit(seed, known)
+        beside = known_rows([*(other for other in out if other is not fit), *known])
+        again = replace(fitter, shown=shown).fit(seed, beside)
         out[k] = fit if again is None else _wider(again)
     return not_swallowed(out, fits)
 
