@@ -77,6 +77,8 @@ def settled_by_network(
         beside = known_rows([*(other for other in out if other is not fit), *known])
         again = replace(fitter, shown=shown).fit(seed, beside)
         out[k] = fit if again is None else _wider(again)
+    certain = sum(out[k].flag == "ok" for k in asked)
+    reporter.info(f"The network was asked about {len(asked)} stems of low confidence: {certain} are certain now.")
     return not_swallowed(out, fits)
 
 
