@@ -65,7 +65,8 @@ def settled_by_network(
         return fits
     maps = _maps_of([*free, *(fits[k].axis for k in asked)], fitter, plumbs)
     chance = [
-        with_chance(replace(fitter, shown=shown), axis.p[None]).chance for shown, axis in zip(maps, free, strict=False)
+        with_chance(replace(fitter, shown=shown), axis.p[None]).chance
+        for shown, axis in zip(maps[: len(free)], free, strict=True)
     ]
     fitter = replace(fitter, chance=float(np.median(chance)))
     out = list(fits)
