@@ -130,3 +130,27 @@ def test_filled_stems_are_measured_with_doubt():
     for tree, dbh in zip(trees, (20.0, 35.0), strict=True):
         assert abs(tree.dbh_cm - dbh) < 4.0 and tree.dbh_se_cm > 2.0 and tree.qc_flag == "check"
         assert tree.opac_mean == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("flag", [{"classification": 7}, {"classification": 18}, {"withheld": 1}])
+def test_noise_and_withheld_points_are_no_bark_in_any_verb(flag, tmp_path, capsys):
+    rng = np.random.default_rng(1)
+    xyz = plot_cloud(rng, STEMS)
+    coat = plot_cloud(rng, [(x, y, dbh + 8) for x, y, dbh in STEMS], per_m2=0, bark=900, shrubs=0)
+    beside = plot_cloud(rng, [(x + 2, y, dbh) for x, y, dbh in STEMS], per_m2=0, bark=400, shrubs=0)
+    added = np.r_[np.zeros(len(xyz)), np.ones(len(coat) + len(beside))].astype(np.uint8)
+    cloud = PointCloud(np.concatenate([xyz, coat, beside]) + AT, pyproj.CRS.from_epsg(32615))
+    for name, value in flag.items():
+        cloud = cloud.with_attribute(name, added * np.uint8(value))
+    path, stems, trees, direct = (tmp_path / name for name in ("plot.laz", "stems.laz", "trees.gpkg", "direct.gpkg"))
+    write_cloud(path, cloud)
+    assert main(["pointcloud-to-dbh", "--input", str(path), "--output", str(direct), "--log-format", "plain"]) == 0
+    said = "".join(capsys.readouterr())
+    assert f"{added.sum():,} points" in said and "noise or withheld" in said
+    assert run("segment-stems", "--input", path, "--keep-all", "--output", stems) == 0
+    labelled = read_cloud(stems)
+    assert len(labelled) == len(cloud) and not labelled.attributes["tree_id"][added > 0].any()
+    assert run("measure-dbh", "--input", stems, "--output", trees) == 0
+    for layer in (trees, direct):
+        table = gpd.read_file(layer, layer="trees").sort_values("x")
+        np.testing.assert_allclose(table["dbh_cm"], [25.0, 35.0], atol=0.8)

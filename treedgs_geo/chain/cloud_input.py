@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..core.errors import InputError
 from ..core.machine import require_memory
 from ..core.progress import Reporter
@@ -12,21 +14,25 @@ from ..core.scale import check_place
 from .settings import CloudSettings
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from ..pointcloud.cloud import PointCloud
     from ..terrain.cloud_ground import CloudGround
 
 #: Memory of a point while a cloud is read: coordinates twice, a few attributes.
 _POINT_BYTES = 60
+#: A larger share of points classed as noise or withheld is a warning: a filter may have taken bark with it.
+MUCH_NOISE = 0.05
 
 
 def load_cloud(
-    settings: CloudSettings, reporter: Reporter, attributes: tuple[str, ...] | None = None, find_stems: bool = True
+    settings: CloudSettings,
+    reporter: Reporter,
+    attributes: tuple[str, ...] | None = None,
+    find_stems: bool = True,
+    all_points: bool = False,
 ) -> PointCloud:
     """Read the cloud, refuse what cannot be a stand in metres, and say what it is.
 
-    find_stems: stems are to be found in it, not only measured.
+    find_stems, all_points: see :func:`checked`.
 
     Raises:
         InputError, CRSError: see :func:`treedgs_geo.pointcloud.files.read_cloud`,
@@ -35,7 +41,9 @@ def load_cloud(
     if attributes is not None:
         attributes = (*attributes, "classification", "withheld")
     with reporter.stage("read cloud", 0.0, 0.15):
-        cloud = read_checked(settings.input, settings.crs, reporter, attributes, find_stems, settings.dtm is not None)
+        cloud = read_checked(
+            settings.input, settings.crs, reporter, attributes, find_stems, settings.dtm is not None, all_points
+        )
     where = cloud.horizontal_crs.name if cloud.horizontal_crs is not None else "local metres, no CRS"
     span = cloud.xyz.max(axis=0) - cloud.xyz.min(axis=0)
     reporter.info(f"{len(cloud):,} points, {span[0]:.0f} x {span[1]:.0f} m, {where}.")
@@ -49,8 +57,9 @@ def read_checked(
     attributes: tuple[str, ...] | None = None,
     find_stems: bool = True,
     own_ground: bool = False,
+    all_points: bool = False,
 ) -> PointCloud:
-    """The cloud without its far strays; what is odd about it is said.
+    """The cloud in a file as :func:`checked` gives it.
 
     Raises:
         InputError, CRSError: as :func:`load_cloud`.
@@ -64,7 +73,7 @@ def read_checked(
         "cut the cloud to the plots, thin it, or use a machine with more memory",
     )
     cloud = read_cloud(path, crs=crs, attributes=attributes)
-    return checked(cloud, path, reporter, find_stems, about.scale, own_ground)
+    return checked(cloud, path, reporter, find_stems, about.scale, own_ground, all_points)
 
 
 def checked(
@@ -74,43 +83,53 @@ def checked(
     find_stems: bool = True,
     scale: np.ndarray | None = None,
     own_ground: bool = False,
+    all_points: bool = False,
 ) -> PointCloud:
-    """The cloud without its far strays; what is odd about it is said. path: what messages call it. scale: (3,) of the
-    coordinates as they were stored, where known.
+    """The cloud's usable points (:func:`treedgs_geo.pointcloud.cloud.usable`) without far strays: what every verb
+    works on. What is odd about the cloud is said.
+
+    path: what messages call it. find_stems: stems are to be found in it, not only measured. scale: (3,) of the
+    coordinates as they were stored, where known. all_points: keep points that are not usable, for verbs that write
+    every point.
 
     Raises:
-        InputError, CRSError: as :func:`load_cloud`.
+        InputError, CRSError: as :func:`load_cloud`; no usable point.
     """
     from ..pointcloud.cloud import usable
     from ..pointcloud.sanity import examine, report
     from ..pointcloud.survey import Survey
 
     good = usable(cloud)
+    if not good.any():
+        raise InputError(
+            f"{path}: holds no usable point, all are classed as noise (7, 18) or withheld, expected a point cloud; "
+            "check its classes."
+        )
+    if not good.all():
+        share = 1.0 - float(good.mean())
+        text = f"{path}: {np.count_nonzero(~good):,} points ({share:.1%}) are classed as noise or withheld: left out."
+        (reporter.warn if share > MUCH_NOISE else reporter.info)(text)
     survey = Survey()
     survey.add(cloud.xyz if good.all() else cloud.xyz[good])
     extent, findings = examine(survey, path, find_stems, scale, own_ground)
     report(findings, reporter)
-    near = extent.holds(cloud.xyz)
-    cloud = cloud if near.all() or not good.any() else cloud.select(near)
+    kept = extent.holds(cloud.xyz) & (good | all_points)
+    cloud = cloud if kept.all() else cloud.select(kept)
     check_place(cloud.crs, cloud.xyz, str(path), reporter)
     return cloud
 
 
 def load_ground(path: Path, dtm_path: Path | None, cloud: PointCloud, reporter: Reporter) -> CloudGround:
-    """The ground under the cloud that messages call ``path``: the user's DTM held against what the cloud shows, the
+    """The ground under a cloud's usable points (messages call it ``path``): the user's DTM held against the cloud, the
     ground in the cloud, or (one bare tree) its lowest points.
 
     Raises:
         InputError: the DTM does not cover the cloud or has other heights; no ground was found.
     """
-    from ..pointcloud.cloud import thin, usable
+    from ..pointcloud.cloud import thin
     from ..terrain.cloud_ground import found_ground, given_ground
     from ..terrain.dtm import read_dtm, require_coverage
 
-    good = usable(cloud)
-    if not good.any():
-        raise InputError(f"{path}: holds no usable point (all are noise or withheld); check the file.")
-    cloud = cloud if good.all() else cloud.select(good)
     with reporter.stage("ground", 0.15, 0.3):
         if dtm_path is not None:
             dtm = read_dtm(dtm_path, cloud.crs, reporter)

@@ -70,7 +70,9 @@ def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
     from ..pointcloud.cloud import usable
     from ..pointcloud.files import write_cloud
 
-    cloud = load_cloud(settings, reporter)
+    everything = load_cloud(settings, reporter, all_points=True)
+    good = usable(everything)
+    cloud = everything if good.all() else everything.select(good)
     ground = load_ground(settings.input, settings.dtm, cloud, reporter)
     dtm = ground.dtm
     height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
@@ -87,17 +89,24 @@ def _run_whole(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
                 settings, cloud.horizontal_crs, cloud.xyz[:, :2].min(axis=0), cloud.xyz[:, :2].max(axis=0)
             )
             places = None if field is None else field.xy
-            stems = find_stems(cloud.select(usable(cloud)), dtm, settings, reporter, places)
+            stems = find_stems(cloud, dtm, settings, reporter, places)
             ids, answers = _named(stems, field, settings, reporter)
             tree_id, count, source = ids[label_points(cloud.xyz, height, stems)], int((ids > 0).sum()), stems.sensor
-    labelled = cloud.with_attribute("tree_id", tree_id).with_attribute("height_m", height.astype(np.float32))
-    labelled = labelled.with_attribute("stem_class", _stem_class(tree_id, height))
     ids, feet, radius_m = stem_feet(cloud.xyz, tree_id, height)
     se_m = _by_id(ids, stem_ground_se(ground, feet, radius_m, cloud.xyz), tree_id)
-    labelled = labelled.with_attribute("ground_se_m", se_m)
+    labelled = everything
+    for name, values in (
+        ("tree_id", tree_id),
+        ("height_m", height.astype(np.float32)),
+        ("stem_class", _stem_class(tree_id, height)),
+        ("ground_se_m", se_m),
+    ):
+        spread = np.zeros(len(everything), values.dtype)  # noise is nothing, at no height
+        spread[good] = values
+        labelled = labelled.with_attribute(name, spread)
     with reporter.stage("write", 0.85, 1.0):
         if not settings.keep_all and count:
-            labelled = labelled.select(tree_id > 0)
+            labelled = labelled.select(labelled.attributes["tree_id"] > 0)
         write_cloud(settings.output, labelled)
     return {**_summary(settings, reporter, count, int((tree_id > 0).sum()), source), **answers}
 
@@ -225,7 +234,7 @@ def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
     from ..from_points.measuring.foot import USUAL_FOOT_M
     from ..from_points.segmentation.labelling import Labeller
     from ..from_points.segmentation.tiled import find_stems_tiled
-    from ..pointcloud.cloud import horizontal
+    from ..pointcloud.cloud import PointCloud, horizontal, usable
     from ..pointcloud.stream import copy_cloud
     from ..pointcloud.tiles import sort_into_tiles
     from ..terrain.cloud_ground import CloudGround
@@ -255,8 +264,9 @@ def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
         tally = np.zeros(2, int)
         everything = settings.keep_all or not (names > 0).any()
 
-        def label(xyz: np.ndarray, _: Any) -> tuple[np.ndarray | None, dict[str, np.ndarray]]:
-            height = xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1])
+        def label(xyz: np.ndarray, read: Any) -> tuple[np.ndarray | None, dict[str, np.ndarray]]:
+            good = usable(PointCloud(xyz, attributes={name: read(name) for name in ("classification", "withheld")}))
+            height = np.where(good, xyz[:, 2] - dtm.height(xyz[:, 0], xyz[:, 1]), 0.0)  # noise is nothing, at no height
             stem_number = labeller(xyz, height)
             unsure, tree_id = se_m[stem_number], names[stem_number]
             tally[:] += len(xyz), int((tree_id > 0).sum())
@@ -264,7 +274,7 @@ def _run_tiled(settings: SegmentStemsSettings, reporter: Reporter) -> dict[str, 
             added = {
                 "tree_id": tree_id,
                 "height_m": height.astype(np.float32),
-                "stem_class": _stem_class(tree_id, height),
+                "stem_class": np.where(good, _stem_class(tree_id, height), 0).astype(np.uint8),
                 "ground_se_m": unsure,
             }
             return store.near(xyz) if everything else tree_id > 0, added

@@ -112,10 +112,8 @@ def _run_whole(settings: TerrainSettings, reporter: Reporter) -> dict[str, Any]:
     from ..terrain.ground import dtm_from_cloud, height_above_ground
 
     with reporter.stage("read cloud", 0.0, 0.3):
-        cloud = read_checked(settings.input, settings.crs, reporter, find_stems=False)
+        cloud = read_checked(settings.input, settings.crs, reporter, find_stems=False, all_points=True)
         good = usable(cloud)
-        if not good.any():
-            raise InputError(f"{settings.input}: holds no usable point (all are noise or withheld); check the file.")
     known = None
     if settings.use_classes:
         if "classification" not in cloud.attributes or not (cloud.attributes["classification"] == 2).any():

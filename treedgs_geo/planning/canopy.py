@@ -108,13 +108,15 @@ def canopy_of_cloud(path: Path, crs: pyproj.CRS, dtm: Dtm | None, centres: np.nd
     """
     from rasterio.transform import from_origin
 
+    from ..pointcloud.cloud import usable
     from ..pointcloud.files import read_cloud
 
     if dtm is None:
         raise InputError(f"{path}: a cloud needs the ground under it; give --dtm (the verb terrain makes one).")
     reach = radius_m + REACH_M
     low, high = centres.min(axis=0) - reach, centres.max(axis=0) + reach
-    cloud = read_cloud(path, (*low, *high), crs.to_string(), attributes=())
+    cloud = read_cloud(path, (*low, *high), crs.to_string(), attributes=("classification", "withheld"))
+    cloud = cloud.select(usable(cloud))
     height = cloud.xyz[:, 2] - dtm.height(cloud.xyz[:, 0], cloud.xyz[:, 1])
     use = np.isfinite(height) & (height > -1) & (height < HIGHEST_TOP_M)
     xyz, height = cloud.xyz[use], height[use]

@@ -67,7 +67,10 @@ def horizontal(crs: pyproj.CRS | None) -> pyproj.CRS | None:
 
 
 def usable(cloud: PointCloud) -> np.ndarray:
-    """(N,) bool: not withheld and not classified as noise (7 low, 18 high), where the file says so."""
+    """(N,) bool: not withheld and not classified as noise (7 low, 18 high), where the file says so.
+
+    Points flagged synthetic, key-point or overlap stay: they are points of another origin, chosen ones, and those of a
+    second flight line, which shows stems from one more side."""
     keep = np.ones(len(cloud), bool)
     if "classification" in cloud.attributes:
         keep &= ~np.isin(cloud.attributes["classification"], (7, 18))
