@@ -137,7 +137,7 @@ def test_units_by_name_and_values_that_contradict_them(drawn, tmp_path, name, fa
         return table
 
     if name != "girth_in":  # girths in inches are no multiple that could not be a diameter
-        with pytest.raises(InputError, match="look like|expected 0.5 to 500"):
+        with pytest.raises(InputError, match="read as|expected 0.5 to 500"):
             checked(drawn, filled(drawn, tmp_path, wrong), tmp_path / "no")
 
 

@@ -11,6 +11,7 @@ import pandas as pd
 import pyogrio
 
 from ...core.errors import InputError
+from ...core.wrong_units import wrong_unit
 from ..field_trees import numbers, read_table
 from .estimators import Tapes, without_unanswered
 
@@ -36,8 +37,6 @@ STATES = {
 }
 #: Columns of the draw, without which no total can be corrected.
 DRAWN = ("stratum", "prob", "n_frame")
-#: A tape and a measured DBH that are this often apart by a factor are in other units, not wrong.
-_SLIPS = ((1 / 2.54, "inches", "taped_in"), (10.0, "millimetres", "taped_mm"), (np.pi, "girths", "girth_cm"))
 #: A drawn tree is the layer's tree of that number within this distance.
 SAME_M = 0.5
 
@@ -195,16 +194,13 @@ def _check(path: Path, trees: pd.DataFrame, extra: pd.DataFrame) -> None:
             f"the "
             "drawn tree that it stands nearest to."
         )
-    both = trees[["taped_cm", "dbh_cm"]].dropna()
-    if len(both) < 3:
-        return
-    ratio = float((both["taped_cm"] / both["dbh_cm"]).median())
-    for factor, unit, name in _SLIPS:
-        if abs(np.log(ratio / factor)) < 0.15:
-            raise InputError(
-                f"{path}: the taped values are {ratio:.2f} times the measured ones (median of {len(both)}): they look "
-                f"like {unit}; rename the column {name}, or correct them."
-            )
+    slip = wrong_unit(trees["taped_cm"].to_numpy(float), trees["dbh_cm"].to_numpy(float))
+    if slip is not None:
+        odd = ", ".join(str(tree) for tree in trees["tree_id"][slip.rows].head(8))
+        raise InputError(
+            f"{path}: taped diameters: {slip.text()} (tree {odd}{', …' if slip.rows.sum() > 8 else ''}); correct them, "
+            "or name the column of another unit taped_in, taped_mm or girth_cm."
+        )
 
 
 def _text(value: object) -> str | None:
