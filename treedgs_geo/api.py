@@ -81,7 +81,7 @@ def measure_cloud(
     """Find and measure every stem of a LiDAR cloud: the verb ``pointcloud-to-dbh`` without its files.
 
     Args:
-        cloud: a LAS, LAZ, COPC or text file, or points in memory, coordinates in metres.
+        cloud: a LAS, LAZ, COPC, E57 or text file, or points in memory, coordinates in metres.
         dtm: terrain raster; ``None`` = the ground is found in the cloud.
         crs: CRS of a file that holds none, or ``"local"``.
         reporter: where progress, warnings and results go; ``None`` = nowhere.

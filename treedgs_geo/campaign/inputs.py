@@ -120,10 +120,10 @@ def _cloud_header(path: Path) -> tuple[int, str]:
     """Points and CRS ("" if none) of a cloud, from its header."""
     if path.suffix.lower() not in _CLOUDS:
         return path.stat().st_size // _LINE_BYTES, ""
-    import laspy
+    from ..pointcloud.las_reader import open_reader
 
     try:
-        with laspy.open(path) as reader:
+        with open_reader(path) as reader:
             crs = reader.header.parse_crs()
             return int(reader.header.point_count), _horizontal(crs) if crs is not None else ""
     except Exception as problem:

@@ -179,8 +179,8 @@ def _date(path: Path) -> str:
     """When the LAS file says that it was made; '' for others."""
     if path.suffix.lower() not in (".las", ".laz"):
         return ""
-    import laspy
+    from ..pointcloud.las_reader import open_reader
 
-    with laspy.open(path) as file:
+    with open_reader(path) as file:
         day = file.header.creation_date
     return day.isoformat() if day is not None else ""

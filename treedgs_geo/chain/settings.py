@@ -169,8 +169,8 @@ class CloudSettings:
 
     input: Path = param(
         kind="file",
-        help="point cloud: LAS, LAZ, COPC, or text with x y z per line",
-        suffixes=("laz", "las", "txt", "xyz", "csv"),
+        help="point cloud: LAS, LAZ, COPC, E57, or text with x y z per line",
+        suffixes=("laz", "las", "e57", "txt", "xyz", "csv"),
     )
     dtm: Path | None = param(
         None, kind="file", help="terrain raster; without it the ground is found in the cloud", suffixes=("tif", "tiff")

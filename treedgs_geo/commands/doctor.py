@@ -52,6 +52,7 @@ OPTIONAL = {
     "warp": "warp-lang",
     "torch": "torch",
     "onnxruntime": "onnxruntime",
+    "pye57": "pye57",
 }
 
 _BASE = (

@@ -23,8 +23,8 @@ class TerrainSettings(ClothSimulation):
 
     input: Path = param(
         kind="file",
-        help="point cloud: LAS, LAZ, COPC, or text with x y z per line",
-        suffixes=("laz", "las", "txt", "xyz", "csv"),
+        help="point cloud: LAS, LAZ, COPC, E57, or text with x y z per line",
+        suffixes=("laz", "las", "e57", "txt", "xyz", "csv"),
     )
     output: Path = param(kind="output_file", help="terrain raster to write", suffixes=("tif",))
     crs: str | None = param(None, kind="crs", help="CRS of a cloud that holds none: EPSG:CODE, or 'local'")

@@ -10,6 +10,7 @@ EXTRAS: dict[str, tuple[str, ...]] = {
     "gpu": ("warp",),
     "torch": ("torch",),
     "onnx": ("onnxruntime",),
+    "e57": ("pye57",),
 }
 
 

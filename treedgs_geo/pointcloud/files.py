@@ -1,9 +1,9 @@
-"""LAS/LAZ (and plain text) files in and out, in chunks, with their traps caught."""
+"""LAS/LAZ (and plain text, E57) files in and out, in chunks, with their traps caught."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +12,9 @@ import numpy as np
 from ..core.errors import InputError
 from ..core.files import atomic_path
 from .cloud import PointCloud, concatenate
+from .e57_file import count_e57, is_e57, iter_e57
 from .file_crs import agreed_crs, file_crs
-from .las_reader import copc_pieces, is_copc, iter_points, open_reader
+from .las_reader import copc_pieces, is_copc, iter_points, open_reader, writable_version
 from .text_files import iter_text
 
 _TEXT = (".txt", ".xyz", ".asc", ".pts", ".csv")
@@ -56,22 +57,24 @@ class About:
     offset: np.ndarray | None = None
 
 
-def is_text(path: Path) -> bool:
-    """True for a cloud in text lines, by its ending."""
-    return Path(path).suffix.lower() in _TEXT
+def has_no_layout(path: Path) -> bool:
+    """True for a cloud in text lines or E57, by its ending: its points are not stored as LAS stores them."""
+    return Path(path).suffix.lower() in _TEXT or is_e57(path)
 
 
 def describe_cloud(path: Path) -> About:
-    """Number of points and extent from the header, without reading the points (text: counted by its size).
+    """Number of points and extent from the header, without reading the points (text: counted by its size, extent
+    unknown; E57: extent unknown).
 
     Raises:
-        InputError: missing or not a cloud.
+        InputError: missing or not a cloud. MissingComponentError: E57 without pye57.
     """
     path = Path(path)
     if not path.is_file():
-        raise InputError(f"{path}: not found; give a LAS, LAZ or text point cloud.")
-    if path.suffix.lower() in _TEXT:
-        return About(path.stat().st_size // 20, np.zeros(3), np.full(3, np.inf))
+        raise InputError(f"{path}: not found; give a LAS, LAZ, E57 or text point cloud.")
+    if has_no_layout(path):
+        count = count_e57(path) if is_e57(path) else path.stat().st_size // 20
+        return About(count, np.zeros(3), np.full(3, np.inf))
     reader = open_reader(path)
     with reader:
         header = reader.header
@@ -91,7 +94,7 @@ def read_cloud(
     attributes: tuple[str, ...] | None = None,
     need_crs: bool = True,
 ) -> PointCloud:
-    """Read a LAS, LAZ, COPC or text (x y z per line) cloud.
+    """Read a LAS, LAZ, COPC, E57 or text (x y z per line) cloud.
 
     bounds: west, south, east, north to keep. crs: what the user says (``EPSG:...`` or ``local``), for files without a
     CRS; it must not contradict the file. attributes: names to keep (default: all known ones and every extra
@@ -131,12 +134,20 @@ def iter_cloud(
     """Like :func:`read_cloud`, piece by piece in bounded memory."""
     path = Path(path)
     if not path.is_file():
-        raise InputError(f"{path}: not found; give a LAS, LAZ or text point cloud.")
-    if path.suffix.lower() in _TEXT:
-        for piece in iter_text(path, agreed_crs(None, crs, path, need_crs), chunk_points):
-            yield _clip(piece, bounds)
+        raise InputError(f"{path}: not found; give a LAS, LAZ, E57 or text point cloud.")
+    if has_no_layout(path):
+        for piece in iter_without_layout(path, crs, need_crs, chunk_points):
+            kept = piece.attributes if attributes is None else set(attributes) & set(piece.attributes)
+            yield _clip(replace(piece, attributes={name: piece.attributes[name] for name in kept}), bounds)
         return
     yield from _iter_las(path, bounds, crs, attributes, need_crs, chunk_points)
+
+
+def iter_without_layout(path: Path, crs: str | None, need_crs: bool, chunk_points: int) -> Iterator[PointCloud]:
+    """The points of a text or E57 cloud, piece by piece."""
+    if is_e57(path):
+        return iter_e57(path, crs, need_crs, chunk_points)
+    return iter_text(path, agreed_crs(None, crs, path, need_crs), chunk_points)
 
 
 def write_cloud(path: Path, cloud: PointCloud, scale: float | None = None, offsets: np.ndarray | None = None) -> None:
@@ -271,7 +282,7 @@ def _layout(header: Any) -> Layout:
     kept = tuple(vlr for vlr in header.vlrs if (vlr.user_id, vlr.record_id) not in _OWN_VLRS)
     return Layout(
         header.point_format.id,
-        str(header.version),
+        writable_version(header),
         np.asarray(header.scales, float).copy(),
         np.asarray(header.offsets, float).copy(),
         extras,
@@ -280,7 +291,7 @@ def _layout(header: Any) -> Layout:
 
 
 def _names(header: Any, attributes: tuple[str, ...] | None) -> list[str]:
-    there = [name for name in header.point_format.dimension_names if name not in "XYZ"]
+    there = [name for name in header.point_format.dimension_names if name not in ("X", "Y", "Z")]
     return [name for name in there if attributes is None or name in attributes]
 
 

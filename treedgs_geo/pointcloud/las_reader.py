@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,8 @@ import numpy as np
 
 from ..core.errors import InputError
 from .file_crs import short
-from .stored_points import held_beyond_promise
+from .las_header import las_stream
+from .stored_points import breaks_off, held_beyond_promise
 
 
 def _broken() -> tuple[type[BaseException], ...]:
@@ -28,9 +28,9 @@ def open_reader(path: Path) -> Any:
     """
     import laspy
 
-    _check_public_header(path)
+    stream = las_stream(path)
     try:
-        reader = laspy.open(path)
+        reader = laspy.open(stream)
         header = reader.header
         promised, scales, offsets = header.point_count, np.asarray(header.scales), np.asarray(header.offsets)
     except _broken() as problem:
@@ -58,39 +58,6 @@ def open_reader(path: Path) -> Any:
     return reader
 
 
-def _check_public_header(path: Path) -> None:
-    """Sizes in the first bytes that would make a reader ask for absurd memory are refused before it does.
-
-    Raises:
-        InputError: the file is shorter than what its header says lies in front of the points.
-    """
-    try:
-        size = path.stat().st_size
-        with open(path, "rb") as stream:
-            head = stream.read(375)
-    except OSError as problem:
-        raise InputError(f"{path}: cannot be read ({problem.strerror}); check the file.") from None
-    if head[:4] != b"LASF" or len(head) < 227:
-        raise InputError(
-            f"{path}: is not a LAS/LAZ file that can be read (found {len(head)} bytes starting "
-            f"{head[:4]!r}, expected 'LASF'); export it again from your LiDAR software."
-        )
-    header_size, to_points, n_vlrs = struct.unpack_from("<HII", head, 94)
-    record_size = struct.unpack_from("<H", head, 105)[0]
-    if not 227 <= header_size <= to_points <= size or n_vlrs * 54 > to_points or record_size < 20:
-        raise InputError(
-            f"{path}: has a broken LAS header (points start at byte {to_points} of {size}, "
-            f"{n_vlrs} records before, {record_size} bytes a point); export it again."
-        )
-    if head[25] >= 4 and len(head) >= 247 and header_size >= 375:
-        first, count = struct.unpack_from("<QI", head, 235)
-        if count and (first > size or count * 60 > size):
-            raise InputError(
-                f"{path}: has a broken LAS header ({count} extended records from byte {first} of {size}); "
-                "copy it again."
-            )
-
-
 def iter_points(path: Path, reader: Any, chunk_points: int) -> Iterator[Any]:
     """laspy's point records, chunk by chunk; a file that breaks off or holds fewer points than promised is named.
 
@@ -107,9 +74,7 @@ def iter_points(path: Path, reader: Any, chunk_points: int) -> Iterator[Any]:
         except BaseException as problem:  # a panic in the decompressor is a BaseException
             if isinstance(problem, (KeyboardInterrupt, SystemExit, GeneratorExit, MemoryError)):
                 raise
-            raise InputError(
-                f"{path}: breaks off after {count} of {promised} points ({short(problem)}); copy or download it again."
-            ) from None
+            raise InputError(_unreadable(path, reader.header, count, problem)) from None
         count += len(points)
         yield points
     if count != promised:
@@ -119,6 +84,16 @@ def iter_points(path: Path, reader: Any, chunk_points: int) -> Iterator[Any]:
 def is_copc(header: Any) -> bool:
     """Whether a laspy header is a COPC file's."""
     return any(vlr.user_id == "copc" and vlr.record_id == 1 for vlr in header.vlrs)
+
+
+def writable_version(header: Any) -> str:
+    """The version of a laspy header, or, of one that is read but not written (1.0), the oldest that is and holds its
+    point format."""
+    import laspy
+
+    known, own = sorted(laspy.supported_versions()), str(header.version)
+    oldest = "1.4" if header.point_format.id > 5 else "1.2"
+    return own if own in known else oldest
 
 
 def copc_pieces(path: Path, bounds: tuple[float, float, float, float]) -> Iterator[Any]:
@@ -131,11 +106,24 @@ def copc_pieces(path: Path, bounds: tuple[float, float, float, float]) -> Iterat
 
     west, south, east, north = bounds
     try:
-        with laspy.CopcReader.open(path) as reader:
+        with laspy.CopcReader.open(las_stream(path)) as reader:
             low, high = reader.header.mins[2] - 1.0, reader.header.maxs[2] + 1.0
             yield reader.query(laspy.Bounds(np.array([west, south, low]), np.array([east, north, high])))
     except _broken() as problem:
         raise InputError(f"{path}: its COPC index cannot be read ({short(problem)}); copy it again.") from None
+
+
+def _unreadable(path: Path, header: Any, count: int, problem: BaseException) -> str:
+    """What a decoder's exception means: a file that is too short says so by its own structure."""
+    if breaks_off(path, header):
+        return (
+            f"{path}: breaks off after {count} of {header.point_count} points ({short(problem)}); copy or download it "
+            "again."
+        )
+    return (
+        f"{path}: its points cannot be decoded after {count} of {header.point_count} ({short(problem)}), though the "
+        "file has its whole length; copy it again, or, if that does not help, export it again as LAS 1.2 or 1.4."
+    )
 
 
 def _truncated(path: Path, promised: int, found: int) -> str:

@@ -30,6 +30,23 @@ def held_beyond_promise(path: Path, header: Any) -> str:
     return f"{held:,}" if held - promised > max(_PADDING, promised // 100) else ""
 
 
+def breaks_off(path: Path, header: Any) -> bool:
+    """Whether the file is shorter than its points: by a point's size (LAS), by the place of its chunk table (LAZ)."""
+    size, start = path.stat().st_size, header.offset_to_point_data
+    if not header.are_points_compressed:
+        return bool(size < start + header.point_count * header.point_format.size)
+    with open(path, "rb") as stream:
+        stream.seek(start)
+        table = stream.read(8)
+        if len(table) < 8:
+            return True
+        at = struct.unpack("<q", table)[0]
+        if at == -1:  # a writer that could not seek put the place of the table at the very end
+            stream.seek(size - 8)
+            at = struct.unpack("<q", stream.read(8))[0]
+    return not start < at <= size - 8
+
+
 def _held_in_chunks(path: Path, header: Any, promised: int, size: int) -> str:
     chunks, exact = _chunks(path, header)
     if not chunks:

@@ -13,9 +13,8 @@ import numpy as np
 from ..core.files import atomic_path
 from .cloud import PointCloud
 from .file_crs import agreed_crs, file_crs
-from .files import check_cloud_output, check_compression, is_text
-from .las_reader import iter_points, open_reader
-from .text_files import iter_text
+from .files import check_cloud_output, check_compression, has_no_layout, iter_without_layout
+from .las_reader import iter_points, open_reader, writable_version
 
 #: xyz (N, 3) and attributes by name -> which points to write (mask or None = all) and the added dimensions' values.
 Step = Callable[[np.ndarray, Callable[[str], np.ndarray]], tuple[np.ndarray | None, dict[str, np.ndarray]]]
@@ -36,8 +35,8 @@ def copy_cloud(source: Path, target: Path, step: Step, added: dict[str, str], cr
 
     source, target = Path(source), Path(target)
     check_cloud_output(target)
-    if is_text(source):
-        return _copy_text(source, target, step, added, crs)
+    if has_no_layout(source):
+        return _copy_bare(source, target, step, added, crs)
     written = 0
     with open_reader(source) as reader:
         own = agreed_crs(file_crs(reader.header, source), crs, source, need_crs=True)
@@ -64,8 +63,8 @@ def _reader(points: Any) -> Callable[[str], np.ndarray]:
     return lambda name: np.asarray(points[name])
 
 
-def _text_reader(piece: PointCloud) -> Callable[[str], np.ndarray]:
-    """What text does not hold is zero, as in the point format that it is written in."""
+def _bare_reader(piece: PointCloud) -> Callable[[str], np.ndarray]:
+    """What the file does not hold is zero, as in the point format that it is written in."""
     return lambda name: piece.attributes.get(name, np.zeros(len(piece), np.uint8))
 
 
@@ -73,6 +72,7 @@ def _new_header(source: Any, added: dict[str, str]) -> Any:
     import laspy
 
     header = copy.deepcopy(source)
+    header.version = laspy.header.Version.from_str(writable_version(source))
     header.vlrs = laspy.vlrs.vlrlist.VLRList(
         [vlr for vlr in source.vlrs if vlr.user_id not in ("copc", "laszip encoded")]
     )
@@ -85,19 +85,18 @@ def _new_header(source: Any, added: dict[str, str]) -> Any:
     return header
 
 
-def _copy_text(source: Path, target: Path, step: Step, added: dict[str, str], crs: str | None) -> int:
-    """Text has no layout of its own: LAS 1.4, format 6, a tenth of a millimetre."""
+def _copy_bare(source: Path, target: Path, step: Step, added: dict[str, str], crs: str | None) -> int:
+    """Text and E57 have no layout of their own: LAS 1.4, format 6, a tenth of a millimetre."""
     import laspy
 
     written = 0
-    own = agreed_crs(None, crs, source, need_crs=True)
     writer = None
     with atomic_path(target) as temporary:
         try:
-            for piece in iter_text(source, own, _CHUNK):
+            for piece in iter_without_layout(source, crs, True, _CHUNK):
                 if writer is None:
-                    writer = laspy.open(temporary, "w", header=_text_header(piece, added))
-                mask, values = step(piece.xyz, _text_reader(piece))
+                    writer = laspy.open(temporary, "w", header=_bare_header(piece, added))
+                mask, values = step(piece.xyz, _bare_reader(piece))
                 kept = piece if mask is None else piece.select(mask)
                 out = laspy.ScaleAwarePointRecord.zeros(len(kept), header=writer.header)
                 out.x, out.y, out.z = kept.xyz.T
@@ -113,7 +112,7 @@ def _copy_text(source: Path, target: Path, step: Step, added: dict[str, str], cr
     return written
 
 
-def _text_header(piece: PointCloud, added: dict[str, str]) -> Any:
+def _bare_header(piece: PointCloud, added: dict[str, str]) -> Any:
     import laspy
 
     header = laspy.LasHeader(version="1.4", point_format=6)
