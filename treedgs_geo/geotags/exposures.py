@@ -64,7 +64,7 @@ def assign_marks(marks: list[Marks], photos: list[Photo]) -> list[tuple[Marks, l
             if not group:
                 continue
             try:
-                rows = pair_photos([photos[i] for i in group], each)
+                rows = pair_photos([photos[i] for i in group], each).rows
             except GeotagError as problem:
                 refused.append(problem)
                 continue

@@ -289,13 +289,15 @@ def _from_marks(
     xyz, sd, quality = np.full_like(stations.xyz, np.nan), np.full_like(stations.sd, np.nan), ["none"] * len(stations)
     utc = stations.utc.copy()
     for each, group in assign_marks(marks, photos):
-        rows = pair_photos([photos[i] for i in group], each)
+        pairing = pair_photos([photos[i] for i in group], each)
+        rows = pairing.rows
         paired = np.array(group)[rows >= 0]
         own = rows[rows >= 0]
         if len(paired) < len(group):
             lost = [photos[i].name for i in np.array(group)[rows < 0]]
             reporter.warn(f"{each.path.name}: no exposure for {len(lost)} of {len(group)} photos: {shorten(lost)}.")
         note_spare(each, own, reporter)
+        utc[np.array(group)[rows < 0]] = pairing.utc[rows < 0]
         utc[paired] = gps_to_utc(each.gps_s[own] + delay_s)
         if tracks:
             solved = antenna_at(each, own, tracks, crs, source, delay_s)
